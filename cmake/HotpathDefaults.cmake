@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+# Settings that every package of hotpath shares.
+include_guard(GLOBAL)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
+endif()
+option(HOTPATH_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
+option(BUILD_TESTING "Build the tests" ON)
+
+# Warnings for our own code only: generated code is compiled without this.
+function(hotpath_warnings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
+  if(HOTPATH_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+endfunction()
+
+# hotpath_library(name sources...): target hotpath_<package>_<name>, alias and export hotpath_<package>::<name>.
+function(hotpath_library name)
+  set(target ${PROJECT_NAME}_${name})
+  add_library(${target} STATIC ${ARGN})
+  add_library(${PROJECT_NAME}::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  hotpath_warnings(${target})
+  install(TARGETS ${target} EXPORT ${PROJECT_NAME} ARCHIVE DESTINATION lib)
+endfunction()
+
+# hotpath_export(dependencies...): headers, targets and a CMake config that finds the dependencies again.
+function(hotpath_export)
+  install(DIRECTORY include/ DESTINATION include)
+  install(EXPORT ${PROJECT_NAME} NAMESPACE ${PROJECT_NAME}:: FILE ${PROJECT_NAME}Targets.cmake
+    DESTINATION lib/cmake/${PROJECT_NAME})
+  set(config "include(CMakeFindDependencyMacro)\n")
+  foreach(dependency IN LISTS ARGN)
+    string(APPEND config "find_dependency(${dependency})\n")
+  endforeach()
+  string(APPEND config "include(\"\${CMAKE_CURRENT_LIST_DIR}/${PROJECT_NAME}Targets.cmake\")\n")
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/${PROJECT_NAME}Config.cmake "${config}")
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${PROJECT_NAME}Config.cmake package.xml
+    DESTINATION lib/cmake/${PROJECT_NAME})
+  install(FILES package.xml DESTINATION share/${PROJECT_NAME})
+endfunction()
+
+# hotpath_test(name LIBRARIES libs... [LABELS labels...]): test program <name> from test/<name>.cpp, GoogleTest.
+function(hotpath_test name)
+  cmake_parse_arguments(arg "" "TIMEOUT" "LIBRARIES;LABELS" ${ARGN})
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+  set(target ${PROJECT_NAME}_${name})
+  add_executable(${target} test/${name}.cpp)
+  target_link_libraries(${target} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
+  hotpath_warnings(${target})
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  add_test(NAME ${target} COMMAND ${target})
+  set_tests_properties(${target} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+endfunction()

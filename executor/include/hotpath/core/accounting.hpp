@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/trace.hpp"
+
+namespace hotpath {
+
+/// How often each outcome happened to one task, and how many there should be in total.
+struct TaskAccount {
+  TaskId task = kNoTask;
+  std::array<std::uint64_t, 6> count{};  ///< Indexed by Outcome.
+  std::uint64_t expected = 0;  ///< Timers: timestamps in [epoch, end). Subscriptions: samples matched.
+
+  std::uint64_t operator[](Outcome o) const { return count[static_cast<std::size_t>(o)]; }
+  /// Timers: ran + skipped + queued + running. Subscriptions: ran + overwritten + queued + running.
+  std::uint64_t accounted() const;
+  bool balanced() const { return accounted() == expected; }
+};
+
+/// The loss equations of a run, one account per task. The expected numbers come from period and phase
+/// (timers) and from the publishers' counts (subscriptions), independently of the subscription's and timer's
+/// own rows.
+std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace);
+
+}  // namespace hotpath

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+
+#include "hotpath/core/priority_order.hpp"
+
+namespace hotpath {
+
+/// Released jobs that have not started (rclcpp experimental/executors/events_executor/events_queue.hpp).
+class EventsQueue {
+ public:
+  virtual ~EventsQueue() = default;
+  virtual void push(const Job& job) = 0;
+  /// Removes the job that runs next. The queue must not be empty.
+  virtual Job pop() = 0;
+  virtual bool empty() const = 0;
+  virtual std::size_t size() const = 0;
+  /// Visits all jobs, in no particular order.
+  virtual void for_each(const std::function<void(const Job&)>& visit) const = 0;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hotpath/core/task.hpp"
+
+namespace hotpath {
+
+/// Names one job of one task.
+struct JobRef {
+  TaskId task = kNoTask;
+  std::uint64_t sequence = 0;
+  friend bool operator==(const JobRef&, const JobRef&) = default;
+};
+
+/// What a scheduler needs to know of an arriving sample.
+struct SampleInfo {
+  Time published{};        ///< Instant of the publication.
+  Time deadline = kNever;  ///< Absolute deadline of the job that published it.
+  JobRef parent;           ///< The job that published it.
+};
+
+/// One activation of a task. It holds no sample: the driver owns samples.
+struct Job {
+  TaskId task = kNoTask;
+  /// Timers: index of the timestamp (0 is the first). Subscriptions: index of the sample at this reader.
+  std::uint64_t sequence = 0;
+  Time timestamp{};           ///< Nominal release instant (timer) or publication instant (subscription).
+  Time release{};             ///< When it entered the ready queue (events) or the wait set's snapshot.
+  Time deadline = kNever;     ///< Absolute; a subscription's job inherits that of the job that published.
+  JobRef parent;              ///< Subscriptions: the publishing job.
+  std::uint32_t skipped = 0;  ///< Timers: timestamps that follow this one for which no job is ever released.
+  bool empty = false;         ///< Subscriptions: the event's sample is gone and there is nothing to take.
+
+  JobRef ref() const { return {task, sequence}; }
+};
+
+/// What became of a job or timestamp; the column `outcome` of jobs.csv.
+enum class Outcome : std::uint8_t {
+  ran,
+  skipped,      ///< Timestamp of a timer for which no job is ever released (rcl's rule for a late timer).
+  overwritten,  ///< Sample replaced in the reader's history before it was taken.
+  queued,       ///< Released, or unread, but not started when the run ended.
+  running,      ///< Started but not finished when the run ended.
+  empty,        ///< Event whose sample had been overwritten or taken: nothing ran.
+};
+
+const char* to_string(Outcome);
+
+}  // namespace hotpath

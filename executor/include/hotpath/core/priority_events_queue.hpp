@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hotpath/core/events_queue.hpp"
+
+namespace hotpath {
+
+/// The paper's priority-based events queue (Section IV): a binary heap over the priority order, O(log n) a
+/// push and a pop, unbounded. Serves as events queue and as timer ready queue.
+class PriorityEventsQueue final : public EventsQueue {
+ public:
+  explicit PriorityEventsQueue(PriorityOrder order) : order_(std::move(order)) { heap_.reserve(64); }
+  void push(const Job& job) override;
+  Job pop() override;
+  bool empty() const override { return heap_.empty(); }
+  std::size_t size() const override { return heap_.size(); }
+  void for_each(const std::function<void(const Job&)>& visit) const override;
+
+ private:
+  // The heap moves keys and slot numbers; jobs stay where they are.
+  struct Entry {
+    PriorityKey key;
+    std::uint32_t slot;
+  };
+  PriorityOrder order_;
+  std::vector<Entry> heap_;
+  std::vector<Job> slots_;
+  std::vector<std::uint32_t> free_;
+  std::uint64_t activations_ = 0;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <compare>
+#include <vector>
+
+#include "hotpath/core/job.hpp"
+
+namespace hotpath {
+
+enum class Policy : std::uint8_t {
+  fifo,  ///< Order of activation (the stock events queue).
+  rm,    ///< Rate monotonic: smaller period first.
+  dm,    ///< Deadline monotonic: smaller relative deadline first.
+  fp,    ///< Fixed priorities given in the task set, smaller first.
+  edf,   ///< Earliest absolute deadline first.
+};
+
+/// Where a subscription's priority comes from.
+enum class SubscriptionRule : std::uint8_t {
+  inherit,  ///< Fixed priority: the highest of the timers upstream; EDF: the publishing job's absolute
+            ///< deadline (paper, Section VII-C).
+  first,  ///< Ahead of every timer (the authors' published artifact).
+};
+
+/// Order at equal priority.
+enum class Ties : std::uint8_t {
+  lifo,  ///< Subscriptions before timers, the most recently activated first; timers by task, then timestamp.
+  fifo,  ///< By activation.
+};
+
+const char* to_string(Policy);
+const char* to_string(SubscriptionRule);
+const char* to_string(Ties);
+
+/// Position of a released job in the ready queue; smaller runs first. Two jobs never have equal keys.
+struct PriorityKey {
+  std::int64_t priority = 0;
+  std::uint64_t tie = 0;
+  friend auto operator<=>(const PriorityKey&, const PriorityKey&) = default;
+};
+
+/// The priority order of a task set, shared by executors, simulator and analysis.
+class PriorityOrder {
+ public:
+  PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule rule, Ties ties);
+
+  /// `activation` counts releases and arrivals of the whole scheduler. Policy `fifo` orders by it alone.
+  PriorityKey key(const Job& job, std::uint64_t activation) const;
+
+  /// Fixed policies: the number that `key` compares first. Under `rm` it is the (inherited) period in ns.
+  std::int64_t level(TaskId task) const { return level_[task]; }
+
+ private:
+  Policy policy_;
+  Ties ties_;
+  SubscriptionRule rule_;
+  std::vector<std::int64_t> level_;
+  std::vector<TaskKind> kind_;
+};
+
+/// Fixed-priority level of every task: timers their own under `policy` (period, relative deadline or given
+/// priority), subscriptions a given priority of their own (`fp` only) or the highest (smallest) level among
+/// the timers upstream along `Task::feeds`. A subscription that no timer reaches gets the largest value.
+std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy);
+
+}  // namespace hotpath

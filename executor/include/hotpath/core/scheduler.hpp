@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "hotpath/core/job.hpp"
+#include "hotpath/core/worker.hpp"
+
+namespace hotpath {
+
+/// What a call to a scheduler causes outside of it.
+struct Effect {
+  WorkerSet wake;              ///< Workers that must ask for a decision again.
+  std::uint32_t released = 0;  ///< Timers released by this call; each costs delta (paper, Section V-B).
+};
+
+/// Answer to an arriving sample.
+struct Arrival {
+  WorkerSet wake;
+  std::optional<Job> overwritten;  ///< The unread sample that this one replaced in the reader's history.
+};
+
+/// One scheduling decision.
+struct Decision {
+  std::optional<Job> job;  ///< The job that this worker runs next.
+  Time wake_at = kNever;   ///< No job: sleep until then or until woken.
+  WorkerSet wake;          ///< Other workers that must ask for a decision.
+};
+
+/// Decides which job runs next and owns the queues. A plain state machine: no thread, no clock, no lock; the
+/// driver (live executor or simulator) serialises the calls and passes `now`, which never decreases.
+/// No call allocates once begin() has returned, except where a queue outgrows its largest size so far.
+class Scheduler {
+ public:
+  virtual ~Scheduler() = default;
+
+  /// The workers this scheduler needs, with their roles; constant over its life.
+  virtual std::span<const WorkerRole> workers() const = 0;
+
+  /// Sets every timer's first timestamp to `epoch` plus its phase. Called once, before any other call.
+  virtual void begin(Time epoch) = 0;
+
+  /// Releases due timers into a queue. Nothing to do for wait sets and for stock release-and-execute, and for
+  /// any worker that is not the releaser. The stock events executor releases one timer per call, the paper's
+  /// all that are due.
+  virtual Effect release_timers(Worker worker, Time now) = 0;
+
+  /// A sample became available to the subscription `task`.
+  virtual Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) = 0;
+
+  /// What `worker` does next. A subscription's job takes the oldest unread sample.
+  virtual Decision decide(Worker worker, Time now) = 0;
+
+  /// `worker` is done with `job`.
+  virtual Effect finished(Worker worker, const Job& job, Time now) = 0;
+
+  /// Unread samples of a subscription (level-triggered readiness; drivers check their own count against it).
+  virtual std::uint32_t unread(TaskId task) const = 0;
+
+  /// Visits what was due or unread at the end `now` of a run and not started: `queued` jobs, and the
+  /// timestamps that a call at `now` would skip.
+  using Visitor = std::function<void(const Job&, Outcome)>;
+  virtual void unfinished(Time now, const Visitor& visit) const = 0;
+};
+
+/// One turn of a worker: release, then decide. Every driver advances a worker by this function and no other.
+struct Turn {
+  Decision decision;
+  std::uint32_t released = 0;
+};
+Turn take_turn(Scheduler& scheduler, Worker worker, Time now);
+
+}  // namespace hotpath

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hotpath/core/events_queue.hpp"
+
+namespace hotpath {
+
+/// First in, first out: the stock events executor's queue (rclcpp simple_events_queue.hpp), unbounded.
+class SimpleEventsQueue final : public EventsQueue {
+ public:
+  void push(const Job& job) override;
+  Job pop() override;
+  bool empty() const override { return count_ == 0; }
+  std::size_t size() const override { return count_; }
+  void for_each(const std::function<void(const Job&)>& visit) const override;
+
+ private:
+  std::vector<Job> ring_ = std::vector<Job>(64);  // size is a power of two
+  std::size_t head_ = 0, count_ = 0;
+};
+
+}  // namespace hotpath

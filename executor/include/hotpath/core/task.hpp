@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/time.hpp"
+
+namespace hotpath {
+
+/// Index of a task in its TaskSet. The order of indices is the order of creation, which wait sets follow.
+using TaskId = std::uint32_t;
+inline constexpr TaskId kNoTask = std::numeric_limits<TaskId>::max();
+
+enum class TaskKind : std::uint8_t { timer, subscription };
+
+/// rclcpp's callback groups: tasks of one mutually exclusive group never overlap in a multi-threaded
+/// executor.
+enum class CallbackGroup : std::uint8_t { mutually_exclusive, reentrant };
+
+/// One callback: a timer, or one subscription of a node.
+struct Task {
+  std::string name;  ///< `Node` (timer) or `Node/topic` (subscription); unique in its set.
+  TaskKind kind = TaskKind::timer;
+  Duration period{};                     ///< Timers: distance of two timestamps, > 0. Subscriptions: 0.
+  Duration phase{};                      ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
+  Duration wcet{};                       ///< Worst-case execution time, >= 0.
+  Duration bcet{};                       ///< Best-case execution time, 0 <= bcet <= wcet.
+  Duration deadline{};                   ///< Timers: relative deadline, > 0 (implicit deadline: the period).
+  std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.
+  std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
+  std::uint32_t group = 0;               ///< Index into TaskSet::groups.
+  std::vector<TaskId> feeds;             ///< Subscriptions that a publication of this task's jobs activates.
+};
+
+/// Tasks in creation order with their callback groups.
+struct TaskSet {
+  std::vector<Task> tasks;
+  std::vector<CallbackGroup> groups = {CallbackGroup::mutually_exclusive};
+
+  const Task& operator[](TaskId id) const { return tasks[id]; }
+  TaskId size() const { return static_cast<TaskId>(tasks.size()); }
+};
+
+}  // namespace hotpath

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hotpath/core/job.hpp"
+
+namespace hotpath {
+
+/// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling). The only place where it stands.
+class Timer {
+ public:
+  Timer() = default;
+  Timer(TaskId task, const Task& t, Time epoch)
+      : task_(task), period_(t.period), deadline_(t.deadline), next_call_(epoch + t.phase) {}
+
+  Time next_call() const { return next_call_; }
+  bool is_ready(Time now) const { return next_call_ <= now; }
+
+  /// The job of the next timestamp, and the step to the timestamp after it: one period on, and if that is not
+  /// strictly after `now`, on by whole periods until it is. The timestamps passed over are skipped.
+  Job call(Time now);
+
+  /// Timestamps at or before `now` that a call at `now` would skip.
+  std::uint32_t would_skip(Time now) const;
+
+ private:
+  TaskId task_ = kNoTask;
+  Duration period_{1};
+  Duration deadline_{};
+  Time next_call_{};
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hotpath/core/timer.hpp"
+
+namespace hotpath {
+
+/// The timers of a task set in a binary heap by next call (rclcpp experimental/timers_manager.hpp); the
+/// paper's *timer release queue*. Timers with equal next calls come in task order.
+class TimersManager {
+ public:
+  void begin(const TaskSet& set, Time epoch);
+
+  /// Next call of the head timer, kNever without timers.
+  Time next_call() const { return heap_.empty() ? kNever : heap_.front().next_call; }
+  bool due(Time now) const { return next_call() <= now; }
+
+  /// Calls the head timer, which must be due, and restores the heap. O(log n).
+  Job call_head(Time now);
+
+  const std::vector<Timer>& timers() const { return timers_; }
+
+ private:
+  // Key and index side by side, so that sifting stays within the heap's own memory.
+  struct Entry {
+    Time next_call;
+    std::uint32_t timer;
+  };
+  static bool before(const Entry& a, const Entry& b) {
+    return a.next_call != b.next_call ? a.next_call < b.next_call : a.timer < b.timer;
+  }
+  void sift_down(std::size_t i);
+
+  std::vector<Timer> timers_;
+  std::vector<Entry> heap_;
+};
+
+}  // namespace hotpath

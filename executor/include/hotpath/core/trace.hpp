@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hotpath/core/job.hpp"
+
+namespace hotpath {
+
+/// One job of a run. Which instants are set follows from the outcome: `ran` has all, `running` no finish,
+/// `empty` start equal to finish, `queued` and `overwritten` neither.
+struct JobRecord {
+  Job job;  ///< job.skipped stands for that many further timestamps, each a row `skipped` of jobs.csv.
+  Time start{};
+  Time finish{};
+  Duration cpu_time{-1};  ///< CPU time of the thread over the job; -1: not measured.
+  Outcome outcome = Outcome::ran;
+  std::uint8_t worker = 0;
+  std::uint16_t process = 0;
+  std::int16_t cpu = -1;  ///< Processor on which the job finished; -1: unknown.
+};
+
+/// One output of a chain's sink.
+struct ChainRecord {
+  std::uint32_t chain = 0;     ///< Index into the graph's chains.
+  std::uint64_t sequence = 0;  ///< Sequence of the sink's job.
+  std::uint32_t dropped =
+      0;  ///< Samples lost on the way, as counted in the message (upstream's `hot path drops`).
+  Duration
+      hot_path_latency{};  ///< Start of the sink's job minus the latest start of a source job in its data.
+  Duration end_to_end_latency{
+      -1};  ///< Finish of the sink's job minus the oldest source timestamp; -1: unknown.
+};
+
+/// All that one run of one executor recorded, live or simulated.
+struct Trace {
+  std::string executor;
+  std::uint32_t repetition = 0;
+  Time epoch{};
+  Time end{};  ///< No job starts at or after it.
+  std::vector<JobRecord> jobs;
+  std::vector<ChainRecord> chains;
+  std::vector<std::uint64_t>
+      published;  ///< Per task: publications by its jobs, each of which reaches all it feeds.
+  std::uint64_t lost_records = 0;  ///< Records for which the buffers had no room.
+};
+
+}  // namespace hotpath

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cassert>
+#include <cstdint>
+
+namespace hotpath {
+
+/// Index of one thread of an executor, below kMaxWorkers.
+using Worker = std::uint32_t;
+inline constexpr Worker kMaxWorkers = 64;
+
+/// What a worker is for; drivers derive its default thread policy from it.
+enum class WorkerRole : std::uint8_t {
+  executor,          ///< rclcpp's executor thread (the paper's *default thread*).
+  timer_management,  ///< The releaser (the paper's *timer management thread*); in RE it runs the timers' jobs
+                     ///< too.
+};
+
+/// A set of workers.
+class WorkerSet {
+ public:
+  constexpr WorkerSet() = default;
+  static constexpr WorkerSet of(Worker w) {
+    WorkerSet s;
+    s.insert(w);
+    return s;
+  }
+  constexpr void insert(Worker w) {
+    assert(w < kMaxWorkers);
+    bits_ |= std::uint64_t{1} << w;
+  }
+  constexpr void erase(Worker w) { bits_ &= ~(std::uint64_t{1} << w); }
+  constexpr bool contains(Worker w) const { return (bits_ >> w) & 1U; }
+  constexpr bool empty() const { return bits_ == 0; }
+  /// Lowest member; the set must not be empty.
+  constexpr Worker first() const {
+    assert(!empty());
+    return static_cast<Worker>(std::countr_zero(bits_));
+  }
+  constexpr Worker pop_first() {
+    const Worker w = first();
+    erase(w);
+    return w;
+  }
+  constexpr WorkerSet& operator|=(WorkerSet o) {
+    bits_ |= o.bits_;
+    return *this;
+  }
+  friend constexpr bool operator==(WorkerSet, WorkerSet) = default;
+
+ private:
+  std::uint64_t bits_ = 0;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/events_scheduler.hpp"
+
+namespace hotpath {
+
+EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events)
+    : events_(std::move(events)), set_(set), unread_(set) {}
+
+void EventsScheduler::begin(Time epoch) { timers_.begin(set_, epoch); }
+
+Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
+  UnreadSamples::Added added = unread_.add(task, sample);
+  added.job.release = now;
+  events_->push(added.job);
+  return {WorkerSet::of(kExecutor), added.overwritten};
+}
+
+Decision EventsScheduler::next_event() {
+  Decision decision;
+  if (events_->empty()) return decision;
+  Job job = events_->pop();
+  if (set_[job.task].kind == TaskKind::subscription) {
+    // The event stands for any sample: it takes what there is, at the moment it runs.
+    const Time release = job.release;
+    if (unread_.count(job.task) > 0) {
+      job = unread_.take(job.task);
+      job.release = release;
+    } else {
+      job.empty = true;
+    }
+  }
+  decision.job = job;
+  return decision;
+}
+
+void EventsScheduler::unfinished(Time now, const Visitor& visit) const {
+  events_->for_each([&](const Job& job) {
+    if (set_[job.task].kind == TaskKind::timer) visit(job, Outcome::queued);
+  });
+  for (TaskId id = 0; id < set_.size(); ++id) {
+    for (std::uint32_t i = 0; i < unread_.count(id); ++i) visit(unread_.peek(id, i), Outcome::queued);
+  }
+  for (const Timer& t : timers_.timers()) {
+    if (!t.is_ready(now)) continue;
+    Timer at_the_end = t;
+    visit(at_the_end.call(now), Outcome::queued);
+  }
+}
+
+Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
+  Effect effect;
+  if (worker != kTimerManagement) return effect;
+  while (timers_.due(now)) {
+    events_->push(timers_.call_head(now));
+    ++effect.released;
+    if (release_ == Release::one_by_one) break;
+  }
+  if (effect.released > 0) effect.wake = WorkerSet::of(kExecutor);
+  return effect;
+}
+
+Decision ReleaseOnlyScheduler::decide(Worker worker, Time) {
+  if (worker == kExecutor) return next_event();
+  Decision decision;
+  decision.wake_at = timers_.next_call();
+  return decision;
+}
+
+Decision ReleaseAndExecuteScheduler::decide(Worker worker, Time now) {
+  if (worker == kExecutor) return next_event();
+  Decision decision;
+  if (timers_.due(now)) {
+    decision.job = timers_.call_head(now);
+  } else {
+    decision.wake_at = timers_.next_call();
+  }
+  return decision;
+}
+
+Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
+  Effect effect;
+  if (worker != kTimerManagement) return effect;
+  while (timers_.due(now)) {
+    timer_ready_->push(timers_.call_head(now));
+    ++effect.released;
+  }
+  return effect;
+}
+
+Decision TimerReadyQueueScheduler::decide(Worker worker, Time) {
+  if (worker == kExecutor) return next_event();
+  Decision decision;
+  if (timer_ready_->empty()) {
+    decision.wake_at = timers_.next_call();
+  } else {
+    decision.job = timer_ready_->pop();
+  }
+  return decision;
+}
+
+void TimerReadyQueueScheduler::unfinished(Time now, const Visitor& visit) const {
+  timer_ready_->for_each([&](const Job& job) { visit(job, Outcome::queued); });
+  EventsScheduler::unfinished(now, visit);
+}
+
+}  // namespace hotpath

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/priority_events_queue.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace hotpath {
+
+namespace {
+// The standard heap keeps the largest element first; ours is the smallest key.
+constexpr auto runs_later = [](const auto& a, const auto& b) { return b.key < a.key; };
+}  // namespace
+
+void PriorityEventsQueue::push(const Job& job) {
+  std::uint32_t slot;
+  if (free_.empty()) {
+    slot = static_cast<std::uint32_t>(slots_.size());
+    slots_.push_back(job);
+  } else {
+    slot = free_.back();
+    free_.pop_back();
+    slots_[slot] = job;
+  }
+  heap_.push_back({order_.key(job, activations_++), slot});
+  std::push_heap(heap_.begin(), heap_.end(), runs_later);
+}
+
+Job PriorityEventsQueue::pop() {
+  assert(!heap_.empty());
+  std::pop_heap(heap_.begin(), heap_.end(), runs_later);
+  const std::uint32_t slot = heap_.back().slot;
+  heap_.pop_back();
+  free_.push_back(slot);
+  return slots_[slot];
+}
+
+void PriorityEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
+  for (const Entry& e : heap_) visit(slots_[e.slot]);
+}
+
+}  // namespace hotpath

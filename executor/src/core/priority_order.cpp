@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/priority_order.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::int64_t kLowest = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kAheadOfTimers = std::numeric_limits<std::int64_t>::min();
+constexpr std::uint64_t kTimerBit = std::uint64_t{1} << 63;
+
+std::int64_t own_level(const Task& task, Policy policy) {
+  switch (policy) {
+    case Policy::rm:
+      return task.period.count();
+    case Policy::dm:
+      return task.deadline.count();
+    case Policy::fp:
+      return task.priority.value_or(kLowest);
+    case Policy::fifo:
+    case Policy::edf:
+      return 0;
+  }
+  return 0;
+}
+
+}  // namespace
+
+const char* to_string(Policy policy) {
+  switch (policy) {
+    case Policy::fifo:
+      return "fifo";
+    case Policy::rm:
+      return "rm";
+    case Policy::dm:
+      return "dm";
+    case Policy::fp:
+      return "fp";
+    case Policy::edf:
+      return "edf";
+  }
+  return "?";
+}
+
+const char* to_string(SubscriptionRule rule) {
+  return rule == SubscriptionRule::inherit ? "inherit" : "first";
+}
+const char* to_string(Ties ties) { return ties == Ties::lifo ? "lifo" : "fifo"; }
+
+std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
+  std::vector<std::int64_t> level(set.size(), kLowest);
+  std::vector<TaskId> timers;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind == TaskKind::timer) {
+      level[id] = own_level(set[id], policy);
+      timers.push_back(id);
+    }
+  }
+  // Timers from the most urgent on: whoever reaches a subscription first gives it its level.
+  std::stable_sort(timers.begin(), timers.end(), [&](TaskId a, TaskId b) { return level[a] < level[b]; });
+  std::vector<bool> reached(set.size(), false);
+  std::vector<TaskId> pending;
+  for (const TaskId root : timers) {
+    pending.assign(1, root);
+    while (!pending.empty()) {
+      const TaskId id = pending.back();
+      pending.pop_back();
+      for (const TaskId next : set[id].feeds) {
+        if (reached[next]) continue;
+        reached[next] = true;
+        level[next] = level[root];
+        pending.push_back(next);
+      }
+    }
+  }
+  if (policy == Policy::fp) {
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (set[id].kind == TaskKind::subscription && set[id].priority) level[id] = *set[id].priority;
+    }
+  }
+  return level;
+}
+
+PriorityOrder::PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule rule, Ties ties)
+    : policy_(policy), ties_(ties), rule_(rule), level_(inherited_levels(set, policy)) {
+  kind_.reserve(set.size());
+  for (const Task& task : set.tasks) kind_.push_back(task.kind);
+  if (rule == SubscriptionRule::first) {
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (kind_[id] == TaskKind::subscription) level_[id] = kAheadOfTimers;
+    }
+  }
+}
+
+PriorityKey PriorityOrder::key(const Job& job, std::uint64_t activation) const {
+  if (policy_ == Policy::fifo) return {0, activation};
+  const bool timer = kind_[job.task] == TaskKind::timer;
+  PriorityKey key;
+  const bool by_deadline = policy_ == Policy::edf && (timer || rule_ == SubscriptionRule::inherit);
+  key.priority = by_deadline ? to_ns(job.deadline) : level_[job.task];
+  if (ties_ == Ties::fifo) {
+    key.tie = activation;
+  } else if (timer) {
+    // Task id, then timestamp: 31 and 32 bits; a run that outlives 2^32 timestamps of one timer still orders
+    // tasks, and jobs of one task differ by less than 2^32.
+    key.tie = kTimerBit | (std::uint64_t{job.task & 0x7fffffffU} << 32) | (job.sequence & 0xffffffffU);
+  } else {
+    key.tie = kTimerBit - 1 - activation;
+  }
+  return key;
+}
+
+}  // namespace hotpath

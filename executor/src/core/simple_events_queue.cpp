@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/simple_events_queue.hpp"
+
+#include <cassert>
+
+namespace hotpath {
+
+void SimpleEventsQueue::push(const Job& job) {
+  if (count_ == ring_.size()) {
+    std::vector<Job> larger(2 * ring_.size());
+    for (std::size_t i = 0; i < count_; ++i) larger[i] = ring_[(head_ + i) & (ring_.size() - 1)];
+    ring_.swap(larger);
+    head_ = 0;
+  }
+  ring_[(head_ + count_) & (ring_.size() - 1)] = job;
+  ++count_;
+}
+
+Job SimpleEventsQueue::pop() {
+  assert(count_ > 0);
+  const Job job = ring_[head_];
+  head_ = (head_ + 1) & (ring_.size() - 1);
+  --count_;
+  return job;
+}
+
+void SimpleEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
+  for (std::size_t i = 0; i < count_; ++i) visit(ring_[(head_ + i) & (ring_.size() - 1)]);
+}
+
+}  // namespace hotpath

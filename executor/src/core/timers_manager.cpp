@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/timers_manager.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace hotpath {
+
+void TimersManager::begin(const TaskSet& set, Time epoch) {
+  timers_.clear();
+  heap_.clear();
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind == TaskKind::timer) timers_.emplace_back(id, set[id], epoch);
+  }
+  for (std::uint32_t i = 0; i < timers_.size(); ++i) heap_.push_back({timers_[i].next_call(), i});
+  std::sort(heap_.begin(), heap_.end(), before);  // a sorted array is a heap
+}
+
+Job TimersManager::call_head(Time now) {
+  assert(due(now));
+  Entry& head = heap_.front();
+  Timer& timer = timers_[head.timer];
+  const Job job = timer.call(now);
+  head.next_call = timer.next_call();
+  sift_down(0);
+  return job;
+}
+
+void TimersManager::sift_down(std::size_t i) {
+  const Entry moving = heap_[i];
+  for (;;) {
+    std::size_t child = 2 * i + 1;
+    if (child >= heap_.size()) break;
+    if (child + 1 < heap_.size() && before(heap_[child + 1], heap_[child])) ++child;
+    if (!before(heap_[child], moving)) break;
+    heap_[i] = heap_[child];
+    i = child;
+  }
+  heap_[i] = moving;
+}
+
+}  // namespace hotpath
