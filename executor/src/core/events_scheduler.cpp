@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/events_scheduler.hpp"
 
+#include <algorithm>
+
 namespace hotpath {
 
 EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events)
@@ -24,7 +26,8 @@ Decision EventsScheduler::next_event() {
     const Time release = job.release;
     if (unread_.count(job.task) > 0) {
       job = unread_.take(job.task);
-      job.release = release;
+      // After an overwriting this may be a younger sample than the one that brought the event.
+      job.release = std::max(release, job.timestamp);
     } else {
       job.empty = true;
     }

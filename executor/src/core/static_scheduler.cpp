@@ -7,6 +7,7 @@ namespace hotpath {
 
 StaticScheduler::StaticScheduler(const TaskSet& set) : set_(set), unread_(set) {
   for (TaskId id = 0; id < set_.size(); ++id) {
+    if (!set_[id].local) continue;
     (set_[id].kind == TaskKind::timer ? timer_ids_ : subscription_ids_).push_back(id);
   }
   ready_timers_.reserve(timer_ids_.size());
@@ -38,7 +39,8 @@ void StaticScheduler::wait(Time now) {
 std::optional<Job> StaticScheduler::next_ready(Time now) {
   if (next_subscription_ < ready_subscriptions_.size()) {
     Job job = unread_.take(subscription_ids_[ready_subscriptions_[next_subscription_++]]);
-    job.release = waited_at_;
+    // A sample overwritten since the wait gave its place among the ready ones to a younger one.
+    job.release = std::max(waited_at_, job.timestamp);
     return job;
   }
   while (next_timer_ < ready_timers_.size()) {

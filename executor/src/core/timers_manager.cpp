@@ -10,7 +10,7 @@ void TimersManager::begin(const TaskSet& set, Time epoch) {
   timers_.clear();
   heap_.clear();
   for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer) timers_.emplace_back(id, set[id], epoch);
+    if (set[id].kind == TaskKind::timer && set[id].local) timers_.emplace_back(id, set[id], epoch);
   }
   for (std::uint32_t i = 0; i < timers_.size(); ++i) heap_.push_back({timers_[i].next_call(), i});
   std::sort(heap_.begin(), heap_.end(), before);  // a sorted array is a heap

@@ -9,6 +9,7 @@ WaitSetScheduler::WaitSetScheduler(const TaskSet& set, unsigned workers)
     : set_(set), roles_(workers, WorkerRole::executor), unread_(set), group_busy_(set.groups.size(), false) {
   assert(workers >= 1 && workers <= kMaxWorkers);
   for (TaskId id = 0; id < set_.size(); ++id) {
+    if (!set_[id].local) continue;
     (set_[id].kind == TaskKind::timer ? timer_ids_ : subscription_ids_).push_back(id);
   }
   ready_timers_.reserve(timer_ids_.size());
@@ -59,7 +60,8 @@ std::optional<Job> WaitSetScheduler::pick(Time now) {
                                          [&](std::uint32_t i) { return group_free(subscription_ids_[i]); });
   if (subscription != ready_subscriptions_.end()) {
     Job job = unread_.take(subscription_ids_[*subscription]);
-    job.release = polled_at_;
+    // A sample overwritten since the poll gave its place in the snapshot to a younger one.
+    job.release = std::max(polled_at_, job.timestamp);
     ready_subscriptions_.erase(subscription);
     occupy_group(job.task);
     return job;

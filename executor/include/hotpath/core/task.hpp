@@ -33,6 +33,7 @@ struct Task {
   std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.
+  bool local = true;  ///< Runs in this process. Others are known only for the priorities that they hand down.
   std::vector<TaskId> feeds;             ///< Subscriptions that a publication of this task's jobs activates.
 };
 

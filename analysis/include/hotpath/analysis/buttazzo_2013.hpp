@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hotpath/analysis/sequence_task.hpp"
+
+namespace hotpath {
+
+/// Fixed priorities with fixed preemption points between the segments, sporadic, arbitrary deadlines (Buttazzo,
+/// Bertogna, Yao: "Limited preemptive scheduling for real-time systems", IEEE TII 9(1), 2013; Bril 2009). None where the
+/// level is overloaded. Throws AnalysisError for suspensions, which chen_2019() takes.
+ResponseTimes buttazzo_2013(const SequenceTasks& tasks, TimeModel model = TimeModel::continuous);
+
+}  // namespace hotpath

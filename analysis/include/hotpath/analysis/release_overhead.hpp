@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+
+#include "hotpath/analysis/response_times.hpp"
+
+namespace hotpath {
+
+/// Section V-B of the paper: releasing one job takes up to delta; Delta_i prolongs the jobs of tau_i.
+
+/// Release-and-execute, and the tightened form of release-only: n * delta.
+std::int64_t release_overhead_re(std::size_t tasks, std::int64_t delta);
+
+/// Release-only, Equation (3): the fixed point t_0 and the overhead of one task.
+struct ReleaseOverhead {
+  std::int64_t t0 = 0;        ///< Longest time a job executes, releases included.
+  std::int64_t overhead = 0;  ///< Delta_i.
+};
+
+/// None when it diverges: the releases alone use the whole processor (sum of delta / T_j >= 1).
+std::optional<ReleaseOverhead> release_overhead_ro(const PeriodicTasks& tasks, std::size_t position,
+                                                   std::int64_t delta);
+
+enum class ReleaseMode : std::uint8_t { release_only, release_and_execute };
+
+using ResponseTimeAnalysis = std::function<ResponseTimes(const PeriodicTasks&)>;
+
+struct OverheadAwareResponse {
+  PeriodicTasks tasks;      ///< C_i := C_i + Delta_i, as behind `bounds`.
+  ResponseTimes bounds;
+  bool tightened = false;   ///< Delta_i = n * delta was used.
+};
+
+/// Applies `analysis` to C_i + Delta_i. For release_only Delta_i first comes from Equation (3); only when that shows
+/// the set schedulable and its deadlines are constrained are the bounds tightened with n * delta. Throws
+/// AnalysisError when the overhead diverges, or when release_and_execute would skip timestamps (C_i >= T_j for some
+/// j != i, condition C1 of Section V-A).
+OverheadAwareResponse with_release_overhead(const PeriodicTasks& tasks, std::int64_t delta, ReleaseMode mode,
+                                            const ResponseTimeAnalysis& analysis);
+
+}  // namespace hotpath

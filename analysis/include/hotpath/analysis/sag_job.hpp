@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <iosfwd>
+
+#include "hotpath/analysis/periodic_task.hpp"
+
+namespace hotpath {
+
+/// One job of a schedule-abstraction graph, in the columns of the SAG tools' job files.
+struct SagJob {
+  std::uint64_t task = 0;
+  std::uint64_t job = 0;
+  std::int64_t arrival_min = 0, arrival_max = 0;
+  std::int64_t cost_min = 0, cost_max = 0;
+  std::int64_t deadline = 0;  ///< Absolute.
+  std::int64_t priority = 0;  ///< Smaller first; ties by task, then job.
+};
+
+enum class SagPolicy : std::uint8_t { fixed_priority, edf };
+
+/// Jobs above which a hyperperiod counts as exploded.
+inline constexpr std::int64_t kMaxSagJobs = 5'000'000;
+
+/// All jobs with a nominal release in one hyperperiod (synchronous tasks), or, where there are phases, before the
+/// largest phase plus two hyperperiods; sorted by release. Task numbers are positions, execution times [bcet, wcet],
+/// release windows [r, r + jitter]. Throws AnalysisError when the hyperperiod overflows or has more than kMaxSagJobs
+/// jobs.
+std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy);
+
+/// The format of the SAG tools (np-schedulability-analysis): a header line, then
+/// `Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority`.
+void write_sag_csv(std::ostream& out, const std::vector<SagJob>& jobs);
+
+/// Throws AnalysisError with file, line, what is wrong and what would be right.
+std::vector<SagJob> read_sag_csv(std::istream& in, const std::string& file_name);
+
+}  // namespace hotpath

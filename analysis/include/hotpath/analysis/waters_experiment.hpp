@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "hotpath/analysis/waters_2015.hpp"
+
+namespace hotpath {
+
+/// Response time analysis and end-to-end method, against the default executor's bound (teper_2024).
+enum class WatersMethod : std::uint8_t {
+  brueggen_davare,  ///< The paper's: Theorem 1 and Equation (6).
+  davis_davare,     ///< Exact NP-FP and Equation (6).
+  davis_duerr,      ///< Exact NP-FP and the sporadic reaction time.
+  davis_kloda,      ///< Exact NP-FP and the synchronous periodic latency.
+  davis_guenzel,    ///< Exact NP-FP and the phase-aware latency, phases drawn uniformly from [0, T).
+};
+inline constexpr std::size_t kWatersMethods = 5;
+const char* to_string(WatersMethod);
+
+struct WatersOptions {
+  std::uint64_t seed = 1;
+  std::vector<double> utilisations = {0.6, 0.8, 0.9};
+  std::uint32_t sets = 1000;  ///< Task sets for each utilisation.
+  std::vector<WatersMethod> methods = {WatersMethod::brueggen_davare};
+  unsigned threads = 0;  ///< 0: one for each processor. Never changes a result.
+};
+
+/// One chain: bounds in ns, parallel to WatersOptions::methods; -1 where the set is not schedulable by the method's
+/// response time analysis.
+struct WatersRow {
+  std::uint32_t level = 0;  ///< Index into WatersOptions::utilisations.
+  std::uint32_t set = 0;
+  std::uint32_t chain = 0;
+  std::uint32_t length = 0;
+  std::int64_t default_bound = 0;
+  std::array<std::int64_t, kWatersMethods> bound{};  ///< Only the first methods.size() are used.
+
+  /// (E_default - E) / E_default of method number m of the options.
+  double reduction(std::size_t m) const {
+    return static_cast<double>(default_bound - bound[m]) / static_cast<double>(default_bound);
+  }
+  friend bool operator==(const WatersRow&, const WatersRow&) = default;
+};
+
+/// One task set; those that are not schedulable have no rows.
+struct WatersSet {
+  std::uint32_t level = 0, set = 0;
+  std::uint32_t tasks = 0;
+  std::uint32_t chains = 0;  ///< Generated, with or without rows.
+  bool schedulable_brueggen = false;
+  bool schedulable_davis = false;  ///< Only meaningful when a method uses it.
+  friend bool operator==(const WatersSet&, const WatersSet&) = default;
+};
+
+struct WatersResult {
+  std::vector<WatersSet> sets;
+  std::vector<WatersRow> rows;
+  friend bool operator==(const WatersResult&, const WatersResult&) = default;
+};
+
+/// The whole experiment, or the part of one machine: share `rank` of `ranks`. Both in order of level, set, chain.
+WatersResult waters_share(const WatersOptions& options, std::uint32_t rank, std::uint32_t ranks);
+WatersResult run_waters(const WatersOptions& options);
+
+/// Joins the shares of all ranks into what one machine would have computed.
+WatersResult join_waters(const std::vector<WatersResult>& shares);
+
+/// A share as bytes and back, for machines of one architecture. Throws AnalysisError for bytes that are no share.
+std::string pack_waters(const WatersResult& share);
+WatersResult unpack_waters(const std::string& bytes);
+
+}  // namespace hotpath

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/analysis/sag_job.hpp"
+
+#include <algorithm>
+
+#include "hotpath/analysis/exact.hpp"
+
+namespace hotpath {
+
+std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy) {
+  using exact::add;
+  constexpr std::string_view kMethod = "the schedule-abstraction graph (nasri_2017)";
+  constexpr std::string_view kInstead = "davis_2007 (exact NP-FP) or spuri_1996 (NP-EDF)";
+  check_tasks(tasks, {.method = kMethod, .instead = kInstead});
+  const std::int64_t h = hyperperiod(tasks, kMethod, kInstead);
+  std::int64_t horizon = h, latest_phase = 0;
+  for (const PeriodicTask& t : tasks) latest_phase = std::max(latest_phase, t.phase);
+  if (latest_phase > 0) horizon = add(latest_phase, exact::multiply(2, h));
+
+  std::int64_t count = 0;
+  for (const PeriodicTask& t : tasks) count = add(count, exact::ceil_div(horizon - t.phase, t.period));
+  if (count > kMaxSagJobs) {
+    throw AnalysisError("a hyperperiod of " + std::to_string(h) + " ns gives " + std::to_string(count) +
+                        " jobs, more than the " + std::to_string(kMaxSagJobs) + " that " + std::string(kMethod) +
+                        " takes; choose periods with a smaller common multiple, or use " + std::string(kInstead));
+  }
+  std::vector<SagJob> jobs;
+  jobs.reserve(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    const PeriodicTask& t = tasks[i];
+    std::uint64_t number = 0;
+    for (std::int64_t r = t.phase; r < horizon; r = add(r, t.period)) {
+      const std::int64_t deadline = add(r, t.deadline);
+      jobs.push_back({.task = i,
+                      .job = number++,
+                      .arrival_min = r,
+                      .arrival_max = add(r, t.jitter),
+                      .cost_min = t.bcet,
+                      .cost_max = t.wcet,
+                      .deadline = deadline,
+                      .priority = policy == SagPolicy::edf ? deadline : static_cast<std::int64_t>(i)});
+    }
+  }
+  std::stable_sort(jobs.begin(), jobs.end(),
+                   [](const SagJob& a, const SagJob& b) { return a.arrival_min < b.arrival_min; });
+  return jobs;
+}
+
+}  // namespace hotpath

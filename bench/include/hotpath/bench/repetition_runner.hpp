@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "hotpath/bench/executor_spec.hpp"
+#include "hotpath/bench/summary.hpp"
+#include "hotpath/reference_system/live_system.hpp"
+
+namespace hotpath {
+
+/// Everything that one live repetition needs to know.
+struct RepetitionPlan {
+  const Graph* graph = nullptr;
+  GraphTasks tasks;  ///< With the phases of this repetition.
+  ExecutorSpec executor;
+  std::uint32_t repetition = 0;
+
+  TransportKind transport = TransportKind::fastdds;
+  FastDdsOptions fastdds;
+  std::uint32_t processes = 1;
+  std::vector<int> cpus;  ///< Empty: all.
+  bool lock_memory = false;
+  bool measure_cpu_time = false;
+  std::optional<ThreadPolicy> executor_policy, timer_policy;  ///< Asked for; otherwise the executor's defaults.
+
+  Duration length{};  ///< From the epoch to the end, warm-up included.
+  Duration discovery_limit = std::chrono::seconds(20);
+  Duration overtime_limit = std::chrono::seconds(20);  ///< After the end, before a process counts as hung.
+  Calibration calibration;
+};
+
+struct RepetitionResult {
+  Repetition repetition;              ///< What was recorded, also when something failed.
+  std::vector<std::string> policies;  ///< Scheduling class obtained by each worker's thread: `timer_mgmt fifo:90`.
+  std::string failure;                ///< One sentence; empty: none.
+  bool setup_failed = false;          ///< No repetition with this plan can succeed.
+  bool interrupted = false;           ///< Ended early on request; what was measured is whole up to then.
+  std::vector<std::string> warnings;
+};
+
+/// Process of each node: contiguous shares of the creation order, of nearly equal size.
+std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes);
+
+/// Runs one repetition in fresh processes that share one epoch. The calling process must have one thread only.
+/// `progress(elapsed)` is called about ten times a second.
+RepetitionResult run_repetition(const RepetitionPlan& plan, const std::function<void(Duration)>& progress);
+
+}  // namespace hotpath

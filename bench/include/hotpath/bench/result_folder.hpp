@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "hotpath/core/trace.hpp"
+
+namespace hotpath {
+
+/// The folder of one run. Files get their names when they are whole: until then jobs.csv and chains.csv grow under
+/// names that end in `.part`, which are all that a killed run leaves of them.
+class ResultFolder {
+ public:
+  /// Creates the folder. Throws UsageError when it cannot be written or holds a run already.
+  explicit ResultFolder(const std::filesystem::path& path);
+
+  const std::filesystem::path& path() const { return path_; }
+
+  /// Replaces a whole file. Throws RunError (disk full, for example), and leaves the old one.
+  void write(const std::string& name, const std::string& content) const;
+  void write(const std::string& name, const nlohmann::json& content) const { write(name, content.dump(2) + "\n"); }
+
+  /// Adds one repetition to jobs.csv and chains.csv. Throws RunError.
+  void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace,
+              const std::vector<ChainRecord>& counted_chains);
+
+  /// Gives jobs.csv and chains.csv their names. Throws RunError.
+  void finish();
+
+ private:
+  void check(std::ofstream& stream, const char* name) const;
+
+  const std::filesystem::path path_;
+  std::ofstream jobs_, chains_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "hotpath/core/time.hpp"
+
+namespace hotpath {
+
+/// What the coordinator and a process of a run tell each other.
+struct ChannelMessage {
+  enum class Kind : std::uint32_t {
+    matched,  ///< Process: all endpoints have met.
+    begin,    ///< Coordinator: number[0] is the epoch, number[1] the end.
+    begun,    ///< Process: its threads run; text lists their policies.
+    stop,     ///< Coordinator: end now.
+    stopped,  ///< Process: no job runs any more; number[0] is the instant of the end.
+    settle,   ///< Coordinator: every process has stopped.
+    done,     ///< Process: numbers are its usage.
+    failed,   ///< Process: text says why.
+  };
+  Kind kind = Kind::failed;
+  std::array<std::int64_t, 5> number{};
+  std::array<char, 1024> text{};
+
+  void set_text(const std::string& s);
+};
+
+/// One end of a connection between two processes; closes with its owner.
+class Channel {
+ public:
+  Channel() = default;
+  explicit Channel(int descriptor) : descriptor_(descriptor) {}
+  Channel(Channel&& other) noexcept : descriptor_(other.descriptor_) { other.descriptor_ = -1; }
+  Channel& operator=(Channel&& other) noexcept;
+  ~Channel();
+
+  /// Two connected ends. Throws std::system_error.
+  static std::array<Channel, 2> make_pair();
+
+  /// False when the other end is gone.
+  bool send(const ChannelMessage& message) const;
+  /// The next message; none when `until` passes, the wait is interrupted by a signal, or the other end is
+  /// gone (then `closed` is set).
+  std::optional<ChannelMessage> receive(Time until, bool& closed) const;
+
+  int descriptor() const { return descriptor_; }
+
+ private:
+  int descriptor_ = -1;
+};
+
+}  // namespace hotpath

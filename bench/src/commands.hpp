@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace hotpath {
+
+/// Each adds one subcommand, whose callback does the work and throws UsageError or RunError.
+void add_run_command(CLI::App& app);
+void add_compare_command(CLI::App& app);
+void add_list_command(CLI::App& app);
+void add_graph_command(CLI::App& app);
+
+}  // namespace hotpath

@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "experiment.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+
+#include "figures.hpp"
+#include "hotpath/bench/errors.hpp"
+#include "hotpath/bench/interrupt.hpp"
+#include "hotpath/bench/machine.hpp"
+#include "hotpath/bench/progress.hpp"
+#include "hotpath/bench/repetition_runner.hpp"
+#include "hotpath/bench/result_folder.hpp"
+#include "hotpath/bench/table.hpp"
+#include "hotpath/reference_system/chain_limits.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using nlohmann::json;
+
+/// What a process needs before its epoch and after its end, for the estimate of the time left.
+constexpr Duration kOverhead = std::chrono::milliseconds(400);
+
+Duration seconds(double s) { return from_ms(s * 1000); }
+
+std::string time_stamp(const char* format) {
+  const std::time_t now = std::time(nullptr);
+  char text[64];
+  std::strftime(text, sizeof(text), format, std::localtime(&now));
+  return text;
+}
+
+class Experiment {
+ public:
+  explicit Experiment(const RunOptions& options)
+      : options_(options), graph_(load_graph(find_graph(options.graph))), tasks_(make_tasks(graph_)) {
+    prepare();
+  }
+
+  void run() {
+    ResultFolder folder(options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + graph_.name
+                                                : options_.output);
+    catch_interrupts();
+    for (const std::string& sentence : warnings(machine_)) warn(sentence);
+    calibrate_work();
+    describe();
+    folder.write("run.json", run_);
+
+    std::vector<std::string> chain_names;
+    for (const Chain& chain : graph_.chains) chain_names.push_back(chain.name);
+    measure(folder, chain_names);
+    folder.finish();
+
+    const Summary summary = summarize(tasks_.set, runs_, summary_options());
+    folder.write("summary.json", to_json(summary));
+    run_["complete"] = failures_.empty() && !partial_;
+    run_["partial"] = partial_;
+    run_["failures"] = failures_;
+    run_["warnings"] = warnings_;
+    folder.write("run.json", run_);
+    report(folder, summary);
+  }
+
+ private:
+  void prepare() {
+    if (options_.quick) {
+      options_.duration_s = 2;
+      options_.warm_up_s = 0.5;
+      options_.repetitions = 1;
+    }
+    if (options_.work) graph_.work = *options_.work;
+    if (options_.load_percent) {
+      try {
+        scale_to_load(graph_, *options_.load_percent);
+      } catch (const std::invalid_argument& error) {
+        throw UsageError("--load: " + std::string(error.what()));
+      }
+      tasks_ = make_tasks(graph_);
+    }
+    const SchedulerOptions defaults{options_.rule, options_.ties, 0};
+    std::set<std::string> labels;
+    for (const std::string& name : options_.executors) {
+      executors_.push_back(parse_executor(name, defaults));
+      if (!labels.insert(name).second) throw UsageError("executor `" + name + "` is named twice");
+    }
+    for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
+    cpus_ = parse_cpus(options_.cpus);
+    const std::vector<int> available = allowed_cpus();
+    for (const int cpu : cpus_) {
+      if (std::find(available.begin(), available.end(), cpu) == available.end()) {
+        std::string list;
+        for (const int a : available) list += (list.empty() ? "" : ",") + std::to_string(a);
+        throw UsageError("--cpus " + options_.cpus + ": there is no processor " + std::to_string(cpu) +
+                         " for this process; there are " + list);
+      }
+    }
+    try {
+      if (!options_.executor_policy.empty()) executor_policy_ = parse_thread_policy(options_.executor_policy);
+      if (!options_.timer_policy.empty()) timer_policy_ = parse_thread_policy(options_.timer_policy);
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(error.what());
+    }
+    if (options_.processes > 1 && options_.transport == TransportKind::intra_process) {
+      throw UsageError("--processes " + std::to_string(options_.processes) +
+                       " needs --transport fastdds: intra_process stays within one process");
+    }
+    if (options_.processes > graph_.nodes.size()) {
+      throw UsageError("--processes " + std::to_string(options_.processes) + ": the graph has only " +
+                       std::to_string(graph_.nodes.size()) + " nodes");
+    }
+    if (!options_.phases_file.empty()) options_.phases = Phases::given;
+    // Every executor's phases now, so that a bad file stops us before anything runs.
+    for (const ExecutorSpec& e : executors_) phases_of(e, 0);
+  }
+
+  void calibrate_work() {
+    Duration typical{};
+    for (const Node& node : graph_.nodes) typical = std::max(typical, node.execution_time);
+    const std::vector<int> before = allowed_cpus();
+    if (!cpus_.empty()) pin_to_cpus(cpus_);
+    calibration_ = calibrate(typical);
+    if (!cpus_.empty()) pin_to_cpus(before);
+    if (calibration_.disturbed) {
+      warn(
+          "No two calibrations of the number cruncher in a row agreed within 2 %: something disturbs this "
+          "machine.");
+    }
+  }
+
+  std::vector<Duration> phases_of(const ExecutorSpec& executor, std::uint32_t repetition) const {
+    if (!options_.phases_file.empty()) {
+      return read_phases(options_.phases_file, graph_, std::string(executor.entry->name));
+    }
+    PhaseOptions phase_options;
+    if (options_.phase_step_ms) phase_options.step = from_ms(*options_.phase_step_ms);
+    // The same phases for all executors of a repetition.
+    phase_options.seed = options_.seed + repetition;
+    try {
+      return make_phases(graph_, tasks_, options_.phases, phase_options);
+    } catch (const std::invalid_argument& error) {
+      throw UsageError("--phases given: " + std::string(error.what()));
+    }
+  }
+
+  /// All runs in the order in which they happen.
+  std::vector<std::pair<std::uint32_t, std::size_t>> schedule() const {
+    std::vector<std::pair<std::uint32_t, std::size_t>> order;
+    std::mt19937_64 random(options_.seed);
+    for (std::uint32_t r = 0; r < options_.repetitions; ++r) {
+      const auto begin = order.size();
+      for (std::size_t e = 0; e < executors_.size(); ++e) order.emplace_back(r, e);
+      for (std::size_t i = order.size() - 1; i > begin; --i) {
+        std::swap(order[i], order[begin + random() % (i - begin + 1)]);
+      }
+    }
+    return order;
+  }
+
+  RepetitionPlan plan(std::uint32_t repetition, const ExecutorSpec& executor) const {
+    RepetitionPlan p;
+    p.graph = &graph_;
+    p.tasks = tasks_;
+    const std::vector<Duration> phases = phases_of(executor, repetition);
+    for (TaskId id = 0; id < phases.size(); ++id) p.tasks.set.tasks[id].phase = phases[id];
+    p.executor = executor;
+    p.repetition = repetition;
+    p.transport = options_.transport;
+    p.fastdds.domain = options_.domain;
+    // Keeps runs at the same time on one machine apart.
+    p.fastdds.partition = "hotpath-" + std::to_string(getpid());
+    p.fastdds.network = options_.network;
+    p.fastdds.loopback_only = !options_.all_interfaces;
+    p.processes = options_.processes;
+    p.cpus = cpus_;
+    p.lock_memory = options_.lock_memory;
+    p.measure_cpu_time = options_.measure_cpu_time;
+    p.executor_policy = executor_policy_;
+    p.timer_policy = timer_policy_;
+    p.length = seconds(options_.warm_up_s + options_.duration_s);
+    p.calibration = calibration_;
+    return p;
+  }
+
+  void measure(ResultFolder& folder, const std::vector<std::string>& chain_names) {
+    const auto order = schedule();
+    const Duration length = seconds(options_.warm_up_s + options_.duration_s);
+    Progress progress((length + kOverhead) * static_cast<std::int64_t>(order.size()));
+    const SummaryOptions counting = summary_options();
+    for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
+      const auto [repetition, e] = order[i];
+      progress.begin("[" + std::to_string(i + 1) + "/" + std::to_string(order.size()) + "] " +
+                         executors_[e].label + ", repetition " + std::to_string(repetition),
+                     (length + kOverhead) * static_cast<std::int64_t>(i));
+      const RepetitionPlan p = plan(repetition, executors_[e]);
+      RepetitionResult result =
+          run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length); });
+      progress.clear();
+      if (result.setup_failed) throw RunError(result.failure);
+      partial_ = result.interrupted;
+      note(p, result);
+      const Trace& trace = result.repetition.trace;
+      folder.append(p.tasks.set, chain_names, trace, after_warm_up(trace, counting.chains, counting.warm_up));
+      runs_[e].repetitions.push_back(std::move(result.repetition));
+      folder.write("run.json", run_);
+    }
+    for (ExecutorRuns& r : runs_) {
+      std::sort(r.repetitions.begin(), r.repetitions.end(), [](const Repetition& a, const Repetition& b) {
+        return a.trace.repetition < b.trace.repetition;
+      });
+    }
+  }
+
+  void note(const RepetitionPlan& p, const RepetitionResult& result) {
+    for (const std::string& w : result.warnings) warn(w);
+    if (!result.failure.empty()) {
+      failures_.push_back(result.failure);
+      warn(result.failure);
+    }
+    json phases = json::object();
+    for (const Task& task : p.tasks.set.tasks) {
+      if (task.kind == TaskKind::timer) phases[task.name] = to_ms(task.phase);
+    }
+    run_["runs"].push_back({{"executor", p.executor.label},
+                            {"repetition", p.repetition},
+                            {"thread_policies", result.policies},
+                            {"first_timestamps_ms", phases},
+                            {"stolen_ms", to_ms(result.repetition.usage.stolen)},
+                            {"failure", result.failure}});
+    const bool wanted_real_time = p.executor.entry->paper && !p.timer_policy;
+    for (const std::string& policy : result.policies) {
+      if (wanted_real_time && policy.find("timer_mgmt other") != std::string::npos && !told_no_real_time_) {
+        told_no_real_time_ = true;
+        warn(
+            "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
+            "ordinary policy. Run as root or with an rtprio limit for the paper's set-up.");
+      }
+    }
+    check_throttling(p);
+  }
+
+  /// The paper's release-and-execute runs jobs at SCHED_FIFO, which the kernel stops for the rest of each
+  /// period.
+  void check_throttling(const RepetitionPlan& p) {
+    if (told_throttling_ || machine_.rt_runtime_us < 0 || machine_.rt_period_us <= 0) return;
+    const ExecutorOptions defaults = default_options(*p.executor.entry);
+    const ThreadPolicy policy = p.timer_policy.value_or(defaults.timer_thread.policy);
+    const std::string name(p.executor.entry->name);
+    if (policy.scheduling_class == ThreadPolicy::Class::other || !name.ends_with("-re")) return;
+    double timers = 0;
+    for (const Task& t : p.tasks.set.tasks) {
+      if (t.kind == TaskKind::timer) timers += to_ms(t.wcet) / to_ms(t.period);
+    }
+    const double limit =
+        static_cast<double>(machine_.rt_runtime_us) / static_cast<double>(machine_.rt_period_us);
+    if (timers < limit) return;
+    told_throttling_ = true;
+    warn("Timers alone need " + std::to_string(std::lround(100 * timers)) +
+         " % of a core at SCHED_FIFO, and the " + "kernel's real-time throttling allows " +
+         std::to_string(std::lround(100 * limit)) +
+         " %: jobs will be held up. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.");
+  }
+
+  SummaryOptions summary_options() const {
+    SummaryOptions s;
+    for (const ChainIndex& chain : index_chains(graph_)) {
+      MeasuredChain& m = s.chains.emplace_back();
+      m.name = graph_.chains[s.chains.size() - 1].name;
+      for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+        const bool of_sink = tasks_.origin[id].node == chain.sink;
+        const bool stores_only = graph_.nodes[chain.sink].type == NodeType::cyclic && tasks_.origin[id].input;
+        if (of_sink && !stores_only) m.sink_tasks.push_back(id);
+      }
+    }
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      const bool cyclic = graph_.nodes[tasks_.origin[id].node].type == NodeType::cyclic;
+      if (cyclic && !tasks_.origin[id].input) s.cyclic_timers.push_back(id);
+    }
+    s.warm_up = seconds(options_.warm_up_s);
+    s.bootstrap.seed = options_.seed;
+    return s;
+  }
+
+  void describe() {
+    std::vector<std::string> labels;
+    for (const ExecutorSpec& e : executors_) labels.push_back(e.label);
+    json limits = json::array();
+    if (!graph_.chains.empty() && load_percent(graph_) > 0) {
+      const ChainLimits l = chain_limits(graph_, graph_.chains.front());
+      limits = {{{"label", "limit with one core per branch"}, {"ms", to_ms(l.one_core_per_branch)}},
+                {{"label", "limit on one thread"}, {"ms", to_ms(l.one_thread)}}};
+    }
+    run_ = {{"complete", false},
+            {"partial", false},
+            {"kind", "live"},
+            {"version", HOTPATH_VERSION},
+            {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
+            {"graph", {{"name", graph_.name}, {"nodes", graph_.nodes.size()}, {"file", options_.graph}}},
+            {"executors", labels},
+            {"rule", to_string(options_.rule)},
+            {"ties", to_string(options_.ties)},
+            {"transport", to_string(options_.transport)},
+            {"network", options_.network == FastDdsOptions::Network::udp ? "udp" : "shared_memory"},
+            {"processes", options_.processes},
+            {"cpus", cpus_.empty() ? allowed_cpus() : cpus_},
+            {"repetitions", options_.repetitions},
+            {"duration_s", options_.duration_s},
+            {"warm_up_s", options_.warm_up_s},
+            {"seed", options_.seed},
+            {"phases", to_string(options_.phases)},
+            {"load_percent", std::round(load_percent(graph_) * 1000) / 1000},
+            {"work", graph_.work == WorkMode::fixed  ? "fixed"
+                     : graph_.work == WorkMode::wall ? "wall"
+                                                     : "cpu_time"},
+            {"limits", limits},
+            {"calibration",
+             {{"divisions_per_us", calibration_.divisions_per_us},
+              {"spread_percent", calibration_.spread_percent},
+              {"readings", calibration_.readings},
+              {"disturbed", calibration_.disturbed}}},
+            {"machine", to_json(machine_)},
+            {"runs", json::array()},
+            {"warnings", warnings_},
+            {"failures", failures_}};
+  }
+
+  void report(const ResultFolder& folder, const Summary& summary) {
+    write_table(std::cout, summary);
+    if (!graph_.chains.empty()) draw_figure("hot_path.py", folder.path());
+    if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
+    std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
+    if (!failures_.empty()) {
+      throw RunError(std::to_string(failures_.size()) + " of " +
+                     std::to_string(options_.repetitions * executors_.size()) +
+                     " runs failed; the rest is in " + folder.path().string());
+    }
+  }
+
+  void warn(const std::string& sentence) {
+    warnings_.push_back(sentence);
+    std::cerr << "note: " << sentence << "\n";
+  }
+
+  RunOptions options_;
+  Graph graph_;
+  GraphTasks tasks_;
+  std::vector<ExecutorSpec> executors_;
+  std::vector<ExecutorRuns> runs_;
+  std::vector<int> cpus_;
+  std::optional<ThreadPolicy> executor_policy_, timer_policy_;
+  const Machine machine_ = read_machine();
+  Calibration calibration_;
+  json run_;
+  std::vector<std::string> warnings_, failures_;
+  bool partial_ = false;
+  bool told_no_real_time_ = false, told_throttling_ = false;
+};
+
+}  // namespace
+
+void run_experiment(const RunOptions& options) { Experiment(options).run(); }
+
+}  // namespace hotpath

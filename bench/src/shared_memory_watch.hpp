@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <set>
+#include <string>
+
+namespace hotpath {
+
+/// Remembers which files of /dev/shm a process maps, so that they can be removed when it dies without doing
+/// so itself (Fast DDS's segments outlive a killed process).
+class SharedMemoryWatch {
+ public:
+  void note(pid_t process);
+  /// Removes the files noted that no living process maps.
+  void remove_orphans() const;
+
+ private:
+  std::set<std::string> files_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/bench/summary.hpp"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+namespace hotpath {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr TaskId kLidar = 0, kPoints = 1, kClusters = 2, kPlanner = 3;
+constexpr Time kEpoch = from_ns(5'000'000'000);
+
+Time at(double ms) { return kEpoch + from_ms(ms); }
+
+/// A LiDAR driver feeds both inputs of an estimator; a planner only has its timer.
+TaskSet small_set() {
+  TaskSet set;
+  const auto timer = [](std::string name) {
+    Task task;
+    task.name = std::move(name);
+    task.period = task.deadline = milliseconds(100);
+    return task;
+  };
+  const auto subscription = [](std::string name) {
+    Task task;
+    task.name = std::move(name);
+    task.kind = TaskKind::subscription;
+    return task;
+  };
+  set.tasks = {timer("Lidar"), subscription("Estimator/points"), subscription("Estimator/clusters"),
+               timer("Planner")};
+  set.tasks[kLidar].feeds = {kPoints, kClusters};
+  return set;
+}
+
+JobRecord ran(TaskId task, std::uint64_t sequence, double timestamp_ms, double start_ms, double finish_ms) {
+  JobRecord r;
+  r.job.task = task;
+  r.job.sequence = sequence;
+  r.job.timestamp = r.job.release = at(timestamp_ms);
+  r.start = at(start_ms);
+  r.finish = at(finish_ms);
+  return r;
+}
+
+JobRecord with_outcome(JobRecord record, Outcome outcome) {
+  record.outcome = outcome;
+  return record;
+}
+
+Repetition repetition(std::uint32_t number, std::vector<JobRecord> jobs, std::vector<ChainRecord> chains) {
+  Repetition r;
+  r.trace.executor = "default";
+  r.trace.repetition = number;
+  r.trace.epoch = kEpoch;
+  r.trace.end = at(500);
+  r.trace.jobs = std::move(jobs);
+  r.trace.chains = std::move(chains);
+  return r;
+}
+
+ChainRecord output(std::uint64_t sequence, double hot_path_ms, double end_to_end_ms = -1e-6) {
+  ChainRecord r;
+  r.sequence = sequence;
+  r.hot_path_latency = from_ms(hot_path_ms);
+  r.end_to_end_latency = from_ms(end_to_end_ms);
+  return r;
+}
+
+SummaryOptions options(double warm_up_ms = 0) {
+  SummaryOptions o;
+  o.chains = {{"hot_path", {kPoints, kClusters}}};
+  o.cyclic_timers = {kPlanner};
+  o.warm_up = from_ms(warm_up_ms);
+  o.bootstrap.resamples = 200;
+  return o;
+}
+
+ExecutorSummary summary_of(std::vector<Repetition> repetitions, const SummaryOptions& o = options()) {
+  return summarize(small_set(), {{"default", std::move(repetitions)}}, o).executors.at(0);
+}
+
+TEST(WarmUp, LeavesOutTheChainsWhoseSinkJobWasPublishedBeforeIt) {
+  const Repetition r = repetition(
+      0, {ran(kPoints, 0, 99.9, 120, 121), ran(kPoints, 1, 100, 130, 131), ran(kClusters, 1, 150, 160, 161)},
+      {output(0, 10), output(1, 20)});
+  const auto counted = after_warm_up(r.trace, options().chains, milliseconds(100));
+  ASSERT_EQ(counted.size(), 1u);
+  EXPECT_EQ(counted[0].sequence, 1u);
+}
+
+TEST(WarmUp, EarliestTimestampDecidesWhereBothSinkTasksHaveTheSequence) {
+  const Repetition r =
+      repetition(0, {ran(kPoints, 3, 150, 160, 161), ran(kClusters, 3, 50, 60, 61)}, {output(3, 10)});
+  EXPECT_TRUE(after_warm_up(r.trace, options().chains, milliseconds(100)).empty());
+  EXPECT_EQ(after_warm_up(r.trace, options().chains, milliseconds(50)).size(), 1u);
+}
+
+TEST(WarmUp, JobsOfOtherTasksAndThoseThatDidNotRunDecideNothing) {
+  const Repetition r = repetition(
+      0,
+      {ran(kLidar, 3, 0, 1, 2), ran(kPlanner, 3, 0, 2, 3),
+       with_outcome(ran(kClusters, 3, 0, 0, 0), Outcome::overwritten), ran(kPoints, 3, 150, 160, 161)},
+      {output(3, 10)});
+  EXPECT_EQ(after_warm_up(r.trace, options().chains, milliseconds(100)).size(), 1u);
+}
+
+TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
+  const ExecutorSummary s = summary_of(
+      {repetition(
+          0,
+          {ran(kPlanner, 0, 0, 150, 190), ran(kPlanner, 1, 100, 200, 230), ran(kPlanner, 2, 200, 310, 320)},
+          {})},
+      options(100));
+  const TaskSummary& planner = s.tasks.at(kPlanner);
+  EXPECT_EQ(planner.response_ms.n, 2u);
+  EXPECT_DOUBLE_EQ(planner.response_ms.max, 130);
+  EXPECT_DOUBLE_EQ(planner.response_ms.min, 120);
+  EXPECT_EQ(planner.deadline_overruns, 2u);
+  EXPECT_EQ(planner.period_ms->n, 1u);
+}
+
+TEST(Latencies, BothOfDesignAreTakenPerChain) {
+  const ExecutorSummary s =
+      summary_of({repetition(0, {}, {output(0, 20, 25), output(1, 30), output(2, 40, 45)})});
+  ASSERT_EQ(s.chains.size(), 1u);
+  EXPECT_EQ(s.chains[0].chain, "hot_path");
+  EXPECT_EQ(s.chains[0].hot_path.quantiles.n, 3u);
+  EXPECT_DOUBLE_EQ(s.chains[0].hot_path.quantiles.p50, 30);
+  EXPECT_EQ(s.chains[0].end_to_end.quantiles.n, 2u) << "an unknown end-to-end latency is no sample";
+  EXPECT_DOUBLE_EQ(s.chains[0].end_to_end.quantiles.p50, 35);
+  EXPECT_FALSE(s.chains[0].hot_path.p50) << "one repetition has no interval";
+}
+
+TEST(Latencies, HaveIntervalsOverRepetitions) {
+  const ExecutorSummary s =
+      summary_of({repetition(0, {}, {output(0, 20)}), repetition(1, {}, {output(0, 30)})});
+  ASSERT_TRUE(s.chains[0].hot_path.max);
+  EXPECT_DOUBLE_EQ(s.chains[0].hot_path.max->low, 20);
+  EXPECT_DOUBLE_EQ(s.chains[0].hot_path.max->high, 30);
+  EXPECT_FALSE(s.chains[0].end_to_end.p50);
+}
+
+TEST(Latencies, HotPathDropsAreThoseOfTheCountedOutputs) {
+  ChainRecord early = output(0, 1), late = output(1, 1);
+  early.dropped = 5;
+  late.dropped = 2;
+  const Repetition r =
+      repetition(0, {ran(kPoints, 0, 0, 1, 2), ran(kPoints, 1, 100, 101, 102)}, {early, late});
+  EXPECT_EQ(summary_of({r}, options(100)).chains[0].drops, 2u);
+  EXPECT_EQ(summary_of({r}).chains[0].drops, 7u);
+}
+
+TEST(Ratio, IsThatOfThisExecutorToDefault) {
+  const std::vector<ExecutorRuns> runs = {
+      {"rm-ro", {repetition(0, {}, {output(0, 10), output(1, 12), output(2, 20)})}},
+      {"default", {repetition(0, {}, {output(0, 20), output(1, 24), output(2, 50)})}}};
+  const Summary s = summarize(small_set(), runs, options());
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].median_to_default->value, 0.5);
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].max_to_default->value, 0.4);
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].median_minus_default->value, -12);
+  EXPECT_EQ(s.executors[1].chains[0].median_to_default->value, 1.0);
+  EXPECT_EQ(s.executors[1].chains[0].median_minus_default->value, 0.0);
+}
+
+TEST(Ratio, IsAbsentWithoutDefault) {
+  const Summary s = summarize(small_set(), {{"rm-ro", {repetition(0, {}, {output(0, 10)})}}}, options());
+  EXPECT_FALSE(s.executors[0].chains[0].median_to_default);
+  EXPECT_TRUE(to_json(s)["executors"][0]["chains"][0]["ratio_to_default"]["max"].is_null());
+}
+
+// reference-system's BehaviorPlanner period: distance of the starts of consecutive executed jobs.
+TEST(PlannerPeriod, IsTheDistanceOfStartsSoThatASkippedTimestampShows) {
+  const ExecutorSummary s = summary_of({repetition(
+      0, {ran(kPlanner, 3, 300, 310, 311), ran(kPlanner, 0, 0, 4, 5), ran(kPlanner, 1, 100, 110, 111)}, {})});
+  ASSERT_TRUE(s.tasks[kPlanner].period_ms);
+  EXPECT_EQ(s.tasks[kPlanner].period_ms->n, 2u);
+  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_ms->min, 106);
+  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_ms->max, 200);
+  EXPECT_FALSE(s.tasks[kLidar].period_ms) << "not a cyclic node's timer";
+}
+
+TEST(PlannerPeriod, DoesNotReachFromOneRepetitionIntoTheNext) {
+  const ExecutorSummary s = summary_of(
+      {repetition(0, {ran(kPlanner, 0, 0, 4, 5)}, {}), repetition(1, {ran(kPlanner, 1, 100, 104, 105)}, {})});
+  EXPECT_EQ(s.tasks[kPlanner].period_ms->n, 0u);
+}
+
+TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
+  std::vector<Repetition> repetitions;
+  for (std::uint32_t number = 0; number < 2; ++number) {
+    JobRecord skipping = ran(kPlanner, 0, 0, 250, 260);
+    skipping.job.skipped = 2;  // 100 and 200
+    Repetition r = repetition(
+        number,
+        {skipping, ran(kPlanner, 3, 300, 300, 310),
+         with_outcome(ran(kPlanner, 4, 400, 0, 0), Outcome::queued), ran(kPoints, 1, 200, 270, 271),
+         with_outcome(ran(kPoints, 0, 100, 0, 0), Outcome::overwritten)},
+        {});
+    r.trace.published = {2, 0, 0, 0};
+    r.accounts = account(small_set(), r.trace);
+    repetitions.push_back(std::move(r));
+  }
+  const ExecutorSummary s = summary_of(std::move(repetitions), options(450));
+  EXPECT_EQ(s.executed, 6u);
+  EXPECT_EQ(s.skipped, 4u);
+  EXPECT_EQ(s.overwritten, 2u);
+  EXPECT_EQ(s.tasks[kPlanner].skipped, 4u);
+  EXPECT_EQ(s.tasks[kPlanner].queued, 2u);
+  EXPECT_EQ(s.tasks[kPoints].overwritten, 2u);
+  EXPECT_EQ(s.tasks[kPlanner].response_ms.n, 0u);
+  // The LiDAR's five timestamps and the two samples of Estimator/clusters are nowhere.
+  ASSERT_EQ(s.unbalanced.size(), 4u);
+  EXPECT_EQ(s.unbalanced[0].task, "Lidar");
+  EXPECT_EQ(s.unbalanced[0].accounted, 0u);
+  EXPECT_EQ(s.unbalanced[0].expected, 5u);
+  EXPECT_EQ(s.unbalanced[3].task, "Estimator/clusters");
+  EXPECT_EQ(s.unbalanced[3].repetition, 1u);
+}
+
+TEST(Usage, CpuTimePerExecutedCallbackOverAllRepetitions) {
+  std::vector<Repetition> repetitions;
+  for (std::uint32_t number = 0; number < 2; ++number) {
+    Repetition r = repetition(number, {ran(kLidar, 0, 0, 1, 2), ran(kPlanner, 0, 0, 2, 3)}, {output(0, 1)});
+    r.usage.cpu_time = std::chrono::microseconds(60 + 40 * number);
+    r.usage.peak_memory_kib = 2000 - number;
+    r.usage.involuntary_switches = 3;
+    r.usage.wall = milliseconds(1);
+    r.accounts = account(small_set(), r.trace);
+    repetitions.push_back(std::move(r));
+  }
+  const ExecutorSummary s = summary_of(std::move(repetitions));
+  EXPECT_DOUBLE_EQ(s.cpu_per_callback_us, 160.0 / 4.0);
+  EXPECT_EQ(s.usage.peak_memory_kib, 2000);
+  EXPECT_EQ(s.usage.involuntary_switches, 6);
+}
+
+TEST(SummaryJson, IsValidWithoutAnySample) {
+  const auto j = nlohmann::json::parse(to_json(summarize(small_set(), {{"default", {}}}, options())).dump());
+  const auto& executor = j.at("executors").at(0);
+  EXPECT_EQ(executor.at("callbacks_executed"), 0);
+  EXPECT_TRUE(executor.at("cpu_per_callback_us").is_null());
+  EXPECT_TRUE(executor.at("usage").at("cpu_use_percent").is_null());
+  EXPECT_EQ(executor.at("chains").at(0).at("hot_path_latency_ms").at("n"), 0);
+  EXPECT_TRUE(executor.at("chains").at(0).at("hot_path_latency_ms").at("p999").is_null());
+}
+
+TEST(SummaryJson, NamesUnitsInItsKeys) {
+  Repetition r = repetition(0, {ran(kLidar, 0, 0, 1, 2)}, {output(0, 21.5, 30)});
+  r.accounts = account(small_set(), r.trace);
+  r.usage.cpu_time = milliseconds(250);
+  r.usage.wall = milliseconds(500);
+  const auto j = to_json(summarize(small_set(), {{"default", {r, r}}}, options(0)));
+  const auto& executor = j.at("executors").at(0);
+  EXPECT_EQ(executor.at("usage").at("cpu_use_percent"), 50.0);
+  EXPECT_EQ(executor.at("cpu_per_callback_us"), 250000.0);
+  const auto& chain = executor.at("chains").at(0);
+  EXPECT_EQ(chain.at("hot_path_latency_ms").at("max"), 21.5);
+  EXPECT_EQ(chain.at("hot_path_latency_ms").at("interval").at("max"), nlohmann::json::array({21.5, 21.5}));
+  EXPECT_EQ(chain.at("end_to_end_latency_ms").at("p50"), 30.0);
+  EXPECT_EQ(chain.at("ratio_to_default").at("max").at("value"), 1.0);
+  EXPECT_EQ(chain.at("difference_to_default_ms").at("median").at("value"), 0.0);
+  EXPECT_FALSE(executor.at("loss_equations").at("hold"));
+  EXPECT_EQ(executor.at("tasks").at(kLidar).at("response_ms").at("p50"), 2.0);
+  EXPECT_TRUE(executor.at("tasks").at(kPlanner).contains("period_ms"));
+  EXPECT_FALSE(executor.at("tasks").at(kPoints).contains("skipped"));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/bench/table.hpp"
+
+#include <gmock/gmock.h>
+
+#include <sstream>
+
+namespace hotpath {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+LatencySummary latency(double scale) {
+  LatencySummary l;
+  l.quantiles = {1500, 16 * scale, 21.25 * scale, 22 * scale, 24 * scale, 25.5 * scale, 26.125 * scale, 22};
+  l.p50 = Interval{21 * scale, 21.5 * scale};
+  l.p99 = Interval{23.5 * scale, 24.5 * scale};
+  l.p999 = Interval{25 * scale, 26 * scale};
+  l.max = Interval{25.25 * scale, 26.125 * scale};
+  return l;
+}
+
+ExecutorSummary executor(std::string name, double scale) {
+  ExecutorSummary e;
+  e.executor = std::move(name);
+  e.repetitions = 5;
+  e.executed = 66000;
+  e.overwritten = 12;
+  e.cpu_per_callback_us = 38.125;
+  ChainSummary chain;
+  chain.chain = "hot_path";
+  chain.hot_path = chain.end_to_end = latency(scale);
+  chain.median_to_default = chain.max_to_default = Estimate{scale / 2, Interval{scale / 2, scale / 2}};
+  e.chains = {chain};
+  return e;
+}
+
+Summary two_executors() {
+  Summary s;
+  s.executors = {executor("default", 2), executor("rm-ro", 1)};
+  s.executors[0].chains[0].median_to_default = s.executors[0].chains[0].max_to_default =
+      Estimate{1.0, std::nullopt};
+  return s;
+}
+
+std::string plain(const Summary& s) {
+  std::ostringstream out;
+  write_table(out, s);
+  return out.str();
+}
+
+TEST(Table, LayoutOfAComparison) {
+  EXPECT_EQ(plain(two_executors()),
+            R"(hot_path: hot-path latency in ms [95 % interval over repetitions], ratios to default
+
+                                                                               over-   CPU us/  median     max
+executor     n       median          p99        p99.9          max  skipped  written  callback   ratio   ratio
+--------------------------------------------------------------------------------------------------------------
+default   1500         42.5         48.0         51.0         52.2        0       12      38.1   1.00    1.00
+                [42.0,43.0]  [47.0,49.0]  [50.0,52.0]  [50.5,52.2]
+rm-ro     1500         21.2         24.0         25.5         26.1        0       12      38.1  0.500*  0.500*
+                [21.0,21.5]  [23.5,24.5]  [25.0,26.0]  [25.2,26.1]
+
+* beyond noise: the interval of this ratio to default, given in summary.json, leaves out 1.
+Loss equations hold for every task of every run.
+)");
+}
+
+TEST(Table, StaysWithin120ColumnsForAWholeStudy) {
+  Summary s = two_executors();
+  s.executors.push_back(executor("events-ro", 36));
+  s.executors.push_back(executor("events-re", 0.01));
+  for (ExecutorSummary& e : s.executors) {
+    e.skipped = 123456;
+    e.overwritten = 1234567;
+    e.chains[0].hot_path.quantiles.n = 60000;
+  }
+  std::istringstream lines(plain(s));
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << line;
+}
+
+TEST(Table, MarksARatioWhoseIntervalLeavesOutOne) {
+  Summary s = two_executors();
+  s.executors[1].chains[0].median_to_default = Estimate{0.97, Interval{0.9, 1.02}};
+  s.executors[1].chains[0].max_to_default = Estimate{1.25, Interval{1.1, 1.4}};
+  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro .* 0.970 +1.25\\*\n"));
+}
+
+TEST(Table, WithoutIntervalsHasOneLinePerExecutor) {
+  Summary s = two_executors();
+  for (ExecutorSummary& e : s.executors) {
+    LatencySummary& l = e.chains[0].hot_path;
+    l.p50 = l.p99 = l.p999 = l.max = std::nullopt;
+    e.chains[0].median_to_default->interval = e.chains[0].max_to_default->interval = std::nullopt;
+  }
+  EXPECT_THAT(plain(s), Not(HasSubstr("[")));
+}
+
+TEST(Table, ShowsADashForWhatWasNotMeasured) {
+  Summary s;
+  ExecutorSummary e;
+  e.executor = "rm-ro";
+  e.chains = {ChainSummary{}};
+  s.executors = {e};
+  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +0 +- +- +- +- +0 +0 +- +- +-\n"));
+}
+
+TEST(Table, OfAGraphWithoutChainsShowsItsJobs) {
+  Summary s = two_executors();
+  for (ExecutorSummary& e : s.executors) {
+    e.chains.clear();
+    e.skipped = 44;
+    e.deadline_overruns = 7;
+    e.tasks = {TaskSummary{}, TaskSummary{}};
+    e.tasks[1].response_ms = quantiles({10, 76.5});
+  }
+  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +66000 +44 +12 +38.1 +7 +76.5\n"));
+}
+
+TEST(Table, NamesEveryBrokenLossEquationOrHowManyMoreThereAre) {
+  Summary s = two_executors();
+  EXPECT_THAT(plain(s), HasSubstr("Loss equations hold for every task of every run.\n"));
+  for (std::uint32_t k = 0; k < 5; ++k) s.executors[1].unbalanced.push_back({k, "IMU", 99, 100});
+  EXPECT_THAT(plain(s), HasSubstr("rm-ro, repetition 0, IMU: 99 accounted for, 100 expected.\n"));
+  EXPECT_THAT(plain(s), HasSubstr("rm-ro, 2 more"));
+  EXPECT_THAT(plain(s), Not(HasSubstr("hold for every")));
+}
+
+TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
+  Summary s = two_executors();
+  s.executors[0].lost_records = 17;
+  s.executors[1].chains[0].drops = 3;
+  EXPECT_THAT(plain(s), HasSubstr("default had no room for 17 records"));
+  EXPECT_THAT(plain(s), HasSubstr("rm-ro lost 3 samples on the way along hot_path"));
+}
+
+TEST(Table, OfNothingIsEmpty) { EXPECT_EQ(plain({}), ""); }
+
+TEST(MarkdownTable, KeepsEachIntervalInTheCellOfItsValue) {
+  std::ostringstream out;
+  write_markdown_table(out, two_executors());
+  EXPECT_EQ(out.str(),
+            R"(**hot_path: hot-path latency in ms [95 % interval over repetitions], ratios to default**
+
+| executor | n | median | p99 | p99.9 | max | skipped | overwritten | CPU us/callback | median ratio | max ratio |
+| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
+| default | 1500 | 42.5 [42.0,43.0] | 48.0 [47.0,49.0] | 51.0 [50.0,52.0] | 52.2 [50.5,52.2] | 0 | 12 | 38.1 | 1.00 | 1.00 |
+| rm-ro | 1500 | 21.2 [21.0,21.5] | 24.0 [23.5,24.5] | 25.5 [25.0,26.0] | 26.1 [25.2,26.1] | 0 | 12 | 38.1 | 0.500 [0.500,0.500] | 0.500 [0.500,0.500] |
+
+Loss equations hold for every task of every run.
+)");
+}
+
+}  // namespace
+}  // namespace hotpath

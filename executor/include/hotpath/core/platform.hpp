@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hotpath/core/registry.hpp"
+#include "hotpath/core/time.hpp"
+
+namespace hotpath {
+
+/// The machine under a simulation: identical cores, a preemptive operating system with fixed thread
+/// priorities, and what releasing and dispatching cost there. All costs are zero by default.
+///
+/// The `cores` workers of highest priority among those that have something to do occupy the cores, on any of
+/// which each of them can run; a running job that a worker of higher priority displaces goes on later. Among
+/// workers of equal priority one that comes later waits until a running one has had the core for a time slice
+/// since it last waited: the round robin of SCHED_RR, and close to what the ordinary policy does.
+struct Platform {
+  unsigned cores = 1;           ///< >= 1.
+  bool raised_releaser = true;  ///< Timer management worker above executor workers (the paper), or equal.
+  Duration time_slice = std::chrono::milliseconds(3);  ///< > 0; near Linux's default (EEVDF: 0.7 to 2.8 ms).
+
+  /// delta: occupies the releaser's core once per released timer (paper, Section V-B). The scheduler's lock
+  /// is held meanwhile, so that nobody sees a release before it has been paid for: the stock releaser's after
+  /// delta each, the paper's all together. `Job::release` is the instant at which the timer was read, before
+  /// the cost.
+  Duration release_cost{};
+  /// k: once per pass of the releaser, in front of its first release; a pass ends when its worker sleeps or
+  /// runs a job.
+  Duration pass_cost{};
+  /// Occupies a worker's core between a decision that yields a job and the start of that job.
+  Duration dispatch_cost{};
+  /// From a publication to the arrival of the sample. The publisher's core is not occupied.
+  Duration delivery_delay{};
+  /// From the instant at which a sleeping worker is to wake until it competes for a core.
+  Duration wake_up_latency{};
+
+  /// Jobs work until a wall-clock instant, like the paper's task sets: time during which a job is displaced
+  /// counts as executed. Otherwise the work is fixed and displacement prolongs the job.
+  bool wall_clock_work = false;
+};
+
+/// Thread priorities as the executor has them in a live run by default; everything else as in Platform.
+inline Platform default_platform(const ExecutorEntry& executor) {
+  Platform platform;
+  platform.raised_releaser = executor.paper;
+  return platform;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "hotpath/core/trace.hpp"
+
+namespace hotpath {
+
+/// What jobs do, in virtual time: the simulator's counterpart of the nodes of a live run. All calls come from
+/// one thread; `now` never decreases.
+///
+/// A workload whose messages have content keeps them per subscription by the number that `delivered` gives,
+/// which is `Job::sequence` of the job that takes the message. Which messages are ever taken is the
+/// scheduler's business: each number meets either `overwritten` or the `start` of its job, or the end.
+class Workload {
+ public:
+  virtual ~Workload() = default;
+
+  /// `job` starts; returns its execution time, >= 0. Not called for empty events.
+  virtual Duration start(const Job& job, Time now) = 0;
+
+  /// `job` finishes; returns whether it publishes, to every task in `TaskSet[job.task].feeds`.
+  virtual bool finish(const Job& job, Time now) = 0;
+
+  /// The message that job `parent` published has reached `subscription`, as its number `sequence` (0, 1, ...).
+  /// Messages of one publisher arrive in the order of their publication.
+  virtual void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
+    static_cast<void>(subscription);
+    static_cast<void>(sequence);
+    static_cast<void>(parent);
+  }
+
+  /// Message `sequence` of `subscription` gives way, untaken, to the one whose delivery is reported next.
+  virtual void overwritten(TaskId subscription, std::uint64_t sequence) {
+    static_cast<void>(subscription);
+    static_cast<void>(sequence);
+  }
+};
+
+/// How long jobs take.
+class ExecutionTimes {
+ public:
+  virtual ~ExecutionTimes() = default;
+  /// Execution time of `job`, >= 0; the same at every call.
+  virtual Duration of(const Job& job) const = 0;
+};
+
+/// Every job takes its task's WCET.
+class WorstCaseTimes final : public ExecutionTimes {
+ public:
+  explicit WorstCaseTimes(const TaskSet& set);
+  Duration of(const Job& job) const override { return wcet_[job.task]; }
+
+ private:
+  std::vector<Duration> wcet_;
+};
+
+/// Uniform in [BCET, WCET]. A function of seed, task and sequence alone, so that the order of calls, and with
+/// it executor and number of threads, do not matter.
+class UniformTimes final : public ExecutionTimes {
+ public:
+  UniformTimes(const TaskSet& set, std::uint64_t seed);
+  Duration of(const Job& job) const override;
+
+ private:
+  struct Range {
+    std::int64_t bcet_ns;
+    std::uint64_t count;
+  };
+  std::vector<Range> range_;
+  std::uint64_t seed_;
+};
+
+/// The execution times (finish - start) of a trace. A job that the trace lacks takes the time of the last
+/// earlier job of its task there, or else of the first; a task without any job there takes its WCET.
+class ReplayedTimes final : public ExecutionTimes {
+ public:
+  ReplayedTimes(const TaskSet& set, const Trace& trace);
+  Duration of(const Job& job) const override;
+
+ private:
+  struct Measured {
+    std::uint64_t sequence;
+    Duration time;
+  };
+  std::vector<std::vector<Measured>> measured_;  // per task, by sequence
+  std::vector<Duration> wcet_;
+};
+
+/// Every job runs for its time and publishes at its finish; messages have no content.
+class PublishingWorkload final : public Workload {
+ public:
+  /// `times` must outlive the workload.
+  explicit PublishingWorkload(const ExecutionTimes& times) : times_(times) {}
+  Duration start(const Job& job, Time) override { return times_.of(job); }
+  bool finish(const Job&, Time) override { return true; }
+
+ private:
+  const ExecutionTimes& times_;
+};
+
+}  // namespace hotpath

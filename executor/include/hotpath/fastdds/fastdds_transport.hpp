@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cassert>
+#include <deque>
+#include <fastdds/dds/core/LoanableSequence.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "hotpath/fastdds/participant.hpp"
+#include "hotpath/live/transport.hpp"
+
+namespace hotpath {
+
+/// eProsima Fast DDS with loaned samples on both sides. `Traits` names the generated type: `Message`,
+/// `PubSubType`, and `static hotpath::SampleInfo info(const Message&)`, which reads what the publisher wrote
+/// into the message.
+///
+/// A reader's listener takes each arriving sample at once, as a loan and without a copy, and hands it to the
+/// sink, which only enqueues: the listener runs inside the publisher's write(), where a nested publication
+/// would hang Fast DDS after a few hops.
+template <class Traits>
+class FastDdsTransport final : public Transport<typename Traits::Message>, private SampleOwner {
+ public:
+  using Message = typename Traits::Message;
+  using typename Transport<Message>::WriterId;
+
+  explicit FastDdsTransport(const FastDdsOptions& options) : participant_(options) {
+    participant_.register_type(eprosima::fastdds::dds::TypeSupport(new typename Traits::PubSubType));
+  }
+
+  WriterId add_writer(const std::string& topic, std::uint32_t depth, std::uint32_t readers) override {
+    writers_.push_back(participant_.add_writer(topic, depth, readers));
+    return static_cast<WriterId>(writers_.size() - 1);
+  }
+
+  void add_reader(const std::string& topic, TaskId task, std::uint32_t depth, std::uint32_t writers,
+                  SampleSink& sink) override {
+    Reader& reader = readers_.emplace_back(task, sink, static_cast<SampleOwner&>(*this));
+    // Unread, in a job, in a node's slot, and one that is arriving.
+    reader.reserve(depth + 3);
+    reader.endpoint = participant_.add_reader(topic, depth, writers, &reader);
+  }
+
+  void wait_until_matched(Time deadline) override { participant_.wait_until_matched(deadline); }
+
+  Message& borrow(WriterId writer) override {
+    using Initialization = eprosima::fastdds::dds::DataWriter::LoanInitializationKind;
+    void* message = nullptr;
+    [[maybe_unused]] const auto result =
+        writers_[writer]->loan_sample(message, Initialization::NO_LOAN_INITIALIZATION);
+    assert(message != nullptr && "every loan is published before the next is asked for");
+    return *static_cast<Message*>(message);
+  }
+
+  void publish(WriterId writer, Message& message, const hotpath::SampleInfo&) override {
+    [[maybe_unused]] const bool written = writers_[writer]->write(&message);
+    assert(written && "a KEEP_LAST history always has room");
+  }
+
+ private:
+  struct Reader;
+
+  /// A sample on loan; Fast DDS wants both collections back.
+  struct Loan {
+    eprosima::fastdds::dds::LoanableSequence<Message> data;
+    eprosima::fastdds::dds::SampleInfoSeq infos;
+    Reader* reader = nullptr;
+  };
+
+  struct Reader final : eprosima::fastdds::dds::DataReaderListener {
+    Reader(TaskId t, SampleSink& s, SampleOwner& o) : task(t), sink(s), owner(o) {}
+
+    void reserve(std::uint32_t count) {
+      const std::lock_guard lock(mutex);
+      while (count-- > 0) add();
+    }
+
+    void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
+      while (true) {
+        Loan* loan = acquire();
+        if (reader->take(loan->data, loan->infos, 1) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+          put_back(loan);
+          return;
+        }
+        if (!loan->infos[0].valid_data) {
+          give_back(loan);
+          continue;
+        }
+        const Message& message = loan->data[0];
+        sink.deliver(task, Traits::info(message),
+                     Sample(&message, owner, reinterpret_cast<std::uintptr_t>(loan)));
+      }
+    }
+
+    void give_back(Loan* loan) noexcept {
+      endpoint->return_loan(loan->data, loan->infos);
+      put_back(loan);
+    }
+
+    Loan* acquire() {
+      const std::lock_guard lock(mutex);
+      if (free.empty()) add();
+      Loan* loan = free.back();
+      free.pop_back();
+      return loan;
+    }
+
+    void put_back(Loan* loan) noexcept {
+      const std::lock_guard lock(mutex);
+      free.push_back(loan);
+    }
+
+    void add() {
+      Loan& loan = loans.emplace_back();
+      loan.reader = this;
+      free.reserve(loans.size());
+      free.push_back(&loan);
+    }
+
+    const TaskId task;
+    SampleSink& sink;
+    SampleOwner& owner;
+    eprosima::fastdds::dds::DataReader* endpoint = nullptr;
+    std::mutex mutex;
+    std::deque<Loan> loans;
+    std::vector<Loan*> free;
+  };
+
+  void give_back(const void*, std::uintptr_t token) noexcept override {
+    Loan* loan = reinterpret_cast<Loan*>(token);
+    loan->reader->give_back(loan);
+  }
+
+  // The readers outlive the participant, which calls them.
+  std::deque<Reader> readers_;
+  FastDdsParticipant participant_;
+  std::vector<eprosima::fastdds::dds::DataWriter*> writers_;
+};
+
+}  // namespace hotpath

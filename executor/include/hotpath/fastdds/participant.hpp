@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/time.hpp"
+
+namespace hotpath {
+
+struct FastDdsOptions {
+  /// How samples get to other processes. Within the process they are always handed over directly.
+  enum class Network : std::uint8_t {
+    udp,            ///< UDP over IPv4.
+    shared_memory,  ///< Fast DDS's shared memory transport; UDP for discovery.
+  };
+  std::uint32_t domain = 0;  ///< DDS domain, 0 to 232.
+  std::string partition;     ///< Keeps runs on one domain apart; empty: DDS's default partition.
+  Network network = Network::udp;
+  bool loopback_only = true;  ///< Nothing leaves the machine.
+};
+
+/// The one participant of a process, with a publisher and a subscriber. Its destruction removes all that was
+/// created through it; loans must have been returned.
+class FastDdsParticipant {
+ public:
+  /// Throws TransportError when Fast DDS cannot create it.
+  explicit FastDdsParticipant(const FastDdsOptions& options);
+  ~FastDdsParticipant();
+  FastDdsParticipant(const FastDdsParticipant&) = delete;
+  FastDdsParticipant& operator=(const FastDdsParticipant&) = delete;
+
+  void register_type(eprosima::fastdds::dds::TypeSupport type);
+
+  /// Reliable, KEEP_LAST `depth`, published synchronously. Throws TransportError.
+  eprosima::fastdds::dds::DataWriter* add_writer(const std::string& topic, std::uint32_t depth,
+                                                 std::uint32_t readers);
+  eprosima::fastdds::dds::DataReader* add_reader(const std::string& topic, std::uint32_t depth,
+                                                 std::uint32_t writers,
+                                                 eprosima::fastdds::dds::DataReaderListener* listener);
+
+  /// Waits until every endpoint has met its partners. Throws TransportError that names one that has not by
+  /// `deadline`.
+  void wait_until_matched(Time deadline) const;
+
+ private:
+  template <class Endpoint>
+  struct Expected {
+    Endpoint* endpoint;
+    std::string topic;
+    std::int32_t partners;
+  };
+  eprosima::fastdds::dds::Topic* topic(const std::string& name);
+
+  std::uint32_t domain_;
+  std::string type_name_;
+  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
+  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
+  eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  std::vector<Expected<eprosima::fastdds::dds::DataWriter>> writers_;
+  std::vector<Expected<eprosima::fastdds::dds::DataReader>> readers_;
+};
+
+}  // namespace hotpath

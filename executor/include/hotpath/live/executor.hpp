@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hotpath/core/registry.hpp"
+#include "hotpath/core/trace.hpp"
+#include "hotpath/live/parker.hpp"
+#include "hotpath/live/pi_mutex.hpp"
+#include "hotpath/live/record_log.hpp"
+#include "hotpath/live/thread_setup.hpp"
+#include "hotpath/live/transport.hpp"
+
+namespace hotpath {
+
+/// What jobs do.
+class JobHandler {
+ public:
+  /// Runs one job, started at `start`, on the calling worker's thread and outside the executor's lock.
+  /// `sample` is the sample that a subscription's job takes. May publish.
+  virtual void run(const Job& job, Time start, Sample sample, Worker worker) = 0;
+
+ protected:
+  ~JobHandler() = default;
+};
+
+struct ExecutorOptions {
+  ThreadPolicyRequest executor_threads;
+  ThreadPolicyRequest timer_thread;
+  bool measure_cpu_time = false;  ///< Thread CPU time of each job; about a microsecond a job.
+};
+
+/// The executor's defaults (design: Live execution): the paper's raise their timer management thread to
+/// SCHED_FIFO 90 above the executor thread; the stock ones run under the ordinary policy.
+ExecutorOptions default_options(const ExecutorEntry& entry);
+
+/// Drives one scheduler with real threads and the real clock, one thread for each of the scheduler's workers.
+/// Which of rclcpp's executors it is follows from the scheduler.
+///
+/// All workers share one lock, under which only the scheduler, the inbox of samples and the records of
+/// arrivals are touched; jobs, publications and the return of samples happen outside of it.
+class Executor final : public SampleSink {
+ public:
+  /// Logs for the records of one run: one for each worker, and one more for what arrivals overwrite.
+  using Logs = std::vector<RecordLog<JobRecord>>;
+
+  Executor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler, Logs logs,
+           const ExecutorOptions& options);
+  ~Executor();
+
+  /// Starts the threads; timers count from `epoch`, no job starts at or after `end`. Blocks until every
+  /// thread has its policy; throws ThreadSetupError when a required one was refused.
+  void start(Time epoch, Time end);
+
+  /// Brings the end forward to now. Any thread.
+  void stop();
+
+  /// Waits for the threads, which finish the jobs they are in. Returns the instant at which the run ended.
+  Time join();
+
+  /// After join(): appends what was released or unread and did not start, and gives all samples back. Samples
+  /// that arrive later are neither kept nor recorded.
+  void close();
+
+  void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
+
+  /// Samples delivered to `task` so far. Any thread.
+  std::uint64_t arrived(TaskId task) const;
+
+  /// Policy of each worker's thread, valid after start().
+  const std::vector<ThreadPolicy>& obtained_policies() const { return obtained_; }
+
+ private:
+  struct Lane {
+    Parker parker;
+    bool parked = false;
+    std::thread thread;
+  };
+  /// The oldest unread sample of each subscription is the next to be taken.
+  class Inbox {
+   public:
+    explicit Inbox(const TaskSet& set);
+    Sample push(TaskId task, Sample sample);  ///< Returns the one that it replaced, if any.
+    Sample pop(TaskId task);
+    std::uint32_t count(TaskId task) const { return rings_[task].count; }
+    std::vector<Sample> clear();
+
+   private:
+    struct Ring {
+      std::uint32_t first = 0, depth = 0, head = 0, count = 0;
+    };
+    std::vector<Ring> rings_;
+    std::vector<Sample> slots_;
+  };
+
+  void prepare(Worker worker);
+  void work(Worker worker);
+  void run_job(Worker worker, const Job& job, Sample sample);
+  WorkerSet claim(WorkerSet wake);
+  void unpark(WorkerSet claimed);
+
+  const TaskSet set_;
+  const std::unique_ptr<Scheduler> scheduler_;
+  JobHandler& handler_;
+  Logs logs_;
+  const ExecutorOptions options_;
+
+  mutable PiMutex mutex_;
+  Time epoch_{}, end_{kNever};
+  bool closed_ = false;
+  Inbox inbox_;
+  std::vector<std::uint64_t> arrived_;
+  std::vector<Lane> lanes_;
+
+  std::vector<ThreadPolicy> obtained_;
+  std::string setup_error_;
+};
+
+}  // namespace hotpath

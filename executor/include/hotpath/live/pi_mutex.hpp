@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <pthread.h>
+
+namespace hotpath {
+
+/// A mutex with priority inheritance, so that the timer management thread is never held up by a preempted
+/// executor thread for longer than the executor's own critical section. Lockable; the uncontended path makes
+/// no system call.
+class PiMutex {
+ public:
+  PiMutex();
+  ~PiMutex() { pthread_mutex_destroy(&mutex_); }
+  PiMutex(const PiMutex&) = delete;
+  PiMutex& operator=(const PiMutex&) = delete;
+
+  void lock() { pthread_mutex_lock(&mutex_); }
+  bool try_lock() { return pthread_mutex_trylock(&mutex_) == 0; }
+  void unlock() { pthread_mutex_unlock(&mutex_); }
+
+ private:
+  pthread_mutex_t mutex_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/job_sink.hpp"
+
+namespace hotpath {
+
+void TraceRecorder::started(const JobRecord& record) {
+  open_[record.worker] = trace_.jobs.size();
+  trace_.jobs.push_back(record);
+}
+
+void TraceRecorder::ended(const JobRecord& record) {
+  if (record.outcome == Outcome::ran || record.outcome == Outcome::running) {
+    trace_.jobs[open_[record.worker]] = record;
+  } else {
+    trace_.jobs.push_back(record);
+  }
+}
+
+}  // namespace hotpath

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/simulator.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <iomanip>
+#include <sstream>
+#include <string>
+
+#include "simulated_workers.hpp"
+
+namespace hotpath {
+
+namespace {
+
+// No instant or duration of a simulation exceeds this, so that a sum of a few cannot overflow 63 bits.
+constexpr Duration kLongest{std::int64_t{1} << 60};  // 36 years
+
+void check(bool fine, const std::string& otherwise) {
+  if (!fine) throw SimulationError(otherwise);
+}
+
+void check_task(const Task& task) {
+  for (const Duration d : {task.period, task.phase, task.wcet, task.deadline}) {
+    check(d >= Duration{} && d <= kLongest, "task `" + task.name + "`: a period, phase, deadline or " +
+                                                "execution time is negative or beyond 2^60 ns (36 years)");
+  }
+  check(task.kind != TaskKind::timer || task.period > Duration{},
+        "task `" + task.name + "`: the period of a timer must be positive");
+}
+
+void check_options(const SimulationOptions& options) {
+  const Platform& p = options.platform;
+  check(p.cores >= 1, "a simulation needs at least one core");
+  check(p.time_slice > Duration{}, "the time slice must be positive");
+  for (const Duration d :
+       {p.release_cost, p.pass_cost, p.dispatch_cost, p.delivery_delay, p.wake_up_latency, p.time_slice}) {
+    check(d >= Duration{} && d <= kLongest, "costs, delays and latencies must lie in 0 to 2^60 ns");
+  }
+  check(options.duration > Duration{}, "the duration must be positive");
+  check(options.duration <= kLongest,
+        "the duration exceeds 2^60 ns (36 years), beyond which instants would overflow");
+}
+
+class Simulation {
+ public:
+  Simulation(const TaskSet& set, Scheduler& scheduler, Workload& workload, const SimulationOptions& options,
+             JobSink* sink)
+      : set_(set),
+        scheduler_(scheduler),
+        workload_(workload),
+        platform_(options.platform),
+        end_(Time{} + options.duration),
+        max_backlog_(options.max_backlog),
+        sink_(sink),
+        workers_(scheduler.workers(), options.platform) {
+    const auto roles = scheduler.workers();
+    events_ = std::find(roles.begin(), roles.end(), WorkerRole::timer_management) != roles.end();
+    summary_.published.resize(set.size());
+    arrived_.resize(set.size());
+    summary_.end = end_;
+  }
+
+  SimulationSummary run() {
+    scheduler_.begin(Time{});
+    for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
+    take_steps();
+    for (;;) {
+      Time next = workers_.next_instant(now_);
+      if (!on_the_way_.empty()) next = std::min(next, on_the_way_.front().arrival);
+      if (next >= end_) break;
+      now_ = next;
+      finish_jobs();
+      while (!on_the_way_.empty() && on_the_way_.front().arrival <= now_) arrive_next();
+      workers_.wake_sleepers(now_);
+      take_steps();
+    }
+    close();
+    return std::move(summary_);
+  }
+
+ private:
+  using Step = SimulatedWorkers::Step;
+
+  struct Sample {
+    Time arrival;
+    TaskId subscription;
+    SampleInfo info;
+  };
+
+  /// Jobs that are done are so before anything else happens at this instant, even if a woken worker of
+  /// higher priority takes their core now.
+  void finish_jobs() {
+    WorkerSet done;
+    for (std::size_t i = 0; i < workers_.on_core(); ++i) {
+      const Worker w = workers_.running(i);
+      if (workers_[w].step == Step::run && workers_[w].until <= now_) done.insert(w);
+    }
+    while (!done.empty()) finish_job(done.pop_first());
+  }
+
+  /// Everything that workers do at this instant. Each step may wake workers, so the search begins anew.
+  void take_steps() {
+    workers_.rotate_expired(now_);
+    for (std::size_t i = 0; i < workers_.on_core();) {
+      const Worker w = workers_.running(i);
+      if (workers_[w].until > now_) {
+        ++i;
+        continue;
+      }
+      step(w);
+      i = 0;
+    }
+  }
+
+  void step(Worker w) {
+    switch (workers_[w].step) {
+      case Step::turn:
+        return turn(w);
+      case Step::release:
+        unlock();
+        return follow(w);
+      case Step::dispatch:
+        return start_job(w);
+      case Step::run:
+        return finish_job(w);
+      case Step::asleep:
+      case Step::blocked:
+        assert(false && "a worker without anything to do has no core");
+    }
+  }
+
+  void turn(Worker w) {
+    SimulatedWorkers::State& worker = workers_[w];
+    if (lock_holder_) {
+      worker.step = Step::blocked;
+      workers_.leave(w, now_);
+      return;
+    }
+    worker.woken = false;
+    worker.turn = take_turn(scheduler_, w, now_);
+    count_backlog(worker.turn);
+    if (worker.turn.released > 0) {
+      Duration cost = platform_.release_cost * worker.turn.released;
+      if (!worker.in_pass) cost += platform_.pass_cost;
+      worker.in_pass = true;
+      if (cost > Duration{}) {
+        lock_holder_ = w;
+        return workers_.begin_step(w, Step::release, cost, now_);
+      }
+    }
+    follow(w);
+  }
+
+  void unlock() {
+    lock_holder_.reset();
+    workers_.unblock(now_);
+  }
+
+  /// What the live loop does once it has left the lock.
+  void follow(Worker w) {
+    SimulatedWorkers::State& worker = workers_[w];
+    const Decision& decision = worker.turn.decision;
+    workers_.wake(decision.wake, now_);
+    if (decision.job) {
+      worker.in_pass = false;
+      workers_.begin_step(w, Step::dispatch, platform_.dispatch_cost, now_);
+      if (worker.on_core && platform_.dispatch_cost == Duration{}) start_job(w);
+    } else if (worker.woken || decision.wake_at <= now_) {
+      again(w);
+    } else {
+      worker.in_pass = false;
+      workers_.sleep(w, decision.wake_at, now_);
+    }
+  }
+
+  void again(Worker w) { workers_.begin_step(w, Step::turn, Duration{}, now_); }
+
+  void start_job(Worker w) {
+    SimulatedWorkers::State& worker = workers_[w];
+    const Job& job = *worker.turn.decision.job;
+    worker.start = now_;
+    if (job.empty) {
+      if (sink_) sink_->ended(record(w, Outcome::empty));
+      done(w);
+      return;
+    }
+    const Duration time = workload_.start(job, now_);
+    if (time < Duration{} || time > kLongest) {
+      throw SimulationError("the execution time of a job of task `" + set_[job.task].name +
+                            "` must lie in 0 to 2^60 ns");
+    }
+    workers_.begin_step(w, Step::run, time, now_);
+    if (sink_) sink_->started(record(w, Outcome::ran));
+  }
+
+  void finish_job(Worker w) {
+    const Job& job = *workers_[w].turn.decision.job;
+    ++summary_.jobs;
+    if (sink_) sink_->ended(record(w, Outcome::ran));
+    if (workload_.finish(job, now_)) publish(job);
+    done(w);
+  }
+
+  void done(Worker w) {
+    again(w);
+    workers_.wake(scheduler_.finished(w, *workers_[w].turn.decision.job, now_).wake, now_);
+  }
+
+  void publish(const Job& job) {
+    ++summary_.published[job.task];
+    const SampleInfo info{now_, job.deadline, job.ref()};
+    for (const TaskId subscription : set_[job.task].feeds) {
+      if (platform_.delivery_delay > Duration{}) {
+        on_the_way_.push_back({now_ + platform_.delivery_delay, subscription, info});
+      } else {
+        arrive({now_, subscription, info});
+      }
+    }
+  }
+
+  void arrive(const Sample& sample) {
+    const Arrival arrival = scheduler_.sample_arrived(sample.subscription, sample.info, now_);
+    if (arrival.overwritten) {
+      workload_.overwritten(sample.subscription, arrival.overwritten->sequence);
+      if (sink_) {
+        JobRecord r;
+        r.job = *arrival.overwritten;
+        r.outcome = Outcome::overwritten;
+        sink_->ended(r);
+      }
+    }
+    workload_.delivered(sample.subscription, arrived_[sample.subscription]++, sample.info.parent);
+    if (events_ && ++events_waiting_ > max_backlog_) stop_overloaded();
+    workers_.wake(arrival.wake, now_);
+  }
+
+  void arrive_next() {
+    const Sample sample = on_the_way_.front();
+    on_the_way_.pop_front();
+    arrive(sample);
+  }
+
+  /// Only events queues can grow without bound: a wait set holds no more than its timers and the histories
+  /// of its subscriptions.
+  void count_backlog(const Turn& turn) {
+    if (!events_) return;
+    timers_waiting_ += turn.released;
+    if (turn.decision.job) {
+      std::uint64_t& waiting = set_[turn.decision.job->task].kind == TaskKind::timer ? timers_waiting_ : events_waiting_;
+      if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were never queued
+    }
+    if (timers_waiting_ + events_waiting_ > max_backlog_) stop_overloaded();
+  }
+
+  [[noreturn]] void stop_overloaded() const {
+    std::ostringstream message;
+    message << std::fixed << std::setprecision(3) << "overload: more than " << max_backlog_
+            << " released jobs wait for their start after " << std::setprecision(1)
+            << to_ms(now_ - Time{}) << " ms; the utilisation is " << std::setprecision(3)
+            << utilisation(set_, summary_.published, now_ - Time{})
+            << ", which must stay below what one executor worker can do (1), or needs a shorter run or a larger limit";
+    throw SimulationError(message.str());
+  }
+
+  JobRecord record(Worker w, Outcome outcome) const {
+    JobRecord r;
+    r.job = *workers_[w].turn.decision.job;
+    r.start = workers_[w].start;
+    r.finish = now_;
+    r.outcome = outcome;
+    r.worker = static_cast<std::uint8_t>(w);
+    return r;
+  }
+
+  /// Accounts for everything that was released, published or due before the end and did not run.
+  void close() {
+    now_ = end_ - Duration(1);
+    while (!on_the_way_.empty()) arrive_next();
+    if (!sink_) return;
+    const auto queued = [&](const Job& job, Outcome outcome) {
+      JobRecord r;
+      r.job = job;
+      r.outcome = outcome;
+      sink_->ended(r);
+    };
+    for (Worker w = 0; w < workers_.size(); ++w) {
+      const SimulatedWorkers::State& worker = workers_[w];
+      if (worker.step == Step::run) {
+        JobRecord r = record(w, Outcome::running);
+        r.finish = Time{};
+        sink_->ended(r);
+      } else if ((worker.step == Step::release || worker.step == Step::dispatch) &&
+                 worker.turn.decision.job && !worker.turn.decision.job->empty) {
+        queued(*worker.turn.decision.job, Outcome::queued);  // decided, but not started
+      }
+    }
+    scheduler_.unfinished(now_, queued);
+  }
+
+  const TaskSet& set_;
+  Scheduler& scheduler_;
+  Workload& workload_;
+  const Platform platform_;
+  const Time end_;
+  const std::uint64_t max_backlog_;
+  JobSink* const sink_;
+
+  SimulatedWorkers workers_;
+  std::deque<Sample> on_the_way_;  // by arrival: the delay is the same for all
+  std::vector<std::uint64_t> arrived_;  // per subscription
+  std::optional<Worker> lock_holder_;
+  bool events_ = false;
+  std::uint64_t timers_waiting_ = 0, events_waiting_ = 0;
+  Time now_{};
+  SimulationSummary summary_;
+};
+
+}  // namespace
+
+SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& workload,
+                           const SimulationOptions& options, JobSink* sink) {
+  check_options(options);
+  for (const Task& task : set.tasks) check_task(task);
+  return Simulation(set, scheduler, workload, options, sink).run();
+}
+
+Trace simulate_trace(const TaskSet& set, const ExecutorEntry& executor, const SchedulerOptions& scheduling,
+                     Workload& workload, const SimulationOptions& options) {
+  Trace trace;
+  trace.executor = executor.name;
+  TraceRecorder recorder(trace);
+  const auto scheduler = executor.make(set, scheduling);
+  SimulationSummary summary = simulate(set, *scheduler, workload, options, &recorder);
+  trace.end = summary.end;
+  trace.published = std::move(summary.published);
+  return trace;
+}
+
+double utilisation(const TaskSet& set, const std::vector<std::uint64_t>& published, Duration elapsed) {
+  double sum = 0;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    const Task& task = set[id];
+    if (task.kind == TaskKind::timer) sum += to_ms(task.wcet) / to_ms(task.period);
+    if (elapsed <= Duration{}) continue;
+    for (const TaskId fed : task.feeds) {
+      sum += static_cast<double>(published[id]) * to_ms(set[fed].wcet) / to_ms(elapsed);
+    }
+  }
+  return sum;
+}
+
+}  // namespace hotpath

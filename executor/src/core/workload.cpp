@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/workload.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace hotpath {
+
+namespace {
+
+std::vector<Duration> wcets(const TaskSet& set) {
+  std::vector<Duration> all;
+  all.reserve(set.size());
+  for (const Task& task : set.tasks) all.push_back(task.wcet);
+  return all;
+}
+
+/// Finaliser of SplitMix64 (Steele, Lea, Flood 2014): every input bit reaches every output bit.
+std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15U;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9U;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebU;
+  return x ^ (x >> 31);
+}
+
+/// Uniform in [0, count), count <= 2^63: the high half of a 64 x 64 bit product.
+std::uint64_t scale(std::uint64_t random, std::uint64_t count) {
+  __extension__ using Wide = unsigned __int128;
+  return static_cast<std::uint64_t>((Wide{random} * count) >> 64);
+}
+
+}  // namespace
+
+WorstCaseTimes::WorstCaseTimes(const TaskSet& set) : wcet_(wcets(set)) {}
+
+UniformTimes::UniformTimes(const TaskSet& set, std::uint64_t seed) : seed_(mix(seed)) {
+  range_.reserve(set.size());
+  for (const Task& task : set.tasks) {
+    assert(task.bcet <= task.wcet);
+    range_.push_back({task.bcet.count(), 1 + static_cast<std::uint64_t>((task.wcet - task.bcet).count())});
+  }
+}
+
+Duration UniformTimes::of(const Job& job) const {
+  const Range& range = range_[job.task];
+  const std::uint64_t random = mix(mix(seed_ ^ job.task) ^ job.sequence);
+  return Duration(range.bcet_ns + static_cast<std::int64_t>(scale(random, range.count)));
+}
+
+ReplayedTimes::ReplayedTimes(const TaskSet& set, const Trace& trace)
+    : measured_(set.size()), wcet_(wcets(set)) {
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome == Outcome::ran) measured_[r.job.task].push_back({r.job.sequence, r.finish - r.start});
+  }
+  for (auto& of_task : measured_) {
+    std::sort(of_task.begin(), of_task.end(),
+              [](const Measured& a, const Measured& b) { return a.sequence < b.sequence; });
+  }
+}
+
+Duration ReplayedTimes::of(const Job& job) const {
+  const auto& of_task = measured_[job.task];
+  if (of_task.empty()) return wcet_[job.task];
+  const auto later =
+      std::upper_bound(of_task.begin(), of_task.end(), job.sequence,
+                       [](std::uint64_t sequence, const Measured& m) { return sequence < m.sequence; });
+  return later == of_task.begin() ? of_task.front().time : std::prev(later)->time;
+}
+
+}  // namespace hotpath

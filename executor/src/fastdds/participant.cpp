@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/fastdds/participant.hpp"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/rtps/transport/shared_mem/SharedMemTransportDescriptor.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/log/StdoutErrConsumer.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+
+#include <thread>
+
+#include "hotpath/live/transport.hpp"
+
+namespace hotpath {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastdds::rtps;
+
+namespace {
+
+// Fast DDS logs to standard output by default, which belongs to our own results.
+void log_to_standard_error() {
+  dds::Log::ClearConsumers();
+  auto consumer = std::make_unique<dds::StdoutErrConsumer>();
+  consumer->stderr_threshold(dds::Log::Kind::Info);
+  dds::Log::RegisterConsumer(std::move(consumer));
+  dds::Log::SetVerbosity(dds::Log::Kind::Error);
+}
+
+dds::DomainParticipantQos participant_qos(const FastDdsOptions& options) {
+  dds::DomainParticipantQos qos;
+  qos.name("hotpath");
+  qos.transport().use_builtin_transports = false;
+  if (options.network == FastDdsOptions::Network::shared_memory) {
+    qos.transport().user_transports.push_back(std::make_shared<rtps::SharedMemTransportDescriptor>());
+  }
+  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  if (options.loopback_only) udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  qos.transport().user_transports.push_back(udp);
+  // The pool of send buffers is a fixed guess by default, and a writer waits for ever when it is empty.
+  qos.allocation().send_buffers.dynamic = true;
+  return qos;
+}
+
+template <class Endpoint>
+std::int32_t matched(Endpoint& endpoint) {
+  if constexpr (std::is_same_v<Endpoint, dds::DataWriter>) {
+    dds::PublicationMatchedStatus status;
+    endpoint.get_publication_matched_status(status);
+    return status.current_count;
+  } else {
+    dds::SubscriptionMatchedStatus status;
+    endpoint.get_subscription_matched_status(status);
+    return status.current_count;
+  }
+}
+
+}  // namespace
+
+FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options) : domain_(options.domain) {
+  log_to_standard_error();
+  auto* factory = dds::DomainParticipantFactory::get_instance();
+  participant_ = factory->create_participant(options.domain, participant_qos(options));
+  if (participant_ == nullptr) {
+    throw TransportError(
+        "Fast DDS could not create a participant in domain " + std::to_string(options.domain) +
+        "; its own message is above, usual reasons are no network interface (is `lo` up?) and a "
+        "domain outside 0 to 232");
+  }
+  dds::PublisherQos publisher_qos;
+  dds::SubscriberQos subscriber_qos;
+  if (!options.partition.empty()) {
+    publisher_qos.partition().push_back(options.partition.c_str());
+    subscriber_qos.partition().push_back(options.partition.c_str());
+  }
+  publisher_ = participant_->create_publisher(publisher_qos);
+  subscriber_ = participant_->create_subscriber(subscriber_qos);
+  if (publisher_ == nullptr || subscriber_ == nullptr) {
+    throw TransportError("Fast DDS could not create a publisher and a subscriber; its own message is above");
+  }
+}
+
+FastDdsParticipant::~FastDdsParticipant() {
+  participant_->delete_contained_entities();
+  dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+void FastDdsParticipant::register_type(dds::TypeSupport type) {
+  type->auto_fill_type_information(false);
+  type->auto_fill_type_object(false);
+  type_name_ = type.get_type_name();
+  type.register_type(participant_);
+}
+
+dds::Topic* FastDdsParticipant::topic(const std::string& name) {
+  if (auto* known = dynamic_cast<dds::Topic*>(participant_->lookup_topicdescription(name))) return known;
+  dds::Topic* created = participant_->create_topic(name, type_name_, dds::TOPIC_QOS_DEFAULT);
+  if (created == nullptr) throw TransportError("Fast DDS could not create the topic " + name);
+  return created;
+}
+
+dds::DataWriter* FastDdsParticipant::add_writer(const std::string& topic_name, std::uint32_t depth,
+                                                std::uint32_t readers) {
+  dds::DataWriterQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = static_cast<std::int32_t>(depth);
+  qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
+  qos.data_sharing().off();
+  dds::DataWriter* writer = publisher_->create_datawriter(topic(topic_name), qos);
+  if (writer == nullptr) throw TransportError("Fast DDS could not create a writer of topic " + topic_name);
+  writers_.push_back({writer, topic_name, static_cast<std::int32_t>(readers)});
+  return writer;
+}
+
+dds::DataReader* FastDdsParticipant::add_reader(const std::string& topic_name, std::uint32_t depth,
+                                                std::uint32_t writers, dds::DataReaderListener* listener) {
+  dds::DataReaderQos qos;
+  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = static_cast<std::int32_t>(depth);
+  qos.data_sharing().off();
+  dds::DataReader* reader =
+      subscriber_->create_datareader(topic(topic_name), qos, nullptr, dds::StatusMask::none());
+  if (reader == nullptr) throw TransportError("Fast DDS could not create a reader of topic " + topic_name);
+  // Only now, so that the listener's own pointer to its reader is set before the first call.
+  reader->set_listener(listener, dds::StatusMask::data_available());
+  readers_.push_back({reader, topic_name, static_cast<std::int32_t>(writers)});
+  return reader;
+}
+
+void FastDdsParticipant::wait_until_matched(Time deadline) const {
+  const auto missing = [](const auto& endpoints) {
+    for (const auto& e : endpoints) {
+      if (matched(*e.endpoint) < e.partners) return &e;
+    }
+    return decltype(&endpoints.front()){};
+  };
+  for (;;) {
+    const auto* writer = missing(writers_);
+    const auto* reader = missing(readers_);
+    if (writer == nullptr && reader == nullptr) return;
+    if (std::chrono::steady_clock::now() >= deadline) {
+      const bool writes = writer != nullptr;
+      const std::string& name = writes ? writer->topic : reader->topic;
+      const auto found = writes ? matched(*writer->endpoint) : matched(*reader->endpoint);
+      const auto wanted = writes ? writer->partners : reader->partners;
+      throw TransportError("discovery did not finish in time: the " +
+                           std::string(writes ? "writer" : "reader") + " of topic " + name + " found " +
+                           std::to_string(found) + " of " + std::to_string(wanted) +
+                           " partners in DDS domain " + std::to_string(domain_));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+}  // namespace hotpath

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/live/executor.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <cassert>
+#include <ctime>
+#include <latch>
+#include <mutex>
+
+namespace hotpath {
+
+namespace {
+
+Time clock_now() { return std::chrono::steady_clock::now(); }
+
+Duration thread_cpu_time() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return std::chrono::seconds(t.tv_sec) + Duration(t.tv_nsec);
+}
+
+}  // namespace
+
+ExecutorOptions default_options(const ExecutorEntry& entry) {
+  ExecutorOptions options;
+  if (entry.paper) options.timer_thread.policy = {ThreadPolicy::Class::fifo, 90};
+  return options;
+}
+
+Executor::Inbox::Inbox(const TaskSet& set) : rings_(set.size()) {
+  std::uint32_t total = 0;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind != TaskKind::subscription) continue;
+    rings_[id].first = total;
+    rings_[id].depth = set[id].depth;
+    total += set[id].depth;
+  }
+  slots_.resize(total);
+}
+
+Sample Executor::Inbox::push(TaskId task, Sample sample) {
+  Ring& r = rings_[task];
+  Sample replaced;
+  if (r.count == r.depth) replaced = pop(task);
+  slots_[r.first + (r.head + r.count) % r.depth] = std::move(sample);
+  ++r.count;
+  return replaced;
+}
+
+Sample Executor::Inbox::pop(TaskId task) {
+  Ring& r = rings_[task];
+  assert(r.count > 0);
+  Sample sample = std::move(slots_[r.first + r.head]);
+  r.head = (r.head + 1) % r.depth;
+  --r.count;
+  return sample;
+}
+
+std::vector<Sample> Executor::Inbox::clear() {
+  for (Ring& r : rings_) r.head = r.count = 0;
+  return std::exchange(slots_, std::vector<Sample>(slots_.size()));
+}
+
+Executor::Executor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler, Logs logs,
+                   const ExecutorOptions& options)
+    : set_(set),
+      scheduler_(std::move(scheduler)),
+      handler_(handler),
+      logs_(std::move(logs)),
+      options_(options),
+      inbox_(set),
+      arrived_(set.size(), 0),
+      lanes_(scheduler_->workers().size()),
+      obtained_(lanes_.size()) {
+  assert(logs_.size() == lanes_.size() + 1);
+}
+
+Executor::~Executor() {
+  stop();
+  join();
+}
+
+void Executor::start(Time epoch, Time end) {
+  {
+    const std::lock_guard lock(mutex_);
+    epoch_ = epoch;
+    end_ = end;
+    scheduler_->begin(epoch);
+  }
+  std::latch prepared(static_cast<std::ptrdiff_t>(lanes_.size()));
+  for (Worker w = 0; w < lanes_.size(); ++w) {
+    lanes_[w].thread = std::thread([this, w, &prepared] {
+      prepare(w);
+      prepared.count_down();
+      work(w);
+    });
+  }
+  prepared.wait();
+  if (setup_error_.empty()) return;  // written before the latch opened, and by nobody afterwards
+  stop();
+  join();
+  throw ThreadSetupError(setup_error_);
+}
+
+void Executor::prepare(Worker worker) {
+  const bool timer = scheduler_->workers()[worker] == WorkerRole::timer_management;
+  pthread_setname_np(pthread_self(), timer ? "timer_mgmt" : "executor");
+  minimise_timer_slack();
+  try {
+    obtained_[worker] = apply_thread_policy(timer ? options_.timer_thread : options_.executor_threads);
+  } catch (const ThreadSetupError& error) {
+    const std::lock_guard lock(mutex_);
+    setup_error_ = error.what();
+  }
+}
+
+void Executor::stop() {
+  WorkerSet parked;
+  {
+    const std::lock_guard lock(mutex_);
+    end_ = std::min(end_, clock_now());
+    for (Worker w = 0; w < lanes_.size(); ++w) parked.insert(w);
+    parked = claim(parked);
+  }
+  unpark(parked);
+}
+
+Time Executor::join() {
+  for (Lane& lane : lanes_) {
+    if (lane.thread.joinable()) lane.thread.join();
+  }
+  const std::lock_guard lock(mutex_);
+  return end_;
+}
+
+void Executor::close() {
+  std::vector<Sample> unread;  // given back after the lock
+  const std::lock_guard lock(mutex_);
+  if (std::exchange(closed_, true)) return;
+  unread = inbox_.clear();
+  scheduler_->unfinished(end_ - Duration(1), [this](const Job& job, Outcome outcome) {
+    JobRecord record;
+    record.job = job;
+    record.outcome = outcome;
+    logs_.back().append(record);
+  });
+}
+
+WorkerSet Executor::claim(WorkerSet wake) {
+  WorkerSet claimed;
+  while (!wake.empty()) {
+    const Worker w = wake.pop_first();
+    if (!std::exchange(lanes_[w].parked, false)) continue;
+    claimed.insert(w);
+  }
+  return claimed;
+}
+
+void Executor::unpark(WorkerSet claimed) {
+  while (!claimed.empty()) lanes_[claimed.pop_first()].parker.unpark();
+}
+
+void Executor::deliver(TaskId task, const SampleInfo& info, Sample sample) {
+  Sample replaced;  // given back after the lock
+  WorkerSet claimed;
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) return;
+    ++arrived_[task];
+    const Arrival arrival = scheduler_->sample_arrived(task, info, clock_now());
+    replaced = inbox_.push(task, std::move(sample));
+    assert(inbox_.count(task) == scheduler_->unread(task));
+    if (arrival.overwritten) {
+      JobRecord record;
+      record.job = *arrival.overwritten;
+      record.outcome = Outcome::overwritten;
+      logs_.back().append(record);
+    }
+    claimed = claim(arrival.wake);
+  }
+  unpark(claimed);
+}
+
+std::uint64_t Executor::arrived(TaskId task) const {
+  const std::lock_guard lock(mutex_);
+  return arrived_[task];
+}
+
+void Executor::work(Worker worker) {
+  Lane& lane = lanes_[worker];
+  WorkerSet to_wake;  // claimed under the lock, woken outside of it
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    const Time now = clock_now();
+    if (now >= end_) break;
+    const Turn turn = take_turn(*scheduler_, worker, now);
+    to_wake |= claim(turn.decision.wake);
+    if (turn.decision.job) {
+      const Job& job = *turn.decision.job;
+      Sample sample;
+      if (set_[job.task].kind == TaskKind::subscription && !job.empty) {
+        sample = inbox_.pop(job.task);
+        assert(inbox_.count(job.task) == scheduler_->unread(job.task));
+      }
+      lock.unlock();
+      unpark(std::exchange(to_wake, {}));
+      run_job(worker, job, std::move(sample));
+      lock.lock();
+      to_wake = claim(scheduler_->finished(worker, job, clock_now()).wake);
+    } else {
+      const std::uint32_t ticket = lane.parker.ticket();
+      const Time until = std::min(turn.decision.wake_at, end_);
+      lane.parked = true;
+      lock.unlock();
+      unpark(std::exchange(to_wake, {}));
+      if (until > now) lane.parker.park_until(ticket, until);
+      lock.lock();
+      lane.parked = false;
+    }
+  }
+  lock.unlock();
+  unpark(to_wake);
+}
+
+void Executor::run_job(Worker worker, const Job& job, Sample sample) {
+  JobRecord record;
+  record.job = job;
+  record.worker = static_cast<std::uint8_t>(worker);
+  record.start = clock_now();
+  if (job.empty) {
+    record.outcome = Outcome::empty;
+    record.finish = record.start;
+  } else {
+    const Duration cpu_before = options_.measure_cpu_time ? thread_cpu_time() : Duration{};
+    handler_.run(job, record.start, std::move(sample), worker);
+    if (options_.measure_cpu_time) record.cpu_time = thread_cpu_time() - cpu_before;
+    record.finish = clock_now();
+  }
+  record.cpu = static_cast<std::int16_t>(sched_getcpu());
+  logs_[worker].append(record);
+}
+
+}  // namespace hotpath

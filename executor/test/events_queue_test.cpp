@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Order of the events queues: first in first out (stock), and the priority order with its ties and rules.
+#include <gtest/gtest.h>
+
+#include "hotpath/core/priority_events_queue.hpp"
+#include "hotpath/core/simple_events_queue.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath::test {
+namespace {
+
+Job job(TaskId task, std::uint64_t sequence = 0, Time deadline = kNever) {
+  Job j;
+  j.task = task;
+  j.sequence = sequence;
+  j.deadline = deadline;
+  return j;
+}
+
+std::vector<JobRef> drain(EventsQueue& queue) {
+  std::vector<JobRef> order;
+  while (!queue.empty()) order.push_back(queue.pop().ref());
+  return order;
+}
+
+std::vector<JobRef> order(const TaskSet& set, Policy policy, const std::vector<Job>& pushed,
+                          SubscriptionRule rule = SubscriptionRule::inherit, Ties ties = Ties::lifo) {
+  PriorityEventsQueue queue(PriorityOrder(set, policy, rule, ties));
+  for (const Job& j : pushed) queue.push(j);
+  EXPECT_EQ(queue.size(), pushed.size());
+  return drain(queue);
+}
+
+TEST(SimpleEventsQueue, IsFirstInFirstOutAcrossGrowthAndWrapAround) {
+  SimpleEventsQueue queue;
+  std::uint64_t pushed = 0, popped = 0;
+  for (int round = 0; round < 50; ++round) {
+    for (int i = 0; i < 13; ++i) queue.push(job(0, pushed++));
+    for (int i = 0; i < 7; ++i) ASSERT_EQ(queue.pop().sequence, popped++);
+  }
+  EXPECT_EQ(queue.size(), 300U);
+  std::uint64_t visited = 0;
+  queue.for_each([&](const Job& j) { EXPECT_EQ(j.sequence, popped + visited++); });
+  EXPECT_EQ(visited, 300U);
+  while (!queue.empty()) ASSERT_EQ(queue.pop().sequence, popped++);
+  EXPECT_EQ(popped, pushed);
+}
+
+/// Timers 0 (30 ms), 1 (10 ms), 2 (10 ms); subscriptions 3 (of 0), 4 (of 1), 5 (of 0 and 1), 6 (of nobody).
+class PriorityOrderTest : public testing::Test {
+ protected:
+  PriorityOrderTest() {
+    add_timer(set, 30ms, 1ms);
+    add_timer(set, 10ms, 1ms);
+    add_timer(set, 10ms, 1ms);
+    add_subscription(set, {0}, 1ms);
+    add_subscription(set, {1}, 1ms);
+    add_subscription(set, {0, 1}, 1ms);
+    add_subscription(set, {}, 1ms);
+  }
+  TaskSet set;
+};
+
+TEST_F(PriorityOrderTest, RateMonotonicRunsTheShorterPeriodFirst) {
+  EXPECT_EQ(order(set, Policy::rm, {job(0), job(1)}), (std::vector<JobRef>{{1, 0}, {0, 0}}));
+}
+
+TEST_F(PriorityOrderTest, DeadlineMonotonicRunsTheShorterRelativeDeadlineFirst) {
+  set.tasks[0].deadline = 5ms;
+  EXPECT_EQ(order(set, Policy::dm, {job(1), job(0)}), (std::vector<JobRef>{{0, 0}, {1, 0}}));
+}
+
+TEST_F(PriorityOrderTest, FixedPrioritiesRunTheSmallerNumberFirstAndNoNumberLast) {
+  set.tasks[0].priority = 1;
+  set.tasks[2].priority = -4;
+  EXPECT_EQ(order(set, Policy::fp, {job(1), job(0), job(2)}),
+            (std::vector<JobRef>{{2, 0}, {0, 0}, {1, 0}}));
+}
+
+TEST_F(PriorityOrderTest, EdfRunsTheEarlierAbsoluteDeadlineFirst) {
+  EXPECT_EQ(order(set, Policy::edf, {job(1, 0, at(20ms)), job(0, 0, at(19ms)), job(3, 0, at(18ms))}),
+            (std::vector<JobRef>{{3, 0}, {0, 0}, {1, 0}}));
+}
+
+TEST_F(PriorityOrderTest, FifoPolicyIgnoresPeriods) {
+  EXPECT_EQ(order(set, Policy::fifo, {job(0), job(1), job(4)}),
+            (std::vector<JobRef>{{0, 0}, {1, 0}, {4, 0}}));
+}
+
+TEST_F(PriorityOrderTest, SubscriptionInheritsTheHighestTimerUpstream) {
+  const std::vector<std::int64_t> level = inherited_levels(set, Policy::rm);
+  EXPECT_EQ(level[3], Duration(30ms).count());
+  EXPECT_EQ(level[4], Duration(10ms).count());
+  EXPECT_EQ(level[5], Duration(10ms).count());
+  EXPECT_EQ(level[6], std::numeric_limits<std::int64_t>::max());
+}
+
+TEST_F(PriorityOrderTest, InheritanceReachesThroughChainsAndAcrossCycles) {
+  set.tasks[4].feeds = {6};
+  set.tasks[6].feeds = {4};
+  const std::vector<std::int64_t> level = inherited_levels(set, Policy::rm);
+  EXPECT_EQ(level[6], Duration(10ms).count());
+}
+
+TEST_F(PriorityOrderTest, GivenPriorityOfASubscriptionGoesBeforeTheInheritedOne) {
+  set.tasks[0].priority = 3;
+  set.tasks[1].priority = 2;
+  set.tasks[3].priority = 1;
+  const std::vector<std::int64_t> level = inherited_levels(set, Policy::fp);
+  EXPECT_EQ(level[3], 1);
+  EXPECT_EQ(level[5], 2);
+}
+
+TEST_F(PriorityOrderTest, AtEqualPrioritySubscriptionsGoBeforeTimersTheYoungestFirst) {
+  EXPECT_EQ(order(set, Policy::rm, {job(1), job(4, 0), job(4, 1), job(5), job(2)}),
+            (std::vector<JobRef>{{5, 0}, {4, 1}, {4, 0}, {1, 0}, {2, 0}}));
+}
+
+TEST_F(PriorityOrderTest, AtEqualPriorityTimersGoByTaskThenByTimestamp) {
+  EXPECT_EQ(order(set, Policy::rm, {job(2, 0), job(1, 8), job(2, 1), job(1, 7)}),
+            (std::vector<JobRef>{{1, 7}, {1, 8}, {2, 0}, {2, 1}}));
+}
+
+TEST_F(PriorityOrderTest, EqualDeadlinesAreTiesToo) {
+  EXPECT_EQ(order(set, Policy::edf, {job(2, 0, at(9ms)), job(1, 0, at(9ms)), job(3, 0, at(9ms))}),
+            (std::vector<JobRef>{{3, 0}, {1, 0}, {2, 0}}));
+}
+
+TEST_F(PriorityOrderTest, FifoTiesGoByActivation) {
+  const auto inherit = SubscriptionRule::inherit;
+  EXPECT_EQ(order(set, Policy::rm, {job(2), job(4, 0), job(1), job(5), job(0)}, inherit, Ties::fifo),
+            (std::vector<JobRef>{{2, 0}, {4, 0}, {1, 0}, {5, 0}, {0, 0}}));
+}
+
+TEST_F(PriorityOrderTest, RuleFirstPutsEverySubscriptionAheadOfEveryTimer) {
+  for (const Policy policy : {Policy::rm, Policy::edf}) {
+    EXPECT_EQ(order(set, policy, {job(1, 0, at(1ms)), job(3, 0, at(9ms)), job(6, 0, at(8ms))},
+                    SubscriptionRule::first),
+              (std::vector<JobRef>{{6, 0}, {3, 0}, {1, 0}}));
+  }
+}
+
+TEST_F(PriorityOrderTest, QueueReusesSlotsAndVisitsAllJobs) {
+  PriorityEventsQueue queue(PriorityOrder(set, Policy::rm, SubscriptionRule::inherit, Ties::lifo));
+  Random random(3);
+  std::uint64_t sequence = 0;
+  std::vector<std::uint64_t> waiting;
+  for (int i = 0; i < 2000; ++i) {
+    if (queue.empty() || uniform(random, 0, 2) > 0) {
+      queue.push(job(1, sequence));
+      waiting.push_back(sequence++);
+    } else {
+      ASSERT_EQ(queue.pop().sequence, waiting.front());
+      waiting.erase(waiting.begin());
+    }
+    std::vector<std::uint64_t> visited;
+    queue.for_each([&](const Job& j) { visited.push_back(j.sequence); });
+    std::sort(visited.begin(), visited.end());
+    ASSERT_EQ(visited, waiting);
+  }
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// A second road to the schedule of the paper's release-only executors on one core without costs: one list of
+// released jobs, searched from end to end before every job. Nothing but the clock types is shared.
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <tuple>
+
+#include "schedule_checks.hpp"
+
+namespace hotpath::test {
+namespace {
+
+class SecondScheduler {
+ public:
+  SecondScheduler(const TaskSet& set, const std::string& policy, bool subscriptions_first, bool fifo_ties)
+      : set_(set),
+        priority_(set, policy),
+        first_(subscriptions_first),
+        fifo_(fifo_ties),
+        timestamps_(set.size(), 0),
+        unread_(set.size()),
+        samples_(set.size(), 0) {}
+
+  std::vector<Ran> run(Duration end) {
+    std::vector<Ran> schedule;
+    Duration now{};
+    while (now < end) {
+      release_timers_up_to(now);
+      if (released_.empty()) {
+        now = next_timestamp();
+        continue;
+      }
+      auto best = released_.begin();
+      for (auto it = best; it != released_.end(); ++it) {
+        if (order(*it) < order(*best)) best = it;
+      }
+      Job job = best->job;
+      released_.erase(best);
+      if (set_[job.task].kind == TaskKind::subscription) {
+        if (unread_[job.task].empty()) continue;
+        job = unread_[job.task].front();
+        unread_[job.task].pop_front();
+      }
+      const Duration start = now;
+      now += set_[job.task].wcet;
+      if (set_[job.task].wcet > 0ns) release_timers_up_to(now - 1ns);
+      if (now >= end) break;
+      schedule.push_back({job.task, job.sequence, start, now});
+      for (const TaskId fed : set_[job.task].feeds) {
+        Job sample;
+        sample.task = fed;
+        sample.sequence = samples_[fed]++;
+        sample.deadline = job.deadline;
+        unread_[fed].push_back(sample);
+        if (unread_[fed].size() > set_[fed].depth) unread_[fed].pop_front();
+        released_.push_back({sample, activations_++});
+      }
+    }
+    return schedule;
+  }
+
+ private:
+  struct Released {
+    Job job;
+    std::int64_t activation;
+  };
+
+  // Smaller runs first: priority; then subscriptions, the youngest first; then timers by id and timestamp.
+  std::tuple<std::int64_t, std::int64_t, std::int64_t, std::int64_t, std::uint64_t> order(
+      const Released& r) const {
+    const bool timer = set_[r.job.task].kind == TaskKind::timer;
+    const std::int64_t priority =
+        !timer && first_ ? std::numeric_limits<std::int64_t>::min() : priority_.of(r.job);
+    if (fifo_) return {priority, r.activation, 0, 0, 0};
+    if (!timer) return {priority, 0, -r.activation, 0, 0};
+    return {priority, 1, 0, r.job.task, r.job.sequence};
+  }
+
+  Duration timestamp(TaskId id) const {
+    return set_[id].phase + static_cast<std::int64_t>(timestamps_[id]) * set_[id].period;
+  }
+
+  Duration next_timestamp() const {
+    Duration next = Duration::max();
+    for (TaskId id = 0; id < set_.size(); ++id) {
+      if (set_[id].kind == TaskKind::timer) next = std::min(next, timestamp(id));
+    }
+    return next;
+  }
+
+  void release_timers_up_to(Duration now) {
+    while (next_timestamp() <= now) {
+      const Duration next = next_timestamp();
+      for (TaskId id = 0; id < set_.size(); ++id) {
+        if (set_[id].kind != TaskKind::timer || timestamp(id) != next) continue;
+        Job job;
+        job.task = id;
+        job.sequence = timestamps_[id]++;
+        job.deadline = at(next + set_[id].deadline);
+        released_.push_back({job, activations_++});
+      }
+    }
+  }
+
+  const TaskSet& set_;
+  const PriorityByTheBook priority_;
+  const bool first_, fifo_;
+  std::vector<std::uint64_t> timestamps_;      // per timer: how many were released
+  std::vector<std::deque<Job>> unread_;        // per subscription
+  std::vector<std::uint64_t> samples_;         // per subscription: how many arrived
+  std::vector<Released> released_;
+  std::int64_t activations_ = 0;
+};
+
+class TwoRoads : public testing::TestWithParam<std::tuple<const char*, SubscriptionRule, Ties>> {};
+
+TEST_P(TwoRoads, GiveTheSameReleaseOnlySchedule) {
+  const auto& [policy, rule, ties] = GetParam();
+  Random random(11);
+  std::size_t jobs = 0;
+  for (int i = 0; i < 200; ++i) {
+    const TaskSet set =
+        random_graph(random, static_cast<int>(uniform(random, 1, 7)), static_cast<int>(uniform(random, 0, 8)),
+                     0.1 * static_cast<double>(uniform(random, 2, 13)));
+    const Duration end = 300ms;
+    const std::vector<Ran> expected =
+        SecondScheduler(set, policy, rule == SubscriptionRule::first, ties == Ties::fifo).run(end);
+    const Trace trace =
+        run(set, std::string(policy) + "-ro", end, {}, {.rule = rule, .ties = ties, .workers = 0});
+    ASSERT_EQ(schedule(trace), expected) << "set " << i;
+    jobs += expected.size();
+  }
+  EXPECT_GT(jobs, 10'000U);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    SortedList, TwoRoads,
+    testing::Combine(testing::Values("rm", "dm", "edf", "fp"),
+                     testing::Values(SubscriptionRule::inherit, SubscriptionRule::first),
+                     testing::Values(Ties::lifo, Ties::fifo)),
+    [](const auto& param) {
+      return std::string(std::get<0>(param.param)) + "_" + to_string(std::get<1>(param.param)) + "_" +
+             to_string(std::get<2>(param.param));
+    });
+
+}  // namespace
+}  // namespace hotpath::test

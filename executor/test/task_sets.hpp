@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/simulator.hpp"
+
+namespace hotpath::test {
+
+using namespace std::chrono_literals;
+
+inline Time at(Duration since_epoch) { return Time{} + since_epoch; }
+
+/// Adds a timer with an implicit deadline and a callback group of its own; returns its id.
+inline TaskId add_timer(TaskSet& set, Duration period, Duration wcet, Duration phase = 0ms) {
+  Task t;
+  t.name = "T" + std::to_string(set.size());
+  t.kind = TaskKind::timer;
+  t.period = t.deadline = period;
+  t.phase = phase;
+  t.wcet = t.bcet = wcet;
+  t.group = static_cast<std::uint32_t>(set.groups.size());
+  set.groups.push_back(CallbackGroup::mutually_exclusive);
+  set.tasks.push_back(t);
+  return set.size() - 1;
+}
+
+/// Adds a subscription to what `publishers` publish, with a callback group of its own; returns its id.
+inline TaskId add_subscription(TaskSet& set, const std::vector<TaskId>& publishers, Duration wcet,
+                               std::uint32_t depth = 1) {
+  Task t;
+  t.name = "S" + std::to_string(set.size());
+  t.kind = TaskKind::subscription;
+  t.wcet = t.bcet = wcet;
+  t.depth = depth;
+  t.group = static_cast<std::uint32_t>(set.groups.size());
+  set.groups.push_back(CallbackGroup::mutually_exclusive);
+  set.tasks.push_back(t);
+  for (const TaskId p : publishers) set.tasks[p].feeds.push_back(set.size() - 1);
+  return set.size() - 1;
+}
+
+/// Simulates with constant execution times; the releaser is raised unless `platform` says otherwise.
+inline Trace run(const TaskSet& set, const std::string& executor, Duration duration,
+                 const Platform& platform = {}, const SchedulerOptions& scheduling = {}) {
+  const WorstCaseTimes times(set);
+  PublishingWorkload workload(times);
+  SimulationOptions options;
+  options.platform = platform;
+  options.duration = duration;
+  return simulate_trace(set, *find_executor(executor), scheduling, workload, options);
+}
+
+/// One job that ran, without what tests of a schedule do not look at.
+struct Ran {
+  TaskId task;
+  std::uint64_t sequence;
+  Duration start, finish;
+  friend bool operator==(const Ran&, const Ran&) = default;
+  friend std::ostream& operator<<(std::ostream& out, const Ran& r) {
+    return out << "{task " << r.task << " #" << r.sequence << " [" << r.start.count() << ", "
+               << r.finish.count() << ")}";
+  }
+};
+
+inline std::vector<Ran> schedule(const Trace& trace) {
+  std::vector<Ran> jobs;
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome != Outcome::ran) continue;
+    jobs.push_back({r.job.task, r.job.sequence, r.start - trace.epoch, r.finish - trace.epoch});
+  }
+  return jobs;
+}
+
+inline std::size_t count(const Trace& trace, TaskId task, Outcome outcome) {
+  return static_cast<std::size_t>(std::count_if(
+      trace.jobs.begin(), trace.jobs.end(),
+      [&](const JobRecord& r) { return r.job.task == task && r.outcome == outcome; }));
+}
+
+inline std::uint64_t skipped(const Trace& trace, TaskId task) {
+  std::uint64_t sum = 0;
+  for (const JobRecord& r : trace.jobs) sum += r.job.task == task ? r.job.skipped : 0;
+  return sum;
+}
+
+using Random = std::mt19937_64;
+
+inline std::int64_t uniform(Random& random, std::int64_t lowest, std::int64_t highest) {
+  return std::uniform_int_distribution<std::int64_t>(lowest, highest)(random);
+}
+
+/// `n` timers with periods of 5 to 50 ms, any phases, and together about `utilisation`.
+inline TaskSet random_timers(Random& random, int n, double utilisation) {
+  TaskSet set;
+  std::vector<double> share;
+  double sum = 0;
+  for (int i = 0; i < n; ++i) sum += share.emplace_back(static_cast<double>(uniform(random, 1, 100)));
+  for (int i = 0; i < n; ++i) {
+    // Some periods occur more than once, so that ties are met.
+    const Duration period = uniform(random, 0, 3) == 0 ? 10ms : uniform(random, 5'000, 50'000) * 1us;
+    const auto wcet_us = static_cast<std::int64_t>(static_cast<double>(period / 1us) * utilisation *
+                                                   share[static_cast<std::size_t>(i)] / sum);
+    const TaskId id = add_timer(set, period, wcet_us * 1us, uniform(random, 0, period / 1us) * 1us);
+    set.tasks[id].bcet = set.tasks[id].wcet / 2;
+    set.tasks[id].deadline = uniform(random, 1, 2 * (period / 1us)) * 1us;
+    set.tasks[id].priority = uniform(random, 0, 5);
+  }
+  return set;
+}
+
+/// Random timers and `subscriptions` subscriptions to one to `largest_publishers` (1 or 2) publishers each.
+inline TaskSet random_graph(Random& random, int timers, int subscriptions, double utilisation,
+                            std::uint32_t largest_depth = 3, int largest_publishers = 2) {
+  TaskSet set = random_timers(random, timers, utilisation / 2);
+  for (int i = 0; i < subscriptions; ++i) {
+    std::vector<TaskId> publishers = {static_cast<TaskId>(uniform(random, 0, set.size() - 1))};
+    if (largest_publishers > 1 && uniform(random, 0, 3) == 0) {
+      const auto second = static_cast<TaskId>(uniform(random, 0, set.size() - 1));
+      if (second != publishers[0]) publishers.push_back(second);
+    }
+    const Duration wcet = uniform(random, 0, static_cast<std::int64_t>(utilisation * 4'000)) * 1us;
+    const TaskId id = add_subscription(set, publishers, wcet,
+                                       static_cast<std::uint32_t>(uniform(random, 1, largest_depth)));
+    set.tasks[id].bcet = set.tasks[id].wcet / 2;
+    if (uniform(random, 0, 1) == 0) set.tasks[id].priority = uniform(random, 0, 5);
+  }
+  return set;
+}
+
+}  // namespace hotpath::test

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling rule).
+#include "hotpath/core/timer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "task_sets.hpp"
+
+namespace hotpath::test {
+namespace {
+
+Timer timer(Duration period, Duration phase, Time epoch = Time{}) {
+  TaskSet set;
+  set.tasks.resize(3);
+  set.tasks.push_back({});
+  Task& t = set.tasks.back();
+  t.period = period;
+  t.phase = phase;
+  t.deadline = period / 2;
+  return Timer(3, t, epoch);
+}
+
+TEST(RclTimer, FirstTimestampIsEpochPlusPhase) {
+  EXPECT_EQ(timer(10ms, 4ms, at(100ms)).next_call(), at(104ms));
+}
+
+TEST(RclTimer, IsReadyFromItsNextCallOn) {
+  const Timer t = timer(10ms, 4ms);
+  EXPECT_FALSE(t.is_ready(at(4ms - 1ns)));
+  EXPECT_TRUE(t.is_ready(at(4ms)));
+}
+
+TEST(RclTimer, CallAtTheTimestampMovesOnByOnePeriod) {
+  Timer t = timer(10ms, 4ms);
+  const Job job = t.call(at(4ms));
+  EXPECT_EQ(job.task, 3U);
+  EXPECT_EQ(job.sequence, 0U);
+  EXPECT_EQ(job.timestamp, at(4ms));
+  EXPECT_EQ(job.release, at(4ms));
+  EXPECT_EQ(job.deadline, at(9ms));
+  EXPECT_EQ(job.skipped, 0U);
+  EXPECT_EQ(t.next_call(), at(14ms));
+}
+
+TEST(RclTimer, LateCallKeepsThePhase) {
+  Timer t = timer(10ms, 4ms);
+  EXPECT_EQ(t.call(at(13ms)).skipped, 0U);
+  EXPECT_EQ(t.next_call(), at(14ms));
+}
+
+TEST(RclTimer, CallOnePeriodLateSkipsTheTimestampThatIsJustDue) {
+  // Rolling: "due" means next call <= now; Humble would keep the timestamp equal to now.
+  Timer t = timer(10ms, 4ms);
+  const Job job = t.call(at(14ms));
+  EXPECT_EQ(job.timestamp, at(4ms));
+  EXPECT_EQ(job.skipped, 1U);
+  EXPECT_EQ(t.next_call(), at(24ms));
+}
+
+TEST(RclTimer, OneCallCoversAllMissedTimestampsAndSequencesCountThem) {
+  Timer t = timer(10ms, 4ms);
+  EXPECT_EQ(t.would_skip(at(47ms)), 4U);
+  EXPECT_EQ(t.call(at(47ms)).skipped, 4U);  // 14, 24, 34, 44
+  EXPECT_EQ(t.next_call(), at(54ms));
+  const Job next = t.call(at(54ms));
+  EXPECT_EQ(next.sequence, 5U);
+  EXPECT_EQ(next.timestamp, at(54ms));
+}
+
+TEST(RclTimer, EveryTimestampIsReleasedOrSkippedExactlyOnce) {
+  Random random(1);
+  for (int i = 0; i < 1000; ++i) {
+    const Duration period(uniform(random, 1, 50)), phase(uniform(random, 0, 50));
+    Timer t = timer(period, phase);
+    Time now = at(phase);
+    std::uint64_t covered = 0;
+    for (int calls = 0; calls < 20; ++calls) {
+      now = std::max(now, t.next_call()) + Duration(uniform(random, 0, 200));
+      const Job job = t.call(now);
+      ASSERT_EQ(job.sequence, covered);
+      ASSERT_EQ(job.timestamp, at(phase) + static_cast<std::int64_t>(covered) * period);
+      covered += 1 + job.skipped;
+      ASSERT_GT(t.next_call(), now);
+      ASSERT_LE(t.next_call() - period, now);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/graph.hpp"
+
+namespace hotpath {
+
+/// What a user can correct in a file: `FILE:LINE: what is wrong; what would be right`.
+class GraphError : public std::runtime_error {
+ public:
+  /// `line` counts from 1; 0 means the file as a whole and is left out.
+  GraphError(const std::string& file, int line, const std::string& problem, const std::string& remedy);
+};
+
+/// Most bytes of a node's name: the message keeps 48 with the closing NUL (upstream's TransmissionStats.idl).
+inline constexpr std::size_t kMaxNameBytes = 47;
+
+/// Most nodes in one message's history (upstream's Message4kb.idl).
+inline constexpr std::size_t kMaxHistory = 63;
+
+/// Reads and checks a graph file, YAML with the keys
+///
+///     name, description, work: fixed|wall|cpu_time,
+///     topics:  {TOPIC: {publishers: one|many}}
+///     nodes:   - name, type, execution_time_ms, best_case_execution_time_ms, callback_group, and by type
+///                sensor:        period_ms, phase_ms, deadline_ms, priority, output
+///                transform:     input, output
+///                fusion:        inputs, output
+///                cyclic:        inputs, and all of sensor's
+///                intersection:  connections: - input, output
+///                command:       input
+///     chains:  - name, nodes, sources, sink
+///
+/// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the
+/// node's name unless given; the depth is 1, for command nodes 10 (upstream). Nodes stand in creation order.
+/// Milliseconds are decimal and exact down to one nanosecond. Throws GraphError for a file that cannot be
+/// read or is not a valid graph.
+Graph load_graph(const std::string& path);
+
+/// The path of a graph file. What has a slash or ends in .yaml or .yml is a path already; a bare name is
+/// looked up as NAME.yaml in the folders of the environment variable HOTPATH_GRAPHS (separated by colons),
+/// then in those the program was built with. Throws GraphError when there is no such file.
+std::string find_graph(const std::string& name_or_path);
+
+/// One graph file of those folders.
+struct GraphListing {
+  std::string name;  ///< What find_graph takes: the file's name without .yaml.
+  std::string description;
+  std::size_t nodes = 0;
+  std::string path;
+  std::string error;  ///< Why the file is not a valid graph; empty if it is one.
+};
+
+/// All graphs that have a bare name, by name. Of two files of one name the one that find_graph takes is
+/// listed.
+std::vector<GraphListing> list_graphs();
+
+}  // namespace hotpath

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/graph.hpp"
+
+namespace hotpath {
+
+/// Where the first timestamps of timers come from; the option `--phases`.
+enum class Phases : std::uint8_t {
+  creation,     ///< Creation of the timer plus its period, nodes being created one after another, as rclcpp.
+  synchronous,  ///< All at the epoch.
+  given,        ///< `phase_ms` of the graph file. (A file of phases is read with read_phases.)
+  random,       ///< Uniform in [0, period).
+};
+
+const char* to_string(Phases);
+
+/// What the creation of a node costs: a constant, and more for each of its publishers and subscriptions.
+/// Least squares over all rows of results/ros2_reference/rclcpp_autoware_phases.csv, that is over the
+/// creation instants of Autoware's timers in seven runs of rclcpp 26 on Fast DDS (root mean square error 3.7
+/// ms, of which most is one row's; BehaviorPlanner's timer is created 96 ms after the first one).
+inline constexpr Duration kNodeCreation = std::chrono::microseconds(1840);
+inline constexpr Duration kEndpointCreation = std::chrono::microseconds(1320);
+
+/// Creation instant of each task's node's timer, from instant 0, the creation of the graph's first timer, on;
+/// a node's timer is created after its publishers and subscriptions. `step` instead of those two constants:
+/// uniform time per node (>= 0). Subscriptions: 0.
+std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
+                                        std::optional<Duration> step = std::nullopt);
+
+struct PhaseOptions {
+  std::optional<Duration> step;  ///< `creation`: uniform time per node instead of the constants above.
+  std::uint64_t seed = 1;        ///< `random`: the same seed gives the same phases on every machine.
+};
+
+/// First timestamp of every timer relative to the epoch, >= 0, indexed by task; 0 for subscriptions.
+/// Throws std::invalid_argument for `given` when a timer's node has no phase.
+std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, Phases phases,
+                                  const PhaseOptions& options = {});
+
+/// First timestamps from a CSV file, indexed by the tasks of make_tasks(graph). Two forms:
+///  - `task,first_release_ms` or `task,created_ms`: one row for each timer;
+///  - columns `executor` and `created_ms_NODE` for each timer: the row of that executor, where the row `NAME
+///  (RULE)`
+///    counts as executor NAME unless another row is called just NAME.
+/// A timer's first timestamp is its creation plus its period. Blank lines are skipped.
+/// Throws GraphError.
+std::vector<Duration> read_phases(const std::string& path, const Graph& graph, const std::string& executor);
+
+}  // namespace hotpath

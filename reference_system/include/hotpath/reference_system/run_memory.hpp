@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hotpath/live/executor.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
+
+namespace hotpath {
+
+/// Where one process of a run records, sized before the run starts and shared with the process that collects:
+/// what a process has recorded survives its death. Backed by an anonymous memory file, so nothing is left
+/// behind anywhere.
+class RunMemory {
+ public:
+  struct Size {
+    std::uint32_t tasks = 0;
+    std::uint32_t workers = 0;
+    std::uint64_t jobs = 0;    ///< Records for each worker, and as many for what arrivals overwrite.
+    std::uint64_t chains = 0;  ///< Chain observations for each worker.
+  };
+
+  /// Throws std::system_error when there is not enough memory.
+  explicit RunMemory(const Size& size);
+  ~RunMemory();
+  RunMemory(const RunMemory&) = delete;
+  RunMemory& operator=(const RunMemory&) = delete;
+
+  const Executor::Logs& jobs() const { return jobs_; }
+  const std::vector<RecordLog<ChainObservation>>& chains() const { return chains_; }
+  /// Per task: publications by its jobs.
+  std::span<std::atomic<std::uint64_t>> published() const { return published_; }
+
+ private:
+  void* memory_ = nullptr;
+  std::size_t bytes_ = 0;
+  std::span<std::atomic<std::uint64_t>> published_;
+  Executor::Logs jobs_;
+  std::vector<RecordLog<ChainObservation>> chains_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/number_cruncher.hpp"
+
+namespace hotpath {
+
+/// The execution time of one node's activations, ready to be burnt.
+class Work {
+ public:
+  Work(WorkMode mode, Duration duration, const CrunchScale& scale)
+      : mode_(mode),
+        duration_(duration),
+        limit_(mode == WorkMode::fixed ? scale.limit(duration) : kUnlimited) {}
+
+  /// Burns it in the calling thread, for a job that started at `start`; returns the result of the number
+  /// cruncher.
+  std::int64_t burn(Time start) const;
+
+ private:
+  static constexpr std::uint32_t kUnlimited = 1U << 31;
+  WorkMode mode_;
+  Duration duration_;
+  std::uint32_t limit_;
+};
+
+}  // namespace hotpath

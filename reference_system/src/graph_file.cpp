@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/graph_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "graph_source.hpp"
+#include "graph_yaml.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+constexpr std::size_t kMaxFileBytes = std::size_t{4} << 20;
+constexpr std::int64_t kMaxDepth = 1000;
+constexpr std::uint32_t kCommandDepth = 10;  // upstream's nodes/settings.hpp
+
+// In the order of the enumerations.
+const Words kNodeTypes = {"sensor", "transform", "fusion", "cyclic", "intersection", "command"};
+const Words kWorkModes = {"fixed", "wall", "cpu_time"};
+const Words kGroups = {"mutually_exclusive", "reentrant"};
+const Words kPublishers = {"one", "many"};
+
+const Words kAllNodeKeys = {"name",
+                            "type",
+                            "execution_time_ms",
+                            "best_case_execution_time_ms",
+                            "callback_group",
+                            "input",
+                            "inputs",
+                            "output",
+                            "connections",
+                            "period_ms",
+                            "phase_ms",
+                            "deadline_ms",
+                            "priority"};
+
+Words node_keys(NodeType type) {
+  Words keys = {"name", "type", "execution_time_ms", "best_case_execution_time_ms", "callback_group"};
+  const auto add = [&](const Words& more) { keys.insert(keys.end(), more.begin(), more.end()); };
+  if (type == NodeType::sensor || type == NodeType::cyclic) {
+    add({"period_ms", "phase_ms", "deadline_ms", "priority"});
+  }
+  if (type == NodeType::intersection) {
+    add({"connections"});
+  } else if (type != NodeType::sensor) {
+    add({"input", "inputs"});
+  }
+  if (type != NodeType::intersection && type != NodeType::command) add({"output"});
+  return keys;
+}
+
+std::string read_text(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  const auto fail = [&](const std::string& problem) {
+    throw GraphError(path, 0, problem, "give the path of a readable YAML file");
+  };
+  if (!file) fail(std::string("the file cannot be opened (") + std::strerror(errno) + ")");
+  std::string text;
+  std::array<char, 65536> block;
+  while (const std::size_t bytes = std::fread(block.data(), 1, block.size(), file.get())) {
+    text.append(block.data(), bytes);
+    if (text.size() > kMaxFileBytes) fail("the file has more than 4 MiB, which no graph needs");
+  }
+  if (std::ferror(file.get())) fail(std::string("the file cannot be read (") + std::strerror(errno) + ")");
+  return text;
+}
+
+Input parse_input(const YamlValue& value, const std::string& node, std::uint32_t depth) {
+  Input input;
+  input.depth = depth;
+  if (value.is_text()) {
+    input.topic = value.topic();
+    return input;
+  }
+  const YamlMap map(value, "an input of " + node);
+  map.check_keys({"topic", "depth", "priority"});
+  input.topic = map.require("topic", "TOPIC").topic();
+  if (const auto given = map.find("depth")) {
+    input.depth = static_cast<std::uint32_t>(given->integer(1, kMaxDepth));
+  }
+  if (const auto given = map.find("priority")) {
+    input.priority = given->integer(std::numeric_limits<std::int64_t>::min() + 1,
+                                    std::numeric_limits<std::int64_t>::max() - 1);
+  }
+  return input;
+}
+
+void parse_inputs(const YamlMap& map, const std::string& what, Node& node, NodeLines& lines) {
+  const std::uint32_t depth = node.type == NodeType::command ? kCommandDepth : 1;
+  const auto one = map.find("input");
+  const auto many = map.find("inputs");
+  if (one && many)
+    map.fail(what + " has both `input` and `inputs`", "keep `inputs` for a list, `input` for one");
+  std::vector<YamlValue> values;
+  if (one) values.push_back(*one);
+  if (many) values = many->list("an input of " + what);
+  for (const YamlValue& value : values) {
+    node.inputs.push_back(parse_input(value, what, depth));
+    lines.inputs.push_back(value.line());
+  }
+  const std::string count =
+      std::to_string(node.inputs.size()) + (node.inputs.size() == 1 ? " input" : " inputs");
+  if (node.type == NodeType::cyclic && node.inputs.empty()) {
+    map.fail(what + " has no input",
+             "a cyclic node stores messages of one input or more; without any it is a sensor");
+  }
+  if (node.type == NodeType::fusion && node.inputs.size() < 2) {
+    map.fail(what + " has " + count, "a fusion needs two or more; with one it is a transform");
+  }
+  if ((node.type == NodeType::transform || node.type == NodeType::command) && node.inputs.size() != 1) {
+    map.fail(what + " has " + count,
+             "a " + kNodeTypes[static_cast<std::size_t>(node.type)] + " has exactly one");
+  }
+}
+
+void parse_connections(const YamlMap& map, const std::string& what, Node& node, NodeLines& lines) {
+  const YamlValue list = map.require("connections", "[{input: TOPIC, output: TOPIC}]");
+  for (const YamlValue& value : list.list("a connection of " + what)) {
+    const YamlMap connection(value, "a connection of " + what);
+    connection.check_keys({"input", "output"});
+    const YamlValue input = connection.require("input", "TOPIC");
+    const YamlValue output = connection.require("output", "TOPIC");
+    node.inputs.push_back(parse_input(input, what, 1));
+    node.outputs.push_back(output.topic());
+    lines.inputs.push_back(input.line());
+    lines.outputs.push_back(output.line());
+  }
+}
+
+void parse_timer(const YamlMap& map, Node& node) {
+  node.period = map.require("period_ms", "100").milliseconds(false);
+  node.deadline = node.period;
+  if (const auto given = map.find("phase_ms")) node.phase = given->milliseconds(true);
+  if (const auto given = map.find("deadline_ms")) node.deadline = given->milliseconds(false);
+  if (const auto given = map.find("priority")) {
+    node.priority = given->integer(std::numeric_limits<std::int64_t>::min() + 1,
+                                   std::numeric_limits<std::int64_t>::max() - 1);
+  }
+}
+
+void parse_execution_time(const YamlMap& map, const std::string& what, Node& node) {
+  if (const auto given = map.find("execution_time_ms")) node.execution_time = given->milliseconds(true);
+  node.best_case_execution_time = node.execution_time;
+  if (const auto given = map.find("best_case_execution_time_ms")) {
+    node.best_case_execution_time = given->milliseconds(true);
+    if (node.best_case_execution_time > node.execution_time) {
+      given->fail("the best case of " + what + " is longer than its execution time",
+                  "give a `best_case_execution_time_ms` of at most `execution_time_ms`");
+    }
+  }
+}
+
+void parse_node(const YamlValue& value, GraphSource& source) {
+  YamlMap map(value, "a node");
+  Node node;
+  NodeLines lines;
+  lines.node = map.line();
+  node.name = map.require("name", "NAME").name();
+  const std::string what = "node " + node.name;
+  map.set_what(what);
+  node.type = static_cast<NodeType>(map.require("type", "sensor").choice(kNodeTypes));
+  map.set_what(kNodeTypes[static_cast<std::size_t>(node.type)] + " " + node.name);
+  map.check_keys(node_keys(node.type), kAllNodeKeys);
+  if (node.type == NodeType::sensor || node.type == NodeType::cyclic) parse_timer(map, node);
+  parse_execution_time(map, what, node);
+  if (const auto given = map.find("callback_group")) {
+    node.group = static_cast<CallbackGroup>(given->choice(kGroups));
+  }
+  if (node.type == NodeType::intersection) {
+    parse_connections(map, what, node, lines);
+  } else {
+    if (node.type != NodeType::sensor) parse_inputs(map, what, node, lines);
+    if (node.type != NodeType::command) {
+      const auto given = map.find("output");
+      node.outputs.push_back(given ? given->topic() : node.name);
+      lines.outputs.push_back(given ? given->line() : lines.node);
+    }
+  }
+  source.graph.nodes.push_back(std::move(node));
+  source.nodes.push_back(std::move(lines));
+}
+
+void parse_chain(const YamlValue& value, GraphSource& source) {
+  YamlMap map(value, "a chain");
+  map.check_keys({"name", "nodes", "sources", "sink"});
+  Chain chain;
+  ChainLines lines;
+  lines.chain = map.line();
+  chain.name = map.require("name", "NAME").name();
+  map.set_what("chain " + chain.name);
+  for (const YamlValue& node :
+       map.require("nodes", "[SOURCE, ..., SINK]").list("a node of chain " + chain.name)) {
+    chain.nodes.push_back(node.text());
+    lines.nodes.push_back(node.line());
+  }
+  for (const YamlValue& node : map.require("sources", "[SOURCE]").list("a source of chain " + chain.name)) {
+    chain.sources.push_back(node.text());
+    lines.sources.push_back(node.line());
+  }
+  const YamlValue sink = map.require("sink", "SINK");
+  chain.sink = sink.text();
+  lines.sink = sink.line();
+  source.graph.chains.push_back(std::move(chain));
+  source.chains.push_back(std::move(lines));
+}
+
+void parse_topics(const YamlValue& value, GraphSource& source) {
+  const YamlMap topics(value, "`topics`");
+  for (const std::string& topic : topics.keys()) {
+    const YamlMap map(*topics.find(topic), "topic " + topic);
+    map.check_keys({"publishers"});
+    const bool many = map.require("publishers", "many").choice(kPublishers) == 1;
+    source.rules[topic] = {many, map.line()};
+  }
+}
+
+YAML::Node read_yaml(const std::string& file, const std::string& text) {
+  const std::string remedy = "a graph is one YAML map that begins with `name: NAME` and lists `nodes`";
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(text);
+  } catch (const YAML::Exception& error) {
+    const int line = error.mark.is_null() ? 0 : error.mark.line + 1;
+    throw GraphError(file, line, "not valid YAML: " + error.msg,
+                     "correct indentation, colons and quotes here");
+  }
+  if (documents.empty() || documents.front().IsNull()) throw GraphError(file, 0, "the file is empty", remedy);
+  if (documents.size() > 1) throw GraphError(file, 0, "the file holds several YAML documents", remedy);
+  if (!documents.front().IsMap()) throw GraphError(file, 1, "the file is not a map of keys", remedy);
+  return documents.front();
+}
+
+}  // namespace
+
+GraphError::GraphError(const std::string& file, int line, const std::string& problem,
+                       const std::string& remedy)
+    : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + problem + "; " +
+                         remedy) {}
+
+GraphSource parse_graph(const std::string& file, const std::string& text) {
+  GraphSource source;
+  source.file = file;
+  const YamlMap map(YamlValue(source.file, read_yaml(file, text), "the graph", 1), "the graph");
+  map.check_keys({"name", "description", "work", "topics", "nodes", "chains"});
+  Graph& graph = source.graph;
+  graph.name = map.require("name", "NAME").name();
+  if (const auto given = map.find("description")) graph.description = given->text();
+  if (const auto given = map.find("work")) graph.work = static_cast<WorkMode>(given->choice(kWorkModes));
+  if (const auto given = map.find("topics")) parse_topics(*given, source);
+  for (const YamlValue& node :
+       map.require("nodes", "[{name: NAME, type: sensor, period_ms: 100}]").list("a node")) {
+    parse_node(node, source);
+  }
+  if (const auto given = map.find("chains")) {
+    for (const YamlValue& chain : given->list("a chain")) parse_chain(chain, source);
+  }
+  return source;
+}
+
+Graph load_graph(const std::string& path) {
+  GraphSource source = parse_graph(path, read_text(path));
+  check_graph(source);
+  Graph& graph = source.graph;
+  for (Chain& chain : graph.chains) {
+    std::sort(chain.nodes.begin(), chain.nodes.end(),
+              [&](const std::string& a, const std::string& b) { return graph.find(a) < graph.find(b); });
+  }
+  return std::move(graph);
+}
+
+}  // namespace hotpath

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph_text.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <numeric>
+#include <vector>
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::size_t kFractionDigits = 6;  // of a millisecond down to a nanosecond
+constexpr std::size_t kIntegerDigits = 9;   // keeps sums of durations far from overflow
+
+bool all_digits(std::string_view text) {
+  return std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+std::int64_t to_integer(std::string_view digits) {
+  return std::accumulate(digits.begin(), digits.end(), std::int64_t{0},
+                         [](std::int64_t sum, char c) { return sum * 10 + (c - '0'); });
+}
+
+char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+
+/// Levenshtein's edit distance.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (lower(a[i]) == lower(b[j]) ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::optional<Duration> parse_ms(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  if (negative || text.starts_with('+')) text.remove_prefix(1);
+  const std::size_t point = std::min(text.find('.'), text.size());
+  const std::string_view whole = text.substr(0, point);
+  std::string fraction(text.substr(std::min(point + 1, text.size())));
+  if (whole.empty() && fraction.empty()) return std::nullopt;
+  if (!all_digits(whole) || !all_digits(fraction) || whole.size() > kIntegerDigits) return std::nullopt;
+  while (fraction.size() > kFractionDigits && fraction.back() == '0') fraction.pop_back();
+  if (fraction.size() > kFractionDigits) return std::nullopt;
+  fraction.resize(kFractionDigits, '0');
+  const std::int64_t ns = to_integer(whole) * 1'000'000 + to_integer(fraction);
+  return Duration(negative ? -ns : ns);
+}
+
+std::string format_ms(Duration duration) {
+  const std::int64_t ns = std::abs(duration.count());
+  std::string text = (duration.count() < 0 ? "-" : "") + std::to_string(ns / 1'000'000);
+  std::string fraction = std::to_string(ns % 1'000'000);
+  fraction.insert(0, kFractionDigits - fraction.size(), '0');
+  fraction.erase(fraction.find_last_not_of('0') + 1);
+  return fraction.empty() ? text : text + "." + fraction;
+}
+
+std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates) {
+  std::optional<std::string> best;
+  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const std::size_t d = distance(word, candidate);
+    if (d < best_distance && d < candidate.size()) {
+      best = candidate;
+      best_distance = d;
+    }
+  }
+  return best;
+}
+
+std::string suggest(std::string_view word, std::span<const std::string> candidates) {
+  if (const auto best = nearest(word, candidates)) return "did you mean `" + *best + "`?";
+  if (candidates.empty()) return "there is none to choose from";
+  std::string list = "known are: ";
+  for (const std::string& candidate : candidates) {
+    if (&candidate != &candidates.front()) list += ", ";
+    list += candidate;
+  }
+  return list;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "hotpath/core/time.hpp"
+
+namespace hotpath {
+
+/// A decimal number of milliseconds ("4.2", "-1") as exact nanoseconds. Nothing for anything else, for more
+/// than nine digits before the point, and for digits below a nanosecond.
+std::optional<Duration> parse_ms(std::string_view text);
+
+/// Decimal milliseconds without trailing zeros: the inverse of parse_ms.
+std::string format_ms(Duration duration);
+
+/// The candidate that is most like a misspelt `word` (letter case aside); nothing if none is alike.
+std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates);
+
+/// "did you mean `X`?" with the nearest candidate, else "known are: ..." with all of them.
+std::string suggest(std::string_view word, std::span<const std::string> candidates);
+
+}  // namespace hotpath

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph_yaml.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "graph_text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::string_view kNotInNames = ",\"'`";
+
+/// yaml-cpp gives an empty value no mark of its own.
+int line_of(const YAML::Node& node, int otherwise) {
+  return node.Mark().is_null() ? otherwise : node.Mark().line + 1;
+}
+
+std::string kind_of(const YAML::Node& node) {
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      return "`" + node.Scalar() + "`";
+    case YAML::NodeType::Sequence:
+      return "a list";
+    case YAML::NodeType::Map:
+      return "a map";
+    case YAML::NodeType::Null:
+    case YAML::NodeType::Undefined:
+      break;
+  }
+  return "empty";
+}
+
+bool contains(const std::vector<std::string>& list, const std::string& word) {
+  return std::find(list.begin(), list.end(), word) != list.end();
+}
+
+}  // namespace
+
+void YamlValue::fail(const std::string& problem, const std::string& remedy) const {
+  throw GraphError(*file_, line_, problem, remedy);
+}
+
+std::string YamlValue::text() const {
+  if (!node_.IsScalar()) fail(what_ + " is " + kind_of(node_), "give one text");
+  return node_.Scalar();
+}
+
+std::string YamlValue::checked_name(std::size_t most_bytes, bool slash) const {
+  const std::string name = text();
+  if (name.empty()) fail(what_ + " is empty", "give 1 to " + std::to_string(most_bytes) + " bytes");
+  if (name.size() > most_bytes) {
+    fail(what_ + " `" + name + "` has " + std::to_string(name.size()) + " bytes",
+         "give at most " + std::to_string(most_bytes));
+  }
+  for (const char c : name) {
+    const bool control_or_blank = static_cast<unsigned char>(c) <= ' ' || c == 0x7f;
+    if (control_or_blank || kNotInNames.find(c) != std::string_view::npos || (c == '/' && !slash)) {
+      fail(what_ + " `" + name + "` contains " +
+               (control_or_blank ? "a blank or control character" : std::string{c}),
+           std::string("names are written into CSV columns: leave out blanks, commas, quotes") +
+               (slash ? "" : " and slashes"));
+    }
+  }
+  return name;
+}
+
+Duration YamlValue::milliseconds(bool zero_allowed) const {
+  const std::optional<Duration> duration = node_.IsScalar() ? parse_ms(node_.Scalar()) : std::nullopt;
+  if (!duration) {
+    fail(what_ + " is " + kind_of(node_),
+         "give decimal milliseconds such as 4.2 (up to 999999999, at most six digits after the point)");
+  }
+  if (*duration < Duration::zero()) {
+    fail(what_ + " is negative (" + node_.Scalar() + ")",
+         zero_allowed ? "give 0 or more milliseconds" : "give more than 0 milliseconds");
+  }
+  if (*duration == Duration::zero() && !zero_allowed) fail(what_ + " is 0", "give more than 0 milliseconds");
+  return *duration;
+}
+
+std::int64_t YamlValue::integer(std::int64_t least, std::int64_t most) const {
+  const std::string digits = node_.IsScalar() ? node_.Scalar() : std::string();
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) {
+    fail(what_ + " is " + kind_of(node_), "give a whole number");
+  }
+  if (number < least || number > most) {
+    fail(what_ + " is " + digits,
+         "give a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+  }
+  return number;
+}
+
+std::size_t YamlValue::choice(const std::vector<std::string>& choices) const {
+  const std::string word = node_.IsScalar() ? node_.Scalar() : std::string();
+  const auto found = std::find(choices.begin(), choices.end(), word);
+  if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
+  std::string list;
+  for (const std::string& choice : choices) list += (list.empty() ? "" : ", ") + choice;
+  const auto best = nearest(word, choices);
+  fail(what_ + " is " + kind_of(node_),
+       "give one of: " + list + (best ? " (did you mean `" + *best + "`?)" : ""));
+}
+
+std::vector<YamlValue> YamlValue::list(const std::string& item) const {
+  if (!node_.IsSequence()) fail(what_ + " is " + kind_of(node_), "give a list");
+  if (node_.size() == 0) fail(what_ + " is an empty list", "give at least one item");
+  std::vector<YamlValue> items;
+  for (const YAML::Node& node : node_) items.emplace_back(*file_, node, item, line_of(node, line_));
+  return items;
+}
+
+YamlMap::YamlMap(const YamlValue& value, std::string what)
+    : file_(value.file_), what_(std::move(what)), line_(value.line_) {
+  if (!value.node_.IsMap())
+    value.fail(what_ + " is " + kind_of(value.node_), "give a map of `key: value` lines");
+  for (const auto& entry : value.node_) {
+    const int line = line_of(entry.first, line_);
+    if (!entry.first.IsScalar()) {
+      throw GraphError(*file_, line, "a key of " + what_ + " is " + kind_of(entry.first), "keys are words");
+    }
+    const std::string& key = entry.first.Scalar();
+    const auto [previous, is_new] =
+        values_.emplace(key, std::pair(line_of(entry.second, line), YAML::Node(entry.second)));
+    if (!is_new) {
+      throw GraphError(*file_, line, "`" + key + "` stands twice in " + what_,
+                       "keep one (the other is in line " + std::to_string(previous->second.first) + ")");
+    }
+    keys_.push_back(key);
+  }
+}
+
+std::vector<YamlValue> YamlMap::values() const {
+  std::vector<YamlValue> values;
+  for (const std::string& key : keys_) values.push_back(*find(key));
+  return values;
+}
+
+std::optional<YamlValue> YamlMap::find(const std::string& key) const {
+  const auto found = values_.find(key);
+  if (found == values_.end()) return std::nullopt;
+  return YamlValue(*file_, found->second.second, "`" + key + "` of " + what_, found->second.first);
+}
+
+YamlValue YamlMap::require(const std::string& key, const std::string& example) const {
+  if (auto value = find(key)) return *value;
+  fail("`" + key + "` is missing in " + what_, "add `" + key + ": " + example + "`");
+}
+
+void YamlMap::check_keys(const std::vector<std::string>& known,
+                         const std::vector<std::string>& elsewhere) const {
+  for (const std::string& key : keys_) {
+    if (contains(known, key)) continue;
+    const int line = values_.at(key).first;
+    if (contains(elsewhere, key)) {
+      std::string list;
+      for (const std::string& word : known) list += (list.empty() ? "" : ", ") + word;
+      throw GraphError(*file_, line, "`" + key + "` means nothing for " + what_, "its keys are: " + list);
+    }
+    throw GraphError(*file_, line, "unknown key `" + key + "` in " + what_, suggest(key, known));
+  }
+}
+
+void YamlMap::fail(const std::string& problem, const std::string& remedy) const {
+  throw GraphError(*file_, line_, problem, remedy);
+}
+
+}  // namespace hotpath

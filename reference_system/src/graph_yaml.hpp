@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/time.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+
+/// Room for a prefix before the 255 bytes that DDS allows.
+inline constexpr std::size_t kMaxTopicBytes = 200;
+
+/// One value of a YAML file that knows where it stands and what it is called, with checked conversions; all
+/// throw GraphError.
+class YamlValue {
+ public:
+  YamlValue(const std::string& file, YAML::Node node, std::string what, int line)
+      : file_(&file), node_(std::move(node)), what_(std::move(what)), line_(line) {}
+
+  int line() const { return line_; }
+  bool is_text() const { return node_.IsScalar(); }
+
+  std::string text() const;
+  /// Names may stand in CSV columns and in messages: no blanks, commas, quotes; a node's no slash either.
+  std::string name() const { return checked_name(kMaxNameBytes, false); }
+  std::string topic() const { return checked_name(kMaxTopicBytes, true); }
+  Duration milliseconds(bool zero_allowed) const;
+  std::int64_t integer(std::int64_t least, std::int64_t most) const;
+  /// The index of the text among `choices`.
+  std::size_t choice(const std::vector<std::string>& choices) const;
+  /// A list with at least one item; `what` names an item.
+  std::vector<YamlValue> list(const std::string& item) const;
+
+  [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const;
+
+ private:
+  friend class YamlMap;
+  std::string checked_name(std::size_t most_bytes, bool slash) const;
+
+  const std::string* file_;
+  YAML::Node node_;
+  std::string what_;
+  int line_;
+};
+
+/// A YAML map whose keys are texts and occur once. `what` names it in messages.
+class YamlMap {
+ public:
+  YamlMap(const YamlValue& value, std::string what);
+
+  int line() const { return line_; }
+  const std::string& what() const { return what_; }
+  void set_what(std::string what) { what_ = std::move(what); }
+
+  std::vector<YamlValue> values() const;
+  std::vector<std::string> keys() const { return keys_; }
+
+  std::optional<YamlValue> find(const std::string& key) const;
+  YamlValue require(const std::string& key, const std::string& example) const;
+
+  /// Refuses keys that are not among `known`; `elsewhere` are keys that exist, but not for this kind of
+  /// thing.
+  void check_keys(const std::vector<std::string>& known,
+                  const std::vector<std::string>& elsewhere = {}) const;
+
+  [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const;
+
+ private:
+  const std::string* file_;
+  std::string what_;
+  int line_;
+  std::vector<std::string> keys_;  ///< In file order.
+  std::map<std::string, std::pair<int, YAML::Node>> values_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/number_cruncher.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hotpath {
+
+namespace {
+
+// Keeps the compiler from moving work across candidates or dropping it.
+inline void barrier() { asm volatile("" ::: "memory"); }
+
+inline bool is_prime(std::uint32_t candidate) {
+  // 64 bits as upstream's numbers are; trial division by every smaller number, with no bound at the square
+  // root.
+  std::uint64_t n = candidate;
+  asm volatile("" : "+r"(n));
+  for (std::uint64_t divisor = 2; divisor < n; ++divisor) {
+    if (n % divisor == 0) return false;
+  }
+  return true;
+}
+
+Time now() { return std::chrono::steady_clock::now(); }
+
+}  // namespace
+
+std::int64_t count_primes(std::uint32_t limit) {
+  if (limit <= 2) return 2;
+  std::int64_t primes = 0;
+  for (std::uint32_t candidate = 2; candidate <= limit; ++candidate) {
+    primes += is_prime(candidate);
+    barrier();
+  }
+  return primes;
+}
+
+std::int64_t count_primes_until(std::uint32_t limit, Time until, Time (*clock)()) {
+  std::int64_t primes = 0;
+  for (std::uint32_t candidate = 2; candidate <= limit && clock() < until; ++candidate) {
+    primes += is_prime(candidate);
+    barrier();
+  }
+  return primes;
+}
+
+std::uint64_t CrunchScale::divisions(std::uint32_t limit) {
+  // A composite is done at its smallest divisor d after d - 1 divisions, a prime p after p - 2.
+  std::vector<std::uint32_t> smallest(limit + 1, 0);
+  std::uint64_t total = 0;
+  for (std::uint32_t n = 2; n <= limit; ++n) {
+    if (smallest[n] == 0) {
+      total += n - 2;
+      for (std::uint64_t m = std::uint64_t{n} * n; m <= limit; m += n) {
+        if (smallest[m] == 0) smallest[m] = n;
+      }
+    } else {
+      total += smallest[n] - 1;
+    }
+  }
+  return total;
+}
+
+CrunchScale::CrunchScale(const Calibration& calibration) : divisions_per_us_(calibration.divisions_per_us) {}
+
+std::uint32_t CrunchScale::limit(Duration duration) const {
+  if (duration <= Duration::zero()) return 0;
+  const double wanted = static_cast<double>(duration.count()) / 1000.0 * divisions_per_us_;
+  std::uint32_t low = 3, high = 4;
+  while (static_cast<double>(divisions(high)) < wanted && high < (1U << 24)) high *= 2;
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    if (static_cast<double>(divisions(middle)) < wanted) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+Calibration calibrate(Duration typical) {
+  constexpr unsigned kMaxReadings = 10;
+  constexpr int kCrunchesPerReading = 7;
+  // A first guess of the speed, then crunches of the length that the graph will ask for: division's cost
+  // depends on the size of the numbers.
+  Calibration calibration;
+  calibration.divisions_per_us = 300;
+  const Duration length = std::clamp(typical, from_ms(0.5), from_ms(20));
+  double previous = 0;
+  while (calibration.readings < kMaxReadings) {
+    const std::uint32_t limit = CrunchScale(calibration).limit(length);
+    Duration fastest = Duration::max();
+    for (int i = 0; i < kCrunchesPerReading; ++i) {
+      const Time start = now();
+      [[maybe_unused]] volatile std::int64_t primes = count_primes(limit);
+      fastest = std::min(fastest, now() - start);
+    }
+    calibration.divisions_per_us =
+        static_cast<double>(CrunchScale::divisions(limit)) * 1000.0 / static_cast<double>(fastest.count());
+    ++calibration.readings;
+    calibration.spread_percent =
+        previous == 0 ? 100 : 100 * std::abs(calibration.divisions_per_us - previous) / previous;
+    previous = calibration.divisions_per_us;
+    if (calibration.spread_percent <= kCalibrationTolerancePercent) return calibration;
+  }
+  calibration.disturbed = true;
+  return calibration;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/run_memory.hpp"
+
+#include <sys/mman.h>
+
+#include <cerrno>
+#include <new>
+#include <system_error>
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::size_t kAlignment = 64;
+constexpr std::size_t aligned(std::size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
+
+}  // namespace
+
+RunMemory::RunMemory(const Size& size) {
+  const std::size_t counters = aligned(size.tasks * sizeof(std::atomic<std::uint64_t>));
+  const std::size_t job_log = aligned(RecordLog<JobRecord>::bytes(size.jobs));
+  const std::size_t chain_log = aligned(RecordLog<ChainObservation>::bytes(size.chains));
+  bytes_ = counters + (size.workers + 1) * job_log + size.workers * chain_log;
+
+  // Shared with processes forked later. Populated now: page faults do not belong on the job path.
+  memory_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  if (memory_ == MAP_FAILED) {
+    throw std::system_error(
+        errno, std::generic_category(),
+        "no memory for the trace buffers (" + std::to_string(bytes_ >> 20) + " MiB); shorten the run");
+  }
+  char* next = static_cast<char*>(memory_);
+  auto* counter = reinterpret_cast<std::atomic<std::uint64_t>*>(next);
+  for (std::uint32_t i = 0; i < size.tasks; ++i) new (counter + i) std::atomic<std::uint64_t>(0);
+  published_ = {counter, size.tasks};
+  next += counters;
+  for (std::uint32_t i = 0; i <= size.workers; ++i, next += job_log) {
+    jobs_.push_back(RecordLog<JobRecord>::create(next, size.jobs));
+  }
+  for (std::uint32_t i = 0; i < size.workers; ++i, next += chain_log) {
+    chains_.push_back(RecordLog<ChainObservation>::create(next, size.chains));
+  }
+}
+
+RunMemory::~RunMemory() { munmap(memory_, bytes_); }
+
+}  // namespace hotpath

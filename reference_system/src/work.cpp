@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/work.hpp"
+
+#include <ctime>
+
+namespace hotpath {
+
+namespace {
+
+Time wall_clock() { return std::chrono::steady_clock::now(); }
+
+Time thread_cpu_clock() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return Time(std::chrono::seconds(t.tv_sec) + Duration(t.tv_nsec));
+}
+
+}  // namespace
+
+std::int64_t Work::burn(Time start) const {
+  if (duration_ <= Duration::zero()) return 0;
+  switch (mode_) {
+    case WorkMode::fixed:
+      return count_primes(limit_);
+    case WorkMode::wall:
+      return count_primes_until(limit_, start + duration_, wall_clock);
+    case WorkMode::cpu_time:
+      return count_primes_until(limit_, thread_cpu_clock() + duration_, thread_cpu_clock);
+  }
+  return 0;
+}
+
+}  // namespace hotpath

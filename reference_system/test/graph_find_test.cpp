@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Graph names and the folders they are looked up in.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FindGraph : public testing::Test {
+ protected:
+  FindGraph() : folder_(fs::path(testing::TempDir()) / "hotpath_find_graph") {
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "mine.yaml") << "name: m\ndescription: my own\nnodes:\n- {name: S, type: sensor, "
+                                            "period_ms: 1}\n";
+    std::ofstream(folder_ / "broken.yaml") << "name: m\n";
+    setenv("HOTPATH_GRAPHS", ("/nonexistent:" + folder_.string()).c_str(), 1);
+  }
+  ~FindGraph() override {
+    unsetenv("HOTPATH_GRAPHS");
+    fs::remove_all(folder_);
+  }
+
+  const GraphListing* listed(const std::string& name) {
+    for (const GraphListing& listing : listings_) {
+      if (listing.name == name) return &listing;
+    }
+    return nullptr;
+  }
+
+  fs::path folder_;
+  std::vector<GraphListing> listings_;
+};
+
+TEST_F(FindGraph, LooksUpBareNamesInTheUsersFoldersAndThoseOfTheProgram) {
+  EXPECT_EQ(find_graph("mine"), folder_ / "mine.yaml");
+  EXPECT_EQ(fs::path(find_graph("autoware")).filename(), "autoware.yaml");
+}
+
+TEST_F(FindGraph, TakesTheUsersFileFirst) {
+  fs::copy_file(folder_ / "mine.yaml", folder_ / "autoware.yaml");
+  EXPECT_EQ(find_graph("autoware"), folder_ / "autoware.yaml");
+}
+
+TEST_F(FindGraph, LeavesPathsAsTheyAre) {
+  EXPECT_EQ(find_graph((folder_ / "mine.yaml").string()), folder_ / "mine.yaml");
+  EXPECT_THROW(find_graph((folder_ / "none.yaml").string()), GraphError);
+  EXPECT_THROW(find_graph("mine.yaml"), GraphError);  // not in the working directory
+}
+
+TEST_F(FindGraph, SuggestsTheNearestName) {
+  try {
+    find_graph("autowear");
+    FAIL() << "found";
+  } catch (const GraphError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean `autoware`?"));
+  }
+}
+
+TEST_F(FindGraph, IsAnsweredByTheList) {
+  listings_ = list_graphs();
+  ASSERT_TRUE(listed("mine"));
+  EXPECT_EQ(listed("mine")->description, "my own");
+  EXPECT_EQ(listed("mine")->nodes, 1U);
+  EXPECT_TRUE(listed("mine")->error.empty());
+  ASSERT_TRUE(listed("broken"));
+  EXPECT_THAT(listed("broken")->error, testing::HasSubstr("`nodes` is missing"));
+  for (const char* name : {"autoware", "timers_only_60", "timers_only_80", "timers_only_90",
+                           "timers_only_60_authors", "timers_only_80_authors", "timers_only_90_authors",
+                           "sequences", "sequences_high_utilisation", "many_to_many"}) {
+    ASSERT_TRUE(listed(name)) << name;
+    EXPECT_EQ(listed(name)->error, "") << name;
+    EXPECT_EQ(load_graph(find_graph(name)).name, name);
+  }
+}
+
+}  // namespace
+}  // namespace hotpath

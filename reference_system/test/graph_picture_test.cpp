@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/graph_picture.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+namespace {
+
+std::vector<std::string> lines_of(const Graph& graph) {
+  std::stringstream dot;
+  write_dot(dot, graph);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(dot, line);) lines.push_back(line);
+  return lines;
+}
+
+/// The line that begins with `start`, or nothing.
+std::string line(const std::vector<std::string>& lines, const std::string& start) {
+  const auto found =
+      std::find_if(lines.begin(), lines.end(), [&](const auto& l) { return l.starts_with("  " + start); });
+  return found == lines.end() ? "" : *found;
+}
+
+const std::string kHot = "#c62828";
+
+TEST(Picture, MarksTheHotPathOfAutowareAndNothingElse) {
+  const Graph graph = load_graph(find_graph("autoware"));
+  std::vector<std::string> hot_nodes, hot_edges;
+  for (const std::string& l : lines_of(graph)) {
+    if (l.find(kHot) == std::string::npos) continue;
+    (l.find("->") == std::string::npos ? hot_nodes : hot_edges).push_back(l);
+  }
+  EXPECT_EQ(hot_nodes.size(), 8U);
+  EXPECT_EQ(hot_edges.size(), 7U);
+  const auto lines = lines_of(graph);
+  EXPECT_THAT(line(lines, "\"PointCloudFusion\" -> \"RayGroundFilter\""), testing::HasSubstr(kHot));
+  EXPECT_THAT(line(lines, "\"PointCloudFusion\" -> \"VoxelGridDownsampler\""),
+              testing::AllOf(testing::Not(testing::IsEmpty()), testing::Not(testing::HasSubstr(kHot))));
+}
+
+TEST(Picture, DrawsEveryNodeAndEverySubscription) {
+  std::size_t nodes = 0, edges = 0;
+  for (const std::string& l : lines_of(load_graph(find_graph("autoware")))) {
+    edges += l.find("->") != std::string::npos;
+    nodes += l.find("shape=") != std::string::npos;
+  }
+  EXPECT_EQ(nodes, 24U);
+  EXPECT_EQ(edges, 29U);
+}
+
+TEST(Picture, LabelsTimersWithTheirPeriodWorkWithItsTimeAndTopicsOfAnotherName) {
+  const auto lines = lines_of(load_graph(find_graph("autoware")));
+  EXPECT_THAT(line(lines, "\"EuclideanClusterSettings\" ["), testing::HasSubstr("every 25 ms"));
+  EXPECT_THAT(line(lines, "\"RayGroundFilter\" ["), testing::HasSubstr("works 4.2 ms"));
+  EXPECT_THAT(line(lines, "\"EuclideanClusterDetector\" -> \"IntersectionOutput\""),
+              testing::HasSubstr("EuclideanIntersection"));
+  EXPECT_THAT(line(lines, "\"FrontLidarDriver\" ->"), testing::Not(testing::HasSubstr("label")));
+}
+
+TEST(Picture, EscapesWhatGraphvizWouldRead) {
+  Graph graph;
+  graph.name = "g";
+  Node node;
+  node.name = "a<b>&\\";
+  node.outputs = {node.name};
+  graph.nodes = {node};
+  EXPECT_THAT(line(lines_of(graph), "\"a<b>&\\\\\" ["), testing::HasSubstr("a&lt;b&gt;&amp;\\"));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+// Graphs as task sets: Autoware against upstream's system builder and test_requirements.py, the other graphs
+// against the paper's and its authors' task sets.
+#include "hotpath/reference_system/graph.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "hotpath/core/priority_order.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+namespace {
+
+using testing::DoubleNear;
+using testing::ElementsAre;
+
+Graph graph_named(const std::string& name) { return load_graph(find_graph(name)); }
+
+TaskId task_named(const GraphTasks& tasks, const std::string& name) {
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].name == name) return id;
+  }
+  ADD_FAILURE() << "no task " << name;
+  return kNoTask;
+}
+
+std::vector<std::string> names(const GraphTasks& tasks, const std::vector<TaskId>& ids) {
+  std::vector<std::string> result;
+  for (const TaskId id : ids) result.push_back(tasks.set[id].name);
+  return result;
+}
+
+double total(const std::vector<double>& rates, const GraphTasks& tasks, Duration least_work) {
+  double sum = 0;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].wcet >= least_work) sum += rates[id];
+  }
+  return sum;
+}
+
+TEST(Autoware, HasUpstreams24Nodes23Topics29SubscriptionsAnd7Timers) {
+  const Graph graph = graph_named("autoware");
+  const GraphTasks tasks = make_tasks(graph);
+  std::set<std::string> topics;
+  std::size_t subscriptions = 0;
+  for (const Node& node : graph.nodes) {
+    topics.insert(node.outputs.begin(), node.outputs.end());
+    subscriptions += node.inputs.size();
+  }
+  std::size_t timers = 0;
+  for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
+  EXPECT_EQ(graph.nodes.size(), 24U);
+  EXPECT_EQ(topics.size(), 23U);
+  EXPECT_EQ(subscriptions, 29U);
+  EXPECT_EQ(timers, 7U);
+  EXPECT_EQ(tasks.set.size(), 36U);
+  EXPECT_EQ(tasks.set.groups.size(), 24U);
+}
+
+TEST(Autoware, CreatesNodesInTheOrderOfUpstreamsSystemBuilder) {
+  std::vector<std::string> order;
+  for (const Node& node : graph_named("autoware").nodes) order.push_back(node.name);
+  EXPECT_THAT(order,
+              ElementsAre("FrontLidarDriver", "RearLidarDriver", "PointCloudMap", "Visualizer", "Lanelet2Map",
+                          "EuclideanClusterSettings", "PointsTransformerFront", "PointsTransformerRear",
+                          "VoxelGridDownsampler", "PointCloudMapLoader", "RayGroundFilter",
+                          "ObjectCollisionEstimator", "MPCController", "ParkingPlanner", "LanePlanner",
+                          "PointCloudFusion", "NDTLocalizer", "VehicleInterface", "Lanelet2GlobalPlanner",
+                          "Lanelet2MapLoader", "BehaviorPlanner", "EuclideanClusterDetector",
+                          "VehicleDBWSystem", "IntersectionOutput"));
+}
+
+TEST(Autoware, HasTheSubscriberCountsOfUpstreamsTestRequirements) {
+  const std::map<std::string, int> expected = {{"FrontLidarDriver", 1},
+                                               {"RearLidarDriver", 1},
+                                               {"PointCloudMap", 1},
+                                               {"Visualizer", 1},
+                                               {"Lanelet2Map", 1},
+                                               {"PointsTransformerFront", 1},
+                                               {"PointsTransformerRear", 1},
+                                               {"VoxelGridDownsampler", 1},
+                                               {"PointCloudMapLoader", 1},
+                                               {"EuclideanClusterDetector", 1},
+                                               {"ObjectCollisionEstimator", 1},
+                                               {"MPCController", 1},
+                                               {"ParkingPlanner", 1},
+                                               {"LanePlanner", 1},
+                                               {"VehicleInterface", 1},
+                                               {"PointCloudFusion", 2},
+                                               {"NDTLocalizer", 2},
+                                               {"Lanelet2GlobalPlanner", 2},
+                                               {"BehaviorPlanner", 2},
+                                               {"Lanelet2MapLoader", 3}};
+  const Graph graph = graph_named("autoware");
+  std::map<std::string, int> publishers, subscribers;
+  for (const Node& node : graph.nodes) {
+    for (const std::string& topic : node.outputs) ++publishers[topic];
+    for (const Input& input : node.inputs) ++subscribers[input.topic];
+  }
+  for (const auto& [topic, count] : publishers) EXPECT_EQ(count, 1) << topic;
+  for (const auto& [topic, count] : expected) EXPECT_EQ(subscribers[topic], count) << topic;
+}
+
+TEST(Autoware, CommandNodesKeepTenSamplesAndAllOthersOne) {
+  for (const Node& node : graph_named("autoware").nodes) {
+    for (const Input& input : node.inputs) {
+      EXPECT_EQ(input.depth, node.type == NodeType::command ? 10U : 1U) << node.name;
+    }
+  }
+}
+
+TEST(Autoware, SubscriptionsInheritTheHighestUpstreamRateOfEachCallback) {
+  const GraphTasks tasks = make_tasks(graph_named("autoware"));
+  const std::map<std::string, int> period_ms = {{"EuclideanClusterSettings", 25},
+                                                {"EuclideanClusterDetector/EuclideanClusterSettings", 25},
+                                                {"IntersectionOutput/EuclideanIntersection", 25},
+                                                {"Visualizer", 60},
+                                                {"Lanelet2GlobalPlanner/Visualizer", 60},
+                                                {"Lanelet2MapLoader/Lanelet2GlobalPlanner", 60},
+                                                {"BehaviorPlanner/Lanelet2GlobalPlanner", 60},
+                                                {"ParkingPlanner/Lanelet2MapLoader", 60},
+                                                {"LanePlanner/Lanelet2MapLoader", 60},
+                                                {"BehaviorPlanner/Lanelet2MapLoader", 60},
+                                                {"BehaviorPlanner/ParkingPlanner", 60},
+                                                {"BehaviorPlanner/LanePlanner", 60},
+                                                {"BehaviorPlanner", 100},
+                                                {"MPCController/BehaviorPlanner", 100},
+                                                {"VehicleInterface/BehaviorPlanner", 100},
+                                                {"VehicleInterface/MPCController", 100},
+                                                {"VehicleDBWSystem/VehicleInterface", 100},
+                                                {"Lanelet2Map", 100},
+                                                {"Lanelet2MapLoader/Lanelet2Map", 100},
+                                                {"RearLidarDriver", 100},
+                                                {"PointsTransformerRear/RearLidarDriver", 100},
+                                                {"PointCloudFusion/PointsTransformerRear", 100},
+                                                {"FrontLidarDriver", 100},
+                                                {"PointsTransformerFront/FrontLidarDriver", 100},
+                                                {"PointCloudFusion/PointsTransformerFront", 100},
+                                                {"VoxelGridDownsampler/PointCloudFusion", 100},
+                                                {"RayGroundFilter/PointCloudFusion", 100},
+                                                {"NDTLocalizer/VoxelGridDownsampler", 100},
+                                                {"EuclideanClusterDetector/RayGroundFilter", 100},
+                                                {"Lanelet2GlobalPlanner/NDTLocalizer", 100},
+                                                {"BehaviorPlanner/NDTLocalizer", 100},
+                                                {"ObjectCollisionEstimator/EuclideanClusterDetector", 100},
+                                                {"BehaviorPlanner/ObjectCollisionEstimator", 100},
+                                                {"PointCloudMap", 120},
+                                                {"PointCloudMapLoader/PointCloudMap", 120},
+                                                {"NDTLocalizer/PointCloudMapLoader", 120}};
+  ASSERT_EQ(period_ms.size(), tasks.set.size());
+  const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::rm);
+  for (const auto& [name, period] : period_ms) {
+    EXPECT_EQ(level[task_named(tasks, name)], period * 1'000'000) << name;
+  }
+}
+
+TEST(Autoware, FixedPrioritiesPutTheHotPathFirst) {
+  const Graph graph = graph_named("autoware");
+  const GraphTasks tasks = make_tasks(graph);
+  const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::fp);
+  EXPECT_EQ(level[task_named(tasks, "FrontLidarDriver")], 1);
+  EXPECT_EQ(level[task_named(tasks, "ObjectCollisionEstimator/EuclideanClusterDetector")], 1);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const bool lidar = tasks.set[id].name.find("LidarDriver") != std::string::npos;
+    if (tasks.set[id].kind == TaskKind::timer && !lidar) {
+      EXPECT_GT(level[id], 2) << tasks.set[id].name;
+    }
+  }
+}
+
+TEST(Autoware, Crunches190TimesASecondAndFillsOneCoreTo80Percent) {
+  const Graph graph = graph_named("autoware");
+  const GraphTasks tasks = make_tasks(graph);
+  const std::vector<double> rates = activation_rates(graph, tasks);
+  EXPECT_THAT(total(rates, tasks, Duration(1)), DoubleNear(190, 1e-9));
+  EXPECT_THAT(load_percent(graph), DoubleNear(79.8, 1e-9));
+  // Fires with its slowest input: the 120 ms of PointCloudMap reach Lanelet2MapLoader by way of two more
+  // fusions.
+  EXPECT_THAT(rates[task_named(tasks, "ParkingPlanner/Lanelet2MapLoader")], DoubleNear(1 / 0.12, 1e-9));
+  EXPECT_THAT(rates[task_named(tasks, "BehaviorPlanner/LanePlanner")], DoubleNear(1 / 0.12, 1e-9));
+  EXPECT_THAT(rates[task_named(tasks, "PointCloudFusion/PointsTransformerRear")], DoubleNear(5, 1e-9));
+  EXPECT_THAT(rates[task_named(tasks, "EuclideanClusterDetector/EuclideanClusterSettings")],
+              DoubleNear(40, 1e-9));
+}
+
+TEST(Autoware, SaturatesOneThreadAt5_26MsPerCrunch) {
+  Graph graph = graph_named("autoware");
+  scale_to_load(graph, 100);
+  EXPECT_NEAR(to_ms(graph.find("RayGroundFilter")->execution_time), 1000.0 / 190, 1e-5);
+  EXPECT_EQ(graph.find("RayGroundFilter")->best_case_execution_time,
+            graph.find("RayGroundFilter")->execution_time);
+  EXPECT_EQ(graph.find("FrontLidarDriver")->execution_time, Duration::zero());
+  EXPECT_NEAR(load_percent(graph), 100, 1e-3);
+}
+
+TEST(Autoware, DeclaresUpstreamsHotPath) {
+  const Graph graph = graph_named("autoware");
+  ASSERT_EQ(graph.chains.size(), 1U);
+  const Chain& chain = graph.chains.front();
+  EXPECT_EQ(chain.name, "hot_path");
+  EXPECT_THAT(chain.sources, ElementsAre("FrontLidarDriver", "RearLidarDriver"));
+  EXPECT_EQ(chain.sink, "ObjectCollisionEstimator");
+  EXPECT_THAT(chain.nodes, ElementsAre("FrontLidarDriver", "RearLidarDriver", "PointsTransformerFront",
+                                       "PointsTransformerRear", "RayGroundFilter", "ObjectCollisionEstimator",
+                                       "PointCloudFusion", "EuclideanClusterDetector"));
+}
+
+TEST(Tasks, FeedTheSubscriptionsOfTheirOwnOutputOnly) {
+  const GraphTasks tasks = make_tasks(graph_named("autoware"));
+  const auto fed = [&](const std::string& task) {
+    return names(tasks, tasks.set[task_named(tasks, task)].feeds);
+  };
+  EXPECT_THAT(fed("EuclideanClusterDetector/RayGroundFilter"),
+              ElementsAre("ObjectCollisionEstimator/EuclideanClusterDetector"));
+  EXPECT_THAT(fed("EuclideanClusterDetector/EuclideanClusterSettings"),
+              ElementsAre("IntersectionOutput/EuclideanIntersection"));
+  EXPECT_EQ(fed("PointCloudFusion/PointsTransformerFront"), fed("PointCloudFusion/PointsTransformerRear"));
+  EXPECT_THAT(fed("BehaviorPlanner/NDTLocalizer"), ElementsAre());
+  EXPECT_THAT(fed("BehaviorPlanner"),
+              ElementsAre("MPCController/BehaviorPlanner", "VehicleInterface/BehaviorPlanner"));
+  EXPECT_THAT(fed("VehicleDBWSystem/VehicleInterface"), ElementsAre());
+}
+
+TEST(Tasks, ListSubscriptionsInInputOrderAndThenTheTimerOfANode) {
+  const Graph graph = graph_named("autoware");
+  const GraphTasks tasks = make_tasks(graph);
+  const TaskId timer = task_named(tasks, "BehaviorPlanner");
+  EXPECT_EQ(task_named(tasks, "BehaviorPlanner/ObjectCollisionEstimator"), timer - 6);
+  EXPECT_EQ(task_named(tasks, "BehaviorPlanner/LanePlanner"), timer - 1);
+  EXPECT_EQ(tasks.origin[timer - 1].input, 5U);
+  EXPECT_FALSE(tasks.origin[timer].input);
+  EXPECT_EQ(graph.nodes[tasks.origin[timer].node].name, "BehaviorPlanner");
+  EXPECT_EQ(tasks.set[timer].group, tasks.set[timer - 1].group);
+  EXPECT_EQ(tasks.set[timer].deadline, tasks.set[timer].period);
+  EXPECT_GT(tasks.set[timer].wcet, Duration::zero());
+  EXPECT_EQ(tasks.set[timer - 1].wcet, Duration::zero());  // only stores the sample
+}
+
+TEST(Load, OfZeroLeavesNoWork) {
+  Graph graph = graph_named("autoware");
+  scale_to_load(graph, 0);
+  EXPECT_EQ(load_percent(graph), 0);
+  EXPECT_NO_THROW(scale_to_load(graph, 0));
+  EXPECT_THROW(scale_to_load(graph, 80), std::invalid_argument);
+}
+
+TEST(Load, IsNeverNegative) {
+  Graph graph = graph_named("autoware");
+  EXPECT_THROW(scale_to_load(graph, -1), std::invalid_argument);
+}
+
+struct Utilisation {
+  std::string graph;
+  double percent;
+};
+
+class PaperTaskSets : public testing::TestWithParam<Utilisation> {};
+
+TEST_P(PaperTaskSets, HaveTheirUtilisation) {
+  EXPECT_THAT(load_percent(graph_named(GetParam().graph)), DoubleNear(GetParam().percent, 0.05));
+}
+
+// The sums of execution time over period of the paper's lists and of the authors' builders.
+INSTANTIATE_TEST_SUITE_P(
+    Graphs, PaperTaskSets,
+    testing::Values(Utilisation{"timers_only_60", 61.0}, Utilisation{"timers_only_80", 80.0},
+                    Utilisation{"timers_only_90", 89.5}, Utilisation{"timers_only_60_authors", 60.0},
+                    Utilisation{"timers_only_80_authors", 79.1}, Utilisation{"timers_only_90_authors", 88.6},
+                    Utilisation{"sequences", 58.2}, Utilisation{"sequences_high_utilisation", 95.0},
+                    Utilisation{"many_to_many", 83.3}),
+    [](const auto& test) { return test.param.graph; });
+
+TEST(TimersOnly, HasSevenTimersInTheAuthorsCreationOrderAndNoSubscription) {
+  for (const std::string name :
+       {"timers_only_60", "timers_only_80", "timers_only_90", "timers_only_60_authors",
+        "timers_only_80_authors", "timers_only_90_authors"}) {
+    const Graph graph = graph_named(name);
+    std::vector<std::string> order;
+    for (const Task& task : make_tasks(graph).set.tasks) order.push_back(task.name);
+    EXPECT_THAT(order, ElementsAre("FrontLidarDriver", "RearLidarDriver", "FrontCamera", "RearCamera",
+                                   "LeftCamera", "RightCamera", "IMU"));
+    EXPECT_EQ(graph.work, WorkMode::wall) << name;
+    EXPECT_EQ(graph.find("IMU")->outputs.front(), "imu");
+  }
+}
+
+TEST(ManyToMany, EverySensorFeedsBothProcessorsAndTheirRatesAddUp) {
+  const Graph graph = graph_named("many_to_many");
+  const GraphTasks tasks = make_tasks(graph);
+  for (const std::string sensor : {"SensorA", "SensorB", "SensorC"}) {
+    EXPECT_THAT(names(tasks, tasks.set[task_named(tasks, sensor)].feeds),
+                ElementsAre("ProcessorX/Data", "ProcessorY/Data"));
+  }
+  const std::vector<double> rates = activation_rates(graph, tasks);
+  const double data = 1 / 0.025 + 1 / 0.041 + 1 / 0.051;
+  EXPECT_THAT(rates[task_named(tasks, "ProcessorX/Data")], DoubleNear(data, 1e-9));
+  EXPECT_THAT(rates[task_named(tasks, "SinkLogger/Sink")], DoubleNear(2 * data, 1e-9));
+}
+
+}  // namespace
+}  // namespace hotpath

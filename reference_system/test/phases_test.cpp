@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// First timestamps of timers, against rclcpp's rule and the recorded creation instants of the real stack.
+#include "hotpath/reference_system/phases.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <stdexcept>
+
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+
+const Graph& autoware() {
+  static const Graph graph = load_graph(find_graph("autoware"));
+  return graph;
+}
+
+std::string recorded_phases() {
+  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  return root / "results" / "ros2_reference" / "rclcpp_autoware_phases.csv";
+}
+
+Duration of(const std::vector<Duration>& phases, const std::string& timer, const Graph& graph = autoware()) {
+  const GraphTasks tasks = make_tasks(graph);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].name == timer) return phases.at(id);
+  }
+  ADD_FAILURE() << "no timer " << timer;
+  return {};
+}
+
+class PhasesFile : public testing::Test {
+ protected:
+  PhasesFile() {
+    const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+    path_ = testing::TempDir() + "hotpath_phases_" + test->name() + ".csv";
+  }
+  ~PhasesFile() override { std::filesystem::remove(path_); }
+
+  std::vector<Duration> read(const std::string& text, const std::string& executor = "default") {
+    std::ofstream(path_) << text;
+    return read_phases(path_, graph_, executor);
+  }
+  std::string error_of(const std::string& text, const std::string& executor = "default") {
+    try {
+      read(text, executor);
+    } catch (const GraphError& error) {
+      return std::string(error.what()).substr(path_.size());
+    }
+    return "accepted";
+  }
+
+  Graph graph_ =
+      load_graph(find_graph("many_to_many"));  // timers SensorA (25), SensorB (41), SensorC (51 ms)
+  std::string path_;
+};
+
+TEST(CreationPhases, AreCreationPlusPeriodWithOneStepPerNode) {
+  PhaseOptions options;
+  options.step = milliseconds(3);
+  const auto phases = make_phases(autoware(), make_tasks(autoware()), Phases::creation, options);
+  EXPECT_EQ(of(phases, "FrontLidarDriver"), milliseconds(100));
+  EXPECT_EQ(of(phases, "RearLidarDriver"), milliseconds(103));
+  EXPECT_EQ(of(phases, "EuclideanClusterSettings"), milliseconds(5 * 3 + 25));
+  EXPECT_EQ(of(phases, "BehaviorPlanner"), milliseconds(20 * 3 + 100));
+  EXPECT_EQ(of(phases, "RayGroundFilter/PointCloudFusion"), Duration::zero());
+}
+
+TEST(CreationPhases, CountPublishersAndSubscriptionsOfTheNodesBetween) {
+  const auto instants = creation_instants(autoware(), make_tasks(autoware()));
+  EXPECT_EQ(of(instants, "FrontLidarDriver"), Duration::zero());
+  EXPECT_EQ(of(instants, "RearLidarDriver"), kNodeCreation + kEndpointCreation);
+  // 20 nodes after the first, up to its own, with 45 publishers and subscriptions.
+  EXPECT_EQ(of(instants, "BehaviorPlanner"), 20 * kNodeCreation + 45 * kEndpointCreation);
+}
+
+/// Normal equations of created = nodes * a + endpoints * b over all rows of the recorded instants.
+TEST(CreationPhases, UseTheLeastSquaresFitToTheRecordedCreationInstants) {
+  const std::map<std::string, std::pair<double, double>> counts = {{"RearLidarDriver", {1, 1}},
+                                                                   {"PointCloudMap", {2, 2}},
+                                                                   {"Visualizer", {3, 3}},
+                                                                   {"Lanelet2Map", {4, 4}},
+                                                                   {"EuclideanClusterSettings", {5, 5}},
+                                                                   {"BehaviorPlanner", {20, 45}}};
+  double nn = 0, ne = 0, ee = 0, ny = 0, ey = 0;
+  for (const std::string executor :
+       {"default", "static", "multi", "events-ro", "events-re", "rm-ro", "edf-ro"}) {
+    const auto phases = read_phases(recorded_phases(), autoware(), executor);
+    for (const auto& [timer, count] : counts) {
+      const auto [n, e] = count;
+      const double y = to_ms(of(phases, timer) - autoware().find(timer)->period);
+      nn += n * n, ne += n * e, ee += e * e, ny += n * y, ey += e * y;
+    }
+  }
+  const double determinant = nn * ee - ne * ne;
+  EXPECT_NEAR((ny * ee - ey * ne) / determinant, to_ms(kNodeCreation), 0.01);
+  EXPECT_NEAR((nn * ey - ne * ny) / determinant, to_ms(kEndpointCreation), 0.01);
+}
+
+TEST(SynchronousPhases, AreAllAtTheEpoch) {
+  const auto phases = make_phases(autoware(), make_tasks(autoware()), Phases::synchronous);
+  EXPECT_EQ(phases, std::vector<Duration>(36));
+}
+
+TEST(GivenPhases, ComeFromTheGraphAndAreNeededForEveryTimer) {
+  Graph graph = load_graph(find_graph("many_to_many"));
+  graph.nodes[0].phase = milliseconds(7);
+  graph.nodes[1].phase = milliseconds(0);
+  EXPECT_THROW(make_phases(graph, make_tasks(graph), Phases::given), std::invalid_argument);
+  graph.nodes[2].phase = milliseconds(60);
+  const auto phases = make_phases(graph, make_tasks(graph), Phases::given);
+  EXPECT_EQ(of(phases, "SensorA", graph), milliseconds(7));
+  EXPECT_EQ(of(phases, "SensorB", graph), Duration::zero());
+  EXPECT_EQ(of(phases, "SensorC", graph), milliseconds(60));
+}
+
+TEST(RandomPhases, AreReproducibleUniformAndBelowThePeriod) {
+  const Graph graph = load_graph(find_graph("many_to_many"));
+  const GraphTasks tasks = make_tasks(graph);
+  PhaseOptions options;
+  double sum = 0;
+  constexpr int kSeeds = 2000;
+  for (options.seed = 1; options.seed <= kSeeds; ++options.seed) {
+    const auto phases = make_phases(graph, tasks, Phases::random, options);
+    EXPECT_EQ(phases, make_phases(graph, tasks, Phases::random, options));
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      if (tasks.set[id].kind != TaskKind::timer) continue;
+      ASSERT_GE(phases[id], Duration::zero());
+      ASSERT_LT(phases[id], tasks.set[id].period);
+      sum += to_ms(phases[id]) / to_ms(tasks.set[id].period);
+    }
+  }
+  // The mean of 6000 uniform numbers, six standard deviations wide.
+  EXPECT_NEAR(sum / (3 * kSeeds), 0.5, 6 * std::sqrt(1.0 / 12 / (3 * kSeeds)));
+}
+
+/// The 10000th number of mt19937_64 is fixed by the standard ([rand.predef]); the first with seed 1 follows
+/// from it.
+TEST(RandomPhases, FollowTheStandardsGeneratorEverywhere) {
+  const Graph graph = load_graph(find_graph("many_to_many"));
+  PhaseOptions options;
+  options.seed = 1;
+  const auto phases = make_phases(graph, make_tasks(graph), Phases::random, options);
+  EXPECT_EQ(of(phases, "SensorA", graph), Duration(2469588189546311528ULL % 25'000'000));
+}
+
+TEST_F(PhasesFile, GivesFirstReleasesPerTask) {
+  const auto phases = read("task,first_release_ms\nSensorA,1.5\n\nSensorC,0\r\nSensorB,3\n");
+  EXPECT_EQ(of(phases, "SensorA", graph_), microseconds(1500));
+  EXPECT_EQ(of(phases, "SensorB", graph_), milliseconds(3));
+  EXPECT_EQ(of(phases, "SensorC", graph_), Duration::zero());
+}
+
+TEST_F(PhasesFile, AddsThePeriodToCreationInstants) {
+  const auto phases = read("task,created_ms\nSensorA,0\nSensorB,2.744\nSensorC,5\n");
+  EXPECT_EQ(of(phases, "SensorA", graph_), milliseconds(25));
+  EXPECT_EQ(of(phases, "SensorB", graph_), microseconds(43744));
+}
+
+const std::string kWide =
+    "executor,samples,created_ms_SensorA,created_ms_SensorB,created_ms_SensorC\n"
+    "default,297,0.000,2.744,5.519\n"
+    "rm-ro (first),247,0.000,3,6\n"
+    "edf-ro (first),9,1,1,1\nedf-ro,9,2,2,2\n";
+
+TEST_F(PhasesFile, ChoosesTheRowOfTheExecutor) {
+  EXPECT_EQ(of(read(kWide), "SensorC", graph_), microseconds(56519));
+  EXPECT_EQ(of(read(kWide, "rm-ro"), "SensorB", graph_), milliseconds(44));
+  EXPECT_EQ(of(read(kWide, "rm-ro (first)"), "SensorB", graph_), milliseconds(44));
+  EXPECT_EQ(of(read(kWide, "edf-ro"), "SensorA", graph_),
+            milliseconds(27));  // its own row, not that of a rule
+}
+
+TEST_F(PhasesFile, NamesTheLineOfEachMistake) {
+  const std::string head = "task,first_release_ms\n";
+  EXPECT_THAT(error_of(""), HasSubstr("empty"));
+  EXPECT_THAT(error_of("timer,phase\n"), testing::StartsWith(":1: "));
+  EXPECT_THAT(error_of(head + "SensorA,1\nSensorB,2\n"),
+              HasSubstr(":3: no phase for the timer of node SensorC"));
+  EXPECT_THAT(
+      error_of(head + "SensorA,1\nSensrB,2\n"),
+      testing::AllOf(HasSubstr(":3: the graph has no timer SensrB"), HasSubstr("did you mean `SensorB`?")));
+  EXPECT_THAT(error_of(head + "ProcessorX/Data,1\n"), HasSubstr(":2: the graph has no timer"));
+  EXPECT_THAT(error_of(head + "SensorA,1\nSensorA,1\n"), HasSubstr(":3: a second phase"));
+  EXPECT_THAT(error_of(head + "SensorA,soon\n"), HasSubstr(":2: the phase of timer SensorA is `soon`"));
+  EXPECT_THAT(error_of(head + "SensorA,-1\n"), HasSubstr(":2: "));
+  EXPECT_THAT(error_of(head + "SensorA\n"), HasSubstr(":2: the row has 1 fields"));
+  EXPECT_THAT(error_of(kWide, "dm-ro"), HasSubstr(":1: no row for executor dm-ro"));
+  EXPECT_THAT(error_of("executor,created_ms_SensorA,created_ms_SensorB\ndefault,1,2\n"),
+              HasSubstr(":1: no phase for the timer of node SensorC"));
+  EXPECT_THAT(error_of("executor,created_ms_Sensor\ndefault,1\n"),
+              HasSubstr(":2: the graph has no timer Sensor"));
+  EXPECT_THROW(read_phases("/nonexistent.csv", graph_, "default"), GraphError);
+}
+
+TEST(RecordedPhases, OfTheRealStackAreRead) {
+  const auto phases = read_phases(recorded_phases(), autoware(), "rm-ro");
+  EXPECT_EQ(of(phases, "BehaviorPlanner"), microseconds(195058));
+  EXPECT_EQ(of(phases, "RearLidarDriver"), microseconds(102831));
+}
+
+}  // namespace
+}  // namespace hotpath
