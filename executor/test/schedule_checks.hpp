@@ -153,7 +153,7 @@ inline std::string priority_driven(const Trace& trace, const PriorityByTheBook& 
   std::map<int, std::vector<Entry>> by_worker;
   for (const JobRecord& r : trace.jobs) {
     if (started(r) && r.worker != worker_of_task[r.job.task]) return "on the wrong worker: " + describe(r);
-    if (!started(r) && (r.outcome != Outcome::queued || r.job.release == Time{})) continue;
+    if (!started(r) && (r.outcome != Outcome::queued || r.job.release < r.job.timestamp)) continue;
     by_worker[worker_of_task[r.job.task]].push_back(
         {&r, priority.of(r.job), started(r) ? r.start : trace.end});
   }

@@ -75,7 +75,9 @@ void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace) {
     const bool finished = r.outcome == Outcome::ran || r.outcome == Outcome::empty;
 
     head(r.job.sequence, r.outcome, r.job.timestamp);
-    r.outcome == Outcome::overwritten ? void(line.nothing()) : instant(r.job.release);
+    // A sample that is still unread at the end may never have been released.
+    const bool released = r.outcome != Outcome::overwritten && r.job.release >= r.job.timestamp;
+    released ? instant(r.job.release) : void(line.nothing());
     started ? instant(r.start) : void(line.nothing());
     finished ? instant(r.finish) : void(line.nothing());
     r.cpu_time.count() >= 0 ? line.number(r.cpu_time.count()) : line.nothing();
@@ -115,7 +117,7 @@ namespace {
 
 class JobsCsvReader {
  public:
-  JobsCsvReader(const TaskSet& set, std::string file) : file_(std::move(file)) {
+  JobsCsvReader(const TaskSet& set, std::string file) : set_(set), file_(std::move(file)) {
     for (TaskId id = 0; id < set.size(); ++id) ids_.emplace(set[id].name, id);
   }
 
@@ -130,17 +132,20 @@ class JobsCsvReader {
     Trace& trace = trace_for(traces);
     JobRecord r;
     r.job.task = task(field_[2]);
+    check_kind(set_[r.job.task].kind);
     r.job.sequence = number<std::uint64_t>(4);
     r.outcome = outcome(field_[5]);
     r.job.timestamp = instant(6);
     if (r.outcome == Outcome::skipped) {
       // Rows of skipped timestamps follow the job whose call skipped them.
-      if (trace.jobs.empty() || trace.jobs.back().job.task != r.job.task) {
-        fail("a `skipped` row must follow the job of the same task whose call skipped it");
+      if (trace.jobs.empty() || trace.jobs.back().job.task != r.job.task ||
+          r.job.sequence != trace.jobs.back().job.sequence + trace.jobs.back().job.skipped + 1) {
+        fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence");
       }
       ++trace.jobs.back().job.skipped;
       return;
     }
+    check_instants(r.outcome);
     if (!field_[7].empty()) r.job.release = instant(7);
     if (!field_[8].empty()) r.start = instant(8);
     if (!field_[9].empty()) r.finish = instant(9);
@@ -193,6 +198,22 @@ class JobsCsvReader {
     return found->second;
   }
 
+  void check_kind(TaskKind kind) const {
+    const char* const expected = kind == TaskKind::timer ? "timer" : "subscription";
+    if (field_[3] != expected) {
+      fail("task `" + std::string(field_[2]) + "` is a " + expected + ", not a `" + std::string(field_[3]) + "`");
+    }
+  }
+
+  void check_instants(Outcome outcome) const {
+    const bool finished = outcome == Outcome::ran || outcome == Outcome::empty;
+    const bool started = finished || outcome == Outcome::running;
+    if (field_[8].empty() == started || field_[9].empty() == finished) {
+      fail(std::string("a row `") + to_string(outcome) + "` must have " + (started ? "a" : "no") + " start_ns and " +
+           (finished ? "a" : "no") + " finish_ns");
+    }
+  }
+
   Outcome outcome(std::string_view name) const {
     for (const Outcome o : {Outcome::ran, Outcome::skipped, Outcome::overwritten, Outcome::queued,
                             Outcome::running, Outcome::empty}) {
@@ -213,6 +234,7 @@ class JobsCsvReader {
     return added;
   }
 
+  const TaskSet& set_;
   std::string file_;
   std::unordered_map<std::string, TaskId> ids_;
   std::size_t line_ = 0;

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <sstream>
+
+#include "hotpath/analysis/nasri_2017.hpp"
+#include "hotpath/analysis/wcrt_table.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath {
+namespace {
+
+constexpr std::int64_t kLate = 100'000;
+
+SagJob job(std::uint64_t id, std::int64_t r_min, std::int64_t r_max, std::int64_t c_min, std::int64_t c_max,
+           std::int64_t priority) {
+  return {id, id, r_min, r_max, c_min, c_max, kLate, priority};
+}
+
+using Intervals = std::vector<std::pair<std::int64_t, std::int64_t>>;
+
+Intervals finish(const std::vector<SagJob>& jobs) {
+  const SagResult result = nasri_2017(jobs);
+  EXPECT_EQ(result.end, SagEnd::complete);
+  EXPECT_TRUE(result.schedulable);
+  Intervals intervals;
+  for (const auto& f : result.finish) intervals.push_back({f.earliest, f.latest});
+  return intervals;
+}
+
+TEST(NpSchedulabilityAnalysisTests, AllNextJobs) {
+  EXPECT_EQ(finish({job(1, 0, 0, 3, 8, 1), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 1, 11, 3)}),
+            (Intervals{{3, 8}, {12, 13}, {13, 24}}));
+}
+
+TEST(NpSchedulabilityAnalysisTests, LargeInterval) {
+  EXPECT_EQ(finish({job(1, 0, 0, 3, 10, 3), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 5, 5, 1)}),
+            (Intervals{{3, 10}, {12, 20}, {15, 19}}));
+}
+
+TEST(NpSchedulabilityAnalysisTests, Priorities) {
+  EXPECT_EQ(finish({job(1, 0, 0, 3, 10, 2), job(2, 0, 0, 5, 5, 1)}), (Intervals{{8, 15}, {5, 5}}));
+}
+
+TEST(NpSchedulabilityAnalysisTests, Jitter) {
+  EXPECT_EQ(finish({job(1, 0, 1, 3, 10, 2), job(2, 0, 1, 5, 5, 1)}), (Intervals{{3, 16}, {5, 15}}));
+}
+
+TEST(NpSchedulabilityAnalysisTests, Eager) {
+  EXPECT_EQ(finish({job(1, 0, 0, 1, 5, 2), job(2, 0, 0, 1, 20, 3), job(3, 10, 10, 5, 5, 1)}),
+            (Intervals{{1, 5}, {2, 25}, {15, 30}}));
+}
+
+TEST(NpSchedulabilityAnalysisTests, EqualPriorities) {
+  EXPECT_EQ(finish({job(1, 0, 10, 2, 50, 1), job(2, 0, 10, 50, 1200, 2), job(3, 1000, 1010, 2, 50, 1)}),
+            (Intervals{{2, 1259}, {50, 1260}, {1002, 1310}}));
+}
+
+PeriodicTasks in_microseconds(int utilisation, bool shorter_runs) {
+  PeriodicTasks tasks = paper_timers_only(utilisation);
+  for (PeriodicTask& t : tasks) {
+    t.period /= kUs;
+    t.deadline /= kUs;
+    t.wcet = t.wcet / kUs + 833;
+    t.bcet = shorter_runs ? 0 : t.wcet;
+  }
+  return tasks;
+}
+
+TEST(NasriBrandenburg2017, PaperTaskSetsWithExecutionTimesFromZero) {
+  const struct {
+    int utilisation;
+    std::vector<std::int64_t> us;
+  } rows[] = {{60, {12665, 23498, 34331, 45164, 57830, 57831, 68664}},
+              {90, {18665, 29498, 46331, 64997, 81830, 83664, 94497}}};
+  for (const auto& row : rows) {
+    const PeriodicTasks tasks = in_microseconds(row.utilisation, true);
+    const std::vector<SagJob> jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
+    EXPECT_EQ(jobs.size(), 382U);
+    const SagResult result = nasri_2017(jobs);
+    EXPECT_TRUE(result.schedulable);
+    EXPECT_GE(result.states, 527U);
+    EXPECT_LE(result.states, 640U);
+    const ResponseTimes bounds = sag_response_times(jobs, result, tasks.size());
+    for (std::size_t i = 0; i < tasks.size(); ++i) EXPECT_EQ(bounds[i], row.us[i]) << row.utilisation << " task " << i;
+  }
+}
+
+TEST(NasriBrandenburg2017, FixedExecutionTimesGiveOneStateForEachJob) {
+  for (const int utilisation : {60, 80, 90}) {
+    const auto jobs = sag_jobs(in_microseconds(utilisation, false), SagPolicy::fixed_priority);
+    EXPECT_EQ(nasri_2017(jobs).states, 383U);
+  }
+}
+
+TEST(NasriBrandenburg2017, EdfMeetsAllDeadlinesOfThePaperTaskSets) {
+  for (const int utilisation : {60, 80, 90}) {
+    EXPECT_TRUE(nasri_2017(sag_jobs(in_microseconds(utilisation, true), SagPolicy::edf)).schedulable);
+  }
+}
+
+TEST(NasriBrandenburg2017, MissedDeadlineIsNotSchedulable) {
+  std::vector<SagJob> jobs = {job(1, 0, 0, 3, 10, 1), job(2, 0, 0, 5, 5, 2)};
+  jobs[1].deadline = 14;
+  EXPECT_FALSE(nasri_2017(jobs).schedulable);
+  jobs[1].deadline = 15;
+  EXPECT_TRUE(nasri_2017(jobs).schedulable);
+}
+
+TEST(NasriBrandenburg2017, LimitsAreReportedWhenReached) {
+  const auto jobs = sag_jobs(in_microseconds(90, true), SagPolicy::fixed_priority);
+  const SagResult late = nasri_2017(jobs, {.time = std::chrono::milliseconds(-1)});
+  EXPECT_EQ(late.end, SagEnd::time_limit);
+  EXPECT_FALSE(late.schedulable);
+  EXPECT_EQ(sag_response_times(jobs, late, 7)[0], std::nullopt);
+  EXPECT_EQ(nasri_2017(jobs, {.memory = 64}).end, SagEnd::memory_limit);
+}
+
+TEST(SagJobs, ReleasesStartAtThePhaseAndCoverTwoHyperperiodsBehindIt) {
+  PeriodicTasks tasks = {task(1, 4), task(1, 6)};
+  EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 3U + 2U);
+  tasks[1].phase = 5;
+  tasks[1].jitter = 1;
+  const auto jobs = sag_jobs(tasks, SagPolicy::edf);
+  EXPECT_EQ(jobs.size(), 8U + 4U);  // releases below 5 + 2 * 12
+  EXPECT_EQ(jobs[2].arrival_min, 5);
+  EXPECT_EQ(jobs[2].arrival_max, 6);
+  EXPECT_EQ(jobs[2].priority, 11);
+}
+
+TEST(SagCsv, RoundTrip) {
+  PeriodicTasks tasks = {task(2, 4), task(1, 6)};
+  tasks[0].bcet = 1;
+  tasks[1].jitter = 1;
+  const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
+  std::ostringstream out;
+  write_sag_csv(out, jobs);
+  EXPECT_EQ(out.str().substr(0, out.str().find('\n', out.str().find('\n') + 1)),
+            "Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority\n"
+            "0, 0, 0, 0, 1, 2, 4, 0");
+  std::istringstream in(out.str());
+  const auto back = read_sag_csv(in, "jobs.csv");
+  ASSERT_EQ(back.size(), jobs.size());
+  std::ostringstream again;
+  write_sag_csv(again, back);
+  EXPECT_EQ(again.str(), out.str());
+}
+
+TEST(SagCsv, MalformedLinesAreNamed) {
+  const auto message = [](const std::string& text) -> std::string {
+    std::istringstream in(text);
+    try {
+      read_sag_csv(in, "jobs.csv");
+    } catch (const AnalysisError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const std::string header = "Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority\n";
+  EXPECT_THAT(message(header + "1,1,0,0,1,2,x,1\n"), testing::HasSubstr("jobs.csv:2: 'x' in column 'Deadline'"));
+  EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1\n1,2,0,0\n"), testing::HasSubstr("jobs.csv:3: 4 columns"));
+  EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1,1\n"), testing::HasSubstr("more than 8 columns"));
+  EXPECT_THAT(message(header + "1,1,5,0,1,2,9,1\n"), testing::HasSubstr("Arrival min <= Arrival max"));
+  EXPECT_THAT(message(header + "1,1,0,0,3,2,9,1\n"), testing::HasSubstr("Cost min <= Cost max"));
+  EXPECT_THAT(message(header), testing::HasSubstr("no jobs"));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stock EventsExecutor (rclcpp 26.0.0 events_executor.cpp, timers_manager.cpp), release-only and
+// release-and-execute.
+#include <gtest/gtest.h>
+
+#include "hotpath/core/registry.hpp"
+#include "hotpath/core/events_scheduler.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath::test {
+namespace {
+
+constexpr Worker kExecutor = EventsScheduler::kExecutor;
+constexpr Worker kReleaser = EventsScheduler::kTimerManagement;
+
+class EventsExecutor : public testing::Test {
+ protected:
+  void start(const char* executor) {
+    scheduler = find_executor(executor)->make(set, {});
+    scheduler->begin(Time{});
+  }
+  std::optional<Job> next(Worker worker, Duration now) {
+    return take_turn(*scheduler, worker, at(now)).decision.job;
+  }
+  TaskSet set;
+  std::unique_ptr<Scheduler> scheduler;
+};
+
+TEST_F(EventsExecutor, HasAnExecutorAndATimerManagementWorker) {
+  start("events-ro");
+  ASSERT_EQ(scheduler->workers().size(), 2U);
+  EXPECT_EQ(scheduler->workers()[kExecutor], WorkerRole::executor);
+  EXPECT_EQ(scheduler->workers()[kReleaser], WorkerRole::timer_management);
+}
+
+TEST_F(EventsExecutor, ReleaseOnlyReleasesOneTimerPerTurnAndWakesTheExecutorAfterEach) {
+  add_timer(set, 10ms, 0ms);
+  add_timer(set, 10ms, 0ms);
+  start("events-ro");
+  for (int i = 0; i < 2; ++i) {
+    const Turn turn = take_turn(*scheduler, kReleaser, at(0ms));
+    EXPECT_EQ(turn.released, 1U);
+    EXPECT_FALSE(turn.decision.job);
+    EXPECT_EQ(turn.decision.wake, WorkerSet::of(kExecutor));
+    EXPECT_EQ(turn.decision.wake_at, i == 0 ? at(0ms) : at(10ms));
+  }
+  const Turn idle = take_turn(*scheduler, kReleaser, at(1ms));
+  EXPECT_EQ(idle.released, 0U);
+  EXPECT_TRUE(idle.decision.wake.empty());
+}
+
+TEST_F(EventsExecutor, ReleaseOnlyRunsInTheOrderOfReleaseWhateverThePeriod) {
+  const TaskId slow = add_timer(set, 100ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms, 1ms);
+  start("events-ro");
+  take_turn(*scheduler, kReleaser, at(0ms));
+  take_turn(*scheduler, kReleaser, at(1ms));
+  EXPECT_EQ(next(kExecutor, 2ms)->task, slow);
+  EXPECT_EQ(next(kExecutor, 3ms)->task, fast);
+  EXPECT_FALSE(next(kExecutor, 4ms));
+}
+
+TEST_F(EventsExecutor, ReleaseOnlyReleasesOnTimeAndCatchesUp) {
+  const TaskId fast = add_timer(set, 10ms, 0ms);
+  start("events-ro");
+  for (const Duration t : {0ms, 10ms, 20ms}) take_turn(*scheduler, kReleaser, at(t));
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    const Job job = *next(kExecutor, 25ms);
+    EXPECT_EQ(job.ref(), (JobRef{fast, i}));
+    EXPECT_EQ(job.skipped, 0U);
+  }
+}
+
+TEST_F(EventsExecutor, ReleaseOnlySkipsOnlyIfTheReleaserItselfIsLateByAPeriod) {
+  add_timer(set, 10ms, 0ms);
+  start("events-ro");
+  take_turn(*scheduler, kReleaser, at(25ms));
+  const Job job = *next(kExecutor, 25ms);
+  EXPECT_EQ(job.timestamp, at(0ms));
+  EXPECT_EQ(job.skipped, 2U);
+}
+
+TEST_F(EventsExecutor, TimersAndSamplesShareOneQueueWithoutKinds) {
+  const TaskId timer = add_timer(set, 10ms, 0ms);
+  const TaskId subscription = add_subscription(set, {timer}, 0ms);
+  start("events-ro");
+  EXPECT_EQ(scheduler->sample_arrived(subscription, {}, at(0ms)).wake, WorkerSet::of(kExecutor));
+  take_turn(*scheduler, kReleaser, at(0ms));
+  EXPECT_EQ(next(kExecutor, 1ms)->task, subscription);
+  EXPECT_EQ(next(kExecutor, 1ms)->task, timer);
+}
+
+TEST_F(EventsExecutor, ReleaseAndExecuteRunsTheEarliestNextCallInTheTimerThread) {
+  const TaskId a = add_timer(set, 100ms, 0ms, 2ms);
+  const TaskId b = add_timer(set, 100ms, 0ms, 1ms);
+  start("events-re");
+  EXPECT_EQ(take_turn(*scheduler, kReleaser, at(0ms)).decision.wake_at, at(1ms));
+  EXPECT_FALSE(next(kExecutor, 5ms));
+  EXPECT_EQ(next(kReleaser, 5ms)->task, b);
+  EXPECT_EQ(next(kReleaser, 5ms)->task, a);
+  EXPECT_FALSE(next(kReleaser, 5ms));
+}
+
+TEST_F(EventsExecutor, ReleaseAndExecuteSkipsOverdueReleases) {
+  add_timer(set, 10ms, 0ms);
+  start("events-re");
+  EXPECT_EQ(next(kReleaser, 0ms)->skipped, 0U);
+  const Job late = *next(kReleaser, 35ms);
+  EXPECT_EQ(late.timestamp, at(10ms));
+  EXPECT_EQ(late.skipped, 2U);
+}
+
+TEST_F(EventsExecutor, ReleaseAndExecuteRunsSubscriptionsInTheExecutorThread) {
+  const TaskId timer = add_timer(set, 10ms, 0ms, 5ms);
+  const TaskId subscription = add_subscription(set, {timer}, 0ms);
+  start("events-re");
+  scheduler->sample_arrived(subscription, {}, at(0ms));
+  EXPECT_FALSE(next(kReleaser, 0ms));
+  EXPECT_EQ(next(kExecutor, 0ms)->task, subscription);
+}
+
+class EdgeTriggered : public EventsExecutor, public testing::WithParamInterface<const char*> {};
+
+TEST_P(EdgeTriggered, SurplusEventsOfAShallowHistoryFindNothing) {
+  const TaskId timer = add_timer(set, 100ms, 0ms, 50ms);
+  const TaskId subscription = add_subscription(set, {timer}, 0ms);
+  start(GetParam());
+  scheduler->sample_arrived(subscription, {at(1ms), kNever, {timer, 0}}, at(1ms));
+  const Arrival second = scheduler->sample_arrived(subscription, {at(2ms), kNever, {timer, 1}}, at(2ms));
+  ASSERT_TRUE(second.overwritten);
+  EXPECT_EQ(second.overwritten->ref(), (JobRef{subscription, 0}));
+  const Job newest = *next(kExecutor, 3ms);
+  EXPECT_EQ(newest.sequence, 1U);
+  EXPECT_FALSE(newest.empty);
+  EXPECT_GE(newest.release, newest.timestamp);
+  EXPECT_TRUE(next(kExecutor, 4ms)->empty);
+  EXPECT_FALSE(next(kExecutor, 5ms));
+}
+
+TEST_P(EdgeTriggered, DeepHistoryYieldsOneJobPerSample) {
+  const TaskId timer = add_timer(set, 100ms, 0ms, 50ms);
+  const TaskId subscription = add_subscription(set, {timer}, 0ms, 2);
+  start(GetParam());
+  scheduler->sample_arrived(subscription, {}, at(1ms));
+  scheduler->sample_arrived(subscription, {}, at(2ms));
+  EXPECT_EQ(scheduler->unread(subscription), 2U);
+  EXPECT_EQ(next(kExecutor, 3ms)->sequence, 0U);
+  EXPECT_EQ(next(kExecutor, 3ms)->sequence, 1U);
+  EXPECT_EQ(scheduler->unread(subscription), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Registry, EdgeTriggered,
+                         testing::Values("events-ro", "events-re", "rm-ro", "rm-re", "edf-ro", "edf-re"),
+                         [](const auto& param) {
+                           std::string n = param.param;
+                           std::replace(n.begin(), n.end(), '-', '_');
+                           return n;
+                         });
+
+TEST(EventsExecutorSimulated, ReleaseAndExecuteOnTwoCoresOverlapsTimersAndSubscriptions) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 10ms, 6ms);
+  const TaskId subscription = add_subscription(set, {timer}, 6ms);
+  Platform two_cores;
+  two_cores.cores = 2;
+  EXPECT_EQ(schedule(run(set, "events-re", 20ms, two_cores)),
+            (std::vector<Ran>{{timer, 0, 0ms, 6ms}, {subscription, 0, 6ms, 12ms}, {timer, 1, 10ms, 16ms}}));
+}
+
+}  // namespace
+}  // namespace hotpath::test

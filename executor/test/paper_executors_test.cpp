@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// The paper's executors: Section IV (modifications), Section V-A (conditions C1 and C2), Section VI
+// (subscriptions), and textbook schedules.
+#include <gtest/gtest.h>
+
+#include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/core/registry.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath::test {
+namespace {
+
+constexpr Worker kExecutor = EventsScheduler::kExecutor;
+constexpr Worker kReleaser = EventsScheduler::kTimerManagement;
+
+class PaperExecutor : public testing::Test {
+ protected:
+  void start(const char* executor) {
+    scheduler = find_executor(executor)->make(set, {});
+    scheduler->begin(Time{});
+  }
+  std::optional<Job> next(Worker worker, Duration now) {
+    return take_turn(*scheduler, worker, at(now)).decision.job;
+  }
+  TaskSet set;
+  std::unique_ptr<Scheduler> scheduler;
+};
+
+TEST_F(PaperExecutor, SectionIVReleaseOnlyReleasesAllDueTimersUnderOneLockWithOneWakeUp) {
+  for (int i = 0; i < 3; ++i) add_timer(set, 10ms * (3 - i), 0ms);
+  start("rm-ro");
+  const Turn turn = take_turn(*scheduler, kReleaser, at(0ms));
+  EXPECT_EQ(turn.released, 3U);
+  EXPECT_EQ(turn.decision.wake, WorkerSet::of(kExecutor));
+  EXPECT_FALSE(turn.decision.job);
+  EXPECT_EQ(turn.decision.wake_at, at(10ms));
+  for (const TaskId expected : {2U, 1U, 0U}) EXPECT_EQ(next(kExecutor, 1ms)->task, expected);
+}
+
+TEST_F(PaperExecutor, SectionIVReleaseAndExecuteKeepsTimersInAReadyQueueOfItsOwn) {
+  const TaskId slow = add_timer(set, 50ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms);
+  start("rm-re");
+  const Turn turn = take_turn(*scheduler, kReleaser, at(0ms));
+  EXPECT_EQ(turn.released, 2U);
+  EXPECT_TRUE(turn.decision.wake.empty());
+  EXPECT_EQ(turn.decision.job->task, fast);
+  EXPECT_FALSE(next(kExecutor, 1ms));  // timers never reach the executor worker
+  EXPECT_EQ(next(kReleaser, 1ms)->task, slow);
+}
+
+TEST_F(PaperExecutor, SectionVAConditionC2AllThatIsDueIsReleasedBeforeEachDecision) {
+  const TaskId slow = add_timer(set, 50ms, 0ms);
+  const TaskId middle = add_timer(set, 20ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms, 3ms);
+  start("rm-re");
+  EXPECT_EQ(next(kReleaser, 0ms)->task, middle);
+  EXPECT_EQ(next(kReleaser, 4ms)->task, fast);  // became due during the job
+  EXPECT_EQ(next(kReleaser, 5ms)->task, slow);
+}
+
+TEST_F(PaperExecutor, SectionVAConditionC1HoldsWhileJobsAreShorterThanPeriods) {
+  const TaskId slow = add_timer(set, 50ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms);
+  start("rm-re");
+  EXPECT_EQ(next(kReleaser, 0ms)->task, fast);
+  EXPECT_EQ(next(kReleaser, 1ms)->task, slow);
+  const Job after = *next(kReleaser, 10ms);  // 9 ms < 10 ms
+  EXPECT_EQ(after.ref(), (JobRef{fast, 1}));
+  EXPECT_EQ(after.skipped, 0U);
+}
+
+TEST_F(PaperExecutor, SectionVAConditionC1BreaksWhenAJobSpansTwoTimestamps) {
+  add_timer(set, 50ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms);
+  start("rm-re");
+  next(kReleaser, 0ms);
+  next(kReleaser, 1ms);
+  const Job after = *next(kReleaser, 26ms);
+  EXPECT_EQ(after.ref(), (JobRef{fast, 1}));
+  EXPECT_EQ(after.skipped, 1U);
+}
+
+TEST_F(PaperExecutor, SectionVIReleaseAndExecuteRunsSubscriptionsInTheExecutorWorkerByPriority) {
+  const TaskId slow = add_timer(set, 50ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms);
+  const TaskId of_slow = add_subscription(set, {slow}, 0ms);
+  const TaskId of_fast = add_subscription(set, {fast}, 0ms);
+  start("rm-re");
+  scheduler->sample_arrived(of_slow, {}, at(0ms));
+  EXPECT_EQ(scheduler->sample_arrived(of_fast, {}, at(0ms)).wake, WorkerSet::of(kExecutor));
+  EXPECT_EQ(next(kExecutor, 0ms)->task, of_fast);
+  EXPECT_EQ(next(kExecutor, 0ms)->task, of_slow);
+}
+
+TEST_F(PaperExecutor, SectionVIEdfSubscriptionInheritsTheDeadlineOfTheJobThatPublished) {
+  const TaskId a = add_timer(set, 100ms, 2ms);
+  const TaskId b = add_timer(set, 30ms, 2ms, 1ms);
+  const TaskId of_a = add_subscription(set, {a}, 2ms);
+  const Trace trace = run(set, "edf-ro", 30ms);
+  EXPECT_EQ(schedule(trace),
+            (std::vector<Ran>{{a, 0, 0ms, 2ms}, {b, 0, 2ms, 4ms}, {of_a, 0, 4ms, 6ms}}));
+  EXPECT_EQ(trace.jobs[2].job.deadline, at(100ms));
+  EXPECT_EQ(trace.jobs[2].job.parent, (JobRef{a, 0}));
+}
+
+/// Two chains of a timer and a subscription each; the second timer is released while the first runs.
+TEST(SubscriptionRule, FirstFinishesAChainThatInheritLeavesForAMoreUrgentTimer) {
+  TaskSet set;
+  const TaskId slow = add_timer(set, 100ms, 4ms);
+  const TaskId fast = add_timer(set, 20ms, 4ms, 1ms);
+  const TaskId of_slow = add_subscription(set, {slow}, 4ms);
+  const TaskId of_fast = add_subscription(set, {fast}, 4ms);
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms)),
+            (std::vector<Ran>{
+                {slow, 0, 0ms, 4ms}, {fast, 0, 4ms, 8ms}, {of_fast, 0, 8ms, 12ms}, {of_slow, 0, 12ms, 16ms}}));
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, {}, {.rule = SubscriptionRule::first})),
+            (std::vector<Ran>{
+                {slow, 0, 0ms, 4ms}, {of_slow, 0, 4ms, 8ms}, {fast, 0, 8ms, 12ms}, {of_fast, 0, 12ms, 16ms}}));
+}
+
+TEST(SectionIV, ReleaserIsNotHeldUpByTheJobInExecution) {
+  TaskSet set;
+  const TaskId slow = add_timer(set, 100ms, 30ms);
+  const TaskId fast = add_timer(set, 10ms, 1ms, 1ms);
+  const Trace trace = run(set, "rm-ro", 40ms);
+  for (const JobRecord& r : trace.jobs) EXPECT_EQ(r.job.release, r.job.timestamp);
+  EXPECT_EQ(skipped(trace, fast), 0U);
+  EXPECT_EQ(schedule(trace)[0], (Ran{slow, 0, 0ms, 30ms}));
+  EXPECT_EQ(schedule(trace)[3], (Ran{fast, 2, 32ms, 33ms}));  // caught up
+}
+
+// Three synchronous tasks (C, T) = (1, 4), (2, 6), (3, 8), utilisation 23/24, over their hyperperiod.
+TEST(Textbook, NonPreemptiveRateMonotonicSchedule) {
+  TaskSet set;
+  add_timer(set, 4ms, 1ms);
+  add_timer(set, 6ms, 2ms);
+  add_timer(set, 8ms, 3ms);
+  const std::vector<Ran> expected = {
+      {0, 0, 0ms, 1ms},   {1, 0, 1ms, 3ms},   {2, 0, 3ms, 6ms},   {0, 1, 6ms, 7ms},
+      {1, 1, 7ms, 9ms},   {0, 2, 9ms, 10ms},  {2, 1, 10ms, 13ms}, {0, 3, 13ms, 14ms},
+      {1, 2, 14ms, 16ms}, {0, 4, 16ms, 17ms}, {2, 2, 17ms, 20ms}, {0, 5, 20ms, 21ms},
+      {1, 3, 21ms, 23ms}};
+  EXPECT_EQ(schedule(run(set, "rm-ro", 24ms)), expected);
+  EXPECT_EQ(schedule(run(set, "rm-re", 24ms)), expected);
+  EXPECT_EQ(schedule(run(set, "edf-ro", 24ms)), expected);
+}
+
+// When the long job ends, the one of the longer period has the earlier absolute deadline (16 against 20 ms).
+TEST(Textbook, EdfMeetsADeadlineThatRateMonotonicMisses) {
+  TaskSet set;
+  const TaskId fast = add_timer(set, 10ms, 3ms, 10ms);
+  const TaskId slow = add_timer(set, 15ms, 6ms, 1ms);
+  const TaskId blocker = add_timer(set, 40ms, 10ms);
+  const Trace rm = run(set, "rm-ro", 20ms), edf = run(set, "edf-ro", 20ms);
+  EXPECT_EQ(schedule(rm),
+            (std::vector<Ran>{{blocker, 0, 0ms, 10ms}, {fast, 0, 10ms, 13ms}, {slow, 0, 13ms, 19ms}}));
+  EXPECT_EQ(schedule(edf),
+            (std::vector<Ran>{{blocker, 0, 0ms, 10ms}, {slow, 0, 10ms, 16ms}, {fast, 0, 16ms, 19ms}}));
+  EXPECT_GT(rm.jobs[2].finish, rm.jobs[2].job.deadline);
+  for (const JobRecord& r : edf.jobs) EXPECT_LE(r.finish, r.job.deadline);
+}
+
+TEST(Textbook, OneLowerPriorityJobBlocksAtMostOnce) {
+  TaskSet set;
+  const TaskId high = add_timer(set, 20ms, 1ms, 1ms);
+  add_timer(set, 50ms, 5ms);
+  add_timer(set, 50ms, 5ms);
+  add_timer(set, 50ms, 5ms);
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms))[1], (Ran{high, 0, 5ms, 6ms}));
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// jobs.csv and chains.csv, and the loss equations.
+#include "hotpath/core/trace.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "hotpath/core/accounting.hpp"
+#include "hotpath/core/trace_csv.hpp"
+#include "schedule_checks.hpp"
+
+namespace hotpath::test {
+namespace {
+
+using testing::HasSubstr;
+
+std::string written(const TaskSet& set, const Trace& trace) {
+  std::ostringstream out;
+  out << kJobsCsvHeader << '\n';
+  write_jobs_csv(out, set, trace);
+  return out.str();
+}
+
+std::vector<Trace> read(const TaskSet& set, const std::string& text) {
+  std::istringstream in(text);
+  return read_jobs_csv(in, set, "jobs.csv");
+}
+
+TEST(JobsCsv, OneRowPerJobAndPerSkippedTimestampRelativeToTheEpoch) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 10ns, 3ns);
+  const TaskId subscription = add_subscription(set, {timer}, 1ns);
+  Trace trace;
+  trace.executor = "default";
+  trace.repetition = 2;
+  trace.epoch = at(1000ns);
+  JobRecord r;
+  r.job.task = timer;
+  r.job.sequence = 4;
+  r.job.timestamp = r.job.release = at(1040ns);
+  r.job.deadline = at(1050ns);
+  r.job.skipped = 1;
+  r.start = at(1052ns);
+  r.finish = at(1055ns);
+  r.worker = 1;
+  trace.jobs.push_back(r);
+  JobRecord lost;
+  lost.job.task = subscription;
+  lost.job.timestamp = at(1055ns);
+  lost.job.parent = {timer, 4};
+  lost.outcome = Outcome::overwritten;
+  trace.jobs.push_back(lost);
+  EXPECT_EQ(written(set, trace), std::string(kJobsCsvHeader) +
+                                     "\n"
+                                     "default,2,T0,timer,4,ran,40,40,52,55,,50,1,,0,,\n"
+                                     "default,2,T0,timer,5,skipped,50,,,,,60,,,0,,\n"
+                                     "default,2,S1,subscription,0,overwritten,55,,,,,,,,0,T0,4\n");
+}
+
+TEST(JobsCsv, RoundTripKeepsEveryRecordOfEveryExecutor) {
+  Random random(21);
+  for (const ExecutorEntry& executor : executors()) {
+    const TaskSet set = random_graph(random, 4, 5, 1.3);
+    Trace trace = run(set, std::string(executor.name), 200ms, {}, {.workers = 2});
+    trace.repetition = 3;
+    const std::vector<Trace> back = read(set, written(set, trace));
+    ASSERT_EQ(back.size(), 1U);
+    EXPECT_EQ(back[0].executor, executor.name);
+    EXPECT_EQ(back[0].repetition, 3U);
+    ASSERT_EQ(back[0].jobs.size(), trace.jobs.size());
+    for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
+      const JobRecord &a = trace.jobs[i], &b = back[0].jobs[i];
+      ASSERT_EQ(a.job.ref(), b.job.ref());
+      ASSERT_EQ(a.outcome, b.outcome);
+      ASSERT_EQ(a.job.skipped, b.job.skipped);
+      ASSERT_EQ(a.job.timestamp, b.job.timestamp);
+      ASSERT_EQ(a.job.deadline, b.job.deadline);
+      ASSERT_EQ(a.job.parent, b.job.parent);
+      if (started(a)) {
+        ASSERT_EQ(a.job.release, b.job.release);
+        ASSERT_EQ(a.start, b.start);
+        ASSERT_EQ(a.worker, b.worker);
+      }
+      if (a.outcome == Outcome::ran) ASSERT_EQ(a.finish, b.finish);
+    }
+    EXPECT_EQ(written(set, back[0]), written(set, trace));
+  }
+}
+
+TEST(JobsCsv, SeparatesExecutorsAndRepetitions) {
+  TaskSet set;
+  add_timer(set, 10ms, 1ms);
+  Trace a = run(set, "default", 30ms), b = run(set, "rm-ro", 30ms);
+  b.repetition = 1;
+  std::ostringstream text;
+  text << written(set, a);
+  write_jobs_csv(text, set, b);
+  write_jobs_csv(text, set, a);
+  const std::vector<Trace> traces = read(set, text.str());
+  ASSERT_EQ(traces.size(), 2U);
+  EXPECT_EQ(traces[0].jobs.size(), 6U);
+  EXPECT_EQ(traces[1].executor, "rm-ro");
+  EXPECT_EQ(traces[1].repetition, 1U);
+}
+
+struct BadRow {
+  const char* text;
+  const char* complaint;
+};
+
+class MalformedJobsCsv : public testing::TestWithParam<BadRow> {};
+
+TEST_P(MalformedJobsCsv, IsRefusedWithFileAndLine) {
+  TaskSet set;
+  add_timer(set, 10ms, 1ms);
+  const std::string good = "rm-ro,0,T0,timer,0,ran,0,0,0,5,,10,0,,0,,\n";
+  ASSERT_EQ(read(set, std::string(kJobsCsvHeader) + "\n" + good).front().jobs.size(), 1U);
+  try {
+    read(set, std::string(kJobsCsvHeader) + "\n" + good + GetParam().text + "\n");
+    FAIL() << "accepted: " << GetParam().text;
+  } catch (const TraceCsvError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("jobs.csv:3: "));
+    EXPECT_THAT(e.what(), HasSubstr(GetParam().complaint));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Rows, MalformedJobsCsv,
+    testing::Values(BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,5,,10,0,,0,", "16 columns instead of 17"},
+                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,5,,10,0,,0,,,", "more than 17 columns"},
+                    BadRow{"", "1 columns instead of 17"},
+                    BadRow{"rm-ro,0,T9,timer,1,ran,0,0,0,5,,10,0,,0,,", "no task `T9`"},
+                    BadRow{"rm-ro,0,T0,subscription,1,ran,0,0,0,5,,10,0,,0,,", "is a timer"},
+                    BadRow{"rm-ro,0,T0,timer,-1,ran,0,0,0,5,,10,0,,0,,", "column 5"},
+                    BadRow{"rm-ro,0,T0,timer,1,done,0,0,0,5,,10,0,,0,,", "unknown outcome `done`"},
+                    BadRow{"rm-ro,0,T0,timer,1,ran,,0,0,5,,10,0,,0,,", "column 7"},
+                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,5x,,10,0,,0,,", "`5x`"},
+                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,99999999999999999999,5,,10,0,,0,,", "column 9"},
+                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,,,10,0,,0,,", "a finish_ns"},
+                    BadRow{"rm-ro,0,T0,timer,1,queued,0,0,3,,,10,0,,0,,", "no start_ns"},
+                    BadRow{"rm-ro,0,T0,timer,7,skipped,70,,,,,80,,,0,,", "in sequence"},
+                    BadRow{"edf-ro,0,T0,timer,1,skipped,10,,,,,20,,,0,,", "must follow"}));
+
+TEST(MalformedJobsCsvHeader, IsRefused) {
+  TaskSet set;
+  for (const char* text : {"", "executor,task\n"}) {
+    EXPECT_THROW(
+        try { read(set, text); } catch (const TraceCsvError& e) {
+          EXPECT_THAT(e.what(), HasSubstr("jobs.csv:1: the header must be"));
+          throw;
+        },
+        TraceCsvError);
+  }
+}
+
+TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
+  Trace trace;
+  trace.executor = "rm-ro";
+  trace.chains.push_back({0, 7, 0, 20ns, 31ns});
+  trace.chains.push_back({1, 8, 0, 21ns, -1ns});
+  std::ostringstream out;
+  write_chains_csv(out, {"hot path", "other"}, trace);
+  EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31\nrm-ro,0,other,8,21,\n");
+}
+
+class Accounting : public testing::Test {
+ protected:
+  Accounting() {
+    timer = add_timer(set, 10ms, 1ms, 5ms);
+    subscription = add_subscription(set, {timer}, 1ms);
+    trace.epoch = at(100ms);
+    trace.end = at(145ms);
+  }
+  void record(TaskId task, Outcome outcome, std::uint32_t skipped_after = 0) {
+    JobRecord r;
+    r.job.task = task;
+    r.outcome = outcome;
+    r.job.skipped = skipped_after;
+    trace.jobs.push_back(r);
+  }
+  TaskSet set;
+  TaskId timer, subscription;
+  Trace trace;
+};
+
+TEST_F(Accounting, TimestampsReachedAreRanPlusSkippedPlusQueuedPlusRunning) {
+  trace.published = {0, 0};
+  record(timer, Outcome::ran, 1);
+  record(timer, Outcome::running);
+  EXPECT_EQ(account(set, trace)[timer].expected, 4U);  // 105, 115, 125, 135; 145 is the end
+  EXPECT_FALSE(account(set, trace)[timer].balanced());
+  record(timer, Outcome::queued);
+  EXPECT_TRUE(account(set, trace)[timer].balanced());
+}
+
+TEST_F(Accounting, SamplesMatchedAreRanPlusOverwrittenPlusUnreadPlusRunning) {
+  trace.published = {5, 0};
+  for (const Outcome o : {Outcome::ran, Outcome::overwritten, Outcome::queued, Outcome::running}) {
+    record(subscription, o);
+  }
+  record(subscription, Outcome::empty);  // counts for nothing
+  EXPECT_EQ(account(set, trace)[subscription].expected, 5U);
+  EXPECT_FALSE(account(set, trace)[subscription].balanced());
+  record(subscription, Outcome::ran);
+  EXPECT_TRUE(account(set, trace)[subscription].balanced());
+}
+
+TEST_F(Accounting, TimerThatFirstFallsDueAtTheEndHasNoTimestamp) {
+  set.tasks[timer].phase = 45ms;
+  EXPECT_EQ(account(set, trace)[timer].expected, 0U);
+  set.tasks[timer].phase = 45ms - 1ns;
+  EXPECT_EQ(account(set, trace)[timer].expected, 1U);
+}
+
+TEST_F(Accounting, FeedsOfSeveralPublishersAddUp) {
+  const TaskId second = add_timer(set, 10ms, 1ms);
+  set.tasks[second].feeds = {subscription};
+  trace.published = {2, 0, 3};
+  EXPECT_EQ(account(set, trace)[subscription].expected, 5U);
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// SingleThreadedExecutor and MultiThreadedExecutor (rclcpp 26.0.0 executor.cpp, allocator_memory_strategy.hpp,
+// multi_threaded_executor.cpp).
+#include "hotpath/core/wait_set_scheduler.hpp"
+
+#include <gtest/gtest.h>
+
+#include "task_sets.hpp"
+
+namespace hotpath::test {
+namespace {
+
+/// One worker after another: a job that is picked finishes before the next call.
+class SingleThreadedExecutor : public testing::Test {
+ protected:
+  WaitSetScheduler& start(unsigned workers = 1) {
+    scheduler = std::make_unique<WaitSetScheduler>(set, workers);
+    scheduler->begin(Time{});
+    return *scheduler;
+  }
+
+  /// The task that runs next at `now`, or kNoTask; the job is over at once.
+  TaskId next(Duration now) {
+    job = scheduler->decide(0, at(now)).job;
+    if (!job) return kNoTask;
+    scheduler->finished(0, *job, at(now));
+    return job->task;
+  }
+
+  TaskSet set;
+  std::unique_ptr<WaitSetScheduler> scheduler;
+  std::optional<Job> job;
+};
+
+TEST_F(SingleThreadedExecutor, TimersGoBeforeSubscriptionsEachInCreationOrder) {
+  const TaskId publisher = add_timer(set, 100ms, 0ms, 50ms);
+  const TaskId s1 = add_subscription(set, {publisher}, 0ms);
+  const TaskId t1 = add_timer(set, 20ms, 0ms);
+  const TaskId s2 = add_subscription(set, {publisher}, 0ms);
+  const TaskId t2 = add_timer(set, 10ms, 0ms);
+  start();
+  scheduler->sample_arrived(s2, {}, at(0ms));
+  scheduler->sample_arrived(s1, {}, at(0ms));
+  EXPECT_EQ(next(0ms), t1);  // not t2, whose period is shorter
+  EXPECT_EQ(next(1ms), t2);
+  EXPECT_EQ(next(2ms), s1);
+  EXPECT_EQ(next(3ms), s2);
+  EXPECT_EQ(next(4ms), kNoTask);
+}
+
+TEST_F(SingleThreadedExecutor, WhatBecomesReadyAfterThePollingPointWaitsForTheNextOne) {
+  const TaskId late = add_timer(set, 100ms, 0ms, 1ms);
+  const TaskId first = add_timer(set, 100ms, 0ms);
+  const TaskId second = add_timer(set, 100ms, 0ms);
+  const TaskId subscription = add_subscription(set, {first}, 0ms);
+  start();
+  EXPECT_EQ(next(0ms), first);  // polling point at 0
+  scheduler->sample_arrived(subscription, {}, at(5ms));
+  EXPECT_EQ(next(5ms), second);  // `late` is due and created earlier, but not in the window
+  EXPECT_EQ(job->release, at(0ms));
+  EXPECT_EQ(next(6ms), late);  // next polling point
+  EXPECT_EQ(job->release, at(6ms));
+  EXPECT_EQ(next(7ms), subscription);
+  EXPECT_EQ(job->release, at(6ms));
+}
+
+TEST_F(SingleThreadedExecutor, CallHappensAtThePickAndSkipsWhatIsOverdueThen) {
+  const TaskId blocking = add_timer(set, 100ms, 0ms);
+  const TaskId frequent = add_timer(set, 10ms, 0ms);
+  start();
+  EXPECT_EQ(next(0ms), blocking);
+  EXPECT_EQ(next(35ms), frequent);
+  EXPECT_EQ(job->timestamp, at(0ms));
+  EXPECT_EQ(job->skipped, 3U);
+  EXPECT_EQ(next(36ms), kNoTask);
+  EXPECT_EQ(next(40ms), frequent);
+  EXPECT_EQ(job->sequence, 4U);
+}
+
+TEST_F(SingleThreadedExecutor, TakesOneSamplePerReadySubscriptionAndWindow) {
+  const TaskId timer = add_timer(set, 10ms, 0ms);
+  const TaskId deep = add_subscription(set, {timer}, 0ms, 5);
+  const TaskId other = add_subscription(set, {timer}, 0ms);
+  start();
+  EXPECT_EQ(next(0ms), timer);
+  for (int i = 0; i < 3; ++i) scheduler->sample_arrived(deep, {at(1ms * i), kNever, {timer, 7}}, at(0ms));
+  scheduler->sample_arrived(other, {}, at(0ms));
+  EXPECT_EQ(next(2ms), deep);
+  EXPECT_EQ(job->sequence, 0U);  // the oldest
+  EXPECT_EQ(job->parent, (JobRef{timer, 7}));
+  EXPECT_EQ(next(3ms), other);
+  EXPECT_EQ(next(10ms), timer);  // a new window, timers first
+  EXPECT_EQ(next(11ms), deep);
+  EXPECT_EQ(next(12ms), deep);
+  EXPECT_EQ(scheduler->unread(deep), 0U);
+  EXPECT_EQ(next(13ms), kNoTask);
+}
+
+TEST_F(SingleThreadedExecutor, DepthOneKeepsTheNewestSample) {
+  const TaskId timer = add_timer(set, 10ms, 0ms, 5ms);
+  const TaskId subscription = add_subscription(set, {timer}, 0ms);
+  start();
+  EXPECT_FALSE(scheduler->sample_arrived(subscription, {}, at(0ms)).overwritten);
+  const Arrival second = scheduler->sample_arrived(subscription, {}, at(1ms));
+  ASSERT_TRUE(second.overwritten);
+  EXPECT_EQ(second.overwritten->sequence, 0U);
+  EXPECT_EQ(next(2ms), subscription);
+  EXPECT_EQ(job->sequence, 1U);
+  EXPECT_EQ(next(3ms), kNoTask);
+}
+
+TEST_F(SingleThreadedExecutor, SampleThatReplacesTheSnapshotsOneIsNotReleasedBeforeItsPublication) {
+  const TaskId timer = add_timer(set, 10ms, 0ms);
+  const TaskId subscription = add_subscription(set, {timer}, 0ms);
+  start();
+  scheduler->sample_arrived(subscription, {at(0ms), kNever, {}}, at(0ms));
+  EXPECT_EQ(next(0ms), timer);
+  scheduler->sample_arrived(subscription, {at(4ms), kNever, {}}, at(4ms));
+  EXPECT_EQ(next(5ms), subscription);
+  EXPECT_EQ(job->timestamp, at(4ms));
+  EXPECT_EQ(job->release, at(4ms));
+}
+
+TEST_F(SingleThreadedExecutor, SleepsUntilTheEarliestTimerOrASample) {
+  add_timer(set, 100ms, 0ms, 30ms);
+  add_timer(set, 100ms, 0ms, 20ms);
+  const TaskId subscription = add_subscription(set, {0}, 0ms);
+  start();
+  EXPECT_EQ(scheduler->decide(0, at(1ms)).wake_at, at(20ms));
+  EXPECT_EQ(scheduler->sample_arrived(subscription, {}, at(2ms)).wake, WorkerSet::of(0));
+  EXPECT_EQ(next(2ms), subscription);
+  EXPECT_TRUE(scheduler->sample_arrived(subscription, {}, at(3ms)).wake.empty());  // nobody waits
+}
+
+TEST_F(SingleThreadedExecutor, UnfinishedNamesWhatIsDueAndWhatIsUnread) {
+  add_timer(set, 10ms, 0ms);
+  const TaskId subscription = add_subscription(set, {0}, 0ms, 2);
+  start();
+  scheduler->sample_arrived(subscription, {}, at(0ms));
+  scheduler->sample_arrived(subscription, {}, at(0ms));
+  std::vector<std::pair<JobRef, std::uint32_t>> left;
+  scheduler->unfinished(at(25ms), [&](const Job& j, Outcome o) {
+    EXPECT_EQ(o, Outcome::queued);
+    left.emplace_back(j.ref(), j.skipped);
+  });
+  EXPECT_EQ(left, (std::vector<std::pair<JobRef, std::uint32_t>>{
+                      {{0, 0}, 2}, {{subscription, 0}, 0}, {{subscription, 1}, 0}}));
+}
+
+TEST(DefaultExecutorAnomaly, ReleaseIsDelayedByAWholeProcessingWindow) {
+  // The timer of 10 ms misses the polling point by a hair and waits for all three long jobs.
+  TaskSet set;
+  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 2ms);
+  const TaskId short_period = add_timer(set, 10ms, 1ms, 100us);
+  const Trace trace = run(set, "default", 10ms);
+  ASSERT_EQ(schedule(trace).size(), 4U);
+  EXPECT_EQ(schedule(trace)[3], (Ran{short_period, 0, 6ms, 7ms}));
+  EXPECT_EQ(trace.jobs[3].job.release, at(6ms));
+  // A priority executor runs it after the job in execution.
+  EXPECT_EQ(schedule(run(set, "rm-ro", 10ms))[1], (Ran{short_period, 0, 2ms, 3ms}));
+}
+
+TEST(DefaultExecutorAnomaly, ReleasesAreSkippedWhenAWindowIsLongerThanAPeriod) {
+  TaskSet set;
+  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 9ms);
+  const TaskId short_period = add_timer(set, 10ms, 1ms, 1ms);
+  const Trace trace = run(set, "default", 100ms);
+  EXPECT_EQ(skipped(trace, short_period), 2U);  // 11 and 21 ms pass before the pick at 27 ms
+  EXPECT_EQ(count(trace, short_period, Outcome::ran), 8U);
+  const Trace priority = run(set, "rm-ro", 100ms);
+  EXPECT_EQ(skipped(priority, short_period), 0U);
+  EXPECT_EQ(count(priority, short_period, Outcome::ran), 10U);
+}
+
+class MultiThreadedExecutor : public SingleThreadedExecutor {};
+
+TEST_F(MultiThreadedExecutor, WorkersShareOneSnapshot) {
+  const TaskId a = add_timer(set, 100ms, 0ms);
+  const TaskId b = add_timer(set, 100ms, 0ms);
+  const TaskId c = add_timer(set, 100ms, 0ms, 1ms);
+  start(2);
+  EXPECT_EQ(scheduler->decide(0, at(0ms)).job->task, a);
+  const Job second = *scheduler->decide(1, at(2ms)).job;
+  EXPECT_EQ(second.task, b);
+  EXPECT_EQ(second.release, at(0ms));  // from worker 0's polling point
+  scheduler->finished(1, second, at(3ms));
+  EXPECT_EQ(scheduler->decide(1, at(3ms)).job->task, c);
+}
+
+TEST_F(MultiThreadedExecutor, MutuallyExclusiveGroupRunsOneJobAtATime) {
+  const TaskId a = add_timer(set, 100ms, 0ms);
+  const TaskId b = add_timer(set, 100ms, 0ms);
+  set.tasks[b].group = set.tasks[a].group;
+  start(2);
+  const Job running = *scheduler->decide(0, at(0ms)).job;
+  EXPECT_EQ(running.task, a);
+  const Decision blocked = scheduler->decide(1, at(1ms));
+  EXPECT_FALSE(blocked.job);
+  EXPECT_EQ(blocked.wake_at, kNever);  // busy groups are left out of the wait
+  const Effect effect = scheduler->finished(0, running, at(9ms));
+  EXPECT_EQ(effect.wake, WorkerSet::of(1));  // the interrupt guard condition
+  EXPECT_EQ(scheduler->decide(1, at(9ms)).job->task, b);
+}
+
+TEST_F(MultiThreadedExecutor, ReentrantGroupRunsSeveralJobsEvenOfOneTimer) {
+  const TaskId a = add_timer(set, 10ms, 0ms);
+  set.groups[set.tasks[a].group] = CallbackGroup::reentrant;
+  start(2);
+  EXPECT_EQ(scheduler->decide(0, at(0ms)).job->sequence, 0U);
+  EXPECT_EQ(scheduler->decide(1, at(10ms)).job->sequence, 1U);
+}
+
+TEST_F(MultiThreadedExecutor, OnlyOneIdleWorkerWaitsAndHandsTheWaitOn) {
+  const TaskId a = add_timer(set, 100ms, 0ms, 10ms);
+  start(3);
+  EXPECT_EQ(scheduler->decide(0, at(0ms)).wake_at, at(10ms));
+  EXPECT_EQ(scheduler->decide(1, at(0ms)).wake_at, kNever);  // queues on the wait mutex
+  const Decision decision = scheduler->decide(0, at(10ms));
+  EXPECT_EQ(decision.job->task, a);
+  EXPECT_EQ(decision.wake, WorkerSet::of(1));
+  EXPECT_FALSE(scheduler->decide(1, at(10ms)).job);
+}
+
+TEST(MultiThreadedExecutorSimulated, OneGroupOnTwoCoresIsSequentialAndTwoGroupsAreParallel) {
+  TaskSet set;
+  add_timer(set, 20ms, 5ms);
+  add_timer(set, 20ms, 5ms);
+  Platform two_cores;
+  two_cores.cores = 2;
+  EXPECT_EQ(schedule(run(set, "multi", 20ms, two_cores, {.workers = 2})),
+            (std::vector<Ran>{{0, 0, 0ms, 5ms}, {1, 0, 0ms, 5ms}}));
+  set.tasks[1].group = set.tasks[0].group;
+  EXPECT_EQ(schedule(run(set, "multi", 20ms, two_cores, {.workers = 2})),
+            (std::vector<Ran>{{0, 0, 0ms, 5ms}, {1, 0, 5ms, 10ms}}));
+}
+
+}  // namespace
+}  // namespace hotpath::test
