@@ -31,6 +31,15 @@ TEST(E2EEvaluationSelfChecks, PeriodicImplicit) {
   EXPECT_EQ(guenzel_2023(kTasks, kBounds, kReversed), 31);
 }
 
+TEST(E2EEvaluationSelfChecks, LogicalExecutionTimeIsTheDeadlineAsResponseTime) {
+  const PeriodicTasks tasks = {task(1, 10, 7), task(1, 20, 8)};
+  const ResponseTimes deadlines = {7, 8};
+  EXPECT_EQ(guenzel_2023(tasks, deadlines, kForward, Priorities::dynamic), 38);
+  EXPECT_EQ(guenzel_2023(tasks, deadlines, kReversed, Priorities::dynamic), 37);
+  EXPECT_EQ(davare_2007(tasks, deadlines, kForward), 45) << "Hamann 2017";
+  EXPECT_EQ(davare_2007(tasks, deadlines, kReversed), 45) << "Hamann 2017";
+}
+
 TEST(Davare2007, ChainsOfThePaperArtifact) {
   const PeriodicTasks tasks = {task(1, 10), task(2, 20), task(4, 20), task(8, 50), task(16, 100)};
   const ResponseTimes bounds = {17, 20, 27, 40, 40};

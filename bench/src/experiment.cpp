@@ -59,6 +59,11 @@ class Experiment {
     std::vector<std::string> chain_names;
     for (const Chain& chain : graph_.chains) chain_names.push_back(chain.name);
     measure(folder, chain_names);
+    if (!failures_.empty() && nothing_measured()) {
+      throw RunError(runs_planned() == 1
+                         ? failures_.front()
+                         : "every run failed; there is no result in " + folder.path().string());
+    }
     folder.finish();
 
     const Summary summary = summarize(tasks_.set, runs_, summary_options());
@@ -187,6 +192,7 @@ class Experiment {
     p.executor_policy = executor_policy_;
     p.timer_policy = timer_policy_;
     p.length = seconds(options_.warm_up_s + options_.duration_s);
+    p.time_out = seconds(options_.time_out_s);
     p.calibration = calibration_;
     return p;
   }
@@ -205,13 +211,17 @@ class Experiment {
       RepetitionResult result =
           run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length); });
       progress.clear();
-      if (result.setup_failed) throw RunError(result.failure);
       partial_ = result.interrupted;
       note(p, result);
-      const Trace& trace = result.repetition.trace;
-      folder.append(p.tasks.set, chain_names, trace, after_warm_up(trace, counting.chains, counting.warm_up));
-      runs_[e].repetitions.push_back(std::move(result.repetition));
       folder.write("run.json", run_);
+      if (result.setup_failed) throw RunError(result.failure);
+      // A repetition that failed is on record in run.json and counts for nothing.
+      if (result.measured) {
+        const Trace& trace = result.repetition.trace;
+        folder.append(p.tasks.set, chain_names, trace,
+                      after_warm_up(trace, counting.chains, counting.warm_up));
+        runs_[e].repetitions.push_back(std::move(result.repetition));
+      }
     }
     for (ExecutorRuns& r : runs_) {
       std::sort(r.repetitions.begin(), r.repetitions.end(), [](const Repetition& a, const Repetition& b) {
@@ -220,12 +230,21 @@ class Experiment {
     }
   }
 
+  std::size_t runs_planned() const { return options_.repetitions * executors_.size(); }
+
+  bool nothing_measured() const {
+    return std::all_of(runs_.begin(), runs_.end(),
+                       [](const ExecutorRuns& r) { return r.repetitions.empty(); });
+  }
+
   void note(const RepetitionPlan& p, const RepetitionResult& result) {
     for (const std::string& w : result.warnings) warn(w);
     if (!result.failure.empty()) {
       failures_.push_back(result.failure);
-      warn(result.failure);
+      run_["failures"] = failures_;
+      if (runs_planned() > 1 && !result.setup_failed) say(result.failure);
     }
+    if (!result.measured && result.failure.empty()) return;  // interrupted before it began
     json phases = json::object();
     for (const Task& task : p.tasks.set.tasks) {
       if (task.kind == TaskKind::timer) phases[task.name] = to_ms(task.phase);
@@ -339,15 +358,16 @@ class Experiment {
     if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
     std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
     if (!failures_.empty()) {
-      throw RunError(std::to_string(failures_.size()) + " of " +
-                     std::to_string(options_.repetitions * executors_.size()) +
+      throw RunError(std::to_string(failures_.size()) + " of " + std::to_string(runs_planned()) +
                      " runs failed; the rest is in " + folder.path().string());
     }
   }
 
+  static void say(const std::string& sentence) { std::cerr << "note: " << sentence << "\n"; }
+
   void warn(const std::string& sentence) {
     warnings_.push_back(sentence);
-    std::cerr << "note: " << sentence << "\n";
+    say(sentence);
   }
 
   RunOptions options_;

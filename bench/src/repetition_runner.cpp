@@ -72,6 +72,7 @@ class Coordinator {
     end_all();
     collect();
     result_.repetition.usage.stolen = stolen_time() - stolen_before;
+    result_.measured = began_ && result_.failure.empty();
     return std::move(result_);
   }
 
@@ -99,19 +100,23 @@ class Coordinator {
 
   void execute() {
     if (!result_.failure.empty()) return;
-    if (!await_all(Kind::matched, now() + plan_.discovery_limit + std::chrono::seconds(5))) return;
-    if (plan_.fastdds.network == FastDdsOptions::Network::shared_memory) {
-      for (const Child& c : children_) shared_memory_.note(c.pid);
-    }
+    // A process itself says which endpoint is missing once that time has passed.
+    if (!await_all(Kind::matched, now() + plan_.time_out + std::chrono::seconds(1))) return;
+    note_shared_memory();
     // Enough for all processes to start their threads before the epoch.
     epoch_ = now() + std::chrono::milliseconds(50 + 10 * plan_.processes);
     end_ = epoch_ + plan_.length;
     began_ = true;
     tell_all(Kind::begin, {to_ns(epoch_), to_ns(end_)});
-    if (!await_all(Kind::begun, end_ + plan_.overtime_limit)) return;
-    if (!await_all(Kind::stopped, end_ + plan_.overtime_limit)) return;
+    if (!await_all(Kind::begun, end_ + plan_.time_out)) return;
+    if (!await_all(Kind::stopped, end_ + plan_.time_out)) return;
     tell_all(Kind::settle, {});
-    await_all(Kind::done, now() + plan_.overtime_limit);
+    await_all(Kind::done, now() + plan_.time_out);
+  }
+
+  void note_shared_memory() {
+    if (plan_.fastdds.network != FastDdsOptions::Network::shared_memory) return;
+    for (const Child& c : children_) shared_memory_.note(c.pid);
   }
 
   void tell_all(Kind kind, std::array<std::int64_t, 5> numbers) {
@@ -126,7 +131,11 @@ class Coordinator {
     for (std::uint32_t p = 0; p < children_.size(); ++p) {
       for (;;) {
         if (!watch_interrupt()) return false;
-        if (began_) progress_(std::clamp(now() - epoch_, Duration::zero(), plan_.length));
+        if (began_) {
+          progress_(std::clamp(now() - epoch_, Duration::zero(), plan_.length));
+        } else {
+          note_shared_memory();  // whoever dies from now on leaves nothing unknown
+        }
         bool closed = false;
         const auto message =
             children_[p].channel.receive(std::min(now() + std::chrono::milliseconds(100), limit), closed);
@@ -139,7 +148,7 @@ class Coordinator {
           note(*message);
           break;
         }
-        if (now() >= limit) return fail(name(p) + " did not answer in time and was ended");
+        if (now() >= limit) return fail(name(p) + " did not answer in time and was ended; see --time-out");
       }
     }
     return true;
@@ -182,7 +191,8 @@ class Coordinator {
     int status = 0;
     children_[p].ended = waitpid(children_[p].pid, &status, 0) == children_[p].pid;
     std::string how = " ended too early";
-    if (WIFSIGNALED(status)) how = std::string(" died of signal ") + strsignal(WTERMSIG(status));
+    if (children_[p].ended && WIFSIGNALED(status))
+      how = std::string(" was ended by a signal (") + strsignal(WTERMSIG(status)) + ")";
     if (began_) end_ = std::min(end_, now());
     return name(p) + how;
   }
@@ -195,7 +205,7 @@ class Coordinator {
   void end_all() {
     const bool orderly = result_.failure.empty() && !(result_.interrupted && !began_);
     // A process that has said `done` is only tidying up; give it a moment before it is killed.
-    const Time limit = now() + (orderly ? plan_.overtime_limit : Duration::zero());
+    const Time limit = now() + (orderly ? plan_.time_out : Duration::zero());
     bool killed = false;
     for (Child& c : children_) {
       while (!c.ended) {

@@ -18,15 +18,16 @@ ResultFolder::ResultFolder(const fs::path& path) : path_(path) {
     throw UsageError("the output folder " + path_.string() + " cannot be created (" + error.message() +
                      "); name another with --output");
   }
-  if (fs::exists(path_ / "run.json") || fs::exists(path_ / "jobs.csv.part")) {
+  for (const char* file : {"run.json", "jobs.csv", "jobs.csv.part"}) {
+    if (!fs::exists(path_ / file, error)) continue;
     throw UsageError("the output folder " + path_.string() +
                      " holds a run already; name another with --output, or remove it");
   }
+  errno = 0;
   jobs_.open(path_ / "jobs.csv.part", std::ios::binary);
-  const int cause = errno;
   chains_.open(path_ / "chains.csv.part", std::ios::binary);
   if (!jobs_ || !chains_) {
-    throw UsageError("the output folder " + path_.string() + " cannot be written (" + std::strerror(cause) +
+    throw UsageError("the output folder " + path_.string() + " cannot be written (" + std::strerror(errno) +
                      "); name another with --output");
   }
   jobs_ << kJobsCsvHeader << '\n';
@@ -35,39 +36,45 @@ ResultFolder::ResultFolder(const fs::path& path) : path_(path) {
 
 void ResultFolder::write(const std::string& name, const std::string& content) const {
   const fs::path part = path_ / (name + ".part");
-  {
-    std::ofstream out(part, std::ios::binary);
-    out << content << std::flush;
-    check(out, name.c_str());
+  std::ofstream out(part, std::ios::binary);
+  out << content << std::flush;
+  if (!out) {
+    const int cause = errno;
+    std::error_code ignored;
+    fs::remove(part, ignored);
+    fail(name, cause);
   }
-  fs::rename(part, path_ / name);
+  rename_part(name);
 }
 
 void ResultFolder::append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace,
                           const std::vector<ChainRecord>& counted_chains) {
   write_jobs_csv(jobs_, set, trace);
+  if (!jobs_.flush()) fail("jobs.csv.part", errno);
   Trace counted;
   counted.executor = trace.executor;
   counted.repetition = trace.repetition;
   counted.chains = counted_chains;
   write_chains_csv(chains_, chain_names, counted);
-  jobs_.flush();
-  chains_.flush();
-  check(jobs_, "jobs.csv.part");
-  check(chains_, "chains.csv.part");
+  if (!chains_.flush()) fail("chains.csv.part", errno);
 }
 
 void ResultFolder::finish() {
-  for (auto* stream : {&jobs_, &chains_}) stream->close();
-  check(jobs_, "jobs.csv.part");
-  check(chains_, "chains.csv.part");
-  fs::rename(path_ / "jobs.csv.part", path_ / "jobs.csv");
-  fs::rename(path_ / "chains.csv.part", path_ / "chains.csv");
+  jobs_.close();
+  if (!jobs_) fail("jobs.csv.part", errno);
+  chains_.close();
+  if (!chains_) fail("chains.csv.part", errno);
+  rename_part("jobs.csv");
+  rename_part("chains.csv");
 }
 
-void ResultFolder::check(std::ofstream& stream, const char* name) const {
-  if (stream) return;
-  const int cause = errno;
+void ResultFolder::rename_part(const std::string& name) const {
+  std::error_code error;
+  fs::rename(path_ / (name + ".part"), path_ / name, error);
+  if (error) fail(name, error.value());
+}
+
+void ResultFolder::fail(const std::string& name, int cause) const {
   throw RunError("cannot write " + (path_ / name).string() + " (" + std::strerror(cause) +
                  "); what was written before is kept, but the run is not complete");
 }

@@ -20,6 +20,7 @@ struct RunOptions {
   double duration_s = 30, warm_up_s = 2;
   std::uint32_t repetitions = 1;
   std::uint64_t seed = 1;
+  double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
   std::optional<double> load_percent;
   std::optional<WorkMode> work;
   Phases phases = Phases::creation;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_process.hpp"
 
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -89,7 +88,7 @@ class Process {
     options.fastdds = plan_.fastdds;
     options.calibration = plan_.calibration;
     LiveSystem system(*plan_.graph, tasks, options, own);
-    system.wait_until_matched(now() + plan_.discovery_limit);
+    system.wait_until_matched(now() + plan_.time_out);
     tell(ChannelMessage::Kind::matched);
 
     const ChannelMessage begin = expect(ChannelMessage::Kind::begin);
@@ -150,10 +149,10 @@ class Process {
 int run_process(const RepetitionPlan& plan, std::uint32_t process,
                 const std::vector<std::uint32_t>& process_of_node, std::deque<RunMemory>& memories,
                 const Channel& coordinator) {
-  // The coordinator answers for the terminal's signals; if it is killed, so are we.
+  // The coordinator answers for the terminal's signals. If it is killed, its channel closes and we end in
+  // order, so that Fast DDS removes its files.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
 
   const Process life(plan, coordinator);
   try {

@@ -83,7 +83,9 @@ TEST(JobsCsv, RoundTripKeepsEveryRecordOfEveryExecutor) {
         ASSERT_EQ(a.start, b.start);
         ASSERT_EQ(a.worker, b.worker);
       }
-      if (a.outcome == Outcome::ran) ASSERT_EQ(a.finish, b.finish);
+      if (a.outcome == Outcome::ran) {
+        ASSERT_EQ(a.finish, b.finish);
+      }
     }
     EXPECT_EQ(written(set, back[0]), written(set, trace));
   }

@@ -18,22 +18,20 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
 }
 
 Decision EventsScheduler::next_event() {
-  Decision decision;
-  if (events_->empty()) return decision;
+  if (events_->empty()) return {};
   Job job = events_->pop();
   if (set_[job.task].kind == TaskKind::subscription) {
-    // The event stands for any sample: it takes what there is, at the moment it runs.
+    // The event stands for any sample: it takes what there is, at the moment it runs. After an overwriting
+    // that may be a younger sample than the one that brought the event.
     const Time release = job.release;
     if (unread_.count(job.task) > 0) {
       job = unread_.take(job.task);
-      // After an overwriting this may be a younger sample than the one that brought the event.
       job.release = std::max(release, job.timestamp);
     } else {
       job.empty = true;
     }
   }
-  decision.job = job;
-  return decision;
+  return {job, kNever, {}};
 }
 
 void EventsScheduler::unfinished(Time now, const Visitor& visit) const {
@@ -64,20 +62,13 @@ Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
 
 Decision ReleaseOnlyScheduler::decide(Worker worker, Time) {
   if (worker == kExecutor) return next_event();
-  Decision decision;
-  decision.wake_at = timers_.next_call();
-  return decision;
+  return {std::nullopt, timers_.next_call(), {}};
 }
 
 Decision ReleaseAndExecuteScheduler::decide(Worker worker, Time now) {
   if (worker == kExecutor) return next_event();
-  Decision decision;
-  if (timers_.due(now)) {
-    decision.job = timers_.call_head(now);
-  } else {
-    decision.wake_at = timers_.next_call();
-  }
-  return decision;
+  if (timers_.due(now)) return {timers_.call_head(now), kNever, {}};
+  return {std::nullopt, timers_.next_call(), {}};
 }
 
 Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
@@ -92,13 +83,8 @@ Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
 
 Decision TimerReadyQueueScheduler::decide(Worker worker, Time) {
   if (worker == kExecutor) return next_event();
-  Decision decision;
-  if (timer_ready_->empty()) {
-    decision.wake_at = timers_.next_call();
-  } else {
-    decision.job = timer_ready_->pop();
-  }
-  return decision;
+  if (timer_ready_->empty()) return {std::nullopt, timers_.next_call(), {}};
+  return {timer_ready_->pop(), kNever, {}};
 }
 
 void TimerReadyQueueScheduler::unfinished(Time now, const Visitor& visit) const {

@@ -99,17 +99,18 @@ class Simulation {
     while (!done.empty()) finish_job(done.pop_first());
   }
 
-  /// Everything that workers do at this instant. Each step may wake workers, so the search begins anew.
+  /// Everything that workers do at this instant: in rounds, so that after the release of one timer the worker
+  /// that it woke decides before the next one is released, if it has a core.
   void take_steps() {
     workers_.rotate_expired(now_);
-    for (std::size_t i = 0; i < workers_.on_core();) {
-      const Worker w = workers_.running(i);
-      if (workers_[w].until > now_) {
-        ++i;
-        continue;
+    for (bool stepped = true; stepped;) {
+      stepped = false;
+      for (std::size_t i = 0; i < workers_.on_core(); ++i) {
+        const Worker w = workers_.running(i);
+        if (workers_[w].until > now_) continue;
+        step(w);
+        stepped = true;
       }
-      step(w);
-      i = 0;
     }
   }
 

@@ -27,8 +27,7 @@ struct RepetitionPlan {
   std::optional<ThreadPolicy> executor_policy, timer_policy;  ///< Asked for; otherwise the executor's defaults.
 
   Duration length{};  ///< From the epoch to the end, warm-up included.
-  Duration discovery_limit = std::chrono::seconds(20);
-  Duration overtime_limit = std::chrono::seconds(20);  ///< After the end, before a process counts as hung.
+  Duration time_out = std::chrono::seconds(20);  ///< For set-up, and for answers after the end.
   Calibration calibration;
 };
 
@@ -37,7 +36,8 @@ struct RepetitionResult {
   std::vector<std::string> policies;  ///< Scheduling class obtained by each worker's thread: `timer_mgmt fifo:90`.
   std::string failure;                ///< One sentence; empty: none.
   bool setup_failed = false;          ///< No repetition with this plan can succeed.
-  bool interrupted = false;           ///< Ended early on request; what was measured is whole up to then.
+  bool interrupted = false;           ///< Ended early on request.
+  bool measured = false;              ///< Nothing failed, and what was recorded is whole up to its end.
   std::vector<std::string> warnings;
 };
 

@@ -31,7 +31,8 @@ class ResultFolder {
   void finish();
 
  private:
-  void check(std::ofstream& stream, const char* name) const;
+  void rename_part(const std::string& name) const;
+  [[noreturn]] void fail(const std::string& name, int cause) const;
 
   const std::filesystem::path path_;
   std::ofstream jobs_, chains_;

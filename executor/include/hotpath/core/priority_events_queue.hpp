@@ -11,7 +11,11 @@ namespace hotpath {
 /// push and a pop, unbounded. Serves as events queue and as timer ready queue.
 class PriorityEventsQueue final : public EventsQueue {
  public:
-  explicit PriorityEventsQueue(PriorityOrder order) : order_(std::move(order)) { heap_.reserve(64); }
+  explicit PriorityEventsQueue(PriorityOrder order) : order_(std::move(order)) {
+    heap_.reserve(kReserved);
+    slots_.reserve(kReserved);
+    free_.reserve(kReserved);
+  }
   void push(const Job& job) override;
   Job pop() override;
   bool empty() const override { return heap_.empty(); }
@@ -24,6 +28,7 @@ class PriorityEventsQueue final : public EventsQueue {
     PriorityKey key;
     std::uint32_t slot;
   };
+  static constexpr std::size_t kReserved = 64;  ///< Jobs before the first allocation.
   PriorityOrder order_;
   std::vector<Entry> heap_;
   std::vector<Job> slots_;

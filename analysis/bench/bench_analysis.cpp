@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Time of each analysis for one task set against its number of tasks, and of the whole experiments.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+
+#include "hotpath/analysis/bedarkar_2022.hpp"
+#include "hotpath/analysis/brueggen_2015.hpp"
+#include "hotpath/analysis/davis_2007.hpp"
+#include "hotpath/analysis/george_1996.hpp"
+#include "hotpath/analysis/nasri_2017.hpp"
+#include "hotpath/analysis/spuri_1996.hpp"
+#include "hotpath/analysis/teper_2024.hpp"
+#include "hotpath/analysis/waters_experiment.hpp"
+#include "hotpath/analysis/wcrt_table.hpp"
+
+namespace hotpath {
+namespace {
+
+/// `n` tasks with the periods and relative execution times of WATERS and a utilisation of about 0.8.
+PeriodicTasks tasks_of_size(std::size_t n) {
+  RandomStream random(1, {n});
+  PeriodicTasks tasks;
+  while (tasks.size() < n) {
+    const PeriodicTasks more = waters_task_set(0.8, random);
+    tasks.insert(tasks.end(), more.begin(), more.end());
+  }
+  random.shuffle(std::span(tasks));
+  tasks.resize(n);
+  double u = 0;
+  for (const PeriodicTask& t : tasks) u += static_cast<double>(t.wcet) / static_cast<double>(t.period);
+  for (PeriodicTask& t : tasks) {
+    t.wcet = std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(t.wcet) * 0.8 / u));
+  }
+  std::stable_sort(tasks.begin(), tasks.end(),
+                   [](const PeriodicTask& a, const PeriodicTask& b) { return a.period < b.period; });
+  return tasks;
+}
+
+template <typename Method>
+void per_task_set(benchmark::State& state, Method method) {
+  const PeriodicTasks tasks = tasks_of_size(static_cast<std::size_t>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(method(tasks));
+  state.SetComplexityN(state.range(0));
+}
+
+#define HOTPATH_PER_TASK_SET(name, method) \
+  BENCHMARK_CAPTURE(per_task_set, name, method)->RangeMultiplier(10)->Range(10, 1000)->Unit(benchmark::kMicrosecond)
+HOTPATH_PER_TASK_SET(brueggen_2015, brueggen_2015);
+HOTPATH_PER_TASK_SET(davis_2007, [](const PeriodicTasks& t) { return davis_2007(t); });
+HOTPATH_PER_TASK_SET(george_1996, [](const PeriodicTasks& t) { return george_1996(t); });
+HOTPATH_PER_TASK_SET(bedarkar_2022, bedarkar_2022);
+HOTPATH_PER_TASK_SET(teper_2024_timers, teper_2024_timers);
+BENCHMARK_CAPTURE(per_task_set, spuri_1996, [](const PeriodicTasks& t) { return spuri_1996(t); })
+    ->RangeMultiplier(10)
+    ->Range(10, 100)
+    ->Unit(benchmark::kMillisecond);
+
+/// One hyperperiod of the paper's timers-only set, execution times in [0, C + Delta].
+void schedule_abstraction(benchmark::State& state) {
+  PeriodicTasks tasks = paper_timers_only(static_cast<int>(state.range(0)));
+  for (PeriodicTask& t : tasks) t.wcet += 833'000;
+  const auto policy = static_cast<SagPolicy>(state.range(1));
+  for (auto _ : state) benchmark::DoNotOptimize(nasri_2017(sag_jobs(tasks, policy)).states);
+}
+BENCHMARK(schedule_abstraction)
+    ->ArgsProduct({{60, 80, 90}, {0, 1}})
+    ->ArgNames({"utilisation", "edf"})
+    ->Unit(benchmark::kMillisecond);
+
+/// Section VII-B: 3 x 1000 task sets with all chains; argument: 0 the paper's method, 1 all methods.
+void waters(benchmark::State& state) {
+  WatersOptions options;
+  if (state.range(0) == 1) {
+    options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare, WatersMethod::davis_duerr,
+                       WatersMethod::davis_kloda, WatersMethod::davis_guenzel};
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(run_waters(options).rows.size());
+}
+BENCHMARK(waters)->Arg(0)->Arg(1)->ArgName("all_methods")->Unit(benchmark::kSecond)->UseRealTime();
+
+/// Random sets, Theorem 1 against exact NP-FP: the property of the tests at any scale (--benchmark_min_time).
+void theorem_1_bounds_exact_np_fp(benchmark::State& state) {
+  std::uint64_t set = 0;
+  for (auto _ : state) {
+    RandomStream random(7, {set++});
+    const PeriodicTasks tasks = waters_task_set(0.9, random);
+    const ResponseTimes sufficient = brueggen_2015(tasks), exact_times = davis_2007(tasks);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      if (sufficient[k] && *exact_times[k] > *sufficient[k]) state.SkipWithError("Theorem 1 below exact NP-FP");
+    }
+  }
+  state.SetItemsProcessed(static_cast<std::int64_t>(set));
+}
+BENCHMARK(theorem_1_bounds_exact_np_fp)->Iterations(10'000)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace hotpath

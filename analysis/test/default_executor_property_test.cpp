@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// The default executor's bounds against the default executor itself: hotpath's wait set scheduler in virtual time.
+#include <gtest/gtest.h>
+
+#include "hotpath/analysis/teper_2022.hpp"
+#include "hotpath/analysis/teper_2024.hpp"
+#include "hotpath/core/wait_set_scheduler.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath {
+namespace {
+
+struct Ran {
+  std::int64_t timestamp = 0, start = 0, finish = 0;
+};
+
+/// Every job of each task, in order of start, until `end`; execution times drawn from [bcet, wcet].
+std::vector<std::vector<Ran>> run_default_executor(const TaskSet& set, std::int64_t end, RandomStream& random) {
+  WaitSetScheduler scheduler(set, 1);
+  scheduler.begin(from_ns(0));
+  std::vector<std::vector<Ran>> ran(set.size());
+  std::vector<std::uint64_t> sequence(set.size(), 0);
+  for (Time now = from_ns(0); to_ns(now) < end;) {
+    const Turn turn = take_turn(scheduler, 0, now);
+    if (!turn.decision.job) {
+      now = turn.decision.wake_at;
+      continue;
+    }
+    const Job job = *turn.decision.job;
+    const Task& task = set[job.task];
+    const std::int64_t spread = (task.wcet - task.bcet).count();
+    const bool longest = random.below(2) == 0;
+    const std::int64_t saved = longest ? 0 : static_cast<std::int64_t>(random.below(spread + 1));
+    const Time finish = now + task.wcet - Duration(saved);
+    ran[job.task].push_back({to_ns(job.timestamp), to_ns(now), to_ns(finish)});
+    now = finish;
+    for (const TaskId next : task.feeds) {
+      scheduler.sample_arrived(next, {.published = now, .deadline = job.deadline, .parent = job.ref()}, now);
+    }
+    scheduler.finished(0, job, now);
+  }
+  return ran;
+}
+
+/// Random timers, some of which start sequences of subscriptions; creation order is random.
+TaskSet random_set(RandomStream& random, bool subscriptions) {
+  RandomSet what;
+  what.max_tasks = 5;
+  what.phases = true;
+  what.shorter_runs = true;
+  what.max_wcet_share = random.below(2) == 0 ? 0.3 : 0.9;
+  PeriodicTasks tasks = random_tasks(random, what);
+  random.shuffle(std::span(tasks));
+  TaskSet set;
+  for (const PeriodicTask& p : tasks) {
+    Task t;
+    t.name = "t" + std::to_string(set.size());
+    t.period = t.deadline = Duration(p.period);
+    t.wcet = Duration(p.wcet);
+    t.bcet = Duration(p.bcet);
+    t.phase = Duration(p.phase);
+    set.tasks.push_back(t);
+    for (std::size_t n = subscriptions ? random.below(4) : 0; n > 0; --n) {
+      Task s;
+      s.name = "s" + std::to_string(set.size());
+      s.kind = TaskKind::subscription;
+      s.wcet = Duration(1 + random.below(5));
+      s.bcet = Duration(random.below(2));
+      set.tasks.back().feeds = {set.size()};
+      set.tasks.push_back(s);
+    }
+  }
+  return set;
+}
+
+std::string as_text(const TaskSet& set) {
+  std::string text = "\n";
+  for (const Task& t : set.tasks) {
+    text += t.name + ": period " + std::to_string(t.period.count()) + ", phase " + std::to_string(t.phase.count()) +
+            ", execution time " + std::to_string(t.bcet.count()) + " to " + std::to_string(t.wcet.count());
+    for (const TaskId next : t.feeds) text += ", feeds " + set[next].name;
+    text += '\n';
+  }
+  return text;
+}
+
+/// Largest time from right after the start of a job of the first task to the finish of the first output that knows of
+/// it.
+std::int64_t largest_reaction(const std::vector<std::vector<Ran>>& ran, const std::vector<TaskId>& chain) {
+  std::int64_t largest = 0;
+  const auto& first = ran[chain.front()];
+  for (std::size_t j = 0; j + 1 < first.size(); ++j) {
+    std::int64_t finish = first[j + 1].finish;
+    bool arrived = true;
+    for (std::size_t i = 1; i < chain.size() && arrived; ++i) {
+      const auto& list = ran[chain[i]];
+      const auto reader = std::find_if(list.begin(), list.end(), [&](const Ran& r) { return r.start >= finish; });
+      arrived = reader != list.end();
+      if (arrived) finish = reader->finish;
+    }
+    if (arrived) largest = std::max(largest, finish - first[j].start);
+  }
+  return largest;
+}
+
+/// Random walk: behind a task that feeds one comes that subscription, else any timer.
+std::vector<TaskId> random_chain(const TaskSet& set, RandomStream& random) {
+  const auto any_timer = [&] {
+    TaskId id = static_cast<TaskId>(random.below(set.size()));
+    while (set[id].kind != TaskKind::timer) id = (id + 1) % set.size();
+    return id;
+  };
+  std::vector<TaskId> chain = {any_timer()};
+  for (std::size_t n = random.below(5); n > 0; --n) {
+    const Task& last = set[chain.back()];
+    chain.push_back(last.feeds.empty() ? any_timer() : last.feeds[0]);
+  }
+  return chain;
+}
+
+constexpr int kSets = 2000;
+constexpr std::int64_t kEnd = 1500;
+
+TEST(Teper2024, BoundsResponseTimesOfTheWaitSetScheduler) {
+  RandomStream random(41, {0});
+  for (int s = 0; s < kSets; ++s) {
+    const TaskSet set = random_set(random, true);
+    const auto ran = run_default_executor(set, kEnd, random);
+    const ExecutorCallbacks callbacks = executor_callbacks(set);
+    const std::vector<std::int64_t> bounds = teper_2024_response_times(callbacks);
+    for (std::size_t i = 0; i < callbacks.size(); ++i) {
+      for (const Ran& r : ran[callbacks[i].id]) {
+        ASSERT_LE(r.finish - r.timestamp, bounds[i]) << callbacks[i].name << " started at " << r.start << as_text(set);
+      }
+    }
+  }
+}
+
+TEST(Teper2024, BoundsReactionTimesOfTheWaitSetSchedulerAndIsWithinTeper2022) {
+  RandomStream random(42, {0});
+  for (int s = 0; s < kSets; ++s) {
+    const TaskSet set = random_set(random, s % 2 == 0);
+    const auto ran = run_default_executor(set, kEnd, random);
+    const ExecutorCallbacks callbacks = executor_callbacks(set);
+    std::vector<std::size_t> position(set.size());
+    std::int64_t total = 0;
+    for (std::size_t i = 0; i < callbacks.size(); ++i) {
+      position[callbacks[i].id] = i;
+      total += callbacks[i].wcet;
+    }
+    for (int c = 0; c < 3; ++c) {
+      const std::vector<TaskId> ids = random_chain(set, random);
+      TaskChain chain;
+      std::vector<Rtss2022Element> elements;
+      std::string names = "chain";
+      for (const TaskId id : ids) {
+        chain.push_back(position[id]);
+        names += " " + set[id].name;
+        if (set[id].kind == TaskKind::timer) {
+          elements.push_back({Rtss2022Element::Kind::timer, set[id].period.count(), set[id].wcet.count(), 0});
+        } else {
+          elements.push_back({});
+        }
+      }
+      const std::int64_t bound = teper_2024(callbacks, chain);
+      ASSERT_GE(bound, largest_reaction(ran, ids)) << names << as_text(set);
+      ASSERT_GE(teper_2022(total, elements), bound) << names << as_text(set);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hotpath

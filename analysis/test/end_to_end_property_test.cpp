@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// End-to-end bounds against each other and against reaction times and data ages read off simulated schedules.
+#include <gtest/gtest.h>
+
+#include "hotpath/analysis/davare_2007.hpp"
+#include "hotpath/analysis/davis_2007.hpp"
+#include "hotpath/analysis/duerr_2019.hpp"
+#include "hotpath/analysis/guenzel_2023.hpp"
+#include "hotpath/analysis/kloda_2018.hpp"
+#include "hotpath/analysis/spuri_1996.hpp"
+#include "reference_simulation.hpp"
+
+namespace hotpath {
+namespace {
+
+/// The jobs of each task in order of their releases.
+std::vector<std::vector<SimulatedJob>> by_task(const std::vector<SimulatedJob>& jobs, std::size_t tasks) {
+  std::vector<std::vector<SimulatedJob>> lists(tasks);
+  for (const SimulatedJob& j : jobs) lists[j.task].push_back(j);
+  return lists;
+}
+
+struct Latency {
+  std::int64_t reaction = 0, age = 0, reduced_age = 0;
+};
+
+/// Jobs read at their start and write at their finish. An event right after a read is processed by the next job of the
+/// first task, and from there by the first job of each task that starts at or after the finish before it. Data age
+/// lasts until the next output. Only what begins at `from` or later counts.
+Latency measure(const std::vector<std::vector<SimulatedJob>>& jobs, const TaskChain& chain, std::int64_t from) {
+  Latency latency;
+  const auto& first = jobs[chain.front()];
+  for (std::size_t j = 0; j + 1 < first.size(); ++j) {
+    if (first[j].nominal < from) continue;
+    std::int64_t finish = first[j + 1].finish;
+    bool arrived = true;
+    for (std::size_t i = 1; i < chain.size() && arrived; ++i) {
+      const auto& list = jobs[chain[i]];
+      const auto reader =
+          std::find_if(list.begin(), list.end(), [&](const SimulatedJob& r) { return r.start >= finish; });
+      arrived = reader != list.end();
+      if (arrived) finish = reader->finish;
+    }
+    if (arrived) latency.reaction = std::max(latency.reaction, finish - first[j].start);
+  }
+  const auto& last = jobs[chain.back()];
+  for (std::size_t j = 0; j + 1 < last.size(); ++j) {
+    const SimulatedJob* reader = &last[j];
+    for (std::size_t i = chain.size() - 1; i > 0 && reader; --i) {
+      const SimulatedJob* writer = nullptr;
+      for (const SimulatedJob& w : jobs[chain[i - 1]]) {
+        if (w.finish <= reader->start) writer = &w;
+      }
+      reader = writer;
+    }
+    if (!reader || reader->nominal < from) continue;
+    latency.reduced_age = std::max(latency.reduced_age, last[j].finish - reader->start);
+    latency.age = std::max(latency.age, last[j + 1].finish - reader->start);
+  }
+  return latency;
+}
+
+TaskChain random_chain(RandomStream& random, std::size_t tasks) {
+  TaskChain chain;
+  for (std::size_t n = 1 + random.below(4); n > 0; --n) chain.push_back(random.below(tasks));
+  return chain;
+}
+
+void check_set(const PeriodicTasks& tasks, const ResponseTimes& bounds, Priorities priorities, Rule rule,
+               RandomStream& random) {
+  auto run = draw_jobs(tasks, 3 * hyperperiod(tasks, "test", "test"), random);
+  simulate(run, rule);
+  const auto jobs = by_task(run, tasks.size());
+  std::int64_t latest_phase = 0;
+  for (const PeriodicTask& t : tasks) latest_phase = std::max(latest_phase, t.phase);
+  for (int c = 0; c < 3; ++c) {
+    const TaskChain chain = random_chain(random, tasks.size());
+    const std::string where = as_graph(tasks) + as_text(chain);
+    const std::int64_t davare = davare_2007(tasks, bounds, chain);
+    const std::int64_t duerr = duerr_2019_reaction_time(tasks, bounds, chain, priorities);
+    const std::int64_t guenzel = guenzel_2023(tasks, bounds, chain, priorities);
+    const Latency latency = measure(jobs, chain, latest_phase);
+    ASSERT_GE(davare, duerr) << where;
+    ASSERT_GE(duerr, guenzel) << where;
+    ASSERT_GE(guenzel, latency.reaction) << where;
+    ASSERT_GE(guenzel, latency.age) << where;
+    ASSERT_GE(duerr_2019_data_age(tasks, bounds, chain, priorities), latency.age) << where;
+    ASSERT_GE(duerr_2019_reduced_data_age(tasks, bounds, chain, priorities), latency.reduced_age) << where;
+    if (latest_phase == 0) {
+      ASSERT_GE(kloda_2018(tasks, bounds, chain, priorities), latency.reaction) << where;
+    }
+  }
+}
+
+RandomSet small_set(RandomStream& random) {
+  RandomSet what;
+  what.max_tasks = 4;
+  what.periods = {4, 5, 8, 10, 20};
+  what.phases = random.below(2) == 0;
+  what.shorter_runs = random.below(2) == 0;
+  return what;
+}
+
+TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpFp) {
+  RandomStream random(21, {0});
+  int compared = 0;
+  for (int set = 0; set < 3000; ++set) {
+    const PeriodicTasks tasks = random_tasks(random, small_set(random));
+    const ResponseTimes bounds = davis_2007(tasks, TimeModel::discrete);
+    if (!schedulable(tasks, bounds)) continue;
+    ++compared;
+    check_set(tasks, bounds, Priorities::fixed, Rule::fixed_priority, random);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(compared, 300);
+}
+
+TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpEdf) {
+  RandomStream random(22, {0});
+  int compared = 0;
+  for (int set = 0; set < 3000; ++set) {
+    const PeriodicTasks tasks = random_tasks(random, small_set(random));
+    if (utilisation(tasks) > 0.999) continue;
+    const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
+    if (!schedulable(tasks, bounds)) continue;
+    ++compared;
+    check_set(tasks, bounds, Priorities::dynamic, Rule::edf, random);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(compared, 300);
+}
+
+TEST(EndToEnd, JitterKeepsTheBoundsSafe) {
+  RandomStream random(23, {0});
+  int compared = 0;
+  for (int set = 0; set < 3000; ++set) {
+    RandomSet what = small_set(random);
+    what.jitter = true;
+    const PeriodicTasks tasks = random_tasks(random, what);
+    const ResponseTimes bounds = davis_2007(tasks, TimeModel::discrete);
+    if (!schedulable(tasks, bounds)) continue;
+    ++compared;
+    check_set(tasks, bounds, Priorities::fixed, Rule::fixed_priority, random);
+    if (HasFatalFailure()) return;
+  }
+  EXPECT_GT(compared, 200);
+}
+
+}  // namespace
+}  // namespace hotpath

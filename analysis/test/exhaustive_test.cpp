@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every reachable schedule of small sporadic sets in integer time: the exact analyses must be exact.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <unordered_set>
+
+#include "hotpath/analysis/bedarkar_2022.hpp"
+#include "hotpath/analysis/davis_2007.hpp"
+#include "hotpath/analysis/george_1996.hpp"
+#include "hotpath/analysis/spuri_1996.hpp"
+#include "reference_simulation.hpp"
+
+namespace hotpath {
+namespace {
+
+constexpr std::size_t kMost = 3;
+
+/// Sporadic non-preemptive scheduling as a finite automaton, one step a time unit. At each instant any task whose last
+/// release is at least T ago may release a job; a free processor then starts the first job by the rule, ties either way,
+/// for any execution time in [1, C].
+class Automaton {
+ public:
+  Automaton(const PeriodicTasks& tasks, Rule rule) : tasks_(tasks), rule_(rule) {}
+
+  /// Whether no job finishes later than `limit` of its task after its release; then `largest` are the largest response
+  /// times.
+  bool explore(const std::vector<std::int64_t>& limit, std::vector<std::int64_t>& largest) {
+    largest.assign(tasks_.size(), 0);
+    std::unordered_set<std::uint64_t> seen;
+    std::vector<State> open{State{}};
+    seen.insert(open.back().packed());
+    while (!open.empty()) {
+      const State state = open.back();
+      open.pop_back();
+      for (unsigned released = 0; released < 1U << tasks_.size(); ++released) {
+        State s = state;
+        if (!release(s, released)) continue;
+        for (State next : starts(s)) {
+          if (!pass(next, limit, largest)) return false;
+          if (seen.insert(next.packed()).second) open.push_back(next);
+        }
+      }
+    }
+    return true;
+  }
+
+ private:
+  struct Slot {
+    std::int8_t wait = 0;  // until the next release is allowed
+    std::int8_t age = -1;  // of the unfinished job; -1: none
+  };
+  struct State {
+    std::array<Slot, kMost> slot;
+    std::int8_t running = -1, left = 0;
+    std::uint64_t packed() const {
+      std::uint64_t bits = static_cast<std::uint64_t>(running + 1) << 6 | static_cast<std::uint64_t>(left);
+      for (const Slot& s : slot) {
+        bits = bits << 14 | static_cast<std::uint64_t>(s.wait) << 7 | static_cast<std::uint64_t>(s.age + 1);
+      }
+      return bits;
+    }
+  };
+
+  bool release(State& s, unsigned which) const {
+    for (std::size_t i = 0; i < tasks_.size(); ++i) {
+      if (!((which >> i) & 1U)) continue;
+      if (s.slot[i].wait > 0 || s.slot[i].age >= 0) return false;
+      s.slot[i] = {static_cast<std::int8_t>(tasks_[i].period), 0};
+    }
+    return true;
+  }
+
+  std::int64_t urgency(const State& s, std::size_t i) const {
+    switch (rule_) {
+      case Rule::fixed_priority: return static_cast<std::int64_t>(i);
+      case Rule::edf: return tasks_[i].deadline - s.slot[i].age;
+      case Rule::fifo: break;
+    }
+    return -s.slot[i].age;
+  }
+
+  std::vector<State> starts(const State& s) const {
+    if (s.running >= 0) return {s};
+    std::int64_t first = std::numeric_limits<std::int64_t>::max();
+    for (std::size_t i = 0; i < tasks_.size(); ++i) {
+      if (s.slot[i].age >= 0) first = std::min(first, urgency(s, i));
+    }
+    std::vector<State> started;
+    for (std::size_t i = 0; i < tasks_.size(); ++i) {
+      if (s.slot[i].age < 0 || urgency(s, i) != first) continue;
+      for (std::int64_t c = 1; c <= tasks_[i].wcet; ++c) {
+        started.push_back(s);
+        started.back().running = static_cast<std::int8_t>(i);
+        started.back().left = static_cast<std::int8_t>(c);
+      }
+    }
+    if (started.empty()) started.push_back(s);
+    return started;
+  }
+
+  /// One time unit; false when a job is late.
+  bool pass(State& s, const std::vector<std::int64_t>& limit, std::vector<std::int64_t>& largest) const {
+    for (std::size_t i = 0; i < tasks_.size(); ++i) {
+      if (s.slot[i].wait > 0) --s.slot[i].wait;
+      if (s.slot[i].age >= 0) ++s.slot[i].age;
+    }
+    if (s.running >= 0 && --s.left == 0) {
+      Slot& done = s.slot[static_cast<std::size_t>(s.running)];
+      std::int64_t& most = largest[static_cast<std::size_t>(s.running)];
+      most = std::max<std::int64_t>(most, done.age);
+      if (done.age > limit[static_cast<std::size_t>(s.running)]) return false;
+      done.age = -1;
+      s.running = -1;
+    }
+    for (std::size_t i = 0; i < tasks_.size(); ++i) {
+      if (s.slot[i].age >= limit[i]) return false;  // unfinished at its limit
+    }
+    return true;
+  }
+
+  const PeriodicTasks& tasks_;
+  Rule rule_;
+};
+
+std::vector<std::int64_t> deadlines(const PeriodicTasks& tasks) {
+  std::vector<std::int64_t> d;
+  for (const PeriodicTask& t : tasks) d.push_back(t.deadline);
+  return d;
+}
+
+RandomSet tiny(RandomStream& random) {
+  RandomSet what;
+  what.max_tasks = kMost;
+  what.periods = {2, 3, 4, 5, 6, 7};
+  what.max_wcet_share = 0.6;
+  what.constrained = random.below(2) == 0;
+  return what;
+}
+
+constexpr int kSets = 400;
+
+TEST(Exhaustive, DavisIsExactForSporadicNonPreemptiveFp) {
+  RandomStream random(31, {0});
+  int passed = 0;
+  for (int set = 0; set < kSets; ++set) {
+    const PeriodicTasks tasks = random_tasks(random, tiny(random));
+    const ResponseTimes bounds = davis_2007(tasks, TimeModel::discrete);
+    std::vector<std::int64_t> largest;
+    const bool in_time = Automaton(tasks, Rule::fixed_priority).explore(deadlines(tasks), largest);
+    ASSERT_EQ(schedulable(tasks, bounds), in_time) << as_graph(tasks);
+    if (!in_time) continue;
+    ++passed;
+    for (std::size_t k = 0; k < tasks.size(); ++k) ASSERT_EQ(*bounds[k], largest[k]) << "task " << k << as_graph(tasks);
+  }
+  EXPECT_GT(passed, kSets / 10);
+  EXPECT_LT(passed, kSets * 9 / 10);
+}
+
+TEST(Exhaustive, Theorem2AndWcrtAreExactForSporadicNonPreemptiveEdf) {
+  RandomStream random(32, {0});
+  int passed = 0;
+  for (int set = 0; set < kSets; ++set) {
+    const PeriodicTasks tasks = random_tasks(random, tiny(random));
+    std::vector<std::int64_t> largest;
+    const bool in_time = Automaton(tasks, Rule::edf).explore(deadlines(tasks), largest);
+    ASSERT_EQ(george_1996(tasks, TimeModel::discrete).schedulable, in_time) << as_graph(tasks);
+    if (!in_time) continue;
+    ++passed;
+    const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
+    for (std::size_t k = 0; k < tasks.size(); ++k) ASSERT_EQ(*bounds[k], largest[k]) << "task " << k << as_graph(tasks);
+  }
+  EXPECT_GT(passed, kSets / 10);
+  EXPECT_LT(passed, kSets * 9 / 10);
+}
+
+TEST(Exhaustive, FifoBoundIsReached) {
+  RandomStream random(33, {0});
+  int compared = 0;
+  for (int set = 0; set < kSets; ++set) {
+    const PeriodicTasks tasks = random_tasks(random, tiny(random));
+    if (utilisation(tasks) > 0.999) continue;
+    const std::int64_t bound = bedarkar_2022(tasks);
+    if (bound > tasks.front().period) continue;  // the automaton holds one job of each task
+    ++compared;
+    std::vector<std::int64_t> largest;
+    ASSERT_TRUE(Automaton(tasks, Rule::fifo).explore(std::vector<std::int64_t>(tasks.size(), bound), largest))
+        << as_graph(tasks);
+    ASSERT_EQ(*std::max_element(largest.begin(), largest.end()), bound) << as_graph(tasks);
+  }
+  EXPECT_GT(compared, kSets / 20);
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// A deliberately simple simulation of one processor without overhead, which shares no code with schedulers or analyses.
+#pragma once
+
+#include <tuple>
+
+#include "task_sets.hpp"
+
+namespace hotpath {
+
+enum class Rule : std::uint8_t { fixed_priority, edf, fifo };
+
+struct SimulatedJob {
+  std::size_t task = 0;
+  std::int64_t nominal = 0;             ///< Nominal release.
+  std::int64_t ready = 0;               ///< When it (or its next segment) can start.
+  std::int64_t deadline = 0;            ///< Absolute.
+  std::vector<std::int64_t> runs = {};  ///< Execution times of its segments.
+  std::vector<std::int64_t> gaps = {};  ///< Delays between segments; empty: none.
+  std::uint64_t tie = 0;
+  std::size_t done = 0;  ///< Segments.
+  std::int64_t start = -1, finish = -1;
+};
+
+/// Runs all jobs: whenever the processor is free, the first ready one by `rule` runs its next segment to the end.
+inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
+  const auto key = [&](const SimulatedJob& j) {
+    const auto task = static_cast<std::int64_t>(j.task);
+    switch (rule) {
+      case Rule::fixed_priority: return std::tuple(task, j.nominal, std::uint64_t{0});
+      case Rule::edf: return std::tuple(j.deadline, task, std::uint64_t{0});
+      case Rule::fifo: break;
+    }
+    return std::tuple(j.ready, std::int64_t{0}, j.tie);
+  };
+  std::int64_t now = 0;
+  for (;;) {
+    SimulatedJob* next = nullptr;
+    std::int64_t wake = std::numeric_limits<std::int64_t>::max();
+    for (SimulatedJob& j : jobs) {
+      if (j.done == j.runs.size()) continue;
+      wake = std::min(wake, j.ready);
+      if (j.ready <= now && (!next || key(j) < key(*next))) next = &j;
+    }
+    if (!next) {
+      if (wake == std::numeric_limits<std::int64_t>::max()) return;
+      now = wake;
+      continue;
+    }
+    if (next->done == 0) next->start = now;
+    now += next->runs[next->done++];
+    next->finish = now;
+    next->ready = now + (next->done <= next->gaps.size() ? next->gaps[next->done - 1] : 0);
+  }
+}
+
+/// Jobs of periodic tasks with releases before `horizon`; execution times and release jitter drawn, the extremes often.
+inline std::vector<SimulatedJob> draw_jobs(const PeriodicTasks& tasks, std::int64_t horizon, RandomStream& random) {
+  const auto draw = [&](std::int64_t low, std::int64_t high) {
+    const std::uint64_t how = random.below(4);
+    if (how == 0) return low;
+    if (how < 3) return high;
+    return low + static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(high - low + 1)));
+  };
+  std::vector<SimulatedJob> jobs;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    for (std::int64_t r = tasks[i].phase; r < horizon; r += tasks[i].period) {
+      jobs.push_back({.task = i,
+                      .nominal = r,
+                      .ready = r + draw(0, tasks[i].jitter),
+                      .deadline = r + tasks[i].deadline,
+                      .runs = {draw(tasks[i].bcet, tasks[i].wcet)},
+                      .tie = random.below(1000)});
+    }
+  }
+  return jobs;
+}
+
+inline std::vector<std::int64_t> largest_response_times(const std::vector<SimulatedJob>& jobs, std::size_t tasks) {
+  std::vector<std::int64_t> largest(tasks, 0);
+  for (const SimulatedJob& j : jobs) largest[j.task] = std::max(largest[j.task], j.finish - j.nominal);
+  return largest;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two roads to each response time: analysis, exploration and simulation of thousands of random sets.
+#include <gtest/gtest.h>
+
+#include "hotpath/analysis/bedarkar_2022.hpp"
+#include "hotpath/analysis/brueggen_2015.hpp"
+#include "hotpath/analysis/buttazzo_2013.hpp"
+#include "hotpath/analysis/chen_2019.hpp"
+#include "hotpath/analysis/davis_2007.hpp"
+#include "hotpath/analysis/exact.hpp"
+#include "hotpath/analysis/george_1996.hpp"
+#include "hotpath/analysis/nasri_2017.hpp"
+#include "hotpath/analysis/spuri_1996.hpp"
+#include "reference_simulation.hpp"
+
+namespace hotpath {
+namespace {
+
+constexpr int kSets = 2000;
+
+RandomSet every_kind(RandomStream& random) {
+  RandomSet what;
+  what.shorter_runs = random.below(2) == 0;
+  what.constrained = random.below(2) == 0;
+  return what;
+}
+
+std::int64_t period_lcm(const PeriodicTasks& tasks) { return hyperperiod(tasks, "test", "test"); }
+
+std::vector<std::int64_t> simulated(const PeriodicTasks& tasks, Rule rule, RandomStream& random) {
+  auto jobs = draw_jobs(tasks, 2 * period_lcm(tasks), random);
+  simulate(jobs, rule);
+  return largest_response_times(jobs, tasks.size());
+}
+
+TEST(NonPreemptiveFp, Theorem1BoundsExactBoundsSagBoundsSimulation) {
+  RandomStream random(1, {0});
+  int accepted = 0;
+  for (int set = 0; set < kSets; ++set) {
+    const PeriodicTasks tasks = random_tasks(random, every_kind(random));
+    const ResponseTimes theorem1 = brueggen_2015(tasks);
+    const ResponseTimes supremum = davis_2007(tasks, TimeModel::continuous);
+    const ResponseTimes integer = davis_2007(tasks, TimeModel::discrete);
+    if (!schedulable(tasks, theorem1)) continue;
+    ++accepted;
+    const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
+    const SagResult graph = nasri_2017(jobs);
+    ASSERT_TRUE(graph.schedulable) << as_graph(tasks);
+    const ResponseTimes sag = sag_response_times(jobs, graph, tasks.size());
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      ASSERT_GE(*theorem1[k], *supremum[k]) << "task " << k << as_graph(tasks);
+      ASSERT_GE(*supremum[k], *integer[k]) << "task " << k << as_graph(tasks);
+      ASSERT_GE(*integer[k], *sag[k]) << "task " << k << as_graph(tasks);
+    }
+    for (int run = 0; run < 3; ++run) {
+      const auto largest = simulated(tasks, Rule::fixed_priority, random);
+      for (std::size_t k = 0; k < tasks.size(); ++k) {
+        ASSERT_GE(*sag[k], largest[k]) << "task " << k << as_graph(tasks);
+      }
+      PeriodicTasks phased = tasks;
+      for (PeriodicTask& t : phased) t.phase = static_cast<std::int64_t>(random.below(t.period));
+      const auto largest_phased = simulated(phased, Rule::fixed_priority, random);
+      for (std::size_t k = 0; k < tasks.size(); ++k) {
+        ASSERT_GE(*integer[k], largest_phased[k]) << "task " << k << as_graph(phased);
+      }
+    }
+  }
+  EXPECT_GT(accepted, kSets / 10);
+}
+
+TEST(NonPreemptiveFp, ExactWithJitterAndOverrunDeadlinesBoundsSagBoundsSimulation) {
+  RandomStream random(2, {0});
+  int compared = 0;
+  for (int set = 0; set < kSets; ++set) {
+    RandomSet what = every_kind(random);
+    what.jitter = true;
+    const PeriodicTasks tasks = random_tasks(random, what);
+    const ResponseTimes integer = davis_2007(tasks, TimeModel::discrete);
+    if (!integer.back()) continue;
+    ++compared;
+    const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
+    const ResponseTimes sag = sag_response_times(jobs, nasri_2017(jobs), tasks.size());
+    auto run = draw_jobs(tasks, period_lcm(tasks), random);
+    simulate(run, Rule::fixed_priority);
+    const auto largest = largest_response_times(run, tasks.size());
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      ASSERT_GE(*integer[k], *sag[k]) << "task " << k << as_graph(tasks);
+      ASSERT_GE(*sag[k], largest[k]) << "task " << k << as_graph(tasks);
+    }
+  }
+  EXPECT_GT(compared, kSets / 10);
+}
+
+TEST(TimeModel, ContinuousIsTheLimitOfEverFinerDiscreteTime) {
+  constexpr std::int64_t kFine = 1000;
+  RandomStream random(3, {0});
+  for (int set = 0; set < kSets; ++set) {
+    RandomSet what;
+    what.jitter = random.below(2) == 0;
+    const PeriodicTasks tasks = random_tasks(random, what);
+    PeriodicTasks fine = tasks;
+    for (PeriodicTask& t : fine) {
+      t.wcet *= kFine, t.bcet *= kFine, t.period *= kFine, t.deadline *= kFine, t.jitter *= kFine;
+    }
+    const ResponseTimes limit = davis_2007(tasks), near = davis_2007(fine, TimeModel::discrete);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      ASSERT_EQ(limit[k].has_value(), near[k].has_value()) << as_graph(tasks);
+      if (!limit[k]) continue;
+      const std::int64_t blocked = k + 1 < tasks.size() ? 1 : 0;
+      ASSERT_EQ(*limit[k] * kFine - blocked, *near[k]) << "task " << k << as_graph(tasks);
+    }
+    if (what.jitter || utilisation(tasks) > 1) continue;
+    const ResponseTimes edf = spuri_1996(tasks), edf_near = spuri_1996(fine, TimeModel::discrete);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      ASSERT_GE(*edf[k] * kFine, *edf_near[k]) << "task " << k << as_graph(tasks);
+      ASSERT_LE(*edf[k] * kFine - 1, *edf_near[k]) << "task " << k << as_graph(tasks);
+    }
+  }
+}
+
+TEST(NonPreemptiveEdf, WcrtBoundsSagBoundsSimulationAndDecidesAsTheDemandTest) {
+  RandomStream random(4, {0});
+  int passed = 0, failed = 0;
+  for (int set = 0; set < kSets; ++set) {
+    const PeriodicTasks tasks = random_tasks(random, every_kind(random));
+    exact::Utilisation load;
+    for (const PeriodicTask& t : tasks) load.add(t.wcet, t.period);
+    if (load.compare_to_one() > 0) continue;
+    for (const TimeModel model : {TimeModel::continuous, TimeModel::discrete}) {
+      ASSERT_EQ(george_1996(tasks, model).schedulable, schedulable(tasks, spuri_1996(tasks, model))) << as_graph(tasks);
+    }
+    const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
+    const bool accepted = schedulable(tasks, bounds);
+    ++(accepted ? passed : failed);
+    const auto jobs = sag_jobs(tasks, SagPolicy::edf);
+    const SagResult graph = nasri_2017(jobs);
+    if (accepted) {
+      ASSERT_TRUE(graph.schedulable) << as_graph(tasks);
+    }
+    const ResponseTimes sag = sag_response_times(jobs, graph, tasks.size());
+    auto run = draw_jobs(tasks, period_lcm(tasks), random);
+    simulate(run, Rule::edf);
+    const auto largest = largest_response_times(run, tasks.size());
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      ASSERT_GE(*bounds[k], *sag[k]) << "task " << k << as_graph(tasks);
+      ASSERT_GE(*sag[k], largest[k]) << "task " << k << as_graph(tasks);
+    }
+  }
+  EXPECT_GT(passed, kSets / 10);
+  EXPECT_GT(failed, kSets / 10);
+}
+
+TEST(Fifo, BoundHoldsForEveryPhase) {
+  RandomStream random(5, {0});
+  for (int set = 0; set < kSets; ++set) {
+    RandomSet what = every_kind(random);
+    what.phases = true;
+    const PeriodicTasks tasks = random_tasks(random, what);
+    if (utilisation(tasks) > 0.999) continue;
+    const std::int64_t bound = bedarkar_2022(tasks);
+    for (const std::int64_t largest : simulated(tasks, Rule::fifo, random)) ASSERT_GE(bound, largest) << as_graph(tasks);
+  }
+}
+
+/// A random set whose jobs are split into segments.
+SequenceTasks random_sequences(RandomStream& random, std::int64_t longest_delay) {
+  RandomSet what;
+  what.max_tasks = 4;
+  SequenceTasks sequences;
+  for (const PeriodicTask& t : random_tasks(random, what)) {
+    SequenceTask s{.name = "s", .segments = {}, .period = t.period, .deadline = t.deadline};
+    for (std::int64_t left = t.wcet; left > 0; left -= s.segments.back()) {
+      s.segments.push_back(1 + static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(left))));
+    }
+    if (s.segments.size() > 1) s.suspension = static_cast<std::int64_t>(random.below(longest_delay + 1));
+    sequences.push_back(std::move(s));
+  }
+  return sequences;
+}
+
+std::vector<std::int64_t> simulated(const SequenceTasks& tasks, RandomStream& random) {
+  std::vector<SimulatedJob> jobs;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    const SequenceTask& s = tasks[i];
+    for (auto r = static_cast<std::int64_t>(random.below(s.period)); r < 600; r += s.period) {
+      SimulatedJob job{.task = i, .nominal = r, .ready = r, .deadline = r + s.deadline, .runs = s.segments};
+      job.gaps.assign(s.segments.size() - 1, 0);
+      for (std::int64_t unit = 0; unit < s.suspension; ++unit) ++job.gaps[random.below(job.gaps.size())];
+      if (random.below(4) == 0) job.runs[random.below(job.runs.size())] = 0;
+      jobs.push_back(std::move(job));
+    }
+  }
+  simulate(jobs, Rule::fixed_priority);
+  return largest_response_times(jobs, tasks.size());
+}
+
+std::string as_text(const SequenceTasks& tasks) {
+  std::ostringstream out;
+  for (const SequenceTask& s : tasks) {
+    out << "\n  period " << s.period << ", suspension " << s.suspension << ", segments";
+    for (const std::int64_t c : s.segments) out << ' ' << c;
+  }
+  return out.str();
+}
+
+TEST(SectionVI, LimitedPreemptionBoundsSimulatedSequences) {
+  RandomStream random(6, {0});
+  for (int set = 0; set < kSets; ++set) {
+    const SequenceTasks tasks = random_sequences(random, 0);
+    const ResponseTimes bounds = buttazzo_2013(tasks, TimeModel::discrete);
+    const auto largest = simulated(tasks, random);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      if (bounds[k]) {
+        ASSERT_GE(*bounds[k], largest[k]) << "sequence " << k << as_text(tasks);
+      }
+    }
+  }
+}
+
+TEST(SectionVI, SelfSuspensionBoundsSimulatedSequencesWithDdsDelay) {
+  RandomStream random(7, {0});
+  int bounded = 0;
+  for (int set = 0; set < kSets; ++set) {
+    const SequenceTasks tasks = random_sequences(random, 4);
+    const ResponseTimes bounds = chen_2019(tasks);
+    const auto largest = simulated(tasks, random);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      if (!bounds[k]) continue;
+      ++bounded;
+      ASSERT_GE(*bounds[k], largest[k]) << "sequence " << k << as_text(tasks);
+    }
+  }
+  EXPECT_GT(bounded, kSets / 2);
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "hotpath/analysis/waters_statistics.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath {
+namespace {
+
+const std::vector<WatersMethod> kAll = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
+                                        WatersMethod::davis_duerr, WatersMethod::davis_kloda,
+                                        WatersMethod::davis_guenzel};
+
+TEST(Waters2015, SharesOfTheTableLeaveFifteenPercentAngleSynchronous) {
+  double sum = 0;
+  for (const WatersPeriod& p : kWatersPeriods) sum += p.share;
+  EXPECT_DOUBLE_EQ(sum, 85);
+}
+
+TEST(Waters2015, TaskSetsFollowTheAuthorsProcedure) {
+  std::map<std::int64_t, std::pair<double, double>> wcet_us;  // period in ms: number, sum
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    RandomStream random(9, {i});
+    const double target = 0.6 + 0.3 * static_cast<double>(i % 2);
+    const PeriodicTasks tasks = waters_task_set(target, random);
+    EXPECT_GE(utilisation(tasks), target);
+    EXPECT_LE(utilisation(tasks), target + 0.01);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      EXPECT_EQ(tasks[k].deadline, tasks[k].period);
+      EXPECT_LE(tasks[k > 0 ? k - 1 : 0].period, tasks[k].period);
+      auto& [number, sum] = wcet_us[tasks[k].period / kMs];
+      ++number;
+      sum += static_cast<double>(tasks[k].wcet) / 1000;
+    }
+  }
+  double total = 0;
+  for (const auto& [period, w] : wcet_us) total += w.first;
+  // Means of the facts, from a pool that drops no task for overshooting.
+  const std::map<std::int64_t, double> mean_us = {{1, 73.8},  {2, 43.3},   {5, 111},  {10, 161},  {20, 74.5},
+                                                  {50, 77.4}, {100, 53.6}, {200, 8.0}, {1000, 1.4}};
+  for (const WatersPeriod& p : kWatersPeriods) {
+    const auto& [number, sum] = wcet_us.at(p.period_ms);
+    EXPECT_NEAR(number / total, p.share / 85, 0.006) << p.period_ms << " ms";
+    EXPECT_NEAR(sum / number / mean_us.at(p.period_ms), 1, 0.08) << p.period_ms << " ms";
+  }
+  EXPECT_NEAR(total / 2000, (63 + 94) / 2.0, 2) << "tasks in a set";
+}
+
+TEST(Waters2015, ChainsFollowTheAuthorsProcedure) {
+  std::map<std::size_t, int> length, patterns;
+  int chains_in_all = 0;
+  for (std::uint64_t i = 0; i < 500; ++i) {
+    RandomStream random(10, {i});
+    const PeriodicTasks tasks = waters_task_set(0.8, random);
+    const std::vector<TaskChain> chains = waters_chains(tasks, random);
+    EXPECT_LE(chains.size(), 59U);
+    for (const TaskChain& chain : chains) {
+      ++chains_in_all;
+      EXPECT_GE(chain.size(), 2U);
+      EXPECT_LE(chain.size(), 15U);
+      EXPECT_EQ(std::set<std::size_t>(chain.begin(), chain.end()).size(), chain.size()) << "a task repeats";
+      std::map<std::int64_t, int> of_period;
+      for (const std::size_t k : chain) ++of_period[tasks.at(k).period];
+      EXPECT_LE(of_period.size(), 3U);
+      for (const auto& [period, number] : of_period) {
+        EXPECT_GE(number, 2);
+        EXPECT_LE(number, 5);
+      }
+      ++patterns[of_period.size()];
+      ++length[chain.size()];
+    }
+  }
+  // Attempts with more patterns are dropped more often, so one pattern is above its 70 %.
+  EXPECT_GT(patterns[1], 0.7 * chains_in_all);
+  EXPECT_GT(patterns[2], patterns[3]);
+  EXPECT_GT(patterns[3], 0);
+  EXPECT_GT(length[3], length[2]);
+}
+
+TEST(Waters2015, FewerThanThreePeriodsGiveNoChains) {
+  RandomStream random(1, {0});
+  PeriodicTasks tasks;
+  for (int i = 0; i < 10; ++i) tasks.push_back(task(1, i < 5 ? 10 : 20));
+  EXPECT_TRUE(waters_chains(tasks, random).empty());
+}
+
+TEST(Waters2015, ImpossibleUtilisationIsRefused) {
+  RandomStream random(1, {0});
+  for (const double u : {0.0, -0.5, 1.0, std::nan("")}) EXPECT_THROW(waters_task_set(u, random), AnalysisError);
+}
+
+WatersOptions small(std::uint32_t sets) { return {.seed = 3, .sets = sets, .methods = kAll, .threads = 1}; }
+
+TEST(WatersExperiment, ResultsDoNotDependOnTheNumberOfThreads) {
+  WatersOptions options = small(20);
+  const WatersResult one = run_waters(options);
+  options.threads = 5;
+  EXPECT_TRUE(run_waters(options) == one);
+  EXPECT_GT(one.rows.size(), 100U);
+}
+
+TEST(WatersExperiment, SharesOfSeveralMachinesJoinToTheWhole) {
+  const WatersOptions options = small(10);
+  std::vector<WatersResult> shares;
+  for (std::uint32_t rank = 0; rank < 4; ++rank) {
+    shares.push_back(unpack_waters(pack_waters(waters_share(options, rank, 4))));
+  }
+  EXPECT_TRUE(join_waters(shares) == run_waters(options));
+  EXPECT_THROW(waters_share(options, 4, 4), AnalysisError);
+  EXPECT_THROW(unpack_waters("no share"), AnalysisError);
+  EXPECT_THROW(unpack_waters(pack_waters(shares[0]) + "x"), AnalysisError);
+}
+
+TEST(WatersExperiment, ALevelsSetsDoNotDependOnTheOtherLevels) {
+  WatersOptions options = small(5);
+  WatersResult all = run_waters(options);
+  std::erase_if(all.rows, [](const WatersRow& r) { return r.level != 1; });
+  options.utilisations = {0.8};
+  const WatersResult alone = run_waters(options);
+  ASSERT_EQ(all.rows.size(), alone.rows.size());
+  for (std::size_t i = 0; i < alone.rows.size(); ++i) EXPECT_EQ(all.rows[i].bound, alone.rows[i].bound);
+}
+
+TEST(WatersExperiment, EachMethodIsAtLeastAsTightAsTheOneBefore) {
+  for (const WatersRow& row : run_waters(small(30)).rows) {
+    if (row.bound[1] < 0) continue;
+    if (row.bound[0] >= 0) {
+      EXPECT_GE(row.bound[0], row.bound[1]);
+    }
+    EXPECT_GE(row.bound[1], row.bound[2]);
+    EXPECT_GE(row.bound[2], row.bound[3]);
+    EXPECT_GE(row.bound[2], row.bound[4]);
+  }
+}
+
+/// Half width at which two independent runs of `ours` and `theirs` task sets differ by chance once in a thousand.
+double allowance(const Estimate& e, double ours, double theirs) {
+  const double standard_error = (e.high - e.low) / 2 / 1.96;
+  return 3.3 * standard_error * std::sqrt(1 + ours / theirs);
+}
+
+TEST(SectionVIIB, SixtyPercentAgreesWithTheReferenceRunOfTheAuthorsCode) {
+  const WatersOptions options{.seed = 20, .utilisations = {0.6}, .sets = 1000};
+  const WatersSummary s = summarise_waters(options, run_waters(options)).front();
+  const auto near = [&](const Estimate& e, double reference) {
+    EXPECT_NEAR(e.value, reference, allowance(e, s.schedulable, 331));
+  };
+  near(s.schedulable_share, 331.0 / 400);
+  near(s.mean, 20.38);
+  near(s.median, 12.29);
+  near(s.p25, 4.31);
+  near(s.p75, 29.22);
+  EXPECT_NEAR(s.deviation, 21.78, 1.2);
+  EXPECT_NEAR(s.p5, 0.55, 0.1);
+  EXPECT_NEAR(s.p95, 72.86, 2);
+  EXPECT_NEAR(s.max, 85.34, 3);
+  EXPECT_EQ(s.positive_share.value, 1);
+  EXPECT_NEAR(static_cast<double>(s.chains) / s.sets_with_chains, 8331.0 / 331, 1.5);
+}
+
+TEST(SectionVIIB, TighterEndToEndMethodsAgreeWithTheReferenceRun) {
+  WatersOptions options = small(600);
+  options.utilisations = {0.6};
+  const auto summaries = summarise_waters(options, run_waters(options));
+  const double median[] = {13.50, 13.62, 17.83, 50.68}, mean[] = {20.98, 21.05, 23.99, 48.11};
+  for (std::size_t m = 0; m < 4; ++m) {
+    SCOPED_TRACE(to_string(summaries[m].method));
+    EXPECT_NEAR(summaries[m].median.value, median[m], allowance(summaries[m].median, summaries[m].schedulable, 117));
+    EXPECT_NEAR(summaries[m].mean.value, mean[m], allowance(summaries[m].mean, summaries[m].schedulable, 117));
+    EXPECT_EQ(summaries[m].schedulable, summaries[0].schedulable);
+    EXPECT_EQ(summaries[m].positive_share.value, 1);
+  }
+}
+
+/// Three task sets with reductions of 10, 20 | 30 | 40 percent, one of them negative in a second method.
+WatersResult handmade() {
+  WatersResult result;
+  result.sets = {{0, 0, 9, 2, true, true}, {0, 1, 9, 1, true, true}, {0, 2, 9, 1, true, true}, {0, 3, 9, 1, false, false}};
+  result.rows = {{0, 0, 0, 2, 100, {90, 110}}, {0, 0, 1, 2, 100, {80, 80}}, {0, 1, 0, 2, 100, {70, -1}}, {0, 2, 0, 2, 100, {60, 60}}};
+  return result;
+}
+
+TEST(WatersStatistics, EstimatesAndClusteredIntervalsByHand) {
+  const WatersOptions options{.utilisations = {0.6}, .sets = 4, .methods = {kAll[0], kAll[1]}};
+  const auto summaries = summarise_waters(options, handmade());
+  ASSERT_EQ(summaries.size(), 2U);
+  const WatersSummary& s = summaries[0];
+  EXPECT_EQ(s.schedulable, 3U);
+  EXPECT_EQ(s.chains, 4U);
+  EXPECT_DOUBLE_EQ(s.schedulable_share.value, 0.75);
+  EXPECT_DOUBLE_EQ(s.mean.value, 25);
+  EXPECT_DOUBLE_EQ(s.median.value, 25);
+  EXPECT_DOUBLE_EQ(s.min, 10);
+  EXPECT_DOUBLE_EQ(s.max, 40);
+  EXPECT_DOUBLE_EQ(s.deviation, std::sqrt(125));
+  // Residuals of the sets: -20, 5, 15; variance (3/2) * 650 / 16.
+  EXPECT_NEAR(s.mean.high - s.mean.value, 1.959964 * std::sqrt(1.5 * 650 / 16), 1e-5);
+  EXPECT_EQ(summaries[1].chains, 3U) << "a chain without a bound does not count";
+  EXPECT_DOUBLE_EQ(summaries[1].min, -10);
+  EXPECT_NEAR(summaries[1].positive_share.value, 2.0 / 3, 1e-12);
+}
+
+TEST(WatersStatistics, NoChainsAndOneSetAreGuarded) {
+  const WatersOptions options{.utilisations = {0.6}, .sets = 1};
+  WatersResult result;
+  result.sets = {{0, 0, 9, 0, false, false}};
+  EXPECT_TRUE(std::isnan(summarise_waters(options, result)[0].median.value));
+  result = handmade();
+  result.rows.resize(2);
+  const WatersSummary one = summarise_waters(options, result)[0];
+  EXPECT_DOUBLE_EQ(one.mean.value, 15);
+  EXPECT_TRUE(std::isnan(one.mean.low));
+  result.rows.resize(1);
+  EXPECT_EQ(waters_histograms(options, result, 4)[0].count, (std::vector<std::uint64_t>{1, 0, 0, 0}));
+}
+
+TEST(WatersStatistics, HistogramCoversThePanelsOwnRange) {
+  const WatersOptions options{.utilisations = {0.6}, .sets = 4};
+  const WatersHistogram h = waters_histograms(options, handmade(), 3).front();
+  EXPECT_DOUBLE_EQ(h.low, 10);
+  EXPECT_DOUBLE_EQ(h.width, 10);
+  EXPECT_EQ(h.count, (std::vector<std::uint64_t>{1, 1, 2}));
+}
+
+TEST(WatersCsv, OneLineForEachChainSummaryAndBin) {
+  const WatersOptions options{.utilisations = {0.6}, .sets = 4, .methods = {kAll[0], kAll[1]}};
+  std::ostringstream rows, summary, histogram;
+  write_waters_csv(rows, options, handmade());
+  EXPECT_THAT(rows.str(), testing::StartsWith("utilisation,set,chain,length,default_ns,brueggen_davare_ns,"
+                                              "brueggen_davare_reduction_percent,davis_davare_ns,davis_davare_reduction_"
+                                              "percent\n0.6,0,0,2,100,90,10,110,-10\n"));
+  EXPECT_THAT(rows.str(), testing::HasSubstr("0.6,1,0,2,100,70,30,,\n"));
+  write_waters_summary_csv(summary, summarise_waters(options, handmade()));
+  const std::string text = summary.str();
+  const std::string header = text.substr(0, text.find('\n'));
+  const std::string first = text.substr(header.size() + 1, text.find('\n', header.size() + 1) - header.size() - 1);
+  EXPECT_EQ(std::count(header.begin(), header.end(), ','), std::count(first.begin(), first.end(), ','));
+  EXPECT_THAT(first, testing::StartsWith("0.6,brueggen_davare,4,3,0.75,"));
+  write_waters_histogram_csv(histogram, waters_histograms(options, handmade(), 3));
+  EXPECT_THAT(histogram.str(), testing::StartsWith("utilisation,method,low_percent,high_percent,chains\n"
+                                                   "0.6,brueggen_davare,10,20,1\n"));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulator's machine: cores, thread priorities, time slices, costs and delays.
+#include "hotpath/core/platform.hpp"
+
+#include <gtest/gtest.h>
+
+#include "schedule_checks.hpp"
+
+namespace hotpath::test {
+namespace {
+
+TEST(DefaultPlatform, RaisesTheReleaserOfThePapersExecutorsOnly) {
+  for (const ExecutorEntry& executor : executors()) {
+    const bool stock = executor.name == "default" || executor.name == "static" || executor.name == "multi" ||
+                       executor.name.starts_with("events");
+    EXPECT_EQ(default_platform(executor).raised_releaser, !stock) << executor.name;
+  }
+}
+
+TEST(ReleaseCost, SectionVBProlongsTheJobInExecutionByDeltaPerRelease) {
+  TaskSet set;
+  add_timer(set, 100ms, 5ms);
+  add_timer(set, 100ms, 1ms, 1ms);
+  add_timer(set, 100ms, 1ms, 2ms);
+  Platform p;
+  p.release_cost = 100us;
+  const Trace trace = run(set, "rm-ro", 20ms, p);
+  EXPECT_EQ(schedule(trace), (std::vector<Ran>{{0, 0, 100us, 5300us}, {1, 0, 5300us, 6300us},
+                                               {2, 0, 6300us, 7300us}}));
+  EXPECT_EQ(trace.jobs[1].job.release, at(1ms));
+}
+
+TEST(ReleaseCost, PapersReleaserWakesTheExecutorOnceAfterTheWholeBatch) {
+  TaskSet set;
+  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 1ms);
+  Platform p;
+  p.cores = 2;
+  p.release_cost = 100us;
+  p.pass_cost = 10us;
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, p)),
+            (std::vector<Ran>{{0, 0, 310us, 1310us}, {1, 0, 1310us, 2310us}, {2, 0, 2310us, 3310us}}));
+}
+
+TEST(ReleaseCost, StockReleaserWakesTheExecutorAfterEachTimerAndPaysKOncePerPass) {
+  TaskSet set;
+  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 50us);
+  Platform p;
+  p.cores = 2;
+  p.release_cost = 100us;
+  p.pass_cost = 10us;
+  EXPECT_EQ(schedule(run(set, "events-ro", 20ms, p)),
+            (std::vector<Ran>{{0, 0, 110us, 160us}, {1, 0, 210us, 260us}, {2, 0, 310us, 360us}}));
+}
+
+TEST(ReleaseCost, RaisedReleaserOnOneCoreFinishesItsBatchFirst) {
+  TaskSet set;
+  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 50us);
+  Platform p;
+  p.release_cost = 100us;
+  EXPECT_EQ(schedule(run(set, "events-ro", 20ms, p)),
+            (std::vector<Ran>{{0, 0, 300us, 350us}, {1, 0, 350us, 400us}, {2, 0, 400us, 450us}}));
+}
+
+TEST(ReleaseCost, NobodyDecidesWhileTheReleaserHoldsTheLock) {
+  // The executor worker finishes on its own core in the middle of the release of the more urgent timer.
+  TaskSet set;
+  const TaskId slow = add_timer(set, 100ms, 1050us);
+  const TaskId middle = add_timer(set, 50ms, 1ms, 500us);
+  const TaskId fast = add_timer(set, 20ms, 1ms, 1100us);
+  Platform p;
+  p.cores = 2;
+  p.release_cost = 100us;
+  EXPECT_EQ(schedule(run(set, "rm-ro", 10ms, p)),
+            (std::vector<Ran>{{slow, 0, 100us, 1150us}, {fast, 0, 1200us, 2200us}, {middle, 0, 2200us, 3200us}}));
+}
+
+TEST(ReleaseCost, SectionVBReleaseAndExecutePaysForTheScanBeforeTheJob) {
+  TaskSet set;
+  add_timer(set, 100ms, 1ms);
+  add_timer(set, 100ms, 1ms);
+  Platform p;
+  p.release_cost = 100us;
+  p.pass_cost = 10us;
+  EXPECT_EQ(schedule(run(set, "rm-re", 20ms, p)),
+            (std::vector<Ran>{{0, 0, 210us, 1210us}, {1, 0, 1210us, 2210us}}));
+}
+
+TEST(DispatchCost, LiesBetweenDecisionAndStart) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 100ms, 1ms);
+  const TaskId subscription = add_subscription(set, {timer}, 1ms);
+  Platform p;
+  p.dispatch_cost = 50us;
+  for (const char* executor : {"default", "static", "events-ro", "rm-ro"}) {
+    EXPECT_EQ(schedule(run(set, executor, 20ms, p)),
+              (std::vector<Ran>{{timer, 0, 50us, 1050us}, {subscription, 0, 1100us, 2100us}}))
+        << executor;
+  }
+}
+
+TEST(DispatchCost, JobThatIsDecidedButNotStartedAtTheEndIsQueued) {
+  TaskSet set;
+  add_timer(set, 100ms, 1ms);
+  Platform p;
+  p.dispatch_cost = 2ms;
+  const Trace trace = run(set, "default", 1ms, p);
+  EXPECT_EQ(count(trace, 0, Outcome::queued), 1U);
+  EXPECT_EQ(balanced(set, trace), "");
+}
+
+TEST(DeliveryDelay, SamplesArriveThatMuchLaterAndAreAccountedForAtTheEnd) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 10ms, 1ms);
+  const TaskId subscription = add_subscription(set, {timer}, 1ms);
+  Platform p;
+  p.delivery_delay = 3ms;
+  const Trace trace = run(set, "rm-ro", 12ms, p);
+  EXPECT_EQ(schedule(trace), (std::vector<Ran>{
+                                 {timer, 0, 0ms, 1ms}, {subscription, 0, 4ms, 5ms}, {timer, 1, 10ms, 11ms}}));
+  EXPECT_EQ(trace.jobs[1].job.timestamp, at(1ms));
+  EXPECT_EQ(trace.jobs[1].job.release, at(4ms));
+  EXPECT_EQ(count(trace, subscription, Outcome::queued), 1U);  // published at 11 ms, still on its way
+  EXPECT_EQ(balanced(set, trace), "");
+}
+
+TEST(WakeUpLatency, DelaysSleepersButNotBusyWorkers) {
+  TaskSet set;
+  add_timer(set, 100ms, 2ms, 1ms);
+  add_timer(set, 100ms, 2ms, 2ms);
+  Platform p;
+  p.wake_up_latency = 100us;
+  EXPECT_EQ(schedule(run(set, "default", 20ms, p)),
+            (std::vector<Ran>{{0, 0, 1100us, 3100us}, {1, 0, 3100us, 5100us}}));
+  // Releaser and executor worker sleep both.
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, p))[0], (Ran{0, 0, 1200us, 3200us}));
+}
+
+/// A timer of 10 ms whose 4 ms run in the timer thread, and a subscription to another timer.
+class ReleaseAndExecuteOnOneCore : public testing::Test {
+ protected:
+  ReleaseAndExecuteOnOneCore() {
+    source = add_timer(set, 100ms, 1ms);
+    frequent = add_timer(set, 10ms, 4ms, 3ms);
+    subscription = add_subscription(set, {source}, 5ms);
+  }
+  TaskSet set;
+  TaskId source, frequent, subscription;
+  Platform platform;
+};
+
+TEST_F(ReleaseAndExecuteOnOneCore, RaisedTimerThreadPreemptsTheExecutorThread) {
+  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
+            (std::vector<Ran>{
+                {source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 10ms}, {frequent, 0, 3ms, 7ms}}));
+}
+
+TEST_F(ReleaseAndExecuteOnOneCore, WorkUntilAWallClockInstantGoesOnWhileDisplaced) {
+  platform.wall_clock_work = true;
+  // 1 + 5 ms passed at 6 ms; it finishes as soon as it has the core again.
+  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
+            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 7ms}, {frequent, 0, 3ms, 7ms}}));
+}
+
+TEST_F(ReleaseAndExecuteOnOneCore, EqualPrioritiesTakeTurnsByTimeSlice) {
+  platform.raised_releaser = false;
+  platform.time_slice = 3ms;
+  // The executor thread has the core from 1 ms on and keeps it until 4 ms, then each for 3 ms.
+  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
+            (std::vector<Ran>{
+                {source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 9ms}, {frequent, 0, 4ms, 10ms}}));
+}
+
+TEST_F(ReleaseAndExecuteOnOneCore, TwoCoresServeBothThreadsAtOnce) {
+  platform.cores = 2;
+  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
+            (std::vector<Ran>{
+                {source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 6ms}, {frequent, 0, 3ms, 7ms}}));
+}
+
+TEST(RoundRobin, WorkersThatOutnumberTheCoresShareThemEvenly) {
+  TaskSet set;
+  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 4ms);
+  Platform p;
+  p.cores = 2;
+  p.time_slice = 2ms;
+  // 0 and 1 start; at 2 ms one of them gives way to 2, and so on: 12 ms of work on two cores.
+  const Trace trace = run(set, "multi", 50ms, p, {.workers = 3});
+  Time last{};
+  for (const JobRecord& r : trace.jobs) last = std::max(last, r.finish);
+  EXPECT_EQ(schedule(trace).size(), 3U);
+  EXPECT_EQ(last, at(6ms));
+}
+
+TEST(RoundRobin, ReleaserOfEqualPriorityWaitsAtMostOneTimeSlice) {
+  TaskSet set;
+  add_timer(set, 100ms, 20ms);
+  for (int i = 1; i <= 15; ++i) add_timer(set, 100ms, 1ms, 1ms * i + 300us);
+  Platform p;
+  p.raised_releaser = false;
+  p.time_slice = 2ms;
+  Duration latest{};
+  for (const JobRecord& r : run(set, "events-ro", 50ms, p).jobs) {
+    latest = std::max(latest, r.job.release - r.job.timestamp);
+  }
+  EXPECT_GT(latest, 0ms);
+  EXPECT_LE(latest, 2ms);
+}
+
+TEST(Cores, MoreCoresThanWorkersChangeNothing) {
+  Random random(41);
+  const TaskSet set = random_graph(random, 4, 6, 0.9);
+  Platform two, many;
+  two.cores = 2;
+  many.cores = 1000;
+  EXPECT_EQ(schedule(run(set, "rm-re", 300ms, two)), schedule(run(set, "rm-re", 300ms, many)));
+}
+
+TEST(Cores, NeverMoreWorkDoneThanCoresHaveTime) {
+  Random random(42);
+  for (int i = 0; i < 50; ++i) {
+    const TaskSet set = random_graph(random, 5, 6, 3.0);
+    Platform p;
+    p.cores = static_cast<unsigned>(uniform(random, 1, 3));
+    const Trace trace = run(set, "multi", 200ms, p, {.workers = 6});
+    Duration work{};
+    for (const JobRecord& r : trace.jobs) {
+      if (r.outcome == Outcome::ran) work += set[r.job.task].wcet;
+    }
+    ASSERT_LE(work, 200ms * p.cores);
+  }
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+// The discrete-event simulator: its calls, records, workloads and refusals.
+#include "hotpath/core/simulator.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <sstream>
+
+#include "hotpath/core/trace_csv.hpp"
+#include "schedule_checks.hpp"
+
+namespace hotpath::test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Simulator, RecordsStandInStartOrderAndCarryTheWholeJob) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 10ms, 3ms, 1ms);
+  const TaskId subscription = add_subscription(set, {timer}, 2ms);
+  const Trace trace = run(set, "rm-ro", 10ms);
+  EXPECT_EQ(trace.executor, "rm-ro");
+  EXPECT_EQ(trace.epoch, Time{});
+  EXPECT_EQ(trace.end, at(10ms));
+  EXPECT_EQ(trace.published, (std::vector<std::uint64_t>{1, 1}));
+  ASSERT_EQ(trace.jobs.size(), 2U);
+  EXPECT_EQ(trace.jobs[0].job.timestamp, at(1ms));
+  EXPECT_EQ(trace.jobs[0].job.release, at(1ms));
+  EXPECT_EQ(trace.jobs[0].start, at(1ms));
+  EXPECT_EQ(trace.jobs[0].finish, at(4ms));
+  EXPECT_EQ(trace.jobs[1].job.task, subscription);
+  EXPECT_EQ(trace.jobs[1].job.timestamp, at(4ms));
+  EXPECT_EQ(trace.jobs[1].job.parent, (JobRef{timer, 0}));
+  EXPECT_EQ(trace.jobs[1].finish, at(6ms));
+}
+
+TEST(Simulator, RecordsWhatIsLeftAtTheEndAsRunningAndQueued) {
+  TaskSet set;
+  const TaskId long_one = add_timer(set, 100ms, 50ms);
+  const TaskId waiting = add_timer(set, 100ms, 1ms, 5ms);
+  const TaskId never = add_timer(set, 100ms, 1ms, 10ms);
+  for (const char* executor : {"default", "static", "events-ro", "events-re", "rm-ro", "edf-re"}) {
+    const Trace trace = run(set, executor, 10ms);
+    EXPECT_EQ(count(trace, long_one, Outcome::running), 1U) << executor;
+    EXPECT_EQ(count(trace, waiting, Outcome::queued), 1U) << executor;
+    EXPECT_EQ(count(trace, never, Outcome::queued), 0U) << executor;  // due at the end, not before
+    EXPECT_EQ(balanced(set, trace), "");
+  }
+}
+
+TEST(Simulator, RecordsOverwrittenSamplesAndEmptyEvents) {
+  TaskSet set;
+  const TaskId busy = add_timer(set, 100ms, 30ms, 25ms);
+  const TaskId publisher = add_timer(set, 10ms, 1ms);
+  set.tasks[publisher].priority = 1;
+  set.tasks[busy].priority = 0;
+  const TaskId subscription = add_subscription(set, {publisher}, 1ms);
+  set.tasks[subscription].priority = 2;
+  const Trace trace = run(set, "fp-ro", 100ms);
+  // Samples 30, 40 and 50 ms catch up after the long job, ahead of their subscription.
+  EXPECT_EQ(count(trace, subscription, Outcome::overwritten), 2U);
+  EXPECT_EQ(count(trace, subscription, Outcome::empty), 2U);
+  EXPECT_EQ(balanced(set, trace), "");
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome == Outcome::empty) {
+      EXPECT_EQ(r.start, r.finish);
+    }
+  }
+}
+
+TEST(Simulator, SummaryWithoutSinkEqualsTheTrace) {
+  Random random(31);
+  const TaskSet set = random_graph(random, 5, 6, 0.9);
+  const Trace trace = run(set, "edf-ro", 500ms);
+  const WorstCaseTimes times(set);
+  PublishingWorkload workload(times);
+  SimulationOptions options;
+  options.duration = 500ms;
+  const auto scheduler = find_executor("edf-ro")->make(set, {});
+  const SimulationSummary summary = simulate(set, *scheduler, workload, options);
+  EXPECT_EQ(summary.published, trace.published);
+  EXPECT_EQ(summary.jobs, schedule(trace).size());
+}
+
+TEST(Simulator, SameInputGivesTheSameBytes) {
+  Random random(32);
+  const TaskSet set = random_graph(random, 5, 8, 1.2);
+  const UniformTimes times(set, 99);
+  for (const ExecutorEntry& executor : executors()) {
+    std::string first;
+    for (int i = 0; i < 2; ++i) {
+      PublishingWorkload workload(times);
+      SimulationOptions options;
+      options.duration = 300ms;
+      options.platform.cores = 2;
+      std::ostringstream out;
+      write_jobs_csv(out, set, simulate_trace(set, executor, {.workers = 3}, workload, options));
+      if (i == 0) first = out.str();
+      EXPECT_EQ(out.str(), first) << executor.name;
+    }
+  }
+}
+
+/// Counts to check that each message number meets exactly one end.
+class MessageWorkload final : public Workload {
+ public:
+  explicit MessageWorkload(const TaskSet& set) : set_(set), messages_(set.size()), numbers_(set.size(), 0) {}
+
+  Duration start(const Job& job, Time) override {
+    if (set_[job.task].kind == TaskKind::subscription) {
+      const JobRef parent = remove(job.task, job.sequence);
+      EXPECT_EQ(parent, job.parent);
+    }
+    return set_[job.task].wcet;
+  }
+  bool finish(const Job&, Time) override { return true; }
+  void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override {
+    EXPECT_EQ(sequence, numbers_[subscription]++);
+    messages_[subscription].emplace_back(sequence, parent);
+  }
+  void overwritten(TaskId subscription, std::uint64_t sequence) override { remove(subscription, sequence); }
+
+ private:
+  JobRef remove(TaskId subscription, std::uint64_t sequence) {
+    auto& unread = messages_[subscription];
+    const auto found = std::find_if(unread.begin(), unread.end(),
+                                    [&](const auto& message) { return message.first == sequence; });
+    if (found == unread.end()) {
+      ADD_FAILURE() << "no message " << sequence << " at task " << subscription;
+      return {};
+    }
+    const JobRef parent = found->second;
+    unread.erase(found);
+    return parent;
+  }
+  const TaskSet& set_;
+  std::vector<std::deque<std::pair<std::uint64_t, JobRef>>> messages_;
+  std::vector<std::uint64_t> numbers_;
+};
+
+TEST(Workload, EveryMessageIsTakenByItsJobOrOverwritten) {
+  Random random(33);
+  for (const ExecutorEntry& executor : executors()) {
+    for (int i = 0; i < 20; ++i) {
+      TaskSet set = random_graph(random, 4, 7, 1.3);
+      for (CallbackGroup& group : set.groups) group = CallbackGroup::reentrant;
+      SimulationOptions options;
+      options.duration = 200ms;
+      options.platform.cores = 1 + static_cast<unsigned>(i) % 2;
+      options.platform.dispatch_cost = 200us;
+      options.platform.delivery_delay = i % 3 == 0 ? 700us : 0us;
+      MessageWorkload workload(set);
+      simulate_trace(set, executor, {.workers = 3}, workload, options);
+    }
+  }
+}
+
+TEST(Workload, AJobThatDoesNotPublishActivatesNobody) {
+  struct Silent final : Workload {
+    Duration start(const Job&, Time) override { return 1ms; }
+    bool finish(const Job& job, Time) override { return job.sequence % 2 == 1; }
+  };
+  TaskSet set;
+  const TaskId timer = add_timer(set, 10ms, 1ms);
+  const TaskId subscription = add_subscription(set, {timer}, 1ms);
+  Silent workload;
+  SimulationOptions options;
+  options.duration = 40ms;
+  const Trace trace = simulate_trace(set, *find_executor("events-ro"), {}, workload, options);
+  EXPECT_EQ(trace.published[timer], 2U);
+  EXPECT_EQ(count(trace, subscription, Outcome::ran), 2U);
+  EXPECT_EQ(balanced(set, trace), "");
+}
+
+TEST(UniformTimes, CoverBcetToWcetAndDependOnSeedTaskAndSequenceOnly) {
+  TaskSet set;
+  add_timer(set, 10ms, 9ns);
+  add_timer(set, 10ms, 9ns);
+  set.tasks[0].bcet = 4ns;
+  set.tasks[1].bcet = 4ns;
+  const UniformTimes times(set, 1), again(set, 1), other(set, 2);
+  std::vector<int> seen(10, 0);
+  int differ_by_task = 0, differ_by_seed = 0;
+  for (std::uint64_t i = 0; i < 6000; ++i) {
+    Job a, b;
+    a.task = 0;
+    b.task = 1;
+    a.sequence = b.sequence = i;
+    ++seen.at(static_cast<std::size_t>(times.of(a).count()));
+    EXPECT_EQ(times.of(a), again.of(a));
+    differ_by_task += times.of(a) != times.of(b);
+    differ_by_seed += times.of(a) != other.of(a);
+  }
+  for (std::size_t ns = 0; ns < 10; ++ns) {
+    if (ns < 4) {
+      EXPECT_EQ(seen[ns], 0);
+    } else {
+      EXPECT_NEAR(seen[ns], 1000, 150);
+    }
+  }
+  EXPECT_NEAR(differ_by_task, 5000, 200);
+  EXPECT_NEAR(differ_by_seed, 5000, 200);
+}
+
+TEST(ReplayedTimes, RepeatTheTraceAndFallBackToTheLastEarlierJob) {
+  TaskSet set;
+  add_timer(set, 10ms, 9ms);
+  add_timer(set, 10ms, 8ms);
+  Trace trace;
+  for (const auto& [sequence, time] : {std::pair{5U, 2ms}, std::pair{3U, 1ms}}) {
+    JobRecord r;
+    r.job.task = 0;
+    r.job.sequence = sequence;
+    r.start = at(100ms);
+    r.finish = at(100ms + time);
+    trace.jobs.push_back(r);
+  }
+  const ReplayedTimes times(set, trace);
+  const auto of = [&](TaskId task, std::uint64_t sequence) {
+    Job job;
+    job.task = task;
+    job.sequence = sequence;
+    return times.of(job);
+  };
+  EXPECT_EQ(of(0, 3), 1ms);
+  EXPECT_EQ(of(0, 4), 1ms);
+  EXPECT_EQ(of(0, 5), 2ms);
+  EXPECT_EQ(of(0, 6), 2ms);
+  EXPECT_EQ(of(0, 0), 1ms);
+  EXPECT_EQ(of(1, 0), 8ms);
+}
+
+TEST(ReplayedTimes, ReplayOfARunGivesTheSameRun) {
+  Random random(34);
+  const TaskSet set = random_graph(random, 4, 5, 0.9);
+  const UniformTimes random_times(set, 3);
+  PublishingWorkload original(random_times);
+  SimulationOptions options;
+  options.duration = 300ms;
+  const ExecutorEntry& executor = *find_executor("rm-ro");
+  const Trace trace = simulate_trace(set, executor, {}, original, options);
+  const ReplayedTimes replayed(set, trace);
+  PublishingWorkload replay(replayed);
+  // The time of the job that the end cut off is not known.
+  options.duration = trace.jobs[trace.jobs.size() - 10].start - Time{};
+  const std::vector<Ran> again = schedule(simulate_trace(set, executor, {}, replay, options));
+  ASSERT_GT(again.size(), 30U);
+  std::vector<Ran> first = schedule(trace);
+  first.resize(again.size());
+  EXPECT_EQ(again, first);
+}
+
+class Refusal : public testing::Test {
+ protected:
+  Refusal() { add_timer(set, 10ms, 1ms); }
+  std::string message() {
+    const WorstCaseTimes times(set);
+    PublishingWorkload workload(times);
+    try {
+      simulate_trace(set, *find_executor("rm-ro"), {}, workload, options);
+    } catch (const SimulationError& e) {
+      return e.what();
+    }
+    return "";
+  }
+  TaskSet set;
+  SimulationOptions options;
+};
+
+TEST_F(Refusal, OptionsThatCannotBeSatisfied) {
+  EXPECT_EQ(message(), "");
+  options.platform.cores = 0;
+  EXPECT_THAT(message(), HasSubstr("at least one core"));
+  options.platform.cores = 1;
+  options.platform.dispatch_cost = -1ns;
+  EXPECT_THAT(message(), HasSubstr("costs, delays and latencies"));
+  options.platform.dispatch_cost = 0ns;
+  options.platform.time_slice = 0ns;
+  EXPECT_THAT(message(), HasSubstr("time slice must be positive"));
+}
+
+TEST_F(Refusal, DurationThatIsNotPositiveOrWouldOverflow) {
+  options.duration = 0ns;
+  EXPECT_THAT(message(), HasSubstr("duration must be positive"));
+  options.duration = Duration::max();
+  EXPECT_THAT(message(), HasSubstr("overflow"));
+}
+
+TEST_F(Refusal, TaskThatCannotBeSimulated) {
+  set.tasks[0].period = 0ns;
+  EXPECT_THAT(message(), HasSubstr("task `T0`: the period"));
+  set.tasks[0].period = 10ms;
+  set.tasks[0].phase = Duration::max();
+  EXPECT_THAT(message(), HasSubstr("task `T0`"));
+}
+
+TEST_F(Refusal, OverloadStopsAtTheBacklogAndNamesTheUtilisation) {
+  set.tasks[0].wcet = 15ms;
+  options.duration = 1h;
+  options.max_backlog = 1000;
+  EXPECT_THAT(message(), HasSubstr("more than 1000 released jobs"));
+  EXPECT_THAT(message(), HasSubstr("utilisation is 1.500"));
+}
+
+TEST_F(Refusal, OverloadByStarvedSubscriptionsStopsToo) {
+  // The raised timer thread leaves nothing of the core to the executor worker.
+  set.tasks[0].wcet = 10ms;
+  add_subscription(set, {0}, 1ms);
+  options.max_backlog = 50;
+  const WorstCaseTimes times(set);
+  PublishingWorkload workload(times);
+  EXPECT_THROW(simulate_trace(set, *find_executor("rm-re"), {}, workload, options), SimulationError);
+}
+
+TEST_F(Refusal, ExecutionTimeOutOfRange) {
+  struct Backwards final : Workload {
+    Duration start(const Job&, Time) override { return -1ns; }
+    bool finish(const Job&, Time) override { return false; }
+  };
+  Backwards workload;
+  EXPECT_THROW(simulate_trace(set, *find_executor("default"), {}, workload, options), SimulationError);
+}
+
+TEST(Utilisation, CountsTimersByPeriodAndSubscriptionsByTheirSamples) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 10ms, 2ms);
+  add_subscription(set, {timer}, 3ms);
+  EXPECT_DOUBLE_EQ(utilisation(set, {10, 0}, 100ms), 0.5);
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# From nothing to the hot-path benchmark: installs what is missing, builds, compares the paper's executors live on the
+# Autoware reference system. `--all` takes all executors; further options go to `hotpath compare`.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+launch_scripts/setup.sh
+echo "Building (some minutes the first time)"
+launch_scripts/build.sh -DBUILD_TESTING=OFF
+
+executors=paper
+if [ "${1:-}" = --all ]; then
+  executors=all
+  shift
+fi
+# One processor, as in the paper's uniprocessor model; the last one has the fewest interrupts on most machines.
+cpu=$(($(nproc --all) - 1))
+output=${HOTPATH_OUTPUT:-runs/hot_path-$(date +%Y%m%d-%H%M%S)}
+build/bench/hotpath compare --executors "$executors" --repetitions 3 --duration 8 --warm-up 1 --cpus "$cpu" \
+  --output "$output" "$@"
+echo "The picture: $output/hot_path.png (and .svg); every job: $output/jobs.csv; the table: $output/summary.json"

@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# From nothing to passed tests: installs what is missing, checks the format, builds with warnings as errors in both
+# ways (super-project and colcon), runs all tests.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+launch_scripts/setup.sh test
+echo "== format"
+launch_scripts/format.sh --check
+echo "== build"
+launch_scripts/build.sh -DBUILD_TESTING=ON -DHOTPATH_WARNINGS_AS_ERRORS=ON
+echo "== colcon"
+launch_scripts/colcon_build.sh -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON
+install/hotpath_bench/bin/hotpath list executors >/dev/null
+install/hotpath_bench/bin/hotpath list graphs >/dev/null
+echo "== tests"
+# One at a time: many of them measure, or start processes that do.
+ctest --test-dir build --output-on-failure

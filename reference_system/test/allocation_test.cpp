@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Design, "Live execution": a job's path through the executor allocates nothing after warm-up.
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <thread>
+
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/live_system.hpp"
+#include "hotpath/reference_system/phases.hpp"
+
+namespace {
+
+std::atomic<bool> counting{false};
+std::atomic<std::uint64_t> all_allocations{0}, own_allocations{0};
+
+bool in_this_program(const void* address) {
+  static const void* const own_base = [] {
+    Dl_info self{};
+    dladdr(reinterpret_cast<const void*>(&in_this_program), &self);
+    return self.dli_fbase;
+  }();
+  Dl_info info{};
+  return dladdr(address, &info) != 0 && info.dli_fbase == own_base;
+}
+
+void* allocate(std::size_t size, const void* caller) {
+  if (counting.load(std::memory_order_relaxed)) {
+    all_allocations.fetch_add(1, std::memory_order_relaxed);
+    if (in_this_program(caller)) own_allocations.fetch_add(1, std::memory_order_relaxed);
+  }
+  void* memory = std::malloc(size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+// Replaces the allocator of the whole process, that of the shared libraries included.
+void* operator new(std::size_t size) { return allocate(size, __builtin_return_address(0)); }
+void* operator new[](std::size_t size) { return allocate(size, __builtin_return_address(0)); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace hotpath {
+namespace {
+
+struct Counts {
+  std::uint64_t all = 0, own = 0, jobs = 0;
+};
+
+/// Allocations during the last second of a run of Autoware without work.
+Counts run(const std::string& executor, TransportKind transport) {
+  Graph graph = load_graph(find_graph("autoware"));
+  scale_to_load(graph, 0);
+  GraphTasks tasks = make_tasks(graph);
+  const std::vector<Duration> phases = make_phases(graph, tasks, Phases::creation);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) tasks.set.tasks[id].phase = phases[id];
+
+  LiveOptions options;
+  options.executor = find_executor(executor);
+  options.threads = default_options(*options.executor);
+  options.transport = transport;
+  options.fastdds.partition = "allocation_test";
+  options.calibration.divisions_per_us = 300;
+  RunMemory memory({tasks.set.size(), worker_count(*options.executor, tasks, {}), 10'000, 1'000});
+  LiveSystem system(graph, tasks, options, memory);
+  const auto now = [] { return std::chrono::steady_clock::now(); };
+  system.wait_until_matched(now() + std::chrono::seconds(20));
+
+  const Time epoch = now() + std::chrono::milliseconds(50);
+  system.executor().start(epoch, epoch + std::chrono::seconds(2));
+  std::this_thread::sleep_until(epoch + std::chrono::seconds(1));
+  counting = true;
+  std::this_thread::sleep_until(epoch + std::chrono::milliseconds(1950));
+  counting = false;
+  system.executor().join();
+  system.executor().close();
+
+  Counts counts{all_allocations.exchange(0), own_allocations.exchange(0)};
+  for (const auto& log : memory.jobs()) counts.jobs += log.contents().size();
+  return counts;
+}
+
+TEST(JobPath, TheCounterSeesAllocations) {
+  counting = true;
+  delete new int(1);
+  counting = false;
+  EXPECT_GE(own_allocations.exchange(0), 1u);
+  all_allocations = 0;
+}
+
+class JobPathOf : public testing::TestWithParam<const char*> {};
+
+TEST_P(JobPathOf, AllocatesNothingInProcess) {
+  const Counts counts = run(GetParam(), TransportKind::intra_process);
+  EXPECT_GT(counts.jobs, 500u);
+  EXPECT_EQ(counts.all, 0u);
+}
+
+TEST_P(JobPathOf, AllocatesNothingOfOursOverFastDds) {
+  const Counts counts = run(GetParam(), TransportKind::fastdds);
+  EXPECT_GT(counts.jobs, 500u);
+  EXPECT_EQ(counts.own, 0u) << "of " << counts.all << " in all, the rest being Fast DDS's own";
+}
+
+INSTANTIATE_TEST_SUITE_P(Executors, JobPathOf, testing::Values("default", "static", "multi", "events-ro", "rm-ro", "edf-re"),
+                         [](const auto& p) {
+                           std::string name = p.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace hotpath
