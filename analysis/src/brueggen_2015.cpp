@@ -18,7 +18,8 @@ std::optional<std::int64_t> fixed_point(std::int64_t wcet, std::int64_t blocked,
                                         std::int64_t limit) {
   const std::int64_t own = exact::add(wcet, blocked);
   return exact::least_fixed_point(
-      exact::add(own, higher.once()), [&](std::int64_t t) { return exact::add(own, higher.before(t)); }, limit);
+      exact::add(own, higher.once()), [&](std::int64_t t) { return exact::add(own, higher.before(t)); },
+      limit);
 }
 
 }  // namespace

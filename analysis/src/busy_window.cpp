@@ -10,7 +10,8 @@ std::optional<std::int64_t> busy_window_response(const LevelTask& k, const Inter
   using exact::add, exact::multiply, exact::subtract;
   const std::int64_t blocked = blocking(k.longest_lower, model);
   const int load = utilisation.compare_to_one();
-  if (load > 0 || (load == 0 && blocked > 0)) return std::nullopt;
+  const bool endless_at_one = blocked > 0 || k.jitter > 0 || higher.has_jitter();
+  if (load > 0 || (load == 0 && endless_at_one)) return std::nullopt;
 
   const auto own_jobs = [&](std::int64_t t) { return exact::ceil_div(add(t, k.jitter), k.period); };
   const std::int64_t start = add(add(blocked, higher.once()), k.wcet);

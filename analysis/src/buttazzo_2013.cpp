@@ -12,8 +12,9 @@ ResponseTimes buttazzo_2013(const SequenceTasks& tasks, TimeModel model) {
   check_sequences(tasks, kMethod, true);
   for (const SequenceTask& s : tasks) {
     if (s.suspension != 0) {
-      throw AnalysisError("sequence '" + s.name + "': suspension of " + std::to_string(s.suspension) + " ns, which " +
-                          std::string(kMethod) + " does not allow; chen_2019 (self-suspension) would");
+      throw AnalysisError("sequence '" + s.name + "': suspension of " + std::to_string(s.suspension) +
+                          " ns, which " + std::string(kMethod) +
+                          " does not allow; chen_2019 (self-suspension) would");
     }
   }
   std::vector<std::int64_t> longest_lower(tasks.size(), 0);

@@ -14,7 +14,8 @@ std::int64_t duerr_2019_reaction_time(const PeriodicTasks& tasks, const Response
   check_chain(tasks, bounds, chain, "duerr_2019");
   std::int64_t sum = add(tasks[chain.front()].period, *bounds[chain.back()]);
   for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-    const std::int64_t sampled = add(tasks[chain[i + 1]].period, handover_delay(tasks, bounds, chain, i, priorities));
+    const std::int64_t sampled =
+        add(tasks[chain[i + 1]].period, handover_delay(tasks, bounds, chain, i, priorities));
     sum = add(sum, std::max(*bounds[chain[i]], sampled));
   }
   return sum;
@@ -30,8 +31,8 @@ std::int64_t duerr_2019_reduced_data_age(const PeriodicTasks& tasks, const Respo
   return sum;
 }
 
-std::int64_t duerr_2019_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds, const TaskChain& chain,
-                                 Priorities priorities) {
+std::int64_t duerr_2019_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds,
+                                 const TaskChain& chain, Priorities priorities) {
   return add(duerr_2019_reduced_data_age(tasks, bounds, chain, priorities), tasks[chain.back()].period);
 }
 

@@ -43,8 +43,8 @@ void check_callbacks(const ExecutorCallbacks& callbacks, const TaskChain& chain,
   }
   for (std::size_t i = 0; i < chain.size(); ++i) {
     if (chain[i] >= callbacks.size()) {
-      refuse("element " + std::to_string(i + 1) + " of the chain is callback number " + std::to_string(chain[i]) +
-             ", but there are only " + std::to_string(callbacks.size()));
+      refuse("element " + std::to_string(i + 1) + " of the chain is callback number " +
+             std::to_string(chain[i]) + ", but there are only " + std::to_string(callbacks.size()));
     }
   }
 }

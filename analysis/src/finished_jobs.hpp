@@ -6,8 +6,8 @@
 
 namespace hotpath {
 
-/// A set of jobs, numbered by release. Work-conserving schedules finish jobs nearly in that order, so that a length of
-/// the unbroken front and the bits behind it suffice.
+/// A set of jobs, numbered by release. Work-conserving schedules finish jobs nearly in that order, so that a
+/// length of the unbroken front and the bits behind it suffice.
 class FinishedJobs {
  public:
   /// All jobs below are in the set; this one is not.

@@ -24,11 +24,11 @@ DemandTest george_1996(const PeriodicTasks& tasks, TimeModel model) {
   }
   if (utilisation.compare_to_one() > 0) return {};
 
-  // A violation at or behind the end of the busy period without blocking implies one that much earlier. From D_max on
-  // there is no blocking, and with D >= T demand never exceeds U * t.
+  // A violation at or behind the end of the busy period without blocking implies one that much earlier. From
+  // D_max on there is no blocking, and with D >= T demand never exceeds U * t.
   std::int64_t end = long_deadlines ? latest_deadline : std::numeric_limits<std::int64_t>::max();
-  if (const auto busy =
-          exact::least_fixed_point(all.once(), [&](std::int64_t t) { return all.before(t); }, end)) {
+  if (const auto busy = exact::least_fixed_point(
+          all.once(), [&](std::int64_t t) { return all.before(t); }, end)) {
     end = *busy;
   }
 

@@ -26,7 +26,8 @@ std::int64_t guenzel_2023(const PeriodicTasks& tasks, const ResponseTimes& bound
   std::int64_t latest_phase = 0;
   for (const std::size_t i : chain) {
     if (tasks[i].phase < 0) {
-      throw AnalysisError(task_label(tasks, i) + ": phase " + std::to_string(tasks[i].phase) + " ns is negative");
+      throw AnalysisError(task_label(tasks, i) + ": phase " + std::to_string(tasks[i].phase) +
+                          " ns is negative");
     }
     latest_phase = std::max(latest_phase, tasks[i].phase);
   }
@@ -42,7 +43,8 @@ std::int64_t guenzel_2023(const PeriodicTasks& tasks, const ResponseTimes& bound
   std::int64_t longest = 0;
   for (std::int64_t z = begin; z < end; z = add(z, first.period)) {
     std::int64_t r = z;
-    for (std::size_t i = 0; i + 1 < chain.size(); ++i) r = next_release(tasks[chain[i + 1]], add(r, delay[i]));
+    for (std::size_t i = 0; i + 1 < chain.size(); ++i)
+      r = next_release(tasks[chain[i + 1]], add(r, delay[i]));
     longest = std::max(longest, r - z);
   }
   return add(add(first.period, longest), *bounds[chain.back()]);

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "hotpath/analysis/exact.hpp"
 
 namespace hotpath {
 
-/// Work that a growing set of tasks can release, tasks of equal period and jitter added up. Task sets have few distinct
-/// periods (WATERS: nine), so that an evaluation costs few divisions however many tasks there are.
+/// Work that a growing set of tasks can release, tasks of equal period and jitter added up. Task sets have
+/// few distinct periods (WATERS: nine), so that an evaluation costs few divisions however many tasks there
+/// are.
 class Interference {
  public:
   void add(std::int64_t wcet, std::int64_t period, std::int64_t jitter) {
@@ -20,6 +22,10 @@ class Interference {
       }
     }
     groups_.push_back({period, jitter, wcet});
+  }
+
+  bool has_jitter() const {
+    return std::any_of(groups_.begin(), groups_.end(), [](const Group& g) { return g.jitter > 0; });
   }
 
   /// One job of each task.

@@ -15,8 +15,8 @@ std::int64_t kloda_2018(const PeriodicTasks& tasks, const ResponseTimes& bounds,
   check_chain(tasks, bounds, chain, kMethod);
   for (const std::size_t i : chain) {
     if (tasks[i].phase != 0) {
-      throw AnalysisError(task_label(tasks, i) + ": phase " + std::to_string(tasks[i].phase) + " ns is not 0, which " +
-                          kMethod +
+      throw AnalysisError(task_label(tasks, i) + ": phase " + std::to_string(tasks[i].phase) +
+                          " ns is not 0, which " + kMethod +
                           " does not allow; guenzel_2023 (known phases) or duerr_2019 (any phases) would");
     }
   }

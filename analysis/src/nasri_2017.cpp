@@ -23,7 +23,8 @@ struct State {
 
 class Exploration {
  public:
-  Exploration(const std::vector<SagJob>& jobs, const SagLimits& limits) : limits_(limits), order_(jobs.size()) {
+  Exploration(const std::vector<SagJob>& jobs, const SagLimits& limits)
+      : limits_(limits), order_(jobs.size()) {
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     const auto by_priority = [&](std::size_t a, std::size_t b) {
       return std::tuple(jobs[a].priority, jobs[a].task, jobs[a].job) <
@@ -35,7 +36,8 @@ class Exploration {
     for (std::size_t r = 0; r < ranked.size(); ++r) {
       if (r > 0 && !by_priority(ranked[r - 1], ranked[r])) {
         throw AnalysisError("two jobs have the number " + std::to_string(jobs[ranked[r]].job) + " of task " +
-                            std::to_string(jobs[ranked[r]].task) + " and equal priorities; number a task's jobs apart");
+                            std::to_string(jobs[ranked[r]].task) +
+                            " and equal priorities; number a task's jobs apart");
       }
       rank[ranked[r]] = static_cast<std::uint32_t>(r);
     }
@@ -157,7 +159,8 @@ SagResult nasri_2017(const std::vector<SagJob>& jobs, const SagLimits& limits) {
   return Exploration(jobs, limits).run();
 }
 
-ResponseTimes sag_response_times(const std::vector<SagJob>& jobs, const SagResult& result, std::size_t tasks) {
+ResponseTimes sag_response_times(const std::vector<SagJob>& jobs, const SagResult& result,
+                                 std::size_t tasks) {
   ResponseTimes bounds(tasks);
   if (result.end != SagEnd::complete) return bounds;
   for (std::size_t i = 0; i < jobs.size(); ++i) {

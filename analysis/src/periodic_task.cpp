@@ -13,8 +13,8 @@ namespace {
 
 [[noreturn]] void refuse(const PeriodicTasks& tasks, std::size_t position, const MethodScope& scope,
                          const std::string& what, bool another_method_helps) {
-  std::string message = task_label(tasks, position) + ": " + what + ", which " + std::string(scope.method) +
-                        " does not allow";
+  std::string message =
+      task_label(tasks, position) + ": " + what + ", which " + std::string(scope.method) + " does not allow";
   if (another_method_helps) message += "; " + std::string(scope.instead) + " would";
   throw AnalysisError(message);
 }
@@ -60,18 +60,19 @@ void check_tasks(const PeriodicTasks& tasks, const MethodScope& scope) {
   exact::Utilisation utilisation;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const PeriodicTask& t = tasks[i];
-    if (t.wcet <= 0) refuse(tasks, i, scope, "worst-case execution time " + ns(t.wcet) + " is not positive", false);
+    if (t.wcet <= 0)
+      refuse(tasks, i, scope, "worst-case execution time " + ns(t.wcet) + " is not positive", false);
     if (t.period <= 0) refuse(tasks, i, scope, "period " + ns(t.period) + " is not positive", false);
     if (t.deadline <= 0) refuse(tasks, i, scope, "deadline " + ns(t.deadline) + " is not positive", false);
     if (t.bcet < 0 || t.bcet > t.wcet) {
-      refuse(tasks, i, scope,
-             "best-case execution time " + ns(t.bcet) + " is outside of 0 to " + ns(t.wcet), false);
+      refuse(tasks, i, scope, "best-case execution time " + ns(t.bcet) + " is outside of 0 to " + ns(t.wcet),
+             false);
     }
     if (t.jitter < 0) refuse(tasks, i, scope, "release jitter " + ns(t.jitter) + " is negative", false);
     if (t.phase < 0) refuse(tasks, i, scope, "phase " + ns(t.phase) + " is negative", false);
     if (!scope.arbitrary_deadlines && t.deadline > t.period) {
-      refuse(tasks, i, scope,
-             "deadline " + ns(t.deadline) + " is longer than the period " + ns(t.period), true);
+      refuse(tasks, i, scope, "deadline " + ns(t.deadline) + " is longer than the period " + ns(t.period),
+             true);
     }
     if (!scope.jitter && t.jitter != 0) refuse(tasks, i, scope, "release jitter " + ns(t.jitter), true);
     if (!scope.phases && t.phase != 0) refuse(tasks, i, scope, "phase " + ns(t.phase) + " is not 0", true);
@@ -80,7 +81,8 @@ void check_tasks(const PeriodicTasks& tasks, const MethodScope& scope) {
   if (!scope.overload && utilisation.compare_to_one() > 0) {
     std::ostringstream message;
     message << "the utilisation " << utilisation.value() << " is above 1, which " << scope.method
-            << " does not allow; davis_2007 (exact NP-FP) still bounds the tasks whose priority level is not overloaded";
+            << " does not allow; davis_2007 (exact NP-FP) still bounds the tasks whose priority level is not "
+               "overloaded";
     throw AnalysisError(message.str());
   }
 }

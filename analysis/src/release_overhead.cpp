@@ -24,11 +24,11 @@ void check_no_skips(const PeriodicTasks& tasks) {
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     for (std::size_t j = 0; j < tasks.size(); ++j) {
       if (i == j || tasks[i].wcet < tasks[j].period) continue;
-      throw AnalysisError(task_label(tasks, i) + ": execution time with overhead, " + std::to_string(tasks[i].wcet) +
-                          " ns, reaches the period " + std::to_string(tasks[j].period) + " ns of " +
-                          task_label(tasks, j) +
-                          ", so that release-and-execute may skip its timestamps (condition C1 of Section V-A); "
-                          "release-only does not");
+      throw AnalysisError(
+          task_label(tasks, i) + ": execution time with overhead, " + std::to_string(tasks[i].wcet) +
+          " ns, reaches the period " + std::to_string(tasks[j].period) + " ns of " + task_label(tasks, j) +
+          ", so that release-and-execute may skip its timestamps (condition C1 of Section V-A); "
+          "release-only does not");
     }
   }
 }
@@ -73,9 +73,10 @@ OverheadAwareResponse with_release_overhead(const PeriodicTasks& tasks, std::int
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const auto overhead = release_overhead_ro(tasks, i, delta);
     if (!overhead) {
-      throw AnalysisError("releasing jobs at a cost of " + std::to_string(delta) +
-                          " ns each uses the whole processor, so that the overhead of Equation (3) diverges; lower "
-                          "the cost or the rates");
+      throw AnalysisError(
+          "releasing jobs at a cost of " + std::to_string(delta) +
+          " ns each uses the whole processor, so that the overhead of Equation (3) diverges; lower "
+          "the cost or the rates");
     }
     inflate(result.tasks[i], overhead->overhead);
   }

@@ -27,7 +27,8 @@ SagJob parse_row(std::string_view line, const std::string& where) {
   for (;; ++column) {
     const auto comma = line.find(',');
     const std::string_view field = trim(line.substr(0, comma));
-    if (column == value.size()) throw AnalysisError(where + "more than 8 columns; expected " + std::string(kHeader));
+    if (column == value.size())
+      throw AnalysisError(where + "more than 8 columns; expected " + std::string(kHeader));
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value[column]);
     if (error != std::errc{} || end != field.data() + field.size()) {
       throw AnalysisError(where + "'" + std::string(field) + "' in column '" + std::string(kColumns[column]) +
@@ -62,8 +63,8 @@ SagJob parse_row(std::string_view line, const std::string& where) {
 void write_sag_csv(std::ostream& out, const std::vector<SagJob>& jobs) {
   out << kHeader << '\n';
   for (const SagJob& j : jobs) {
-    out << j.task << ", " << j.job << ", " << j.arrival_min << ", " << j.arrival_max << ", " << j.cost_min << ", "
-        << j.cost_max << ", " << j.deadline << ", " << j.priority << '\n';
+    out << j.task << ", " << j.job << ", " << j.arrival_min << ", " << j.arrival_max << ", " << j.cost_min
+        << ", " << j.cost_max << ", " << j.deadline << ", " << j.priority << '\n';
   }
 }
 

@@ -20,9 +20,10 @@ std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy) {
   std::int64_t count = 0;
   for (const PeriodicTask& t : tasks) count = add(count, exact::ceil_div(horizon - t.phase, t.period));
   if (count > kMaxSagJobs) {
-    throw AnalysisError("a hyperperiod of " + std::to_string(h) + " ns gives " + std::to_string(count) +
-                        " jobs, more than the " + std::to_string(kMaxSagJobs) + " that " + std::string(kMethod) +
-                        " takes; choose periods with a smaller common multiple, or use " + std::string(kInstead));
+    throw AnalysisError(
+        "a hyperperiod of " + std::to_string(h) + " ns gives " + std::to_string(count) +
+        " jobs, more than the " + std::to_string(kMaxSagJobs) + " that " + std::string(kMethod) +
+        " takes; choose periods with a smaller common multiple, or use " + std::string(kInstead));
   }
   std::vector<SagJob> jobs;
   jobs.reserve(static_cast<std::size_t>(count));

@@ -32,7 +32,8 @@ SequenceTasks sequence_tasks(const TaskSet& set, Policy policy) {
     if (set[id].kind == TaskKind::timer) {
       timers.push_back(id);
     } else if (upstream[id] != 1) {
-      throw AnalysisError("subscription '" + set[id].name + "' is activated by " + std::to_string(upstream[id]) +
+      throw AnalysisError("subscription '" + set[id].name + "' is activated by " +
+                          std::to_string(upstream[id]) +
                           " tasks, but in a sequence (paper, Section VI) by exactly one");
     }
   }
@@ -52,8 +53,9 @@ SequenceTasks sequence_tasks(const TaskSet& set, Policy policy) {
     tasks.push_back(std::move(sequence));
   }
   if (reached != set.size()) {
-    throw AnalysisError("some subscriptions activate each other in a circle without a timer; a sequence begins with "
-                        "a timer (paper, Section VI)");
+    throw AnalysisError(
+        "some subscriptions activate each other in a circle without a timer; a sequence begins with "
+        "a timer (paper, Section VI)");
   }
   return tasks;
 }
@@ -71,7 +73,8 @@ void check_sequences(const SequenceTasks& tasks, std::string_view method, bool a
       throw AnalysisError("sequence '" + s.name + "': suspension of " + std::to_string(s.suspension) +
                           " ns is negative, which " + std::string(method) + " does not allow");
     }
-    whole.push_back({.name = s.name, .id = s.id, .wcet = s.wcet(), .period = s.period, .deadline = s.deadline});
+    whole.push_back(
+        {.name = s.name, .id = s.id, .wcet = s.wcet(), .period = s.period, .deadline = s.deadline});
   }
   check_tasks(whole, {.method = method,
                       .instead = "buttazzo_2013 (limited preemption without suspension)",

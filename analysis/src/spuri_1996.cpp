@@ -9,30 +9,71 @@ namespace hotpath {
 
 namespace {
 
-/// Start of the job of task i released at `a`, in the worst deadline busy period that begins at 0.
-std::int64_t latest_start(const PeriodicTasks& tasks, std::size_t i, std::int64_t a, TimeModel model) {
-  using exact::add, exact::multiply;
-  const std::int64_t d = add(a, tasks[i].deadline);
-  std::int64_t longest_later = 0;
+using exact::add, exact::ceil_div, exact::floor_div, exact::multiply, exact::subtract;
+
+/// Tasks of equal period and deadline, which differ in nothing but their execution times.
+struct Group {
+  std::int64_t period, deadline, wcet, longest;
+};
+
+std::vector<Group> group(const PeriodicTasks& tasks) {
+  std::vector<Group> groups;
   for (const PeriodicTask& t : tasks) {
-    if (t.deadline > d) longest_later = std::max(longest_later, t.wcet);
+    const auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
+      return g.period == t.period && g.deadline == t.deadline;
+    });
+    if (found == groups.end()) {
+      groups.push_back({t.period, t.deadline, t.wcet, t.wcet});
+    } else {
+      found->wcet = add(found->wcet, t.wcet);
+      found->longest = std::max(found->longest, t.wcet);
+    }
+  }
+  return groups;
+}
+
+/// Start of the job of `task` released at `a`, in the worst deadline busy period that begins at 0.
+std::int64_t latest_start(const std::vector<Group>& groups, const PeriodicTask& task, std::int64_t a,
+                          TimeModel model) {
+  const std::int64_t d = add(a, task.deadline);
+  std::int64_t longest_later = 0;
+  for (const Group& g : groups) {
+    if (g.deadline > d) longest_later = std::max(longest_later, g.longest);
   }
   const std::int64_t blocked = blocking(longest_later, model);
   const bool closed = ties_interfere(blocked, model);
-  const std::int64_t own = multiply(exact::floor_div(a, tasks[i].period), tasks[i].wcet);
-  const auto others = [&](std::int64_t s) {
-    std::int64_t sum = add(blocked, own);
-    for (std::size_t j = 0; j < tasks.size(); ++j) {
-      const PeriodicTask& t = tasks[j];
-      if (j == i || t.deadline > d) continue;
+  const std::int64_t fixed = add(blocked, multiply(floor_div(a, task.period), task.wcet));
+  const auto work = [&](std::int64_t s) {
+    std::int64_t sum = fixed;
+    for (const Group& g : groups) {
+      if (g.deadline > d) continue;
+      const bool own = g.period == task.period && g.deadline == task.deadline;
       const std::int64_t released =
-          closed ? exact::floor_div(s, t.period) + 1 : std::max<std::int64_t>(1, exact::ceil_div(s, t.period));
-      const std::int64_t urgent = exact::floor_div(d - t.deadline, t.period) + 1;
-      sum = add(sum, multiply(std::min(released, urgent), t.wcet));
+          closed ? floor_div(s, g.period) + 1 : std::max<std::int64_t>(1, ceil_div(s, g.period));
+      const std::int64_t urgent = floor_div(d - g.deadline, g.period) + 1;
+      sum = add(sum, multiply(std::min(released, urgent), own ? g.wcet - task.wcet : g.wcet));
     }
     return sum;
   };
-  return *exact::least_fixed_point(others(0), others);
+  return *exact::least_fixed_point(work(0), work);
+}
+
+/// Releases at which the response time can be largest: those that give the job the deadline of another one
+/// released in step with the start of the busy period.
+std::vector<std::int64_t> candidates(const std::vector<Group>& groups, const PeriodicTask& task,
+                                     std::int64_t end) {
+  std::vector<std::int64_t> releases = {0};
+  for (const Group& g : groups) {
+    const std::int64_t first = subtract(g.deadline, task.deadline);
+    const std::int64_t skip = first < 0 ? ceil_div(-first, g.period) : 0;
+    for (std::int64_t a = add(first, multiply(skip, g.period)); a < end; a = add(a, g.period)) {
+      if (releases.size() == exact::kMaxSteps) exact::report_slow_convergence();
+      releases.push_back(a);
+    }
+  }
+  std::sort(releases.begin(), releases.end());
+  releases.erase(std::unique(releases.begin(), releases.end()), releases.end());
+  return releases;
 }
 
 }  // namespace
@@ -42,38 +83,36 @@ ResponseTimes spuri_1996(const PeriodicTasks& tasks, TimeModel model) {
                       .instead = "nasri_2017 (schedule-abstraction graph)",
                       .jitter = false,
                       .overload = false});
+  const std::vector<Group> groups = group(tasks);
   Interference all;
-  std::int64_t latest_deadline = 0;
+  exact::Utilisation utilisation;
+  std::int64_t latest_deadline = 0, longest = 0;
   for (const PeriodicTask& t : tasks) {
     all.add(t.wcet, t.period, 0);
+    utilisation.add(t.wcet, t.period);
     latest_deadline = std::max(latest_deadline, t.deadline);
+    longest = std::max(longest, t.wcet);
   }
-  const std::int64_t busy =
-      *exact::least_fixed_point(all.once(), [&](std::int64_t t) { return all.before(t); });
+  // Behind a blocking job a busy period lasts no longer than `blocked_busy`, which is finite below full
+  // utilisation. Without one it ends by `busy`, and with one the job's deadline is before the latest relative
+  // deadline.
+  std::int64_t blocked_busy = std::numeric_limits<std::int64_t>::max(), busy = blocked_busy;
+  if (utilisation.compare_to_one() < 0) {
+    blocked_busy = *exact::least_fixed_point(add(longest, all.once()),
+                                             [&](std::int64_t t) { return add(longest, all.before(t)); });
+  } else {
+    busy = *exact::least_fixed_point(all.once(), [&](std::int64_t t) { return all.before(t); });
+  }
 
   ResponseTimes bounds;
-  std::vector<std::int64_t> releases;
-  std::uint64_t steps = 0;
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    // Without a blocking job a busy period ends by `busy`; with one the job's deadline is before latest_deadline.
-    const std::int64_t end = std::max(busy, latest_deadline - tasks[i].deadline);
-    releases.assign(1, 0);
-    for (const PeriodicTask& t : tasks) {
-      const std::int64_t first = exact::subtract(t.deadline, tasks[i].deadline);
-      const std::int64_t skip = first < 0 ? exact::ceil_div(-first, t.period) : 0;
-      for (std::int64_t a = exact::add(first, exact::multiply(skip, t.period)); a < end;
-           a = exact::add(a, t.period)) {
-        if (++steps == exact::kMaxSteps) exact::report_slow_convergence();
-        releases.push_back(a);
-      }
+  bounds.reserve(tasks.size());
+  for (const PeriodicTask& task : tasks) {
+    const std::int64_t end = std::min(blocked_busy, std::max(busy, latest_deadline - task.deadline));
+    std::int64_t response = task.wcet;
+    for (const std::int64_t a : candidates(groups, task, end)) {
+      response = std::max(response, add(latest_start(groups, task, a, model), task.wcet) - a);
     }
-    std::sort(releases.begin(), releases.end());
-    releases.erase(std::unique(releases.begin(), releases.end()), releases.end());
-    std::int64_t response = 0;
-    for (const std::int64_t a : releases) {
-      response = std::max(response, exact::add(latest_start(tasks, i, a, model), tasks[i].wcet) - a);
-    }
-    bounds.push_back(std::max(response, tasks[i].wcet));
+    bounds.push_back(response);
   }
   return bounds;
 }

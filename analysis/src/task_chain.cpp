@@ -5,7 +5,7 @@
 
 namespace hotpath {
 
-TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names, Repetition repetition) {
+TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names, Revisits repetition) {
   if (names.empty()) throw AnalysisError("the chain is empty; name at least one task");
   TaskChain chain;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -18,8 +18,9 @@ TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> na
       throw AnalysisError(where + " names the unknown task '" + names[i] + "'; the tasks are " + known);
     }
     const auto position = static_cast<std::size_t>(found - tasks.begin());
-    if (repetition == Repetition::forbidden && std::find(chain.begin(), chain.end(), position) != chain.end()) {
-      throw AnalysisError(where + " repeats the task '" + names[i] + "'; every task may stand in it only once");
+    if (repetition == Revisits::forbidden && std::find(chain.begin(), chain.end(), position) != chain.end()) {
+      throw AnalysisError(where + " repeats the task '" + names[i] +
+                          "'; every task may stand in it only once");
     }
     chain.push_back(position);
   }
@@ -37,8 +38,8 @@ void check_chain(const PeriodicTasks& tasks, const ResponseTimes& bounds, const 
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const std::string where = "element " + std::to_string(i + 1) + " of the chain";
     if (chain[i] >= tasks.size()) {
-      throw AnalysisError(prefix + where + " is task number " + std::to_string(chain[i]) + ", but there are only " +
-                          std::to_string(tasks.size()));
+      throw AnalysisError(prefix + where + " is task number " + std::to_string(chain[i]) +
+                          ", but there are only " + std::to_string(tasks.size()));
     }
     if (!bounds[chain[i]]) {
       throw AnalysisError(prefix + where + ", " + task_label(tasks, chain[i]) +

@@ -85,7 +85,8 @@ std::int64_t ElementBound::total() const { return add(until_start, until_finish)
 
 std::vector<ElementBound> teper_2024_elements(const ExecutorCallbacks& callbacks, const TaskChain& chain) {
   check_callbacks(callbacks, chain, kMethod);
-  if (chain.empty()) throw AnalysisError(std::string(kMethod) + ": the chain is empty; name at least one callback");
+  if (chain.empty())
+    throw AnalysisError(std::string(kMethod) + ": the chain is empty; name at least one callback");
   const Workload work(callbacks);
   std::vector<ElementBound> elements;
   for (std::size_t position = 0; position < chain.size(); ++position) {
@@ -108,8 +109,7 @@ std::vector<std::int64_t> teper_2024_timers(const PeriodicTasks& tasks) {
   std::vector<std::int64_t> bounds;
   bounds.reserve(tasks.size());
   for (const PeriodicTask& t : tasks) {
-    const std::int64_t start =
-        add(all, std::max<std::int64_t>(0, add(subtract(t.period, t.wcet), higher)));
+    const std::int64_t start = add(all, std::max<std::int64_t>(0, add(subtract(t.period, t.wcet), higher)));
     bounds.push_back(add(start, t.wcet));
     higher += t.wcet;  // at most `all`
   }

@@ -29,7 +29,8 @@ std::array<double, 9> cumulative_shares() {
   for (const WatersPeriod& p : kWatersPeriods) total += p.share;
   std::array<double, 9> cumulative{};
   double sum = 0;
-  for (std::size_t i = 0; i < cumulative.size(); ++i) cumulative[i] = (sum += kWatersPeriods[i].share) / total;
+  for (std::size_t i = 0; i < cumulative.size(); ++i)
+    cumulative[i] = (sum += kWatersPeriods[i].share) / total;
   return cumulative;
 }
 
@@ -50,21 +51,25 @@ void draw_distinct(std::vector<std::size_t>& items, std::size_t k, RandomStream&
 
 }  // namespace
 
+PeriodicTask waters_runnable(RandomStream& random) {
+  static const std::array<double, 9> kCumulative = cumulative_shares();
+  const WatersPeriod& p = kWatersPeriods[random.pick(kCumulative)];
+  const std::int64_t period = p.period_ms * kNsPerMs;
+  return {.name = {}, .wcet = draw_wcet(p, random), .period = period, .deadline = period};
+}
+
 PeriodicTasks waters_task_set(double utilisation, RandomStream& random) {
   if (!(utilisation > 0 && utilisation < 1)) {
     throw AnalysisError("a WATERS task set cannot have the utilisation " + std::to_string(utilisation) +
                         "; give a number between 0 and 1");
   }
-  static const std::array<double, 9> kCumulative = cumulative_shares();
   PeriodicTasks tasks;
   for (double sum = 0; sum < utilisation;) {
-    const WatersPeriod& p = kWatersPeriods[random.pick(kCumulative)];
-    const std::int64_t period = p.period_ms * kNsPerMs;
-    const std::int64_t wcet = draw_wcet(p, random);
-    const double added = static_cast<double>(wcet) / static_cast<double>(period);
+    PeriodicTask task = waters_runnable(random);
+    const double added = static_cast<double>(task.wcet) / static_cast<double>(task.period);
     if (sum + added > utilisation + kTolerance) continue;
     sum += added;
-    tasks.push_back({.name = {}, .wcet = wcet, .period = period, .deadline = period});
+    tasks.push_back(std::move(task));
   }
   std::stable_sort(tasks.begin(), tasks.end(),
                    [](const PeriodicTask& a, const PeriodicTask& b) { return a.period < b.period; });

@@ -20,7 +20,8 @@ namespace hotpath {
 
 namespace {
 
-/// Streams of one task set; the phases have their own, so that no other draw depends on whether they are needed.
+/// Streams of one task set; the phases have their own, so that no other draw depends on whether they are
+/// needed.
 enum Stream : std::uint64_t { kTasksAndChains, kPhases };
 
 struct OneSet {
@@ -102,8 +103,8 @@ void check(const WatersOptions& options) {
     throw AnalysisError("the WATERS experiment needs at least one utilisation and one task set");
   }
   if (options.methods.empty() || options.methods.size() > kWatersMethods) {
-    throw AnalysisError("the WATERS experiment takes 1 to " + std::to_string(kWatersMethods) + " methods, not " +
-                        std::to_string(options.methods.size()));
+    throw AnalysisError("the WATERS experiment takes 1 to " + std::to_string(kWatersMethods) +
+                        " methods, not " + std::to_string(options.methods.size()));
   }
 }
 
@@ -111,11 +112,16 @@ void check(const WatersOptions& options) {
 
 const char* to_string(WatersMethod method) {
   switch (method) {
-    case WatersMethod::brueggen_davare: return "brueggen_davare";
-    case WatersMethod::davis_davare: return "davis_davare";
-    case WatersMethod::davis_duerr: return "davis_duerr";
-    case WatersMethod::davis_kloda: return "davis_kloda";
-    case WatersMethod::davis_guenzel: return "davis_guenzel";
+    case WatersMethod::brueggen_davare:
+      return "brueggen_davare";
+    case WatersMethod::davis_davare:
+      return "davis_davare";
+    case WatersMethod::davis_duerr:
+      return "davis_duerr";
+    case WatersMethod::davis_kloda:
+      return "davis_kloda";
+    case WatersMethod::davis_guenzel:
+      return "davis_guenzel";
   }
   return "?";
 }
@@ -145,7 +151,8 @@ WatersResult waters_share(const WatersOptions& options, std::uint32_t rank, std:
       failure = std::current_exception();
     }
   };
-  const unsigned threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+  const unsigned threads =
+      options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
   {
     std::vector<std::jthread> helpers;
     for (unsigned t = 1; t < threads; ++t) helpers.emplace_back(work);

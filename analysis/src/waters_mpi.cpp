@@ -38,7 +38,8 @@ std::optional<WatersResult> run_waters_mpi(const MpiSession& session, const Wate
   std::vector<int> offsets(lengths.size(), 0);
   std::exclusive_scan(lengths.begin(), lengths.end(), offsets.begin(), 0);
   std::string all(session.rank() == 0 ? total : 0, '\0');
-  MPI_Gatherv(mine.data(), length, MPI_CHAR, all.data(), lengths.data(), offsets.data(), MPI_CHAR, 0, MPI_COMM_WORLD);
+  MPI_Gatherv(mine.data(), length, MPI_CHAR, all.data(), lengths.data(), offsets.data(), MPI_CHAR, 0,
+              MPI_COMM_WORLD);
   if (session.rank() != 0) return std::nullopt;
   std::vector<WatersResult> shares;
   for (std::size_t r = 0; r < lengths.size(); ++r) {

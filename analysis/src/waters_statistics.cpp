@@ -57,14 +57,14 @@ double quantile(const std::vector<double>& sorted, double p) {
 }
 
 /// Woodruff: the interval of the share of chains below the quantile, carried over to quantiles.
-Estimate quantile_estimate(const Clustered& c, const std::vector<double>& sorted, double p) {
+ClusteredEstimate quantile_estimate(const Clustered& c, const std::vector<double>& sorted, double p) {
   const double q = quantile(sorted, p);
   if (c.clusters() < 2) return {q, kNaN, kNaN};
   const double half = clustered_half_width(c, p, [&](double x) { return x <= q ? 1.0 : 0.0; });
   return {q, quantile(sorted, p - half), quantile(sorted, p + half)};
 }
 
-Estimate wilson(double successes, double n) {
+ClusteredEstimate wilson(double successes, double n) {
   if (n == 0) return {kNaN, kNaN, kNaN};
   const double share = successes / n;
   const double scale = 1 + kZ * kZ / n;
@@ -113,7 +113,8 @@ std::vector<WatersSummary> summarise_waters(const WatersOptions& options, const 
       for (const WatersSet& set : result.sets) {
         if (set.level != level) continue;
         ++s.sets;
-        s.schedulable += s.method == WatersMethod::brueggen_davare ? set.schedulable_brueggen : set.schedulable_davis;
+        s.schedulable +=
+            s.method == WatersMethod::brueggen_davare ? set.schedulable_brueggen : set.schedulable_davis;
       }
       s.schedulable_share = wilson(s.schedulable, s.sets);
       const Clustered c = reductions(result, level, m);

@@ -10,9 +10,15 @@ PeriodicTasks paper_timers_only(int utilisation_percent) {
   constexpr std::int64_t kMs = 1'000'000;
   std::int64_t camera = 0;
   switch (utilisation_percent) {
-    case 60: camera = 10 * kMs; break;
-    case 80: camera = 14 * kMs; break;
-    case 90: camera = 16 * kMs; break;
+    case 60:
+      camera = 10 * kMs;
+      break;
+    case 80:
+      camera = 14 * kMs;
+      break;
+    case 90:
+      camera = 16 * kMs;
+      break;
     default:
       throw AnalysisError("the paper has no timers-only task set of " + std::to_string(utilisation_percent) +
                           " % utilisation; take 60, 80 or 90");
@@ -28,7 +34,8 @@ PeriodicTasks paper_timers_only(int utilisation_percent) {
   for (const char* name : {"Camera1", "Camera2", "Camera3", "Camera4"}) {
     tasks.push_back(task(name, camera, 84 * kMs, tasks.size()));
   }
-  for (const char* name : {"LiDAR1", "LiDAR2"}) tasks.push_back(task(name, 10 * kMs, 200 * kMs, tasks.size()));
+  for (const char* name : {"LiDAR1", "LiDAR2"})
+    tasks.push_back(task(name, 10 * kMs, 200 * kMs, tasks.size()));
   return tasks;
 }
 

@@ -61,20 +61,19 @@ TEST(BadInput, TimesOutOfRangeNameTheTask) {
 TEST(BadInput, ADeadlineBeyondThePeriodNamesTheMethodThatWouldTakeIt) {
   PeriodicTasks tasks = named();
   tasks[1].deadline = 21;
-  EXPECT_THAT(refusal([&] { brueggen_2015(tasks); }),
-              AllOf(HasSubstr("'lidar'"), HasSubstr("Theorem 1"), HasSubstr("davis_2007 (exact NP-FP) would")));
+  EXPECT_THAT(refusal([&] { brueggen_2015(tasks); }), AllOf(HasSubstr("'lidar'"), HasSubstr("Theorem 1"),
+                                                            HasSubstr("davis_2007 (exact NP-FP) would")));
   EXPECT_EQ(refusal([&] { davis_2007(tasks); }), "accepted");
-  EXPECT_THAT(refusal([] {
-                chen_2019({{.name = "s", .segments = {1}, .period = 5, .deadline = 6}});
-              }),
+  EXPECT_THAT(refusal([] { chen_2019({{.name = "s", .segments = {1}, .period = 5, .deadline = 6}}); }),
               HasSubstr("buttazzo_2013"));
 }
 
 TEST(BadInput, JitterIsRefusedWhereTheMethodHasNone) {
   PeriodicTasks tasks = named();
   tasks[0].jitter = 1;
-  for (const auto& call : std::vector<std::function<void()>>{[&] { brueggen_2015(tasks); }, [&] { george_1996(tasks); },
-                                                             [&] { spuri_1996(tasks); }, [&] { bedarkar_2022(tasks); }}) {
+  for (const auto& call :
+       std::vector<std::function<void()>>{[&] { brueggen_2015(tasks); }, [&] { george_1996(tasks); },
+                                          [&] { spuri_1996(tasks); }, [&] { bedarkar_2022(tasks); }}) {
     EXPECT_THAT(refusal(call), HasSubstr("release jitter 1 ns"));
   }
 }
@@ -88,17 +87,20 @@ TEST(BadInput, UtilisationAboveOneNamesTheMethodThatStillAnswers) {
 
 TEST(BadInput, ChainsNameUnknownAndRepeatedTasks) {
   const std::vector<std::string> unknown = {"imu", "radar"};
-  EXPECT_THAT(refusal([&] { task_chain(named(), unknown, Repetition::allowed); }),
+  EXPECT_THAT(refusal([&] { task_chain(named(), unknown, Revisits::allowed); }),
               AllOf(HasSubstr("element 2"), HasSubstr("'radar'"), HasSubstr("imu, lidar")));
   const std::vector<std::string> repeated = {"imu", "lidar", "imu"};
-  EXPECT_THAT(refusal([&] { task_chain(named(), repeated, Repetition::forbidden); }),
+  EXPECT_THAT(refusal([&] { task_chain(named(), repeated, Revisits::forbidden); }),
               AllOf(HasSubstr("element 3"), HasSubstr("repeats the task 'imu'")));
-  EXPECT_EQ(task_chain(named(), repeated, Repetition::allowed), (TaskChain{0, 1, 0}));
-  EXPECT_THAT(refusal([&] { task_chain(named(), {}, Repetition::allowed); }), HasSubstr("empty"));
+  EXPECT_EQ(task_chain(named(), repeated, Revisits::allowed), (TaskChain{0, 1, 0}));
+  EXPECT_THAT(refusal([&] { task_chain(named(), {}, Revisits::allowed); }), HasSubstr("empty"));
   EXPECT_THAT(refusal([&] { davare_2007(named(), {1, 2}, {0, 2}); }), HasSubstr("only 2"));
-  EXPECT_THAT(refusal([&] { davare_2007(named(), {1, std::nullopt}, {0, 1}); }),
+  EXPECT_THAT(refusal([&] {
+                davare_2007(named(), {1, std::nullopt}, {0, 1});
+              }),
               AllOf(HasSubstr("'lidar'"), HasSubstr("no response time bound")));
-  EXPECT_THAT(refusal([&] { davare_2007(named(), {1}, {0}); }), HasSubstr("1 response time bounds for 2 tasks"));
+  EXPECT_THAT(refusal([&] { davare_2007(named(), {1}, {0}); }),
+              HasSubstr("1 response time bounds for 2 tasks"));
   EXPECT_THAT(refusal([&] { davare_2007(named(), {1, 2}, {}); }), HasSubstr("empty"));
 }
 
@@ -106,7 +108,9 @@ TEST(BadInput, HyperperiodsThatOverflowOrExplodeNameTheMethodsWithout) {
   PeriodicTasks tasks = {task(1, 4'611'686'018'427'387'847), task(1, 4'611'686'018'427'387'846)};
   EXPECT_THAT(refusal([&] { sag_jobs(tasks, SagPolicy::edf); }),
               AllOf(HasSubstr("hyperperiod exceeds"), HasSubstr("spuri_1996")));
-  EXPECT_THAT(refusal([&] { kloda_2018(tasks, {1, 2}, {0, 1}); }),
+  EXPECT_THAT(refusal([&] {
+                kloda_2018(tasks, {1, 2}, {0, 1});
+              }),
               AllOf(HasSubstr("hyperperiod exceeds"), HasSubstr("duerr_2019")));
   tasks = {task(1, 10'000'019), task(1, 10'000'079)};
   EXPECT_THAT(refusal([&] { sag_jobs(tasks, SagPolicy::edf); }), HasSubstr("20000098 jobs"));
@@ -118,7 +122,10 @@ TEST(BadInput, TimesThatOverflowAreReported) {
   const PeriodicTasks tasks = {task(huge / 2, huge), task(huge / 2, huge), task(huge / 2, huge)};
   EXPECT_THAT(refusal([&] { brueggen_2015_fixed_point(tasks, 2, std::numeric_limits<std::int64_t>::max()); }),
               HasSubstr("64-bit nanoseconds"));
-  EXPECT_THAT(refusal([&] { davare_2007(tasks, {huge, huge, huge}, {0, 1, 2}); }), HasSubstr("64-bit nanoseconds"));
+  EXPECT_THAT(refusal([&] {
+                davare_2007(tasks, {huge, huge, huge}, {0, 1, 2});
+              }),
+              HasSubstr("64-bit nanoseconds"));
 }
 
 TEST(BadInput, SubscriptionsAreNoPeriodicTasks) {
@@ -126,7 +133,8 @@ TEST(BadInput, SubscriptionsAreNoPeriodicTasks) {
   set.tasks.resize(1);
   set.tasks[0].name = "planner/map";
   set.tasks[0].kind = TaskKind::subscription;
-  EXPECT_THAT(refusal([&] { periodic_tasks(set, Policy::rm); }), HasSubstr("'planner/map' is a subscription"));
+  EXPECT_THAT(refusal([&] { periodic_tasks(set, Policy::rm); }),
+              HasSubstr("'planner/map' is a subscription"));
 }
 
 TEST(BadInput, DefaultExecutorCallbacks) {
@@ -144,7 +152,14 @@ TEST(BadInput, DefaultExecutorCallbacks) {
   EXPECT_THAT(with([](auto&) {}, {}), HasSubstr("empty"));
   EXPECT_THAT(refusal([] { teper_2022(0, {{}}); }), HasSubstr("not positive"));
   EXPECT_THAT(refusal([] { teper_2022(5, {}); }), HasSubstr("empty"));
-  EXPECT_THAT(refusal([] { teper_2022(5, {{Rtss2022Element::Kind::timer, 0, 1, 0}}); }), HasSubstr("element 1"));
+  EXPECT_THAT(refusal([] {
+                teper_2022(5, {{Rtss2022Element::Kind::timer, 0, 1, 0}});
+              }),
+              HasSubstr("element 1"));
+  EXPECT_THAT(refusal([] {
+                teper_2022(9, {{Rtss2022Element::Kind::timer, 5, 6, 0}});
+              }),
+              HasSubstr("teper_2024"));
 }
 
 TEST(BadInput, OtherBoundaries) {
@@ -154,8 +169,11 @@ TEST(BadInput, OtherBoundaries) {
 }
 
 TEST(Tightness, RatioAndViolationsOfBoundsAndObservations) {
-  const TightnessReport report = compare_with_bounds(
-      {{"held", 100, 80}, {"reached", 100, 100}, {"broken", 100, 101}, {"unbounded", std::nullopt, 7}, {"idle", 9, std::nullopt}});
+  const TightnessReport report = compare_with_bounds({{"held", 100, 80},
+                                                      {"reached", 100, 100},
+                                                      {"broken", 100, 101},
+                                                      {"unbounded", std::nullopt, 7},
+                                                      {"idle", 9, std::nullopt}});
   EXPECT_EQ(report.violations, 1U);
   EXPECT_DOUBLE_EQ(*report.rows[0].ratio, 0.8);
   EXPECT_FALSE(report.rows[1].violated);
@@ -186,7 +204,8 @@ TEST(PeriodicTasks, ComeInPriorityOrderOfTheTaskSet) {
   EXPECT_EQ(ids(Policy::edf), (std::vector<TaskId>{0, 1, 2, 3}));
   const PeriodicTask first = periodic_tasks(set, Policy::rm)[0];
   EXPECT_EQ(first.name, "t1");
-  EXPECT_EQ(std::tuple(first.wcet, first.bcet, first.period, first.deadline, first.phase), std::tuple(2, 1, 10, 10, 3));
+  EXPECT_EQ(std::tuple(first.wcet, first.bcet, first.period, first.deadline, first.phase),
+            std::tuple(2, 1, 10, 10, 3));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The default executor's bounds against the default executor itself: hotpath's wait set scheduler in virtual time.
+// The default executor's bounds against the default executor itself: hotpath's wait set scheduler in virtual
+// time.
 #include <gtest/gtest.h>
 
 #include "hotpath/analysis/teper_2022.hpp"
@@ -15,7 +16,8 @@ struct Ran {
 };
 
 /// Every job of each task, in order of start, until `end`; execution times drawn from [bcet, wcet].
-std::vector<std::vector<Ran>> run_default_executor(const TaskSet& set, std::int64_t end, RandomStream& random) {
+std::vector<std::vector<Ran>> run_default_executor(const TaskSet& set, std::int64_t end,
+                                                   RandomStream& random) {
   WaitSetScheduler scheduler(set, 1);
   scheduler.begin(from_ns(0));
   std::vector<std::vector<Ran>> ran(set.size());
@@ -76,16 +78,17 @@ TaskSet random_set(RandomStream& random, bool subscriptions) {
 std::string as_text(const TaskSet& set) {
   std::string text = "\n";
   for (const Task& t : set.tasks) {
-    text += t.name + ": period " + std::to_string(t.period.count()) + ", phase " + std::to_string(t.phase.count()) +
-            ", execution time " + std::to_string(t.bcet.count()) + " to " + std::to_string(t.wcet.count());
+    text += t.name + ": period " + std::to_string(t.period.count()) + ", phase " +
+            std::to_string(t.phase.count()) + ", execution time " + std::to_string(t.bcet.count()) + " to " +
+            std::to_string(t.wcet.count());
     for (const TaskId next : t.feeds) text += ", feeds " + set[next].name;
     text += '\n';
   }
   return text;
 }
 
-/// Largest time from right after the start of a job of the first task to the finish of the first output that knows of
-/// it.
+/// Largest time from right after the start of a job of the first task to the finish of the first output that
+/// knows of it.
 std::int64_t largest_reaction(const std::vector<std::vector<Ran>>& ran, const std::vector<TaskId>& chain) {
   std::int64_t largest = 0;
   const auto& first = ran[chain.front()];
@@ -94,7 +97,8 @@ std::int64_t largest_reaction(const std::vector<std::vector<Ran>>& ran, const st
     bool arrived = true;
     for (std::size_t i = 1; i < chain.size() && arrived; ++i) {
       const auto& list = ran[chain[i]];
-      const auto reader = std::find_if(list.begin(), list.end(), [&](const Ran& r) { return r.start >= finish; });
+      const auto reader =
+          std::find_if(list.begin(), list.end(), [&](const Ran& r) { return r.start >= finish; });
       arrived = reader != list.end();
       if (arrived) finish = reader->finish;
     }
@@ -130,7 +134,8 @@ TEST(Teper2024, BoundsResponseTimesOfTheWaitSetScheduler) {
     const std::vector<std::int64_t> bounds = teper_2024_response_times(callbacks);
     for (std::size_t i = 0; i < callbacks.size(); ++i) {
       for (const Ran& r : ran[callbacks[i].id]) {
-        ASSERT_LE(r.finish - r.timestamp, bounds[i]) << callbacks[i].name << " started at " << r.start << as_text(set);
+        ASSERT_LE(r.finish - r.timestamp, bounds[i])
+            << callbacks[i].name << " started at " << r.start << as_text(set);
       }
     }
   }

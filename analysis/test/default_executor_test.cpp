@@ -38,7 +38,8 @@ TEST(Teper2024, GeneralLemmasReduceToTheTimersForm) {
     TaskChain chain;
     for (const PeriodicTask& t : tasks) {
       chain.push_back(callbacks.size());
-      callbacks.push_back({.name = "t", .kind = TaskKind::timer, .wcet = t.wcet, .period = t.period, .deliveries = {}});
+      callbacks.push_back(
+          {.name = "t", .kind = TaskKind::timer, .wcet = t.wcet, .period = t.period, .deliveries = {}});
     }
     std::vector<std::int64_t> totals;
     for (const ElementBound& e : teper_2024_elements(callbacks, chain)) totals.push_back(e.total());
@@ -78,7 +79,8 @@ struct Indy {
     chain.push_back(subscription("ray_ground", 1, 5'868'673));
     chain.push_back(subscription("filter", 2, 4'262'447));
     chain.push_back(subscription("clustering", 3, 30'157'566));
-    const auto pair = [&](std::uint32_t executor, std::int64_t stored, std::int64_t worked, std::int64_t period) {
+    const auto pair = [&](std::uint32_t executor, std::int64_t stored, std::int64_t worked,
+                          std::int64_t period) {
       std::size_t reader = 0, worker = 0;
       if (subscriptions_first) {
         reader = subscription("sub", executor, stored);
@@ -111,8 +113,8 @@ TEST(Teper2024, IndyBaseline) {
   std::vector<std::int64_t> totals;
   for (const ElementBound& e : indy.elements) totals.push_back(e.total());
   // The facts list these to 1 ns, rounded from binary fractions of a second.
-  EXPECT_THAT(totals, ElementsAre(21'075'248, 18'689'154, 22'143'364, 81'749'916, 114'518'494, 114'518'494, 220'320'734,
-                                  220'320'734, 8'331'624, 14'169'312));
+  EXPECT_THAT(totals, ElementsAre(21'075'248, 18'689'154, 22'143'364, 81'749'916, 114'518'494, 114'518'494,
+                                  220'320'734, 220'320'734, 8'331'624, 14'169'312));
 }
 
 TEST(Teper2024, IndySubscriptionsFirst) {
@@ -120,7 +122,8 @@ TEST(Teper2024, IndySubscriptionsFirst) {
 }
 
 TEST(Teper2024, IndyTimersOfPeriodZero) {
-  EXPECT_DOUBLE_EQ(rounded_ms(Indy{.tracking_period = 0, .planner_period = 0, .elements = {}}.latency()), 668.146);
+  EXPECT_DOUBLE_EQ(rounded_ms(Indy{.tracking_period = 0, .planner_period = 0, .elements = {}}.latency()),
+                   668.146);
 }
 
 TEST(Teper2024, IndyAsynchronousPublishing) {
@@ -153,7 +156,8 @@ TEST(Teper2024, LemmaVI3AndVI5OnOneExecutor) {
 
 TEST(ExecutorCallbacks, WaitSetOrderIsTimersThenSubscriptionsInCreationOrder) {
   TaskSet set;
-  for (const TaskKind kind : {TaskKind::subscription, TaskKind::timer, TaskKind::subscription, TaskKind::timer}) {
+  for (const TaskKind kind :
+       {TaskKind::subscription, TaskKind::timer, TaskKind::subscription, TaskKind::timer}) {
     Task t;
     t.kind = kind;
     t.name = std::to_string(set.size());
@@ -169,20 +173,21 @@ constexpr Rtss2022Element kSub{};
 
 Rtss2022Element timer(std::int64_t wcet, std::int64_t period) { return {Kind::timer, period, wcet, 0}; }
 
-/// Two sensors with filters, a fusion and a second stage, each triggered by a subscription (S) or a timer (T); tenths
-/// of a millisecond. `w` is the sum of all execution times.
+/// Two sensors with filters, a fusion and a second stage, each triggered by a subscription (S) or a timer
+/// (T); tenths of a millisecond. `w` is the sum of all execution times.
 struct Rtss2022Case {
   const char* name;
-  std::int64_t w, sensor, fusion_timer, stage_timer;  // timers: 0 where the stage is triggered by a subscription
+  std::int64_t w, sensor, fusion_timer,
+      stage_timer;  // timers: 0 where the stage is triggered by a subscription
   std::int64_t chain1, chain2;
 };
 
 TEST(Teper2022, UpperBoundsOfTheArtifact) {
   const Rtss2022Case cases[] = {
-      {"over SS", 1800, 900, 0, 0, 11600, 19500},         {"over ST", 2100, 1050, 0, 525, 17975, 27225},
-      {"over TS", 2100, 1050, 525, 0, 17975, 17875},      {"over TT", 2400, 1200, 600, 600, 25700, 25600},
-      {"under SS", 1800, 3600, 0, 0, 14300, 24900},       {"under ST", 2100, 4200, 0, 8400, 29000, 41400},
-      {"under TS", 2100, 4200, 8400, 0, 29000, 28900},    {"under TT", 2400, 4800, 9600, 9600, 47300, 47200},
+      {"over SS", 1800, 900, 0, 0, 11600, 19500},      {"over ST", 2100, 1050, 0, 525, 17975, 27225},
+      {"over TS", 2100, 1050, 525, 0, 17975, 17875},   {"over TT", 2400, 1200, 600, 600, 25700, 25600},
+      {"under SS", 1800, 3600, 0, 0, 14300, 24900},    {"under ST", 2100, 4200, 0, 8400, 29000, 41400},
+      {"under TS", 2100, 4200, 8400, 0, 29000, 28900}, {"under TT", 2400, 4800, 9600, 9600, 47300, 47200},
   };
   for (const Rtss2022Case& c : cases) {
     std::vector<Rtss2022Element> chain1 = {timer(100, c.sensor), kSub};
@@ -229,7 +234,8 @@ TEST(SectionVIIB, NormalisedReductionOfThePaperArtifact) {
   const struct {
     TaskChain chain;
     double percent;
-  } rows[] = {{{0, 1}, 27.9570}, {{4, 3, 0}, 6.5455}, {{0, 1, 2, 3, 4}, 9.7113}, {{2, 0}, 22.1053}, {{4, 4}, 4.1096}};
+  } rows[] = {
+      {{0, 1}, 27.9570}, {{4, 3, 0}, 6.5455}, {{0, 1, 2, 3, 4}, 9.7113}, {{2, 0}, 22.1053}, {{4, 4}, 4.1096}};
   for (const auto& row : rows) {
     double e_default = 0, e_rm = 0;
     for (const std::size_t i : row.chain) {

@@ -24,10 +24,11 @@ struct Latency {
   std::int64_t reaction = 0, age = 0, reduced_age = 0;
 };
 
-/// Jobs read at their start and write at their finish. An event right after a read is processed by the next job of the
-/// first task, and from there by the first job of each task that starts at or after the finish before it. Data age
-/// lasts until the next output. Only what begins at `from` or later counts.
-Latency measure(const std::vector<std::vector<SimulatedJob>>& jobs, const TaskChain& chain, std::int64_t from) {
+/// Jobs read at their start and write at their finish. An event right after a read is processed by the next
+/// job of the first task, and from there by the first job of each task that starts at or after the finish
+/// before it. Data age lasts until the next output. Only what begins at `from` or later counts.
+Latency measure(const std::vector<std::vector<SimulatedJob>>& jobs, const TaskChain& chain,
+                std::int64_t from) {
   Latency latency;
   const auto& first = jobs[chain.front()];
   for (std::size_t j = 0; j + 1 < first.size(); ++j) {

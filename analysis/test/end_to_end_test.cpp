@@ -57,6 +57,10 @@ TEST(Duerr2019, Theorem510DataAgeWithoutHandoverDelayAfterHigherPriority) {
   EXPECT_EQ(duerr_2019_data_age(kTasks, kBounds, kReversed), 1 + 20 + 3 + 10);
 }
 
+TEST(Duerr2019, Theorem54TakesALongResponseTimeInPlaceOfAShortPeriod) {
+  EXPECT_EQ(duerr_2019_reaction_time({task(1, 30), task(1, 20)}, {25, 3}, kForward), 30 + 3 + 25);
+}
+
 TEST(Duerr2019, DynamicPrioritiesAlwaysPayTheHandoverDelay) {
   EXPECT_EQ(duerr_2019_reaction_time(kTasks, kBounds, kForward, Priorities::dynamic), 10 + 3 + 20 + 1);
   EXPECT_EQ(duerr_2019_reduced_data_age(kTasks, kBounds, kForward, Priorities::dynamic), 3 + 10 + 1);
@@ -84,7 +88,8 @@ TEST(Guenzel2023, WithoutPhasesEqualsKloda2018) {
     const PeriodicTasks tasks = random_tasks(random, {});
     ResponseTimes bounds;
     TaskChain chain;
-    for (const PeriodicTask& t : tasks) bounds.push_back(t.wcet + static_cast<std::int64_t>(random.below(40)));
+    for (const PeriodicTask& t : tasks)
+      bounds.push_back(t.wcet + static_cast<std::int64_t>(random.below(40)));
     for (std::size_t n = 1 + random.below(5); n > 0; --n) chain.push_back(random.below(tasks.size()));
     for (const Priorities p : {Priorities::fixed, Priorities::dynamic}) {
       EXPECT_EQ(guenzel_2023(tasks, bounds, chain, p), kloda_2018(tasks, bounds, chain, p))

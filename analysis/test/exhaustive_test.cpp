@@ -8,6 +8,7 @@
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
 #include "hotpath/analysis/george_1996.hpp"
+#include "hotpath/analysis/nasri_2017.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "reference_simulation.hpp"
 
@@ -16,15 +17,15 @@ namespace {
 
 constexpr std::size_t kMost = 3;
 
-/// Sporadic non-preemptive scheduling as a finite automaton, one step a time unit. At each instant any task whose last
-/// release is at least T ago may release a job; a free processor then starts the first job by the rule, ties either way,
-/// for any execution time in [1, C].
+/// Sporadic non-preemptive scheduling as a finite automaton, one step a time unit. At each instant any task
+/// whose last release is at least T ago may release a job; a free processor then starts the first job by the
+/// rule, ties either way, for any execution time in [1, C].
 class Automaton {
  public:
   Automaton(const PeriodicTasks& tasks, Rule rule) : tasks_(tasks), rule_(rule) {}
 
-  /// Whether no job finishes later than `limit` of its task after its release; then `largest` are the largest response
-  /// times.
+  /// Whether no job finishes later than `limit` of its task after its release; then `largest` are the largest
+  /// response times.
   bool explore(const std::vector<std::int64_t>& limit, std::vector<std::int64_t>& largest) {
     largest.assign(tasks_.size(), 0);
     std::unordered_set<std::uint64_t> seen;
@@ -73,9 +74,12 @@ class Automaton {
 
   std::int64_t urgency(const State& s, std::size_t i) const {
     switch (rule_) {
-      case Rule::fixed_priority: return static_cast<std::int64_t>(i);
-      case Rule::edf: return tasks_[i].deadline - s.slot[i].age;
-      case Rule::fifo: break;
+      case Rule::fixed_priority:
+        return static_cast<std::int64_t>(i);
+      case Rule::edf:
+        return tasks_[i].deadline - s.slot[i].age;
+      case Rule::fifo:
+        break;
     }
     return -s.slot[i].age;
   }
@@ -132,13 +136,13 @@ std::vector<std::int64_t> deadlines(const PeriodicTasks& tasks) {
 RandomSet tiny(RandomStream& random) {
   RandomSet what;
   what.max_tasks = kMost;
-  what.periods = {2, 3, 4, 5, 6, 7};
+  what.periods = {2, 3, 4, 5, 6, 7, 8, 9, 10};
   what.max_wcet_share = 0.6;
   what.constrained = random.below(2) == 0;
   return what;
 }
 
-constexpr int kSets = 400;
+constexpr int kSets = 1500;
 
 TEST(Exhaustive, DavisIsExactForSporadicNonPreemptiveFp) {
   RandomStream random(31, {0});
@@ -151,7 +155,8 @@ TEST(Exhaustive, DavisIsExactForSporadicNonPreemptiveFp) {
     ASSERT_EQ(schedulable(tasks, bounds), in_time) << as_graph(tasks);
     if (!in_time) continue;
     ++passed;
-    for (std::size_t k = 0; k < tasks.size(); ++k) ASSERT_EQ(*bounds[k], largest[k]) << "task " << k << as_graph(tasks);
+    for (std::size_t k = 0; k < tasks.size(); ++k)
+      ASSERT_EQ(*bounds[k], largest[k]) << "task " << k << as_graph(tasks);
   }
   EXPECT_GT(passed, kSets / 10);
   EXPECT_LT(passed, kSets * 9 / 10);
@@ -168,10 +173,63 @@ TEST(Exhaustive, Theorem2AndWcrtAreExactForSporadicNonPreemptiveEdf) {
     if (!in_time) continue;
     ++passed;
     const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
-    for (std::size_t k = 0; k < tasks.size(); ++k) ASSERT_EQ(*bounds[k], largest[k]) << "task " << k << as_graph(tasks);
+    for (std::size_t k = 0; k < tasks.size(); ++k)
+      ASSERT_EQ(*bounds[k], largest[k]) << "task " << k << as_graph(tasks);
   }
   EXPECT_GT(passed, kSets / 10);
   EXPECT_LT(passed, kSets * 9 / 10);
+}
+
+/// Earliest and latest finish of each job over every combination of releases and execution times.
+std::vector<SagResult::Finish> enumerate(const std::vector<SagJob>& jobs) {
+  std::vector<SagResult::Finish> finish(jobs.size(), {std::numeric_limits<std::int64_t>::max(), 0});
+  std::vector<SimulatedJob> run(jobs.size());
+  const auto choose = [&](auto& self, std::size_t i) -> void {
+    if (i == jobs.size()) {
+      std::vector<SimulatedJob> copy = run;
+      simulate(copy, Rule::fixed_priority);
+      for (std::size_t k = 0; k < jobs.size(); ++k) {
+        finish[k].earliest = std::min(finish[k].earliest, copy[k].finish);
+        finish[k].latest = std::max(finish[k].latest, copy[k].finish);
+      }
+      return;
+    }
+    for (std::int64_t r = jobs[i].arrival_min; r <= jobs[i].arrival_max; ++r) {
+      for (std::int64_t c = jobs[i].cost_min; c <= jobs[i].cost_max; ++c) {
+        run[i] = {.task = i, .nominal = jobs[i].arrival_min, .ready = r, .runs = {c}};
+        self(self, i + 1);
+      }
+    }
+  };
+  choose(choose, 0);
+  return finish;
+}
+
+TEST(Exhaustive, ScheduleAbstractionGraphIsExactForJobsWithIntervals) {
+  RandomStream random(34, {0});
+  for (int set = 0; set < kSets; ++set) {
+    std::vector<SagJob> jobs;
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      const auto r = static_cast<std::int64_t>(random.below(12)),
+                 c = static_cast<std::int64_t>(1 + random.below(6));
+      jobs.push_back({.task = i,
+                      .job = 0,
+                      .arrival_min = r,
+                      .arrival_max = r + static_cast<std::int64_t>(random.below(3)),
+                      .cost_min = c,
+                      .cost_max = c + static_cast<std::int64_t>(random.below(3)),
+                      .deadline = 1000,
+                      .priority = static_cast<std::int64_t>(i)});
+    }
+    const SagResult graph = nasri_2017(jobs);
+    const auto expected = enumerate(jobs);
+    std::ostringstream text;
+    write_sag_csv(text, jobs);
+    for (std::size_t k = 0; k < jobs.size(); ++k) {
+      ASSERT_EQ(graph.finish[k].earliest, expected[k].earliest) << "job of task " << k << '\n' << text.str();
+      ASSERT_EQ(graph.finish[k].latest, expected[k].latest) << "job of task " << k << '\n' << text.str();
+    }
+  }
 }
 
 TEST(Exhaustive, FifoBoundIsReached) {

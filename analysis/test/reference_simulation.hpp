@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A deliberately simple simulation of one processor without overhead, which shares no code with schedulers or analyses.
+// A deliberately simple simulation of one processor without overhead, which shares no code with schedulers or
+// analyses.
 #pragma once
 
 #include <tuple>
@@ -22,14 +23,18 @@ struct SimulatedJob {
   std::int64_t start = -1, finish = -1;
 };
 
-/// Runs all jobs: whenever the processor is free, the first ready one by `rule` runs its next segment to the end.
+/// Runs all jobs: whenever the processor is free, the first ready one by `rule` runs its next segment to the
+/// end.
 inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
   const auto key = [&](const SimulatedJob& j) {
     const auto task = static_cast<std::int64_t>(j.task);
     switch (rule) {
-      case Rule::fixed_priority: return std::tuple(task, j.nominal, std::uint64_t{0});
-      case Rule::edf: return std::tuple(j.deadline, task, std::uint64_t{0});
-      case Rule::fifo: break;
+      case Rule::fixed_priority:
+        return std::tuple(task, j.nominal, std::uint64_t{0});
+      case Rule::edf:
+        return std::tuple(j.deadline, task, std::uint64_t{0});
+      case Rule::fifo:
+        break;
     }
     return std::tuple(j.ready, std::int64_t{0}, j.tie);
   };
@@ -54,8 +59,10 @@ inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
   }
 }
 
-/// Jobs of periodic tasks with releases before `horizon`; execution times and release jitter drawn, the extremes often.
-inline std::vector<SimulatedJob> draw_jobs(const PeriodicTasks& tasks, std::int64_t horizon, RandomStream& random) {
+/// Jobs of periodic tasks with releases before `horizon`; execution times and release jitter drawn, the
+/// extremes often.
+inline std::vector<SimulatedJob> draw_jobs(const PeriodicTasks& tasks, std::int64_t horizon,
+                                           RandomStream& random) {
   const auto draw = [&](std::int64_t low, std::int64_t high) {
     const std::uint64_t how = random.below(4);
     if (how == 0) return low;
@@ -76,7 +83,8 @@ inline std::vector<SimulatedJob> draw_jobs(const PeriodicTasks& tasks, std::int6
   return jobs;
 }
 
-inline std::vector<std::int64_t> largest_response_times(const std::vector<SimulatedJob>& jobs, std::size_t tasks) {
+inline std::vector<std::int64_t> largest_response_times(const std::vector<SimulatedJob>& jobs,
+                                                        std::size_t tasks) {
   std::vector<std::int64_t> largest(tasks, 0);
   for (const SimulatedJob& j : jobs) largest[j.task] = std::max(largest[j.task], j.finish - j.nominal);
   return largest;

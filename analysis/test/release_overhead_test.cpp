@@ -41,10 +41,9 @@ TEST(SectionVB, ReleaseOnlyDivergesWhenReleasesAloneFillTheProcessor) {
 TEST(SectionVB, TighteningNeedsAScheduleProvenWithTheUntightenedOverhead) {
   // Task 2 runs through two releases of task 1, which thus costs 2 delta, and one of its own.
   const PeriodicTasks schedulable_set = {task(1, 20), task(18, 100)};
-  const auto tight =
-      with_release_overhead(schedulable_set, 1, ReleaseMode::release_only, [](const PeriodicTasks& tasks) {
-        return ResponseTimes(tasks.size(), tasks[1].wcet);
-      });
+  const auto tight = with_release_overhead(
+      schedulable_set, 1, ReleaseMode::release_only,
+      [](const PeriodicTasks& tasks) { return ResponseTimes(tasks.size(), tasks[1].wcet); });
   EXPECT_EQ(release_overhead_ro(schedulable_set, 1, 1)->overhead, 2);
   EXPECT_TRUE(tight.tightened);
 
@@ -58,10 +57,10 @@ TEST(SectionVB, TighteningNeedsAScheduleProvenWithTheUntightenedOverhead) {
 
 TEST(SectionVB, TighteningNeedsConstrainedDeadlines) {
   const auto analysis = [](const PeriodicTasks& tasks) { return ResponseTimes(tasks.size(), 1); };
-  EXPECT_FALSE(
-      with_release_overhead({task(1, 20, 30), task(2, 40)}, 1, ReleaseMode::release_only, analysis).tightened);
-  EXPECT_TRUE(
-      with_release_overhead({task(1, 20, 20), task(2, 40)}, 1, ReleaseMode::release_only, analysis).tightened);
+  EXPECT_FALSE(with_release_overhead({task(1, 20, 30), task(2, 40)}, 1, ReleaseMode::release_only, analysis)
+                   .tightened);
+  EXPECT_TRUE(with_release_overhead({task(1, 20, 20), task(2, 40)}, 1, ReleaseMode::release_only, analysis)
+                  .tightened);
 }
 
 TEST(SectionVB, PaperTaskSetsGetTheSameBoundsInBothModes) {
@@ -76,8 +75,10 @@ TEST(SectionVB, PaperTaskSetsGetTheSameBoundsInBothModes) {
 
 TEST(ConditionC1, ReleaseAndExecuteRefusesAJobAsLongAsAnotherTasksPeriod) {
   const PeriodicTasks tasks = {task(1, 20), task(18, 100)};
-  EXPECT_THROW(with_release_overhead(tasks, 1, ReleaseMode::release_and_execute, brueggen_2015), AnalysisError);
-  EXPECT_NO_THROW(with_release_overhead({task(1, 20), task(17, 100)}, 1, ReleaseMode::release_and_execute, brueggen_2015));
+  EXPECT_THROW(with_release_overhead(tasks, 1, ReleaseMode::release_and_execute, brueggen_2015),
+               AnalysisError);
+  EXPECT_NO_THROW(with_release_overhead({task(1, 20), task(17, 100)}, 1, ReleaseMode::release_and_execute,
+                                        brueggen_2015));
 }
 
 }  // namespace

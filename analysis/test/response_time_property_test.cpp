@@ -127,7 +127,8 @@ TEST(NonPreemptiveEdf, WcrtBoundsSagBoundsSimulationAndDecidesAsTheDemandTest) {
     for (const PeriodicTask& t : tasks) load.add(t.wcet, t.period);
     if (load.compare_to_one() > 0) continue;
     for (const TimeModel model : {TimeModel::continuous, TimeModel::discrete}) {
-      ASSERT_EQ(george_1996(tasks, model).schedulable, schedulable(tasks, spuri_1996(tasks, model))) << as_graph(tasks);
+      ASSERT_EQ(george_1996(tasks, model).schedulable, schedulable(tasks, spuri_1996(tasks, model)))
+          << as_graph(tasks);
     }
     const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
     const bool accepted = schedulable(tasks, bounds);
@@ -158,7 +159,8 @@ TEST(Fifo, BoundHoldsForEveryPhase) {
     const PeriodicTasks tasks = random_tasks(random, what);
     if (utilisation(tasks) > 0.999) continue;
     const std::int64_t bound = bedarkar_2022(tasks);
-    for (const std::int64_t largest : simulated(tasks, Rule::fifo, random)) ASSERT_GE(bound, largest) << as_graph(tasks);
+    for (const std::int64_t largest : simulated(tasks, Rule::fifo, random))
+      ASSERT_GE(bound, largest) << as_graph(tasks);
   }
 }
 

@@ -82,7 +82,8 @@ TEST(NasriBrandenburg2017, PaperTaskSetsWithExecutionTimesFromZero) {
     EXPECT_GE(result.states, 527U);
     EXPECT_LE(result.states, 640U);
     const ResponseTimes bounds = sag_response_times(jobs, result, tasks.size());
-    for (std::size_t i = 0; i < tasks.size(); ++i) EXPECT_EQ(bounds[i], row.us[i]) << row.utilisation << " task " << i;
+    for (std::size_t i = 0; i < tasks.size(); ++i)
+      EXPECT_EQ(bounds[i], row.us[i]) << row.utilisation << " task " << i;
   }
 }
 
@@ -156,8 +157,10 @@ TEST(SagCsv, MalformedLinesAreNamed) {
     }
     return "";
   };
-  const std::string header = "Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority\n";
-  EXPECT_THAT(message(header + "1,1,0,0,1,2,x,1\n"), testing::HasSubstr("jobs.csv:2: 'x' in column 'Deadline'"));
+  const std::string header =
+      "Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority\n";
+  EXPECT_THAT(message(header + "1,1,0,0,1,2,x,1\n"),
+              testing::HasSubstr("jobs.csv:2: 'x' in column 'Deadline'"));
   EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1\n1,2,0,0\n"), testing::HasSubstr("jobs.csv:3: 4 columns"));
   EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1,1\n"), testing::HasSubstr("more than 8 columns"));
   EXPECT_THAT(message(header + "1,1,5,0,1,2,9,1\n"), testing::HasSubstr("Arrival min <= Arrival max"));

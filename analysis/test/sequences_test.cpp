@@ -23,15 +23,15 @@ SequenceTask sequence(std::vector<std::int64_t> segments, std::int64_t period, s
 }
 
 TEST(LimitedPreemption, ResponseTimeAnalysisCrateLpFp) {
-  EXPECT_THAT(
-      buttazzo_2013({sequence({2, 2}, 12), sequence({3, 3}, 20), sequence({1, 4, 3}, 40)}, TimeModel::discrete),
-      ElementsAre(7, 13, 22));
+  EXPECT_THAT(buttazzo_2013({sequence({2, 2}, 12), sequence({3, 3}, 20), sequence({1, 4, 3}, 40)},
+                            TimeModel::discrete),
+              ElementsAre(7, 13, 22));
 }
 
 TEST(LimitedPreemption, ResponseTimeAnalysisCrateLpFpOverload) {
-  EXPECT_THAT(
-      buttazzo_2013({sequence({2, 2}, 12), sequence({3, 3}, 20), sequence({1, 4, 3}, 21)}, TimeModel::discrete),
-      ElementsAre(7, 13, kNone));
+  EXPECT_THAT(buttazzo_2013({sequence({2, 2}, 12), sequence({3, 3}, 20), sequence({1, 4, 3}, 21)},
+                            TimeModel::discrete),
+              ElementsAre(7, 13, kNone));
 }
 
 TEST(LimitedPreemption, ResponseTimeAnalysisCrateFloatingNonPreemptiveIsALastPartOfOneUnit) {
@@ -41,9 +41,10 @@ TEST(LimitedPreemption, ResponseTimeAnalysisCrateFloatingNonPreemptiveIsALastPar
 }
 
 TEST(LimitedPreemption, SchedcatPreemptiveFpIsAllPartsOfOneUnit) {
-  EXPECT_THAT(buttazzo_2013({sequence({1}, 4), sequence({1}, 5), sequence({1, 1, 1}, 9), sequence({1, 1, 1}, 18)},
-                            TimeModel::discrete),
-              ElementsAre(1, 2, 7, 18));
+  EXPECT_THAT(
+      buttazzo_2013({sequence({1}, 4), sequence({1}, 5), sequence({1, 1, 1}, 9), sequence({1, 1, 1}, 18)},
+                    TimeModel::discrete),
+      ElementsAre(1, 2, 7, 18));
 }
 
 TEST(LimitedPreemption, OneSegmentEachIsExactNpFp) {

@@ -25,8 +25,8 @@ inline std::string as_graph(const PeriodicTasks& tasks) {
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const PeriodicTask& t = tasks[i];
     out << "  - {name: t" << i << ", type: sensor, period_ms: " << t.period << ", deadline_ms: " << t.deadline
-        << ", execution_time_ms: " << t.wcet << ", best_case_execution_time_ms: " << t.bcet << ", phase_ms: " << t.phase
-        << ", priority: " << i << "}";
+        << ", execution_time_ms: " << t.wcet << ", best_case_execution_time_ms: " << t.bcet
+        << ", phase_ms: " << t.phase << ", priority: " << i << "}";
     if (t.jitter != 0) out << "  # release jitter " << t.jitter;
     out << '\n';
   }
@@ -46,7 +46,7 @@ struct RandomSet {
   bool constrained = false;     // deadlines below the period
   bool phases = false;
   bool jitter = false;
-  bool shorter_runs = false;    // bcet below wcet
+  bool shorter_runs = false;  // bcet below wcet
 };
 
 /// A random task set in rate-monotonic order, of integer times.

@@ -22,33 +22,40 @@ TEST(Waters2015, SharesOfTheTableLeaveFifteenPercentAngleSynchronous) {
   EXPECT_DOUBLE_EQ(sum, 85);
 }
 
-TEST(Waters2015, TaskSetsFollowTheAuthorsProcedure) {
-  std::map<std::int64_t, std::pair<double, double>> wcet_us;  // period in ms: number, sum
-  for (std::uint64_t i = 0; i < 2000; ++i) {
-    RandomStream random(9, {i});
-    const double target = 0.6 + 0.3 * static_cast<double>(i % 2);
-    const PeriodicTasks tasks = waters_task_set(target, random);
-    EXPECT_GE(utilisation(tasks), target);
-    EXPECT_LE(utilisation(tasks), target + 0.01);
-    for (std::size_t k = 0; k < tasks.size(); ++k) {
-      EXPECT_EQ(tasks[k].deadline, tasks[k].period);
-      EXPECT_LE(tasks[k > 0 ? k - 1 : 0].period, tasks[k].period);
-      auto& [number, sum] = wcet_us[tasks[k].period / kMs];
-      ++number;
-      sum += static_cast<double>(tasks[k].wcet) / 1000;
-    }
+TEST(Waters2015, RunnablesHaveSharesAndMeanExecutionTimesOfTheFacts) {
+  constexpr int kRunnables = 300'000;
+  RandomStream random(9, {0});
+  std::map<std::int64_t, std::pair<int, double>> wcet_us;  // period in ms: number, sum
+  PeriodicTasks all;
+  for (int i = 0; i < kRunnables; ++i) {
+    all.push_back(waters_runnable(random));
+    auto& [number, sum] = wcet_us[all.back().period / kMs];
+    ++number;
+    sum += static_cast<double>(all.back().wcet) / 1000;
   }
-  double total = 0;
-  for (const auto& [period, w] : wcet_us) total += w.first;
-  // Means of the facts, from a pool that drops no task for overshooting.
-  const std::map<std::int64_t, double> mean_us = {{1, 73.8},  {2, 43.3},   {5, 111},  {10, 161},  {20, 74.5},
+  const std::map<std::int64_t, double> mean_us = {{1, 73.8},  {2, 43.3},   {5, 111},   {10, 161},  {20, 74.5},
                                                   {50, 77.4}, {100, 53.6}, {200, 8.0}, {1000, 1.4}};
   for (const WatersPeriod& p : kWatersPeriods) {
     const auto& [number, sum] = wcet_us.at(p.period_ms);
-    EXPECT_NEAR(number / total, p.share / 85, 0.006) << p.period_ms << " ms";
-    EXPECT_NEAR(sum / number / mean_us.at(p.period_ms), 1, 0.08) << p.period_ms << " ms";
+    EXPECT_NEAR(number, p.share / 85 * kRunnables, 4 * std::sqrt(p.share / 85 * kRunnables))
+        << p.period_ms << " ms";
+    EXPECT_NEAR(sum / number / mean_us.at(p.period_ms), 1, 0.04) << p.period_ms << " ms";
   }
-  EXPECT_NEAR(total / 2000, (63 + 94) / 2.0, 2) << "tasks in a set";
+  EXPECT_NEAR(utilisation(all) / kRunnables, 0.00965, 0.00965 * 0.02);
+}
+
+TEST(Waters2015, TaskSetsReachTheirUtilisationInRateMonotonicOrder) {
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    RandomStream random(9, {i});
+    const double target = 0.6 + 0.1 * static_cast<double>(i % 4);
+    const PeriodicTasks tasks = waters_task_set(target, random);
+    EXPECT_GE(utilisation(tasks), target);
+    EXPECT_LE(utilisation(tasks), target + 0.01 + 1e-12);
+    for (std::size_t k = 0; k < tasks.size(); ++k) {
+      EXPECT_EQ(tasks[k].deadline, tasks[k].period);
+      EXPECT_LE(tasks[k > 0 ? k - 1 : 0].period, tasks[k].period);
+    }
+  }
 }
 
 TEST(Waters2015, ChainsFollowTheAuthorsProcedure) {
@@ -91,7 +98,8 @@ TEST(Waters2015, FewerThanThreePeriodsGiveNoChains) {
 
 TEST(Waters2015, ImpossibleUtilisationIsRefused) {
   RandomStream random(1, {0});
-  for (const double u : {0.0, -0.5, 1.0, std::nan("")}) EXPECT_THROW(waters_task_set(u, random), AnalysisError);
+  for (const double u : {0.0, -0.5, 1.0, std::nan("")})
+    EXPECT_THROW(waters_task_set(u, random), AnalysisError);
 }
 
 WatersOptions small(std::uint32_t sets) { return {.seed = 3, .sets = sets, .methods = kAll, .threads = 1}; }
@@ -138,8 +146,9 @@ TEST(WatersExperiment, EachMethodIsAtLeastAsTightAsTheOneBefore) {
   }
 }
 
-/// Half width at which two independent runs of `ours` and `theirs` task sets differ by chance once in a thousand.
-double allowance(const Estimate& e, double ours, double theirs) {
+/// Half width at which two independent runs of `ours` and `theirs` task sets differ by chance once in a
+/// thousand.
+double allowance(const ClusteredEstimate& e, double ours, double theirs) {
   const double standard_error = (e.high - e.low) / 2 / 1.96;
   return 3.3 * standard_error * std::sqrt(1 + ours / theirs);
 }
@@ -147,7 +156,7 @@ double allowance(const Estimate& e, double ours, double theirs) {
 TEST(SectionVIIB, SixtyPercentAgreesWithTheReferenceRunOfTheAuthorsCode) {
   const WatersOptions options{.seed = 20, .utilisations = {0.6}, .sets = 1000};
   const WatersSummary s = summarise_waters(options, run_waters(options)).front();
-  const auto near = [&](const Estimate& e, double reference) {
+  const auto near = [&](const ClusteredEstimate& e, double reference) {
     EXPECT_NEAR(e.value, reference, allowance(e, s.schedulable, 331));
   };
   near(s.schedulable_share, 331.0 / 400);
@@ -170,8 +179,10 @@ TEST(SectionVIIB, TighterEndToEndMethodsAgreeWithTheReferenceRun) {
   const double median[] = {13.50, 13.62, 17.83, 50.68}, mean[] = {20.98, 21.05, 23.99, 48.11};
   for (std::size_t m = 0; m < 4; ++m) {
     SCOPED_TRACE(to_string(summaries[m].method));
-    EXPECT_NEAR(summaries[m].median.value, median[m], allowance(summaries[m].median, summaries[m].schedulable, 117));
-    EXPECT_NEAR(summaries[m].mean.value, mean[m], allowance(summaries[m].mean, summaries[m].schedulable, 117));
+    EXPECT_NEAR(summaries[m].median.value, median[m],
+                allowance(summaries[m].median, summaries[m].schedulable, 117));
+    EXPECT_NEAR(summaries[m].mean.value, mean[m],
+                allowance(summaries[m].mean, summaries[m].schedulable, 117));
     EXPECT_EQ(summaries[m].schedulable, summaries[0].schedulable);
     EXPECT_EQ(summaries[m].positive_share.value, 1);
   }
@@ -180,8 +191,14 @@ TEST(SectionVIIB, TighterEndToEndMethodsAgreeWithTheReferenceRun) {
 /// Three task sets with reductions of 10, 20 | 30 | 40 percent, one of them negative in a second method.
 WatersResult handmade() {
   WatersResult result;
-  result.sets = {{0, 0, 9, 2, true, true}, {0, 1, 9, 1, true, true}, {0, 2, 9, 1, true, true}, {0, 3, 9, 1, false, false}};
-  result.rows = {{0, 0, 0, 2, 100, {90, 110}}, {0, 0, 1, 2, 100, {80, 80}}, {0, 1, 0, 2, 100, {70, -1}}, {0, 2, 0, 2, 100, {60, 60}}};
+  result.sets = {{0, 0, 9, 2, true, true},
+                 {0, 1, 9, 1, true, true},
+                 {0, 2, 9, 1, true, true},
+                 {0, 3, 9, 1, false, false}};
+  result.rows = {{0, 0, 0, 2, 100, {90, 110}},
+                 {0, 0, 1, 2, 100, {80, 80}},
+                 {0, 1, 0, 2, 100, {70, -1}},
+                 {0, 2, 0, 2, 100, {60, 60}}};
   return result;
 }
 
@@ -231,14 +248,16 @@ TEST(WatersCsv, OneLineForEachChainSummaryAndBin) {
   const WatersOptions options{.utilisations = {0.6}, .sets = 4, .methods = {kAll[0], kAll[1]}};
   std::ostringstream rows, summary, histogram;
   write_waters_csv(rows, options, handmade());
-  EXPECT_THAT(rows.str(), testing::StartsWith("utilisation,set,chain,length,default_ns,brueggen_davare_ns,"
-                                              "brueggen_davare_reduction_percent,davis_davare_ns,davis_davare_reduction_"
-                                              "percent\n0.6,0,0,2,100,90,10,110,-10\n"));
+  EXPECT_THAT(rows.str(),
+              testing::StartsWith("utilisation,set,chain,length,default_ns,brueggen_davare_ns,"
+                                  "brueggen_davare_reduction_percent,davis_davare_ns,davis_davare_reduction_"
+                                  "percent\n0.6,0,0,2,100,90,10,110,-10\n"));
   EXPECT_THAT(rows.str(), testing::HasSubstr("0.6,1,0,2,100,70,30,,\n"));
   write_waters_summary_csv(summary, summarise_waters(options, handmade()));
   const std::string text = summary.str();
   const std::string header = text.substr(0, text.find('\n'));
-  const std::string first = text.substr(header.size() + 1, text.find('\n', header.size() + 1) - header.size() - 1);
+  const std::string first =
+      text.substr(header.size() + 1, text.find('\n', header.size() + 1) - header.size() - 1);
   EXPECT_EQ(std::count(header.begin(), header.end(), ','), std::count(first.begin(), first.end(), ','));
   EXPECT_THAT(first, testing::StartsWith("0.6,brueggen_davare,4,3,0.75,"));
   write_waters_histogram_csv(histogram, waters_histograms(options, handmade(), 3));

@@ -59,17 +59,38 @@ class Run:
     def partial(self):
         return self.facts.get("complete") is not True
 
+    @property
+    def simulated(self):
+        return self.facts.get("kind") == "simulated"
+
     def what_ran(self):
         """Two lines: the experiment, and where it ran."""
+        if self.simulated:
+            cores = self["platform.cores"]
+            where = "one core" if cores == 1 else f"{cores} cores"
+        else:
+            where = f"CPU {cpu_list(self['cpus'])}"
         parts = [
             self["graph.name"],
-            self["transport"],
+            "simulated" if self.simulated else self["transport"],
             f"{self['load_percent']:.3g} % load",
             f"phases: {self['phases']}",
-            f"on CPU {cpu_list(self['cpus'])}",
+            f"on {where}",
             f"{self['repetitions']} × {self['duration_s']:.3g} s",
         ]
-        return " · ".join(parts) + f"\n{self['machine.cpu_model']} · Linux {self['machine.kernel']}"
+        machine = "" if self.simulated else f"{self['machine.cpu_model']} · Linux {self['machine.kernel']}"
+        return " · ".join(parts) + "\n" + (machine or self.costs())
+
+    def costs(self):
+        """What the simulated platform charges, in words."""
+        platform = self["platform"]
+        charged = [
+            f"{key[: -len('_us')].replace('_', ' ')} {value:g} µs"
+            for key, value in platform.items()
+            if key.endswith("_us") and value
+        ]
+        times = f"execution times: {self['execution_times']}"
+        return " · ".join(charged + [times]) if charged else f"no costs · {times}"
 
     def rows(self, name, columns):
         """The named columns of each row of a CSV file."""

@@ -8,7 +8,13 @@ namespace hotpath {
 /// Each adds one subcommand, whose callback does the work and throws UsageError or RunError.
 void add_run_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
+void add_simulate_command(CLI::App& app);
+void add_timeline_command(CLI::App& app);
 void add_list_command(CLI::App& app);
 void add_graph_command(CLI::App& app);
+void add_analyze_command(CLI::App& app);
+void add_experiment_command(CLI::App& app);
+void add_machine_command(CLI::App& app);
+void add_bench_command(CLI::App& app);
 
 }  // namespace hotpath

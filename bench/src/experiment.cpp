@@ -353,13 +353,32 @@ class Experiment {
   }
 
   void report(const ResultFolder& folder, const Summary& summary) {
+    if (nothing_measured()) {
+      warn("Interrupted before anything was measured.");
+      return;
+    }
     write_table(std::cout, summary);
-    if (!graph_.chains.empty()) draw_figure("hot_path.py", folder.path());
+    draw(folder, summary);
     if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
     std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
     if (!failures_.empty()) {
       throw RunError(std::to_string(failures_.size()) + " of " + std::to_string(runs_planned()) +
                      " runs failed; the rest is in " + folder.path().string());
+    }
+  }
+
+  static void draw(const ResultFolder& folder, const Summary& summary) {
+    bool chains = false, outputs = false;
+    for (const ExecutorSummary& executor : summary.executors) {
+      for (const ChainSummary& chain : executor.chains) {
+        chains = true;
+        outputs = outputs || chain.hot_path.quantiles.n > 0;
+      }
+    }
+    if (outputs) {
+      draw_figure("hot_path.py", folder.path());
+    } else if (chains) {
+      say("No output of a chain was counted, so there is no figure; measure longer.");
     }
   }
 

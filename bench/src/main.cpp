@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.hpp"
@@ -41,7 +42,10 @@ std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
     const std::vector<std::string> words = app->remaining();
     what = words.empty() ? "a command is missing; there are"
                          : "there is no command `" + words.front() + "`; there are";
-    for (const CLI::App* sub : app->get_subcommands({})) what += " " + sub->get_name();
+    const char* separator = " ";
+    for (const CLI::App* sub : app->get_subcommands({})) {
+      what += std::exchange(separator, ", ") + sub->get_name();
+    }
   }
   return "hotpath: " + what + "; see `" + command + " --help`\n";
 }
@@ -64,8 +68,14 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   hotpath::add_run_command(app);
   hotpath::add_compare_command(app);
+  hotpath::add_simulate_command(app);
+  hotpath::add_timeline_command(app);
   hotpath::add_list_command(app);
   hotpath::add_graph_command(app);
+  hotpath::add_analyze_command(app);
+  hotpath::add_experiment_command(app);
+  hotpath::add_machine_command(app);
+  hotpath::add_bench_command(app);
   try {
     app.parse(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -116,7 +116,9 @@ class Coordinator {
 
   void note_shared_memory() {
     if (plan_.fastdds.network != FastDdsOptions::Network::shared_memory) return;
-    for (const Child& c : children_) shared_memory_.note(c.pid);
+    for (const Child& c : children_) {
+      if (!c.ended) shared_memory_.note(c.pid);
+    }
   }
 
   void tell_all(Kind kind, std::array<std::int64_t, 5> numbers) {
@@ -213,6 +215,7 @@ class Coordinator {
         c.ended = gone == c.pid || gone < 0;
         if (c.ended) break;
         if (now() >= limit && !killed) {
+          note_shared_memory();
           for (const Child& other : children_) {
             if (!other.ended) kill(other.pid, SIGKILL);
           }

@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <exception>
+#include <system_error>
 #include <thread>
 
 namespace hotpath {
@@ -24,6 +26,30 @@ rusage own_usage() {
 }
 
 struct CoordinatorGone {};
+
+void tell_failure(const Channel& coordinator, const std::string& what) {
+  ChannelMessage message;
+  message.kind = ChannelMessage::Kind::failed;
+  message.set_text(what);
+  coordinator.send(message);
+}
+
+const Channel* last_words = nullptr;
+
+/// Fast DDS terminates its program when it cannot start a thread.
+[[noreturn]] void give_up() {
+  std::string cause = "no exception";
+  try {
+    if (const std::exception_ptr active = std::current_exception()) std::rethrow_exception(active);
+  } catch (const std::exception& error) {
+    cause = error.what();
+  } catch (...) {
+    cause = "unknown exception";
+  }
+  tell_failure(*last_words, "a process of the run gave up (" + cause +
+                                "); the system may lack threads (ulimit -u), memory or open files for it");
+  for (;;) pause();  // the coordinator looks for files that we leave before it ends us
+}
 
 ExecutorOptions thread_options(const RepetitionPlan& plan) {
   ExecutorOptions options = default_options(*plan.executor.entry);
@@ -154,6 +180,9 @@ int run_process(const RepetitionPlan& plan, std::uint32_t process,
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
 
+  last_words = &coordinator;
+  std::set_terminate(give_up);
+
   const Process life(plan, coordinator);
   try {
     if (!plan.cpus.empty()) pin_to_cpus(plan.cpus);
@@ -165,13 +194,12 @@ int run_process(const RepetitionPlan& plan, std::uint32_t process,
     life.run(tasks, memories, memories[process]);
     return 0;
   } catch (const CoordinatorGone&) {
-    return 1;
+  } catch (const std::system_error& error) {
+    tell_failure(coordinator, "a process of the run cannot be set up: " + std::string(error.what()));
   } catch (const std::exception& error) {
-    ChannelMessage message;
-    message.set_text(error.what());
-    coordinator.send(message);
-    return 1;
+    tell_failure(coordinator, error.what());
   }
+  return 1;
 }
 
 }  // namespace hotpath

@@ -11,33 +11,47 @@ namespace hotpath {
 
 namespace {
 
-std::set<std::string> mapped_files(const std::string& process) {
+namespace fs = std::filesystem;
+
+/// What a process maps (segments, semaphores) or has open (the segments' lock files).
+std::set<std::string> used_files(const std::string& process) {
   std::set<std::string> files;
+  const auto add = [&files](const std::string& text) {
+    const std::size_t path = text.find("/dev/shm/");
+    if (path != std::string::npos && text.find(" (deleted)") == std::string::npos) {
+      files.insert(text.substr(path));
+    }
+  };
   std::ifstream maps("/proc/" + process + "/maps");
-  for (std::string line; std::getline(maps, line);) {
-    const std::size_t path = line.find("/dev/shm/");
-    if (path != std::string::npos && line.find(" (deleted)") == std::string::npos)
-      files.insert(line.substr(path));
+  for (std::string line; std::getline(maps, line);) add(line);
+  std::error_code ignored;
+  for (fs::directory_iterator it("/proc/" + process + "/fd", ignored), end; it != end;
+       it.increment(ignored)) {
+    add(fs::read_symlink(it->path(), ignored));
   }
   return files;
 }
 
 }  // namespace
 
-void SharedMemoryWatch::note(pid_t process) { files_.merge(mapped_files(std::to_string(process))); }
+void SharedMemoryWatch::note(pid_t process) { files_.merge(used_files(std::to_string(process))); }
 
 void SharedMemoryWatch::remove_orphans() const {
   std::set<std::string> orphans = files_;
   std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", ignored)) {
+  for (const auto& entry : fs::directory_iterator("/proc", ignored)) {
     const std::string name = entry.path().filename();
     if (orphans.empty() ||
         !std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; })) {
       continue;
     }
-    for (const std::string& used : mapped_files(name)) orphans.erase(used);
+    for (const std::string& used : used_files(name)) orphans.erase(used);
   }
-  for (const std::string& file : orphans) unlink(file.c_str());
+  for (const fs::path file : orphans) {
+    unlink(file.c_str());
+    // The semaphore that guards the opening of a port of Fast DDS is in use for a moment only.
+    unlink((file.parent_path() / ("sem." + file.filename().string() + "_mutex")).c_str());
+  }
 }
 
 }  // namespace hotpath

@@ -8,12 +8,12 @@
 
 namespace hotpath {
 
-/// Remembers which files of /dev/shm a process maps, so that they can be removed when it dies without doing
-/// so itself (Fast DDS's segments outlive a killed process).
+/// Remembers which files of /dev/shm a process maps or has open, so that they can be removed when it dies
+/// without doing so itself (Fast DDS's segments and their lock files outlive a killed process).
 class SharedMemoryWatch {
  public:
   void note(pid_t process);
-  /// Removes the files noted that no living process maps.
+  /// Removes the files noted that no living process uses.
   void remove_orphans() const;
 
  private:

@@ -116,7 +116,7 @@ ExecutorSummary without_chains(const TaskSet& set, const ExecutorRuns& runs, con
           {repetition.trace.repetition, set[a.task].name, a.accounted(), a.expected});
     }
   }
-  if (summary.executed > 0) {
+  if (summary.executed > 0 && summary.usage.wall > Duration{}) {  // a simulation uses no CPU time
     summary.cpu_per_callback_us =
         static_cast<double>(summary.usage.cpu_time.count()) / 1e3 / static_cast<double>(summary.executed);
   }

@@ -73,8 +73,7 @@ TEST_F(PriorityOrderTest, DeadlineMonotonicRunsTheShorterRelativeDeadlineFirst) 
 TEST_F(PriorityOrderTest, FixedPrioritiesRunTheSmallerNumberFirstAndNoNumberLast) {
   set.tasks[0].priority = 1;
   set.tasks[2].priority = -4;
-  EXPECT_EQ(order(set, Policy::fp, {job(1), job(0), job(2)}),
-            (std::vector<JobRef>{{2, 0}, {0, 0}, {1, 0}}));
+  EXPECT_EQ(order(set, Policy::fp, {job(1), job(0), job(2)}), (std::vector<JobRef>{{2, 0}, {0, 0}, {1, 0}}));
 }
 
 TEST_F(PriorityOrderTest, EdfRunsTheEarlierAbsoluteDeadlineFirst) {

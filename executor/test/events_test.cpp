@@ -3,8 +3,8 @@
 // release-and-execute.
 #include <gtest/gtest.h>
 
-#include "hotpath/core/registry.hpp"
 #include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/core/registry.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulator against what the real ROS 2 stack did, job by job: the golden traces of the paper's timers-only
-// sets (results/ros2_reference). Their timer thread ran at SCHED_FIFO 90, above the executor thread.
+// The simulator against what the real ROS 2 stack did, job by job: the golden traces of the paper's
+// timers-only sets (results/ros2_reference). Their timer thread ran at SCHED_FIFO 90, above the executor
+// thread.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -91,8 +92,7 @@ class IdenticalUpToTies : public testing::TestWithParam<const char*> {};
 TEST_P(IdenticalUpToTies, RateMonotonicAmongDifferentPeriods) {
   const ReferenceTrace real = reference(GetParam(), "rm-ro");
   ASSERT_GT(real.jobs.size(), 1500U);
-  EXPECT_EQ(by_period(sequence(simulate_like(real, "rm-ro")), real.set),
-            by_period(sequence(real), real.set));
+  EXPECT_EQ(by_period(sequence(simulate_like(real, "rm-ro")), real.set), by_period(sequence(real), real.set));
 }
 
 INSTANTIATE_TEST_SUITE_P(GoldenTrace, IdenticalUpToTies, testing::Values("60", "80", "90"));
@@ -141,15 +141,15 @@ TEST_P(SimilarWithCosts, SequenceAndLostJobs) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    GoldenTrace, SimilarWithCosts,
-    testing::Values(Case{"60", "default"}, Case{"80", "default"}, Case{"90", "default"}, Case{"60", "static"},
-                    Case{"80", "static"}, Case{"90", "static"}, Case{"60", "events-ro"},
-                    Case{"80", "events-ro"}, Case{"90", "events-ro"}, Case{"60", "events-re"},
-                    Case{"80", "events-re"}, Case{"90", "events-re"}, Case{"60", "rm-ro"},
-                    Case{"80", "rm-ro"}, Case{"90", "rm-ro"}, Case{"60", "edf-ro"}, Case{"80", "edf-ro"},
-                    Case{"90", "edf-ro"}),
-    name);
+INSTANTIATE_TEST_SUITE_P(GoldenTrace, SimilarWithCosts,
+                         testing::Values(Case{"60", "default"}, Case{"80", "default"}, Case{"90", "default"},
+                                         Case{"60", "static"}, Case{"80", "static"}, Case{"90", "static"},
+                                         Case{"60", "events-ro"}, Case{"80", "events-ro"},
+                                         Case{"90", "events-ro"}, Case{"60", "events-re"},
+                                         Case{"80", "events-re"}, Case{"90", "events-re"},
+                                         Case{"60", "rm-ro"}, Case{"80", "rm-ro"}, Case{"90", "rm-ro"},
+                                         Case{"60", "edf-ro"}, Case{"80", "edf-ro"}, Case{"90", "edf-ro"}),
+                         name);
 
 TEST(GoldenTraceBoundary, WakeUpLatencyAloneDecidesStaticAt60AndEventsReAt80) {
   // Without costs a timer that falls due at the very end of a window is seen by the next one; 100 us later it

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The live executors against what must hold in real time whatever the machine does: order, counts, nothing lost.
+// The live executors against what must hold in real time whatever the machine does: order, counts, nothing
+// lost.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -81,7 +82,8 @@ class Chain final : public JobHandler {
   std::vector<std::atomic<std::uint64_t>> published;
 };
 
-Trace run(const std::string& executor, const TaskSet& set, Duration length, Duration stop_after = Duration::max()) {
+Trace run(const std::string& executor, const TaskSet& set, Duration length,
+          Duration stop_after = Duration::max()) {
   const ExecutorEntry& entry = *find_executor(executor);
   Chain chain(set);
   auto scheduler = entry.make(set, {});
@@ -89,7 +91,8 @@ Trace run(const std::string& executor, const TaskSet& set, Duration length, Dura
 
   constexpr std::uint64_t kCapacity = 4096;
   const std::size_t bytes = (RecordLog<JobRecord>::bytes(kCapacity) + 63) / 64 * 64;
-  const auto memory = std::unique_ptr<void, decltype(&std::free)>(std::aligned_alloc(64, bytes * (workers + 1)), std::free);
+  const auto memory =
+      std::unique_ptr<void, decltype(&std::free)>(std::aligned_alloc(64, bytes * (workers + 1)), std::free);
   Executor::Logs logs;
   for (std::size_t i = 0; i <= workers; ++i) {
     logs.push_back(RecordLog<JobRecord>::create(static_cast<char*>(memory.get()) + i * bytes, kCapacity));
@@ -149,8 +152,7 @@ TEST_P(LiveExecutor, StartsNoJobBeforeItsReleaseAndRunsOneAtATimePerWorker) {
 
 TEST_P(LiveExecutor, EndsEarlyOnRequestAndStillAccountsForEverything) {
   const TaskSet set = two_timers_and_a_sequence();
-  const Trace trace =
-      run(std::string(GetParam()), set, std::chrono::hours(1), std::chrono::milliseconds(50));
+  const Trace trace = run(std::string(GetParam()), set, std::chrono::hours(1), std::chrono::milliseconds(50));
   EXPECT_LT(trace.end, trace.epoch + std::chrono::hours(1));
   for (const TaskAccount& a : account(set, trace)) EXPECT_EQ(a.accounted(), a.expected) << set[a.task].name;
 }
@@ -167,23 +169,27 @@ INSTANTIATE_TEST_SUITE_P(Registry, LiveExecutor, testing::ValuesIn(names()), [](
   return name;
 });
 
-// Paper, Section IV: the events queue serves the highest-priority released job; one that waits is never passed over.
+// Paper, Section IV: the events queue serves the highest-priority released job; one that waits is never
+// passed over.
 TEST(LivePriorityExecutor, NeverStartsAJobWhileOneOfHigherPriorityWaits) {
   const TaskSet set = two_timers_and_a_sequence();
   Trace trace = run("rm-ro", set, std::chrono::milliseconds(200));
   const PriorityOrder order(set, Policy::rm, SubscriptionRule::inherit, Ties::lifo);
   std::erase_if(trace.jobs, [](const JobRecord& r) { return r.outcome != Outcome::ran; });
-  std::sort(trace.jobs.begin(), trace.jobs.end(), [](const auto& a, const auto& b) { return a.start < b.start; });
+  std::sort(trace.jobs.begin(), trace.jobs.end(),
+            [](const auto& a, const auto& b) { return a.start < b.start; });
   for (std::size_t i = 1; i < trace.jobs.size(); ++i) {
-    // The decision for this job came after the previous one's finish: all released by then were there to choose from.
+    // The decision for this job came after the previous one's finish: all released by then were there to
+    // choose from.
     const JobRecord& chosen = trace.jobs[i];
     const Time known = trace.jobs[i - 1].finish;
     for (std::size_t k = i + 1; k < trace.jobs.size(); ++k) {
       const JobRecord& waiting = trace.jobs[k];
       const bool passed_over =
           waiting.job.release < known && order.level(waiting.job.task) < order.level(chosen.job.task);
-      EXPECT_FALSE(passed_over) << set[waiting.job.task].name << " " << waiting.job.sequence << " waited while "
-                                << set[chosen.job.task].name << " " << chosen.job.sequence << " started";
+      EXPECT_FALSE(passed_over) << set[waiting.job.task].name << " " << waiting.job.sequence
+                                << " waited while " << set[chosen.job.task].name << " " << chosen.job.sequence
+                                << " started";
     }
   }
 }

@@ -98,8 +98,7 @@ TEST_F(PaperExecutor, SectionVIEdfSubscriptionInheritsTheDeadlineOfTheJobThatPub
   const TaskId b = add_timer(set, 30ms, 2ms, 1ms);
   const TaskId of_a = add_subscription(set, {a}, 2ms);
   const Trace trace = run(set, "edf-ro", 30ms);
-  EXPECT_EQ(schedule(trace),
-            (std::vector<Ran>{{a, 0, 0ms, 2ms}, {b, 0, 2ms, 4ms}, {of_a, 0, 4ms, 6ms}}));
+  EXPECT_EQ(schedule(trace), (std::vector<Ran>{{a, 0, 0ms, 2ms}, {b, 0, 2ms, 4ms}, {of_a, 0, 4ms, 6ms}}));
   EXPECT_EQ(trace.jobs[2].job.deadline, at(100ms));
   EXPECT_EQ(trace.jobs[2].job.parent, (JobRef{a, 0}));
 }
@@ -111,12 +110,14 @@ TEST(SubscriptionRule, FirstFinishesAChainThatInheritLeavesForAMoreUrgentTimer) 
   const TaskId fast = add_timer(set, 20ms, 4ms, 1ms);
   const TaskId of_slow = add_subscription(set, {slow}, 4ms);
   const TaskId of_fast = add_subscription(set, {fast}, 4ms);
-  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms)),
-            (std::vector<Ran>{
-                {slow, 0, 0ms, 4ms}, {fast, 0, 4ms, 8ms}, {of_fast, 0, 8ms, 12ms}, {of_slow, 0, 12ms, 16ms}}));
-  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, {}, {.rule = SubscriptionRule::first})),
-            (std::vector<Ran>{
-                {slow, 0, 0ms, 4ms}, {of_slow, 0, 4ms, 8ms}, {fast, 0, 8ms, 12ms}, {of_fast, 0, 12ms, 16ms}}));
+  EXPECT_EQ(
+      schedule(run(set, "rm-ro", 20ms)),
+      (std::vector<Ran>{
+          {slow, 0, 0ms, 4ms}, {fast, 0, 4ms, 8ms}, {of_fast, 0, 8ms, 12ms}, {of_slow, 0, 12ms, 16ms}}));
+  EXPECT_EQ(
+      schedule(run(set, "rm-ro", 20ms, {}, {.rule = SubscriptionRule::first})),
+      (std::vector<Ran>{
+          {slow, 0, 0ms, 4ms}, {of_slow, 0, 4ms, 8ms}, {fast, 0, 8ms, 12ms}, {of_fast, 0, 12ms, 16ms}}));
 }
 
 TEST(SectionIV, ReleaserIsNotHeldUpByTheJobInExecution) {
@@ -137,10 +138,9 @@ TEST(Textbook, NonPreemptiveRateMonotonicSchedule) {
   add_timer(set, 6ms, 2ms);
   add_timer(set, 8ms, 3ms);
   const std::vector<Ran> expected = {
-      {0, 0, 0ms, 1ms},   {1, 0, 1ms, 3ms},   {2, 0, 3ms, 6ms},   {0, 1, 6ms, 7ms},
-      {1, 1, 7ms, 9ms},   {0, 2, 9ms, 10ms},  {2, 1, 10ms, 13ms}, {0, 3, 13ms, 14ms},
-      {1, 2, 14ms, 16ms}, {0, 4, 16ms, 17ms}, {2, 2, 17ms, 20ms}, {0, 5, 20ms, 21ms},
-      {1, 3, 21ms, 23ms}};
+      {0, 0, 0ms, 1ms},   {1, 0, 1ms, 3ms},   {2, 0, 3ms, 6ms},   {0, 1, 6ms, 7ms},   {1, 1, 7ms, 9ms},
+      {0, 2, 9ms, 10ms},  {2, 1, 10ms, 13ms}, {0, 3, 13ms, 14ms}, {1, 2, 14ms, 16ms}, {0, 4, 16ms, 17ms},
+      {2, 2, 17ms, 20ms}, {0, 5, 20ms, 21ms}, {1, 3, 21ms, 23ms}};
   EXPECT_EQ(schedule(run(set, "rm-ro", 24ms)), expected);
   EXPECT_EQ(schedule(run(set, "rm-re", 24ms)), expected);
   EXPECT_EQ(schedule(run(set, "edf-ro", 24ms)), expected);

@@ -25,8 +25,8 @@ TEST(ReleaseCost, SectionVBProlongsTheJobInExecutionByDeltaPerRelease) {
   Platform p;
   p.release_cost = 100us;
   const Trace trace = run(set, "rm-ro", 20ms, p);
-  EXPECT_EQ(schedule(trace), (std::vector<Ran>{{0, 0, 100us, 5300us}, {1, 0, 5300us, 6300us},
-                                               {2, 0, 6300us, 7300us}}));
+  EXPECT_EQ(schedule(trace),
+            (std::vector<Ran>{{0, 0, 100us, 5300us}, {1, 0, 5300us, 6300us}, {2, 0, 6300us, 7300us}}));
   EXPECT_EQ(trace.jobs[1].job.release, at(1ms));
 }
 
@@ -70,8 +70,9 @@ TEST(ReleaseCost, NobodyDecidesWhileTheReleaserHoldsTheLock) {
   Platform p;
   p.cores = 2;
   p.release_cost = 100us;
-  EXPECT_EQ(schedule(run(set, "rm-ro", 10ms, p)),
-            (std::vector<Ran>{{slow, 0, 100us, 1150us}, {fast, 0, 1200us, 2200us}, {middle, 0, 2200us, 3200us}}));
+  EXPECT_EQ(
+      schedule(run(set, "rm-ro", 10ms, p)),
+      (std::vector<Ran>{{slow, 0, 100us, 1150us}, {fast, 0, 1200us, 2200us}, {middle, 0, 2200us, 3200us}}));
 }
 
 TEST(ReleaseCost, SectionVBReleaseAndExecutePaysForTheScanBeforeTheJob) {
@@ -115,8 +116,8 @@ TEST(DeliveryDelay, SamplesArriveThatMuchLaterAndAreAccountedForAtTheEnd) {
   Platform p;
   p.delivery_delay = 3ms;
   const Trace trace = run(set, "rm-ro", 12ms, p);
-  EXPECT_EQ(schedule(trace), (std::vector<Ran>{
-                                 {timer, 0, 0ms, 1ms}, {subscription, 0, 4ms, 5ms}, {timer, 1, 10ms, 11ms}}));
+  EXPECT_EQ(schedule(trace),
+            (std::vector<Ran>{{timer, 0, 0ms, 1ms}, {subscription, 0, 4ms, 5ms}, {timer, 1, 10ms, 11ms}}));
   EXPECT_EQ(trace.jobs[1].job.timestamp, at(1ms));
   EXPECT_EQ(trace.jobs[1].job.release, at(4ms));
   EXPECT_EQ(count(trace, subscription, Outcome::queued), 1U);  // published at 11 ms, still on its way
@@ -150,8 +151,7 @@ class ReleaseAndExecuteOnOneCore : public testing::Test {
 
 TEST_F(ReleaseAndExecuteOnOneCore, RaisedTimerThreadPreemptsTheExecutorThread) {
   EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
-            (std::vector<Ran>{
-                {source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 10ms}, {frequent, 0, 3ms, 7ms}}));
+            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 10ms}, {frequent, 0, 3ms, 7ms}}));
 }
 
 TEST_F(ReleaseAndExecuteOnOneCore, WorkUntilAWallClockInstantGoesOnWhileDisplaced) {
@@ -166,15 +166,13 @@ TEST_F(ReleaseAndExecuteOnOneCore, EqualPrioritiesTakeTurnsByTimeSlice) {
   platform.time_slice = 3ms;
   // The executor thread has the core from 1 ms on and keeps it until 4 ms, then each for 3 ms.
   EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
-            (std::vector<Ran>{
-                {source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 9ms}, {frequent, 0, 4ms, 10ms}}));
+            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 9ms}, {frequent, 0, 4ms, 10ms}}));
 }
 
 TEST_F(ReleaseAndExecuteOnOneCore, TwoCoresServeBothThreadsAtOnce) {
   platform.cores = 2;
   EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
-            (std::vector<Ran>{
-                {source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 6ms}, {frequent, 0, 3ms, 7ms}}));
+            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 6ms}, {frequent, 0, 3ms, 7ms}}));
 }
 
 TEST(RoundRobin, WorkersThatOutnumberTheCoresShareThemEvenly) {
@@ -189,6 +187,15 @@ TEST(RoundRobin, WorkersThatOutnumberTheCoresShareThemEvenly) {
   for (const JobRecord& r : trace.jobs) last = std::max(last, r.finish);
   EXPECT_EQ(schedule(trace).size(), 3U);
   EXPECT_EQ(last, at(6ms));
+}
+
+TEST(RoundRobin, WorkersOfOneCoreAlternateFromTheFirstFullSliceOn) {
+  TaskSet set;
+  const TaskId a = add_timer(set, 100ms, 4ms), b = add_timer(set, 100ms, 4ms);
+  Platform p;
+  p.time_slice = 2ms;
+  EXPECT_EQ(schedule(run(set, "multi", 20ms, p, {.workers = 2})),
+            (std::vector<Ran>{{a, 0, 0ms, 6ms}, {b, 0, 2ms, 8ms}}));
 }
 
 TEST(RoundRobin, ReleaserOfEqualPriorityWaitsAtMostOneTimeSlice) {

@@ -52,8 +52,8 @@ inline ReferenceTrace read_reference_trace(const std::string& path) {
     std::string name;
     std::int64_t count = 0, start = 0, end = 0, next = 0;
     if (!(words >> name >> count >> start >> end >> next)) throw std::runtime_error(path + ": " + line);
-    trace.jobs.push_back({ids.at(name), static_cast<std::uint64_t>(count), from_ns(start), from_ns(end),
-                          from_ns(next)});
+    trace.jobs.push_back(
+        {ids.at(name), static_cast<std::uint64_t>(count), from_ns(start), from_ns(end), from_ns(next)});
   }
   std::sort(trace.jobs.begin(), trace.jobs.end(),
             [](const ReferenceJob& a, const ReferenceJob& b) { return a.start < b.start; });

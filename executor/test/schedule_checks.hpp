@@ -93,7 +93,8 @@ inline std::string work_conserving(const Trace& trace, std::size_t busy_workers)
     if (from == running.begin()) return "nothing runs while this waits: " + describe(r);
     for (--from; from != running.end() && from->first < waits_until; ++from) {
       if (from->second < static_cast<int>(busy_workers)) {
-        return "a worker idles at " + std::to_string(to_ns(from->first)) + " while this waits: " + describe(r);
+        return "a worker idles at " + std::to_string(to_ns(from->first)) +
+               " while this waits: " + describe(r);
       }
     }
   }

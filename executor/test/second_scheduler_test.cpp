@@ -106,9 +106,9 @@ class SecondScheduler {
   const TaskSet& set_;
   const PriorityByTheBook priority_;
   const bool first_, fifo_;
-  std::vector<std::uint64_t> timestamps_;      // per timer: how many were released
-  std::vector<std::deque<Job>> unread_;        // per subscription
-  std::vector<std::uint64_t> samples_;         // per subscription: how many arrived
+  std::vector<std::uint64_t> timestamps_;  // per timer: how many were released
+  std::vector<std::deque<Job>> unread_;    // per subscription
+  std::vector<std::uint64_t> samples_;     // per subscription: how many arrived
   std::vector<Released> released_;
   std::int64_t activations_ = 0;
 };
@@ -134,15 +134,15 @@ TEST_P(TwoRoads, GiveTheSameReleaseOnlySchedule) {
   EXPECT_GT(jobs, 10'000U);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    SortedList, TwoRoads,
-    testing::Combine(testing::Values("rm", "dm", "edf", "fp"),
-                     testing::Values(SubscriptionRule::inherit, SubscriptionRule::first),
-                     testing::Values(Ties::lifo, Ties::fifo)),
-    [](const auto& param) {
-      return std::string(std::get<0>(param.param)) + "_" + to_string(std::get<1>(param.param)) + "_" +
-             to_string(std::get<2>(param.param));
-    });
+INSTANTIATE_TEST_SUITE_P(SortedList, TwoRoads,
+                         testing::Combine(testing::Values("rm", "dm", "edf", "fp"),
+                                          testing::Values(SubscriptionRule::inherit, SubscriptionRule::first),
+                                          testing::Values(Ties::lifo, Ties::fifo)),
+                         [](const auto& param) {
+                           return std::string(std::get<0>(param.param)) + "_" +
+                                  to_string(std::get<1>(param.param)) + "_" +
+                                  to_string(std::get<2>(param.param));
+                         });
 
 }  // namespace
 }  // namespace hotpath::test

@@ -103,8 +103,7 @@ TEST(StaticExecutorSimulated, IgnoresCallbackGroupsAndRunsOnOneWorker) {
   add_timer(set, 20ms, 5ms);
   add_timer(set, 20ms, 5ms);
   set.tasks[1].group = set.tasks[0].group;
-  EXPECT_EQ(schedule(run(set, "static", 20ms)),
-            (std::vector<Ran>{{0, 0, 0ms, 5ms}, {1, 0, 5ms, 10ms}}));
+  EXPECT_EQ(schedule(run(set, "static", 20ms)), (std::vector<Ran>{{0, 0, 0ms, 5ms}, {1, 0, 5ms, 10ms}}));
 }
 
 }  // namespace

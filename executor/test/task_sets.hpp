@@ -77,9 +77,9 @@ inline std::vector<Ran> schedule(const Trace& trace) {
 }
 
 inline std::size_t count(const Trace& trace, TaskId task, Outcome outcome) {
-  return static_cast<std::size_t>(std::count_if(
-      trace.jobs.begin(), trace.jobs.end(),
-      [&](const JobRecord& r) { return r.job.task == task && r.outcome == outcome; }));
+  return static_cast<std::size_t>(
+      std::count_if(trace.jobs.begin(), trace.jobs.end(),
+                    [&](const JobRecord& r) { return r.job.task == task && r.outcome == outcome; }));
 }
 
 inline std::uint64_t skipped(const Trace& trace, TaskId task) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// SingleThreadedExecutor and MultiThreadedExecutor (rclcpp 26.0.0 executor.cpp, allocator_memory_strategy.hpp,
-// multi_threaded_executor.cpp).
+// SingleThreadedExecutor and MultiThreadedExecutor (rclcpp 26.0.0 executor.cpp,
+// allocator_memory_strategy.hpp, multi_threaded_executor.cpp).
 #include "hotpath/core/wait_set_scheduler.hpp"
 
 #include <gtest/gtest.h>

@@ -109,7 +109,8 @@ TEST_P(JobPathOf, AllocatesNothingOfOursOverFastDds) {
   EXPECT_EQ(counts.own, 0u) << "of " << counts.all << " in all, the rest being Fast DDS's own";
 }
 
-INSTANTIATE_TEST_SUITE_P(Executors, JobPathOf, testing::Values("default", "static", "multi", "events-ro", "rm-ro", "edf-re"),
+INSTANTIATE_TEST_SUITE_P(Executors, JobPathOf,
+                         testing::Values("default", "static", "multi", "events-ro", "rm-ro", "edf-re"),
                          [](const auto& p) {
                            std::string name = p.param;
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -48,48 +48,4 @@ void EventsScheduler::unfinished(Time now, const Visitor& visit) const {
   }
 }
 
-Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
-  Effect effect;
-  if (worker != kTimerManagement) return effect;
-  while (timers_.due(now)) {
-    events_->push(timers_.call_head(now));
-    ++effect.released;
-    if (release_ == Release::one_by_one) break;
-  }
-  if (effect.released > 0) effect.wake = WorkerSet::of(kExecutor);
-  return effect;
-}
-
-Decision ReleaseOnlyScheduler::decide(Worker worker, Time) {
-  if (worker == kExecutor) return next_event();
-  return {std::nullopt, timers_.next_call(), {}};
-}
-
-Decision ReleaseAndExecuteScheduler::decide(Worker worker, Time now) {
-  if (worker == kExecutor) return next_event();
-  if (timers_.due(now)) return {timers_.call_head(now), kNever, {}};
-  return {std::nullopt, timers_.next_call(), {}};
-}
-
-Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
-  Effect effect;
-  if (worker != kTimerManagement) return effect;
-  while (timers_.due(now)) {
-    timer_ready_->push(timers_.call_head(now));
-    ++effect.released;
-  }
-  return effect;
-}
-
-Decision TimerReadyQueueScheduler::decide(Worker worker, Time) {
-  if (worker == kExecutor) return next_event();
-  if (timer_ready_->empty()) return {std::nullopt, timers_.next_call(), {}};
-  return {timer_ready_->pop(), kNever, {}};
-}
-
-void TimerReadyQueueScheduler::unfinished(Time now, const Visitor& visit) const {
-  timer_ready_->for_each([&](const Job& job) { visit(job, Outcome::queued); });
-  EventsScheduler::unfinished(now, visit);
-}
-
 }  // namespace hotpath

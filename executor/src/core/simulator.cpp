@@ -139,10 +139,14 @@ class Simulation {
       return;
     }
     worker.woken = false;
-    worker.turn = take_turn(scheduler_, w, now_);
-    count_backlog(worker.turn);
-    if (worker.turn.released > 0) {
-      Duration cost = platform_.release_cost * worker.turn.released;
+    const Turn turn = take_turn(scheduler_, w, now_);
+    worker.has_job = turn.decision.job.has_value();
+    if (worker.has_job) worker.job = *turn.decision.job;
+    worker.wake_at = turn.decision.wake_at;
+    worker.to_wake = turn.decision.wake;
+    if (events_) count_backlog(worker, turn.released);
+    if (turn.released > 0) {
+      Duration cost = platform_.release_cost * turn.released;
       if (!worker.in_pass) cost += platform_.pass_cost;
       worker.in_pass = true;
       if (cost > Duration{}) {
@@ -161,17 +165,16 @@ class Simulation {
   /// What the live loop does once it has left the lock.
   void follow(Worker w) {
     SimulatedWorkers::State& worker = workers_[w];
-    const Decision& decision = worker.turn.decision;
-    workers_.wake(decision.wake, now_);
-    if (decision.job) {
+    workers_.wake(worker.to_wake, now_);
+    if (worker.has_job) {
       worker.in_pass = false;
       workers_.begin_step(w, Step::dispatch, platform_.dispatch_cost, now_);
       if (worker.on_core && platform_.dispatch_cost == Duration{}) start_job(w);
-    } else if (worker.woken || decision.wake_at <= now_) {
+    } else if (worker.woken || worker.wake_at <= now_) {
       again(w);
     } else {
       worker.in_pass = false;
-      workers_.sleep(w, decision.wake_at, now_);
+      workers_.sleep(w, worker.wake_at, now_);
     }
   }
 
@@ -179,7 +182,7 @@ class Simulation {
 
   void start_job(Worker w) {
     SimulatedWorkers::State& worker = workers_[w];
-    const Job& job = *worker.turn.decision.job;
+    const Job& job = worker.job;
     worker.start = now_;
     if (job.empty) {
       if (sink_) sink_->ended(record(w, Outcome::empty));
@@ -196,7 +199,7 @@ class Simulation {
   }
 
   void finish_job(Worker w) {
-    const Job& job = *workers_[w].turn.decision.job;
+    const Job& job = workers_[w].job;
     ++summary_.jobs;
     if (sink_) sink_->ended(record(w, Outcome::ran));
     if (workload_.finish(job, now_)) publish(job);
@@ -205,7 +208,7 @@ class Simulation {
 
   void done(Worker w) {
     again(w);
-    workers_.wake(scheduler_.finished(w, *workers_[w].turn.decision.job, now_).wake, now_);
+    workers_.wake(scheduler_.finished(w, workers_[w].job, now_).wake, now_);
   }
 
   void publish(const Job& job) {
@@ -244,11 +247,11 @@ class Simulation {
 
   /// Only events queues can grow without bound: a wait set holds no more than its timers and the histories
   /// of its subscriptions.
-  void count_backlog(const Turn& turn) {
-    if (!events_) return;
-    timers_waiting_ += turn.released;
-    if (turn.decision.job) {
-      std::uint64_t& waiting = set_[turn.decision.job->task].kind == TaskKind::timer ? timers_waiting_ : events_waiting_;
+  void count_backlog(const SimulatedWorkers::State& worker, std::uint32_t released) {
+    timers_waiting_ += released;
+    if (worker.has_job) {
+      const bool timer = set_[worker.job.task].kind == TaskKind::timer;
+      std::uint64_t& waiting = timer ? timers_waiting_ : events_waiting_;
       if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were never queued
     }
     if (timers_waiting_ + events_waiting_ > max_backlog_) stop_overloaded();
@@ -257,16 +260,17 @@ class Simulation {
   [[noreturn]] void stop_overloaded() const {
     std::ostringstream message;
     message << std::fixed << std::setprecision(3) << "overload: more than " << max_backlog_
-            << " released jobs wait for their start after " << std::setprecision(1)
-            << to_ms(now_ - Time{}) << " ms; the utilisation is " << std::setprecision(3)
+            << " released jobs wait for their start after " << std::setprecision(1) << to_ms(now_ - Time{})
+            << " ms; the utilisation is " << std::setprecision(3)
             << utilisation(set_, summary_.published, now_ - Time{})
-            << ", which must stay below what one executor worker can do (1), or needs a shorter run or a larger limit";
+            << ", which must stay below what one executor worker can do (1), or needs a shorter run or a "
+               "larger limit";
     throw SimulationError(message.str());
   }
 
   JobRecord record(Worker w, Outcome outcome) const {
     JobRecord r;
-    r.job = *workers_[w].turn.decision.job;
+    r.job = workers_[w].job;
     r.start = workers_[w].start;
     r.finish = now_;
     r.outcome = outcome;
@@ -291,9 +295,9 @@ class Simulation {
         JobRecord r = record(w, Outcome::running);
         r.finish = Time{};
         sink_->ended(r);
-      } else if ((worker.step == Step::release || worker.step == Step::dispatch) &&
-                 worker.turn.decision.job && !worker.turn.decision.job->empty) {
-        queued(*worker.turn.decision.job, Outcome::queued);  // decided, but not started
+      } else if ((worker.step == Step::release || worker.step == Step::dispatch) && worker.has_job &&
+                 !worker.job.empty) {
+        queued(worker.job, Outcome::queued);  // decided, but not started
       }
     }
     scheduler_.unfinished(now_, queued);
@@ -308,7 +312,7 @@ class Simulation {
   JobSink* const sink_;
 
   SimulatedWorkers workers_;
-  std::deque<Sample> on_the_way_;  // by arrival: the delay is the same for all
+  std::deque<Sample> on_the_way_;       // by arrival: the delay is the same for all
   std::vector<std::uint64_t> arrived_;  // per subscription
   std::optional<Worker> lock_holder_;
   bool events_ = false;

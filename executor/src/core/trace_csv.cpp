@@ -201,7 +201,8 @@ class JobsCsvReader {
   void check_kind(TaskKind kind) const {
     const char* const expected = kind == TaskKind::timer ? "timer" : "subscription";
     if (field_[3] != expected) {
-      fail("task `" + std::string(field_[2]) + "` is a " + expected + ", not a `" + std::string(field_[3]) + "`");
+      fail("task `" + std::string(field_[2]) + "` is a " + expected + ", not a `" + std::string(field_[3]) +
+           "`");
     }
   }
 
@@ -209,8 +210,8 @@ class JobsCsvReader {
     const bool finished = outcome == Outcome::ran || outcome == Outcome::empty;
     const bool started = finished || outcome == Outcome::running;
     if (field_[8].empty() == started || field_[9].empty() == finished) {
-      fail(std::string("a row `") + to_string(outcome) + "` must have " + (started ? "a" : "no") + " start_ns and " +
-           (finished ? "a" : "no") + " finish_ns");
+      fail(std::string("a row `") + to_string(outcome) + "` must have " + (started ? "a" : "no") +
+           " start_ns and " + (finished ? "a" : "no") + " finish_ns");
     }
   }
 

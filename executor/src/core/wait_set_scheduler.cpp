@@ -69,13 +69,6 @@ std::optional<Job> WaitSetScheduler::pick(Time now) {
   return std::nullopt;
 }
 
-bool WaitSetScheduler::snapshot_has_executable() const {
-  return std::any_of(ready_timers_.begin(), ready_timers_.end(),
-                     [&](std::uint32_t i) { return group_free(timer_ids_[i]); }) ||
-         std::any_of(ready_subscriptions_.begin(), ready_subscriptions_.end(),
-                     [&](std::uint32_t i) { return group_free(subscription_ids_[i]); });
-}
-
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
   idle_.erase(worker);
   if (waiting_ == worker) waiting_.reset();

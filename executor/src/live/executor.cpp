@@ -193,9 +193,10 @@ void Executor::work(Worker worker) {
   Lane& lane = lanes_[worker];
   WorkerSet to_wake;  // claimed under the lock, woken outside of it
   std::unique_lock lock(mutex_);
-  for (;;) {
-    const Time now = clock_now();
-    if (now >= end_) break;
+  // The clock is read once each time the lock is taken: `now` is the end of the last job as well as the
+  // instant of the next decision.
+  Time now = clock_now();
+  while (now < end_) {
     const Turn turn = take_turn(*scheduler_, worker, now);
     to_wake |= claim(turn.decision.wake);
     if (turn.decision.job) {
@@ -209,7 +210,8 @@ void Executor::work(Worker worker) {
       unpark(std::exchange(to_wake, {}));
       run_job(worker, job, std::move(sample));
       lock.lock();
-      to_wake = claim(scheduler_->finished(worker, job, clock_now()).wake);
+      now = clock_now();
+      to_wake = claim(scheduler_->finished(worker, job, now).wake);
     } else {
       const std::uint32_t ticket = lane.parker.ticket();
       const Time until = std::min(turn.decision.wake_at, end_);
@@ -219,6 +221,7 @@ void Executor::work(Worker worker) {
       if (until > now) lane.parker.park_until(ticket, until);
       lock.lock();
       lane.parked = false;
+      now = clock_now();
     }
   }
   lock.unlock();

@@ -6,9 +6,9 @@
 namespace hotpath {
 
 /// Sequences whose segments are separated by DDS delays: segmented self-suspension, with the suspension of
-/// higher-priority tasks as release jitter (Chen et al.: "Many suspensions, many problems", Real-Time Systems 55, 2019):
-/// the least t <= D_i with t >= C_i + S_i + (m + 1) B_i + sum_{h<i} ceil((t + R_h - C_h) / T_h) C_h, m gaps, B_i the
-/// longest segment of a lower-priority task. Sufficient; D <= T.
+/// higher-priority tasks as release jitter (Chen et al.: "Many suspensions, many problems", Real-Time Systems
+/// 55, 2019): the least t <= D_i with t >= C_i + S_i + (m + 1) B_i + sum_{h<i} ceil((t + R_h - C_h) / T_h)
+/// C_h, m gaps, B_i the longest segment of a lower-priority task. Sufficient; D <= T.
 ResponseTimes chen_2019(const SequenceTasks& tasks);
 
 }  // namespace hotpath

@@ -65,10 +65,11 @@ class Utilisation {
 /// Steps after which a fixed point counts as out of reach (the utilisation is next to 1).
 inline constexpr std::uint64_t kMaxSteps = 20'000'000;
 
-/// Least w >= start with f(w) <= w, for non-decreasing f with f(start) >= start; none when it exceeds `limit`.
+/// Least w >= start with f(w) <= w, for non-decreasing f with f(start) >= start; none when it exceeds
+/// `limit`.
 template <typename Function>
-std::optional<std::int64_t> least_fixed_point(
-    std::int64_t start, Function&& f, std::int64_t limit = std::numeric_limits<std::int64_t>::max()) {
+std::optional<std::int64_t> least_fixed_point(std::int64_t start, Function&& f,
+                                              std::int64_t limit = std::numeric_limits<std::int64_t>::max()) {
   std::int64_t w = start;
   for (std::uint64_t step = 0; step < kMaxSteps; ++step) {
     if (w > limit) return std::nullopt;

@@ -16,22 +16,23 @@ struct ExecutorCallback {
   std::string name;
   TaskId id = kNoTask;
   TaskKind kind = TaskKind::timer;
-  std::int64_t wcet = 0;              ///< Nanoseconds, >= 0.
-  std::int64_t period = 0;            ///< Timers: >= 0; 0 is ready at every poll. Subscriptions: unused.
-  std::uint32_t executor = 0;         ///< Callbacks of one executor share its polling.
-  std::uint32_t depth = 1;            ///< Subscriptions: DDS queue depth, >= 1.
-  bool asynchronous = false;          ///< Publishing does not delay the publisher.
+  std::int64_t wcet = 0;                ///< Nanoseconds, >= 0.
+  std::int64_t period = 0;              ///< Timers: >= 0; 0 is ready at every poll. Subscriptions: unused.
+  std::uint32_t executor = 0;           ///< Callbacks of one executor share its polling.
+  std::uint32_t depth = 1;              ///< Subscriptions: DDS queue depth, >= 1.
+  bool asynchronous = false;            ///< Publishing does not delay the publisher.
   std::vector<DdsDelivery> deliveries;  ///< To subscriptions on other executors only.
 };
 
 /// In the order in which an executor runs what one poll found ready.
 using ExecutorCallbacks = std::vector<ExecutorCallback>;
 
-/// The tasks of `set` on one default executor: timers before subscriptions, each in creation order (rclcpp 26.0.0
-/// allocator_memory_strategy.hpp), without DDS latencies.
+/// The tasks of `set` on one default executor: timers before subscriptions, each in creation order
+/// (rclcpp 26.0.0 allocator_memory_strategy.hpp), without DDS latencies.
 ExecutorCallbacks executor_callbacks(const TaskSet& set);
 
-/// Throws AnalysisError for times out of range, an empty chain, or a chain or delivery that names no callback.
+/// Throws AnalysisError for times out of range, an empty chain, or a chain or delivery that names no
+/// callback.
 void check_callbacks(const ExecutorCallbacks& callbacks, const TaskChain& chain, std::string_view method);
 
 }  // namespace hotpath

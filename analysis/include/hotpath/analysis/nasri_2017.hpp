@@ -20,19 +20,21 @@ struct SagResult {
     std::int64_t earliest = 0, latest = 0;
   };
   SagEnd end = SagEnd::complete;
-  bool schedulable = false;     ///< Exploration complete and no deadline missed.
-  std::vector<Finish> finish;   ///< Of each job in the order given; only `complete` results are final.
-  std::uint64_t states = 0;     ///< After merging, with the initial one.
+  bool schedulable = false;    ///< Exploration complete and no deadline missed.
+  std::vector<Finish> finish;  ///< Of each job in the order given; only `complete` results are final.
+  std::uint64_t states = 0;    ///< After merging, with the initial one.
   std::uint64_t edges = 0;
 };
 
-/// Schedule-abstraction graph: explores every order in which a work-conserving non-preemptive priority scheduler can
-/// run the jobs on one processor, for all releases and execution times in their intervals (Nasri, Brandenburg: "An exact
-/// and sustainable analysis of non-preemptive scheduling", RTSS 2017). Integer time. States with the same finished jobs
-/// and intersecting availability are merged. Goes on beyond a missed deadline. Throws AnalysisError for malformed jobs.
+/// Schedule-abstraction graph: explores every order in which a work-conserving non-preemptive priority
+/// scheduler can run the jobs on one processor, for all releases and execution times in their intervals
+/// (Nasri, Brandenburg: "An exact and sustainable analysis of non-preemptive scheduling", RTSS 2017). Integer
+/// time. States with the same finished jobs and intersecting availability are merged. Goes on beyond a missed
+/// deadline. Throws AnalysisError for malformed jobs.
 SagResult nasri_2017(const std::vector<SagJob>& jobs, const SagLimits& limits = {});
 
-/// Largest latest finish minus earliest arrival of each task's jobs; `tasks` is the number of tasks of sag_jobs().
+/// Largest latest finish minus earliest arrival of each task's jobs; `tasks` is the number of tasks of
+/// sag_jobs().
 ResponseTimes sag_response_times(const std::vector<SagJob>& jobs, const SagResult& result, std::size_t tasks);
 
 }  // namespace hotpath

@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// tau_i = (C_i, T_i, D_i, phi_i) of the paper, Section II-A, with release jitter. All times in nanoseconds; the
-/// formulas hold in any other single unit as well.
+/// tau_i = (C_i, T_i, D_i, phi_i) of the paper, Section II-A, with release jitter. All times in nanoseconds;
+/// the formulas hold in any other single unit as well.
 struct PeriodicTask {
   std::string name;           ///< For messages and tables; may be empty.
   TaskId id = kNoTask;        ///< Index in the TaskSet it came from.
@@ -27,10 +27,10 @@ struct PeriodicTask {
 /// A task set in priority order, highest first. Under EDF the order only breaks ties.
 using PeriodicTasks = std::vector<PeriodicTask>;
 
-/// How instants are meant. `continuous`: bounds are suprema; a blocking job has started an arbitrarily short time
-/// before, so that it blocks for (almost) its whole C (the paper). `discrete`: time is counted in whole units (here:
-/// nanoseconds), and a blocking job has started one unit before (George 1996, Prosa); at most one unit less than
-/// `continuous`.
+/// How instants are meant. `continuous`: bounds are suprema; a blocking job has started an arbitrarily short
+/// time before, so that it blocks for (almost) its whole C (the paper). `discrete`: time is counted in whole
+/// units (here: nanoseconds), and a blocking job has started one unit before (George 1996, Prosa); at most
+/// one unit less than `continuous`.
 enum class TimeModel : std::uint8_t { continuous, discrete };
 
 /// The timers of `set` in the order of `policy`: level, then task id; under edf and fifo by task id. Throws

@@ -9,8 +9,8 @@
 
 namespace hotpath {
 
-/// Random numbers that are the same with every standard library, from one seed and a place in the experiment, so that
-/// no draw depends on what another thread or machine draws.
+/// Random numbers that are the same with every standard library, from one seed and a place in the experiment,
+/// so that no draw depends on what another thread or machine draws.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::initializer_list<std::uint64_t> place);

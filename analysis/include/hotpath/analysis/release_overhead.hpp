@@ -27,15 +27,15 @@ enum class ReleaseMode : std::uint8_t { release_only, release_and_execute };
 using ResponseTimeAnalysis = std::function<ResponseTimes(const PeriodicTasks&)>;
 
 struct OverheadAwareResponse {
-  PeriodicTasks tasks;      ///< C_i := C_i + Delta_i, as behind `bounds`.
+  PeriodicTasks tasks;  ///< C_i := C_i + Delta_i, as behind `bounds`.
   ResponseTimes bounds;
-  bool tightened = false;   ///< Delta_i = n * delta was used.
+  bool tightened = false;  ///< Delta_i = n * delta was used.
 };
 
-/// Applies `analysis` to C_i + Delta_i. For release_only Delta_i first comes from Equation (3); only when that shows
-/// the set schedulable and its deadlines are constrained are the bounds tightened with n * delta. Throws
-/// AnalysisError when the overhead diverges, or when release_and_execute would skip timestamps (C_i >= T_j for some
-/// j != i, condition C1 of Section V-A).
+/// Applies `analysis` to C_i + Delta_i. For release_only Delta_i first comes from Equation (3); only when
+/// that shows the set schedulable and its deadlines are constrained are the bounds tightened with n * delta.
+/// Throws AnalysisError when the overhead diverges, or when release_and_execute would skip timestamps (C_i >=
+/// T_j for some j != i, condition C1 of Section V-A).
 OverheadAwareResponse with_release_overhead(const PeriodicTasks& tasks, std::int64_t delta, ReleaseMode mode,
                                             const ResponseTimeAnalysis& analysis);
 

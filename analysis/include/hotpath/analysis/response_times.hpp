@@ -7,8 +7,8 @@
 
 namespace hotpath {
 
-/// One upper bound for each task of a set, in its order, relative to the nominal release; none where the method
-/// finds no bound.
+/// One upper bound for each task of a set, in its order, relative to the nominal release; none where the
+/// method finds no bound.
 using ResponseTimes = std::vector<std::optional<std::int64_t>>;
 
 /// Every task has a bound, and it is within the deadline.

@@ -22,10 +22,10 @@ enum class SagPolicy : std::uint8_t { fixed_priority, edf };
 /// Jobs above which a hyperperiod counts as exploded.
 inline constexpr std::int64_t kMaxSagJobs = 5'000'000;
 
-/// All jobs with a nominal release in one hyperperiod (synchronous tasks), or, where there are phases, before the
-/// largest phase plus two hyperperiods; sorted by release. Task numbers are positions, execution times [bcet, wcet],
-/// release windows [r, r + jitter]. Throws AnalysisError when the hyperperiod overflows or has more than kMaxSagJobs
-/// jobs.
+/// All jobs with a nominal release in one hyperperiod (synchronous tasks), or, where there are phases, before
+/// the largest phase plus two hyperperiods; sorted by release. Task numbers are positions, execution times
+/// [bcet, wcet], release windows [r, r + jitter]. Throws AnalysisError when the hyperperiod overflows or has
+/// more than kMaxSagJobs jobs.
 std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy);
 
 /// The format of the SAG tools (np-schedulability-analysis): a header line, then

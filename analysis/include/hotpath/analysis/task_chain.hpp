@@ -11,11 +11,11 @@ namespace hotpath {
 using TaskChain = std::vector<std::size_t>;
 
 /// Whether a chain may visit a task twice.
-enum class Repetition : std::uint8_t { allowed, forbidden };
+enum class Revisits : std::uint8_t { allowed, forbidden };
 
 /// Positions of the named tasks. Throws AnalysisError for an empty chain, an unknown name, or a forbidden
 /// repetition.
-TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names, Repetition repetition);
+TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names, Revisits repetition);
 
 /// Whether positions mean fixed priorities. Under `dynamic` (EDF, FIFO) no order of jobs follows from the
 /// position.
@@ -25,12 +25,13 @@ enum class Priorities : std::uint8_t { fixed, dynamic };
 void check_chain(const PeriodicTasks& tasks, const ResponseTimes& bounds, const TaskChain& chain,
                  std::string_view method);
 
-/// The handover delay x_i * R_i behind element i of a chain: none when tau_i has a higher priority than tau_i+1 and no
-/// release jitter, for then a job of tau_i+1 released no earlier than one of tau_i cannot start before it (Duerr 2019,
-/// theorem 5.4).
-inline std::int64_t handover_delay(const PeriodicTasks& tasks, const ResponseTimes& bounds, const TaskChain& chain,
-                                   std::size_t i, Priorities priorities) {
-  const bool after = priorities == Priorities::fixed && chain[i] < chain[i + 1] && tasks[chain[i]].jitter == 0;
+/// The handover delay x_i * R_i behind element i of a chain: none when tau_i has a higher priority than
+/// tau_i+1 and no release jitter, for then a job of tau_i+1 released no earlier than one of tau_i cannot
+/// start before it (Duerr 2019, theorem 5.4).
+inline std::int64_t handover_delay(const PeriodicTasks& tasks, const ResponseTimes& bounds,
+                                   const TaskChain& chain, std::size_t i, Priorities priorities) {
+  const bool after =
+      priorities == Priorities::fixed && chain[i] < chain[i + 1] && tasks[chain[i]].jitter == 0;
   return after ? 0 : *bounds[chain[i]];
 }
 

@@ -8,8 +8,8 @@
 
 namespace hotpath {
 
-/// A bound of a task or chain and the largest value observed, nanoseconds; none where there is no bound, or nothing
-/// ran.
+/// A bound of a task or chain and the largest value observed, nanoseconds; none where there is no bound, or
+/// nothing ran.
 struct BoundAndObservation {
   std::string name;
   std::optional<std::int64_t> bound;

@@ -26,8 +26,8 @@ struct WatersOptions {
   unsigned threads = 0;  ///< 0: one for each processor. Never changes a result.
 };
 
-/// One chain: bounds in ns, parallel to WatersOptions::methods; -1 where the set is not schedulable by the method's
-/// response time analysis.
+/// One chain: bounds in ns, parallel to WatersOptions::methods; -1 where the set is not schedulable by the
+/// method's response time analysis.
 struct WatersRow {
   std::uint32_t level = 0;  ///< Index into WatersOptions::utilisations.
   std::uint32_t set = 0;
@@ -59,14 +59,16 @@ struct WatersResult {
   friend bool operator==(const WatersResult&, const WatersResult&) = default;
 };
 
-/// The whole experiment, or the part of one machine: share `rank` of `ranks`. Both in order of level, set, chain.
+/// The whole experiment, or the part of one machine: share `rank` of `ranks`. Both in order of level, set,
+/// chain.
 WatersResult waters_share(const WatersOptions& options, std::uint32_t rank, std::uint32_t ranks);
 WatersResult run_waters(const WatersOptions& options);
 
 /// Joins the shares of all ranks into what one machine would have computed.
 WatersResult join_waters(const std::vector<WatersResult>& shares);
 
-/// A share as bytes and back, for machines of one architecture. Throws AnalysisError for bytes that are no share.
+/// A share as bytes and back, for machines of one architecture. Throws AnalysisError for bytes that are no
+/// share.
 std::string pack_waters(const WatersResult& share);
 WatersResult unpack_waters(const std::string& bytes);
 

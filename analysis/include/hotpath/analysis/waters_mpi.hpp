@@ -7,7 +7,8 @@
 
 namespace hotpath {
 
-/// An MPI environment for the life of this object; only where the build found MPI (target waters_mpi). One at a time.
+/// An MPI environment for the life of this object; only where the build found MPI (target waters_mpi). One at
+/// a time.
 class MpiSession {
  public:
   MpiSession(int* argc, char*** argv);
@@ -19,8 +20,8 @@ class MpiSession {
   std::uint32_t ranks() const;
 };
 
-/// Each rank computes its share; rank 0 gathers and gets the whole result, the others none. All ranks call it with equal
-/// options.
+/// Each rank computes its share; rank 0 gathers and gets the whole result, the others none. All ranks call it
+/// with equal options.
 std::optional<WatersResult> run_waters_mpi(const MpiSession& session, const WatersOptions& options);
 
 }  // namespace hotpath

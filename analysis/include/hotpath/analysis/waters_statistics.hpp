@@ -8,20 +8,20 @@
 namespace hotpath {
 
 /// An estimate with its 95 % confidence interval.
-struct Estimate {
+struct ClusteredEstimate {
   double value = 0, low = 0, high = 0;
 };
 
-/// Normalised reductions (percent) of one utilisation and method. Chains of one task set are alike, so that all
-/// intervals are clustered by task set: linearised variance for mean and share, Woodruff intervals for quantiles. All
-/// values are NaN without chains, all intervals with fewer than two task sets.
+/// Normalised reductions (percent) of one utilisation and method. Chains of one task set are alike, so that
+/// all intervals are clustered by task set: linearised variance for mean and share, Woodruff intervals for
+/// quantiles. All values are NaN without chains, all intervals with fewer than two task sets.
 struct WatersSummary {
   double utilisation = 0;
   WatersMethod method = WatersMethod::brueggen_davare;
   std::uint32_t sets = 0, schedulable = 0, sets_with_chains = 0;
   std::uint64_t chains = 0;
-  Estimate schedulable_share;  ///< Wilson interval.
-  Estimate mean, median, p25, p75, positive_share;
+  ClusteredEstimate schedulable_share;  ///< Wilson interval.
+  ClusteredEstimate mean, median, p25, p75, positive_share;
   double deviation = 0, min = 0, max = 0;
   double p1 = 0, p5 = 0, p95 = 0, p99 = 0;
 };

@@ -18,11 +18,11 @@ struct WcrtColumn {
   std::optional<std::int64_t> imu = {};
   std::optional<std::int64_t> camera = {};
   std::optional<std::int64_t> lidar = {};
-  std::array<double, 3> printed_ms{};              ///< As the paper prints them: IMU, camera, LiDAR.
+  std::array<double, 3> printed_ms{};  ///< As the paper prints them: IMU, camera, LiDAR.
 };
 
-/// Table I for a release overhead of `delta` ns: Equation (3), then Theorem 1. The printed table corresponds to
-/// delta = 0.119 ms, which the text rounds to 0.12 ms.
+/// Table I for a release overhead of `delta` ns: Equation (3), then Theorem 1. The printed table corresponds
+/// to delta = 0.119 ms, which the text rounds to 0.12 ms.
 std::array<WcrtColumn, 3> wcrt_table(std::int64_t delta);
 
 inline constexpr std::int64_t kPaperDelta = 119'000;

@@ -8,8 +8,8 @@
 
 namespace hotpath {
 
-/// An executor as a user names it: `NAME`, or `NAME:VARIANT[:VARIANT]` with the variants `inherit`, `first` (rule for
-/// subscriptions), `lifo`, `fifo` (ties), or a number of threads for `multi`.
+/// An executor as a user names it: `NAME`, or `NAME:VARIANT[:VARIANT]` with the variants `inherit`, `first`
+/// (rule for subscriptions), `lifo`, `fifo` (ties), or a number of threads for `multi`.
 struct ExecutorSpec {
   std::string label;  ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;

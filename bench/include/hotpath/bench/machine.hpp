@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/bench/machine_noise.hpp"
+
 namespace hotpath {
 
 /// What decides about a result on this machine; stored with every result.
@@ -15,9 +17,18 @@ struct Machine {
   long rt_runtime_us = -1;  ///< Real-time throttling: share of rt_period_us; -1: off or unknown.
   long rt_period_us = 0;
   double load_average = 0;  ///< Over the last minute, when it was read.
+  std::string turbo;        ///< `on`, `off`, or `unknown`.
+  std::string clock_source;
+  long timer_slack_ns = 0;    ///< Of a new thread under the ordinary policy.
+  double stolen_percent = 0;  ///< Of all processors' time since boot, taken by the hypervisor.
+  std::vector<std::string> real_time_threads;  ///< Of other programs: `name (fifo:50)`.
+  MachineNoise noise;
 };
 
-Machine read_machine();
+/// How long read_machine() watches the cores for a result folder.
+inline constexpr Duration kBriefNoise = std::chrono::milliseconds(200);
+
+Machine read_machine(Duration watch = kBriefNoise);
 nlohmann::json to_json(const Machine& machine);
 
 /// Whole sentences about what may disturb a measurement.

@@ -10,8 +10,8 @@
 
 namespace hotpath {
 
-/// The folder of one run. Files get their names when they are whole: until then jobs.csv and chains.csv grow under
-/// names that end in `.part`, which are all that a killed run leaves of them.
+/// The folder of one run. Files get their names when they are whole: until then jobs.csv and chains.csv grow
+/// under names that end in `.part`, which are all that a killed run leaves of them.
 class ResultFolder {
  public:
   /// Creates the folder. Throws UsageError when it cannot be written or holds a run already.
@@ -21,7 +21,9 @@ class ResultFolder {
 
   /// Replaces a whole file. Throws RunError (disk full, for example), and leaves the old one.
   void write(const std::string& name, const std::string& content) const;
-  void write(const std::string& name, const nlohmann::json& content) const { write(name, content.dump(2) + "\n"); }
+  void write(const std::string& name, const nlohmann::json& content) const {
+    write(name, content.dump(2) + "\n");
+  }
 
   /// Adds one repetition to jobs.csv and chains.csv. Throws RunError.
   void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace,

@@ -40,48 +40,4 @@ class EventsScheduler : public Scheduler {
   UnreadSamples unread_;
 };
 
-/// Release-only (RO): the timer management worker turns due timers into events; the executor worker runs all
-/// jobs.
-class ReleaseOnlyScheduler final : public EventsScheduler {
- public:
-  /// one_by_one: one timer per call and one wake-up each (stock, timers_manager.cpp); all_due: all timers
-  /// that are due under one lock with one wake-up (the paper's).
-  enum class Release : std::uint8_t { one_by_one, all_due };
-  ReleaseOnlyScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, Release release)
-      : EventsScheduler(set, std::move(events)), release_(release) {}
-
-  Effect release_timers(Worker worker, Time now) override;
-  Decision decide(Worker worker, Time now) override;
-
- private:
-  const Release release_;
-};
-
-/// Stock release-and-execute (RE): the timer management worker calls and runs the timer with the earliest
-/// next call (timers_manager.cpp); the executor worker runs subscriptions.
-class ReleaseAndExecuteScheduler final : public EventsScheduler {
- public:
-  ReleaseAndExecuteScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events)
-      : EventsScheduler(set, std::move(events)) {}
-
-  Effect release_timers(Worker, Time) override { return {}; }
-  Decision decide(Worker worker, Time now) override;
-};
-
-/// The paper's release-and-execute (Section IV): due timers move into a prioritised timer ready queue, which
-/// is filled again before every decision; its head runs. The executor worker runs subscriptions.
-class TimerReadyQueueScheduler final : public EventsScheduler {
- public:
-  TimerReadyQueueScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events,
-                           std::unique_ptr<EventsQueue> timer_ready)
-      : EventsScheduler(set, std::move(events)), timer_ready_(std::move(timer_ready)) {}
-
-  Effect release_timers(Worker worker, Time now) override;
-  Decision decide(Worker worker, Time now) override;
-  void unfinished(Time now, const Visitor& visit) const override;
-
- private:
-  std::unique_ptr<EventsQueue> timer_ready_;
-};
-
 }  // namespace hotpath

@@ -20,7 +20,7 @@ enum class Policy : std::uint8_t {
 enum class SubscriptionRule : std::uint8_t {
   inherit,  ///< Fixed priority: the highest of the timers upstream; EDF: the publishing job's absolute
             ///< deadline (paper, Section VII-C).
-  first,  ///< Ahead of every timer (the authors' published artifact).
+  first,    ///< Ahead of every timer (the authors' published artifact).
 };
 
 /// Order at equal priority.

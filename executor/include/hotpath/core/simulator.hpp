@@ -36,8 +36,8 @@ struct SimulationError : std::runtime_error {
 /// with the duration. Same input, same result.
 ///
 /// At one instant: first running jobs finish and publish, then delayed samples arrive, then sleeping workers
-/// wake, then workers take turns, in rounds in the order of their priorities. With a raised releaser a timer that is due
-/// is therefore released before a decision of the executor worker at the same instant.
+/// wake, then workers take turns, in rounds in the order of their priorities. With a raised releaser a timer
+/// that is due is therefore released before a decision of the executor worker at the same instant.
 ///
 /// At the end, samples still on their way arrive, and what has not started is recorded as `queued`.
 /// Throws SimulationError, also for a duration so long that instants would overflow.

@@ -34,7 +34,7 @@ struct Task {
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.
   bool local = true;  ///< Runs in this process. Others are known only for the priorities that they hand down.
-  std::vector<TaskId> feeds;             ///< Subscriptions that a publication of this task's jobs activates.
+  std::vector<TaskId> feeds;  ///< Subscriptions that a publication of this task's jobs activates.
 };
 
 /// Tasks in creation order with their callback groups.

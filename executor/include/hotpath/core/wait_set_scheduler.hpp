@@ -34,7 +34,6 @@ class WaitSetScheduler final : public Scheduler {
   void occupy_group(TaskId task);
   void poll(Time now);
   std::optional<Job> pick(Time now);
-  bool snapshot_has_executable() const;
 
   const TaskSet set_;
   const std::vector<WorkerRole> roles_;

@@ -24,8 +24,8 @@ class Workload {
   /// `job` finishes; returns whether it publishes, to every task in `TaskSet[job.task].feeds`.
   virtual bool finish(const Job& job, Time now) = 0;
 
-  /// The message that job `parent` published has reached `subscription`, as its number `sequence` (0, 1, ...).
-  /// Messages of one publisher arrive in the order of their publication.
+  /// The message that job `parent` published has reached `subscription`, as its number `sequence` (0, 1,
+  /// ...). Messages of one publisher arrive in the order of their publication.
   virtual void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
     static_cast<void>(subscription);
     static_cast<void>(sequence);

@@ -8,6 +8,7 @@
 #include "hotpath/fastdds/participant.hpp"
 #include "hotpath/live/executor.hpp"
 #include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/message.hpp"
 #include "hotpath/reference_system/node_logic.hpp"
 #include "hotpath/reference_system/run_memory.hpp"
 #include "hotpath/reference_system/work.hpp"

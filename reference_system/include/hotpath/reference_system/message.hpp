@@ -9,16 +9,9 @@
 #include <vector>
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
-
-/// One entry of a message's history: which node contributed, and when.
-struct Stat {
-  std::uint32_t node = 0;      ///< Index into the graph's nodes.
-  std::uint32_t sequence = 0;  ///< Publications of that publisher before this one.
-  std::uint32_t dropped = 0;   ///< Samples that its inputs lost since its last publication.
-  Time start{};                ///< Start of the publishing job.
-};
 
 /// Sample management of the reference system (upstream's sample_management.hpp) on the 4096-byte message,
 /// where nodes go by name.

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cassert>
-#include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "hotpath/reference_system/graph.hpp"
-#include "hotpath/reference_system/message.hpp"
+#include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
 

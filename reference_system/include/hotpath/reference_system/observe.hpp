@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/message.hpp"
+#include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
 

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Section V: the bounds against hotpath's own schedulers in virtual time, with the cost of releases.
+#include <gtest/gtest.h>
+
+#include "hotpath/analysis/bedarkar_2022.hpp"
+#include "hotpath/analysis/brueggen_2015.hpp"
+#include "hotpath/analysis/davis_2007.hpp"
+#include "hotpath/analysis/release_overhead.hpp"
+#include "hotpath/analysis/spuri_1996.hpp"
+#include "hotpath/core/simulator.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath {
+namespace {
+
+/// Timers of a few milliseconds in random order of creation.
+TaskSet random_timers(RandomStream& random) {
+  RandomSet what;
+  what.phases = random.below(2) == 0;
+  what.shorter_runs = random.below(2) == 0;
+  PeriodicTasks tasks = random_tasks(random, what);
+  random.shuffle(std::span(tasks));
+  TaskSet set;
+  for (const PeriodicTask& p : tasks) {
+    Task t;
+    t.name = "t" + std::to_string(set.size());
+    t.period = t.deadline = Duration(p.period * kMs);
+    t.wcet = Duration(p.wcet * kMs);
+    t.bcet = Duration(p.bcet * kMs);
+    t.phase = Duration(p.phase * kMs);
+    set.tasks.push_back(t);
+  }
+  return set;
+}
+
+Trace simulated(const TaskSet& set, const char* executor, Duration delta, std::uint64_t seed) {
+  const ExecutorEntry* entry = find_executor(executor);
+  SimulationOptions options;
+  options.platform = default_platform(*entry);
+  options.platform.release_cost = delta;
+  options.duration = std::chrono::milliseconds(500);
+  const UniformTimes drawn(set, seed);
+  const WorstCaseTimes longest(set);
+  PublishingWorkload workload(seed % 2 == 0 ? static_cast<const ExecutionTimes&>(longest) : drawn);
+  return simulate_trace(set, *entry, {}, workload, options);
+}
+
+/// Every job that ran kept the bound of its task, and no timestamp was skipped.
+void expect_within(const Trace& trace, const TaskSet& set, const PeriodicTasks& tasks,
+                   const ResponseTimes& bounds) {
+  std::vector<std::int64_t> bound(set.size());
+  for (std::size_t k = 0; k < tasks.size(); ++k) bound[tasks[k].id] = *bounds[k];
+  for (const JobRecord& r : trace.jobs) {
+    ASSERT_EQ(r.job.skipped, 0U) << set[r.job.task].name << " under " << trace.executor;
+    if (r.outcome != Outcome::ran) continue;
+    ASSERT_LE((r.finish - r.job.timestamp).count(), bound[r.job.task])
+        << set[r.job.task].name << " released at " << to_ns(r.job.timestamp) << " under " << trace.executor;
+  }
+}
+
+struct Case {
+  const char* executor;
+  Policy policy;
+  ReleaseMode mode;
+  ResponseTimes (*analysis)(const PeriodicTasks&);
+};
+
+class SectionV : public testing::TestWithParam<Case> {};
+
+TEST_P(SectionV, BoundsWithReleaseOverheadHoldForTheSimulatedExecutor) {
+  const Case& c = GetParam();
+  RandomStream random(51, {0});
+  int compared = 0;
+  for (std::uint64_t i = 0; i < 600; ++i) {
+    const TaskSet set = random_timers(random);
+    const Duration delta(i % 3 == 0 ? 0 : static_cast<std::int64_t>(random.below(200)) * kUs);
+    const PeriodicTasks tasks = periodic_tasks(set, c.policy);
+    OverheadAwareResponse response;
+    try {
+      response = with_release_overhead(tasks, delta.count(), c.mode, c.analysis);
+    } catch (const AnalysisError&) {
+      continue;  // condition C1 or the utilisation
+    }
+    if (!schedulable(response.tasks, response.bounds)) continue;
+    ++compared;
+    expect_within(simulated(set, c.executor, delta, i), set, tasks, response.bounds);
+    if (HasFatalFailure()) {
+      PeriodicTasks in_ms = tasks;
+      for (PeriodicTask& t : in_ms)
+        t.wcet /= kMs, t.bcet /= kMs, t.period /= kMs, t.deadline /= kMs, t.phase /= kMs;
+      FAIL() << "delta " << delta.count() << " ns" << as_graph(in_ms);
+    }
+  }
+  EXPECT_GT(compared, 60);
+}
+
+ResponseTimes exact_np_fp(const PeriodicTasks& tasks) { return davis_2007(tasks); }
+ResponseTimes np_edf(const PeriodicTasks& tasks) { return spuri_1996(tasks); }
+
+INSTANTIATE_TEST_SUITE_P(
+    PaperExecutors, SectionV,
+    testing::Values(Case{"rm-ro", Policy::rm, ReleaseMode::release_only, brueggen_2015},
+                    Case{"rm-ro", Policy::rm, ReleaseMode::release_only, exact_np_fp},
+                    Case{"rm-re", Policy::rm, ReleaseMode::release_and_execute, brueggen_2015},
+                    Case{"rm-re", Policy::rm, ReleaseMode::release_and_execute, exact_np_fp},
+                    Case{"edf-ro", Policy::edf, ReleaseMode::release_only, np_edf},
+                    Case{"edf-re", Policy::edf, ReleaseMode::release_and_execute, np_edf}),
+    [](const auto& instance) { return "Case" + std::to_string(instance.index); });
+
+TEST(Fifo, BoundHoldsForTheStockEventsExecutorWhereItSkipsNothing) {
+  RandomStream random(52, {0});
+  int compared = 0;
+  for (std::uint64_t i = 0; i < 600; ++i) {
+    const TaskSet set = random_timers(random);
+    const PeriodicTasks tasks = periodic_tasks(set, Policy::fifo);
+    if (utilisation(tasks) > 0.999) continue;
+    const ResponseTimes bounds(tasks.size(), bedarkar_2022(tasks));
+    ExecutorEntry stock = *find_executor("events-ro");
+    SimulationOptions options;
+    options.platform = default_platform(stock);
+    options.platform.raised_releaser = true;  // else a late releaser skips timestamps
+    options.duration = std::chrono::milliseconds(500);
+    const WorstCaseTimes longest(set);
+    PublishingWorkload workload(longest);
+    ++compared;
+    expect_within(simulate_trace(set, stock, {}, workload, options), set, tasks, bounds);
+    ASSERT_FALSE(HasFatalFailure()) << i;
+  }
+  EXPECT_GT(compared, 60);
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hotpath/core/time.hpp"
+
+namespace hotpath::gbench {
+
+/// What one live measurement found: the time that stands for it, and further figures by name. Units are the
+/// endings of names.
+struct Figures {
+  double time_ns = 0;
+  std::vector<std::pair<std::string, double>> counters;
+
+  /// Adds NAME_p50_ns, NAME_p99_ns, NAME_p999_ns and NAME_max_ns, and makes the median the measurement's time
+  /// when there is none yet. Throws std::runtime_error when there are no samples.
+  void add_samples(const std::string& name, std::vector<double> samples_ns);
+};
+
+/// Runs `measure` in a process of its own, so that nothing that ran before has an influence, and makes its
+/// figures the benchmark's: manual time and counters. A measurement that throws or dies becomes the
+/// benchmark's error. The calling process must have one thread only.
+void run_isolated(benchmark::State& state, const std::function<Figures()>& measure);
+
+/// CPU time of the calling process so far, all threads.
+Duration process_cpu_time();
+
+}  // namespace hotpath::gbench

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common_options.hpp"
+#include "hotpath/bench/summary.hpp"
+
+namespace hotpath {
+
+Duration seconds(double s);
+
+/// Local time by strftime's `format`.
+std::string time_stamp(const char* format);
+
+/// Where results go: what --output says, or runs/DATE-GRAPH.
+std::string output_folder(const CommonOptions& options, const Graph& graph);
+
+/// The graph of an experiment, with the work and load asked for. Throws GraphError, UsageError.
+Graph experiment_graph(const CommonOptions& options);
+
+/// The executors asked for. Throws UsageError, also for one named twice.
+std::vector<ExecutorSpec> experiment_executors(const CommonOptions& options);
+
+/// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
+/// where a file of phases tells them apart. Throws GraphError, UsageError.
+std::vector<Duration> experiment_phases(const CommonOptions& options, const Graph& graph,
+                                        const GraphTasks& tasks, const ExecutorSpec& executor,
+                                        std::uint32_t repetition);
+
+std::vector<std::string> chain_names(const Graph& graph);
+SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
+
+/// What run.json says of a live and of a simulated experiment alike.
+nlohmann::json common_facts(const CommonOptions& options, const Graph& graph,
+                            const std::vector<ExecutorSpec>& executors);
+
+/// Milliseconds by name of the timer.
+nlohmann::json first_timestamps_json(const TaskSet& set);
+
+}  // namespace hotpath

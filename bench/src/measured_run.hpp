@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/workload.hpp"
+#include "hotpath/reference_system/graph.hpp"
+
+namespace hotpath {
+
+/// The folder of a finished run, live or simulated, as input of a simulation of the same graph.
+class MeasuredRun {
+ public:
+  /// `option` is named in messages. Throws UsageError for a folder that holds no whole run.
+  MeasuredRun(const std::filesystem::path& folder, std::string option);
+
+  /// First timestamp of every timer, by task. Throws UsageError when that executor or repetition did not run,
+  /// or when the timers are not those of `set`.
+  std::vector<Duration> first_timestamps(const TaskSet& set, const std::string& executor,
+                                         std::uint32_t repetition) const;
+
+  /// Reads jobs.csv. Throws UsageError for one that is malformed or of another graph.
+  void load_jobs(const Graph& graph, const GraphTasks& tasks);
+
+  /// Execution times measured then; load_jobs() was called.
+  std::unique_ptr<ExecutionTimes> execution_times(const TaskSet& set, const std::string& executor,
+                                                  std::uint32_t repetition) const;
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition,
+                                 const std::vector<std::string>& there_are) const;
+
+  std::filesystem::path folder_;
+  std::string option_;
+  struct Start {
+    std::string executor;
+    std::uint32_t repetition = 0;
+    std::vector<std::pair<std::string, double>> first_timestamps_ms;
+  };
+  std::vector<Start> starts_;
+  std::vector<Trace> traces_;  // what worked
+};
+
+}  // namespace hotpath

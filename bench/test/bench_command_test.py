@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath machine` and `hotpath bench` as a user meets them. The benchmark programs are stand-ins that write figures
+at once: what they measure is no test's concern."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+import hotpath_command
+from hotpath_command import CommandTest
+
+STAND_IN = """#!/bin/sh
+for word in "$@"; do
+  case "$word" in --benchmark_out=*) out="${{word#*=}}";; esac
+done
+{body}
+"""
+ROWS = """cat > "$out" <<END
+{"context": {}, "benchmarks": [{"name": "push_pop/x/ready/10", "run_name": "push_pop/x/ready/10",
+ "run_type": "iteration", "iterations": 5, "real_time": 12.5, "cpu_time": 12, "time_unit": "ns", "extra_ns": 3}]}
+END"""
+
+
+class BenchCommand(CommandTest):
+    def setUp(self):
+        super().setUp()
+        # A copy of the command finds the programs that lie next to it.
+        self.programs = self.folder / "bin"
+        self.programs.mkdir()
+        real = hotpath_command.HOTPATH
+        shutil.copy(shutil.which(real) or real, self.programs / "hotpath")
+        self.addCleanup(setattr, hotpath_command, "HOTPATH", real)
+        hotpath_command.HOTPATH = str(self.programs / "hotpath")
+
+    def stand_in(self, name, body):
+        path = self.programs / f"bench_{name}"
+        path.write_text(STAND_IN.format(body=body))
+        path.chmod(0o755)
+
+    def bench_json(self, folder):
+        return json.loads((self.folder / folder / "bench.json").read_text())
+
+    def folder_with(self, name, values):
+        path = self.folder / name
+        path.mkdir()
+        figures = [{"benchmark": "decide", "metric": "time_ns", "values": values}]
+        (path / "bench.json").write_text(json.dumps({"figures": figures, "complexities": [], "errors": []}))
+        return path
+
+    def assert_refused(self, *arguments, code=2, words=()):
+        got, _, err = self.command(*arguments)
+        self.assertEqual(got, code, err)
+        for word in words:
+            self.assertIn(word, err)
+
+    def test_runs_each_repetition_in_a_process_of_its_own(self):
+        self.stand_in("scheduler", ROWS)
+        self.stand_in("executor", ROWS)
+        arguments = ("bench", "--only", "scheduler,executor", "--repetitions", 3, "--output", "out")
+        code, out, err = self.command(*arguments)
+        self.assertEqual(code, 0, err)
+        self.assertIn("Results: out", out)
+        content = self.bench_json("out")
+        self.assertTrue(content["complete"])
+        values = {(f["benchmark"], f["metric"]): f["values"] for f in content["figures"]}
+        self.assertEqual(values["push_pop/x/ready/10", "time_ns"], [12.5] * 6)
+        self.assertEqual(values["push_pop/x/ready/10", "extra_ns"], [3] * 6)
+        self.assertIn("hiccups", content["machine"]["noise"])
+        raw = {f.name for f in (self.folder / "out" / "raw").iterdir() if f.suffix == ".json"}
+        self.assertEqual(raw, {f"{p}-{r}.json" for p in ("scheduler", "executor") for r in range(3)})
+
+    def test_quick_runs_once_and_tells_the_programs(self):
+        self.stand_in("scheduler", 'echo "$@"\n' + ROWS)
+        code, _, err = self.command("bench", "--quick", "--only", "scheduler", "--output", "out")
+        self.assertEqual(code, 0, err)
+        self.assertIn("--quick", (self.folder / "out" / "raw" / "scheduler-0.txt").read_text())
+
+    def test_says_what_to_install_when_the_programs_are_missing(self):
+        self.assert_refused("bench", words=["bench_scheduler was not built", "install libbenchmark-dev"])
+
+    def test_a_program_that_fails_is_reported_and_the_rest_is_kept(self):
+        self.stand_in("scheduler", ROWS)
+        self.stand_in("executor", "exit 3")
+        arguments = ("bench", "--only", "scheduler,executor", "--repetitions", 1, "--output", "out")
+        self.assert_refused(*arguments, code=1, words=["bench_executor-0 failed", "the rest is in out"])
+        self.assertFalse(self.bench_json("out")["complete"])
+        self.assertEqual(len(self.bench_json("out")["figures"]), 2)
+
+    def test_a_program_that_hangs_is_ended(self):
+        self.stand_in("scheduler", "sleep 600")
+        arguments = ("bench", "--only", "scheduler", "--repetitions", 1, "--time-out", 1, "--output", "out")
+        self.assert_refused(*arguments, code=1, words=["did not end in time"])
+
+    def test_refuses_to_mix_two_runs_and_unknown_programs(self):
+        self.stand_in("scheduler", ROWS)
+        self.folder_with("taken", [1])
+        self.assert_refused("bench", "--only", "scheduler", "--output", "taken", words=["holds a run already"])
+        self.assert_refused("bench", "--only", "everything", words=["everything"])
+
+    def test_compare_names_the_effect_its_interval_and_whether_it_is_beyond_noise(self):
+        self.folder_with("old", [100, 101, 99, 100])
+        self.folder_with("new", [50, 51, 49, 50])
+        code, out, err = self.command("bench", "--compare", "old", "new")
+        self.assertEqual(code, 0, err)
+        line = next(line for line in out.splitlines() if line.startswith("decide time_ns"))
+        self.assertRegex(line, r"100\.0 +50\.0 +0\.500  \[0\.4\d+, 0\.5\d+\]  smaller")
+        self.assertIn("1 of 1 figures differ beyond noise.", out)
+
+    def test_compare_says_when_there_are_too_few_repetitions(self):
+        self.folder_with("old", [100])
+        code, out, err = self.command("bench", "--compare", "old", "old")
+        self.assertEqual(code, 0, err)
+        self.assertIn("not comparable", out)
+        self.assertIn("3 repetitions", err)
+
+    def test_compare_refuses_folders_that_are_none(self):
+        self.folder_with("old", [100])
+        (self.folder / "old" / "bench.json").write_text("{}")
+        self.assert_refused("bench", "--compare", "nowhere", "old", words=["nowhere/bench.json cannot be read"])
+        self.assert_refused("bench", "--compare", "old", "old", words=["not written by `hotpath bench`"])
+
+    def test_machine_prints_and_stores_the_noise_of_every_core(self):
+        code, out, err = self.command("machine", "--duration", 0.05, "--output", "machine.json")
+        self.assertEqual(code, 0, err)
+        stored = json.loads((self.folder / "machine.json").read_text())
+        cores = [h["cpu"] for h in stored["noise"]["hiccups"]]
+        self.assertEqual(cores, sorted(os.sched_getaffinity(0)))
+        for word in ("real-time throttling", "timer slack", "stolen time", "turbo", "p99.9"):
+            self.assertIn(word, out)
+        for line in err.splitlines():
+            self.assertRegex(line, r"^note: .*\.$")
+
+    def test_machine_refuses_a_file_that_cannot_be_written(self):
+        arguments = ("machine", "--duration", 0.01, "--output", "nowhere/machine.json")
+        self.assert_refused(*arguments, words=["nowhere/machine.json cannot be written"])
+
+
+class Report(unittest.TestCase):
+    """report.md, from figures that are known."""
+
+    SCRIPT = pathlib.Path(__file__).parent.parent / "plots" / "bench_report.py"
+    MACHINE = {
+        "cpu_model": "a processor", "processors": 2, "kernel": "6.1", "compiler": "g++ 12", "build_type": "Release",
+        "noise": {"clock_cost_ns": 22, "hiccups": [{"cpu": 0, "p999_ns": 1500, "max_ns": 40000}]},
+    }  # fmt: skip
+    PERCENTILES = {"p50": 1000, "p99": 2000, "p999": 3000, "max": 4000}
+
+    def report(self, figures, **changes):
+        folder = self.enterContext(hotpath_command.tempfile.TemporaryDirectory())
+        rows = [{"benchmark": b, "metric": m, "values": v} for (b, m), v in figures.items()]
+        content = {"complete": True, "date": "today", "repetitions": 3, "machine": self.MACHINE, "figures": rows,
+                   "complexities": [{"benchmark": "drain/rm-ro/tasks", "order": "NlgN", "coefficient_ns": 5.5,
+                                     "rms_percent": 4}], **changes}  # fmt: skip
+        (pathlib.Path(folder) / "bench.json").write_text(json.dumps(content))
+        command = [sys.executable, "-B", str(self.SCRIPT), folder]
+        result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+        path = pathlib.Path(folder) / "report.md"
+        pictures = sorted(f.name for f in path.parent.glob("*.svg"))
+        return result, path.read_text() if path.exists() else "", pictures
+
+    def percentiles(self, benchmark, prefix):
+        return {(benchmark, f"{prefix}_{q}_ns"): [v] for q, v in self.PERCENTILES.items()}
+
+    def test_every_section_and_every_bar(self):
+        figures = {("push_pop/std::priority_queue/ready/100", "time_ns"): [50, 40, 60]}
+        for tasks in (1000, 10000):
+            for level in ("100", "full"):
+                figures[f"timer_cycle/rm-ro/ready:{level}/tasks/{tasks}", "decide_ns"] = [80, 90, 85]
+        figures |= self.percentiles("dispatch_timer/rm-ro", "lateness")
+        figures |= self.percentiles("release_pass/rm-ro/due:1/wake:0", "delta")
+        figures["wake_up/policy:other", "ratio_to_bare_sleep"] = [1.25]
+        for who, latency in (("hotpath", 12000), ("raw_fastdds", 10000)):
+            name = f"one_way/fastdds_in_process/kib:4/subscribers:1/{who}"
+            figures[name, "latency_p50_ns"] = [latency]
+        figures |= self.percentiles("hot_path/executor:rm-ro/transport:fastdds", "hot_path")
+        result, text, pictures = self.report(figures)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(pictures, ["bench_hot_path.svg", "bench_scheduler.svg", "bench_transport.svg"])
+        for line in (
+            "| one decision of rm-ro, 100 ready jobs, ns | 85.0 | 100 | met |",
+            "| … to push and pop of std::priority_queue (rm-ro) | 1.70 | 1.5 | **not met** |",
+            "| delta of rm-ro, without wake-up, median, µs | 1.00 | 2 | met |",
+            "| wake-up of the timer thread to a bare sleep, medians, other | 1.25 | 1.1 | **not met** |",
+            "| publish to callback to raw Fast DDS, 4 KiB, in process, medians | 1.20 | 1.3 | met |",
+            "| drain/rm-ro/tasks | NlgN | 5.50 | 4 % |",
+            "| rm-ro, fastdds | 1.00 | 2.00 | 3.00 | 4.00 |",
+        ):
+            self.assertIn(line, text)
+
+    def test_a_part_of_the_programs_gives_a_part_of_the_report(self):
+        result, text, pictures = self.report({("one_way/intra_process/kib:4/subscribers:1/hotpath",
+                                               "latency_p50_ns"): [5000]}, complete=False)  # fmt: skip
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(pictures, ["bench_transport.svg"])
+        self.assertIn("| intra_process | 4 | 1 | 5.00 |  |  |  |  |", text)
+        self.assertIn("Partial", text)
+        self.assertNotIn("## Executor", text)
+
+    def test_nothing_measured_is_said_in_one_sentence(self):
+        result, _, _ = self.report({})
+        self.assertEqual(result.returncode, 2)
+        self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        self.assertIn("nothing to report", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

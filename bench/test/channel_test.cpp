@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "channel.hpp"
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <optional>
+
+namespace hotpath {
+namespace {
+
+using Kind = ChannelMessage::Kind;
+using ::testing::Eq;
+using ::testing::StrEq;
+
+Time soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(30); }
+
+ChannelMessage message(Kind kind, std::int64_t number = 0) {
+  ChannelMessage m;
+  m.kind = kind;
+  m.number[0] = number;
+  return m;
+}
+
+TEST(Channel, DeliversMessagesWholeAndInOrder) {
+  const auto [a, b] = Channel::make_pair();
+  ChannelMessage sent = message(Kind::done, -5);
+  sent.number[4] = 7;
+  sent.set_text("executor other");
+  ASSERT_TRUE(a.send(sent));
+  ASSERT_TRUE(a.send(message(Kind::stop)));
+
+  bool closed = true;
+  const auto first = b.receive(soon(), closed);
+  ASSERT_TRUE(first);
+  EXPECT_FALSE(closed);
+  EXPECT_EQ(first->kind, Kind::done);
+  EXPECT_EQ(first->number, sent.number);
+  EXPECT_THAT(first->text.data(), StrEq("executor other"));
+  const auto second = b.receive(soon(), closed);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->kind, Kind::stop);
+}
+
+TEST(Channel, CarriesMessagesBothWays) {
+  const auto [a, b] = Channel::make_pair();
+  bool closed = false;
+  ASSERT_TRUE(a.send(message(Kind::begin, 1)));
+  ASSERT_TRUE(b.send(message(Kind::begun, 2)));
+  EXPECT_EQ(b.receive(soon(), closed)->number[0], 1);
+  EXPECT_EQ(a.receive(soon(), closed)->number[0], 2);
+}
+
+TEST(Channel, TextThatIsTooLongIsCutAndStaysTerminated) {
+  ChannelMessage m;
+  m.set_text(std::string(5000, 'x'));
+  EXPECT_THAT(std::string(m.text.data()), Eq(std::string(m.text.size() - 1, 'x')));
+  m.set_text("short");
+  EXPECT_THAT(m.text.data(), StrEq("short"));
+}
+
+TEST(Channel, ReceivesNothingOnceTheInstantHasPassed) {
+  const auto [a, b] = Channel::make_pair();
+  bool closed = true;
+  EXPECT_FALSE(b.receive(std::chrono::steady_clock::now() - std::chrono::seconds(1), closed));
+  EXPECT_FALSE(closed);
+}
+
+TEST(Channel, TakesWhatHasArrivedEvenIfTheInstantHasPassed) {
+  const auto [a, b] = Channel::make_pair();
+  ASSERT_TRUE(a.send(message(Kind::matched)));
+  bool closed = true;
+  EXPECT_TRUE(b.receive(std::chrono::steady_clock::now() - std::chrono::seconds(1), closed));
+}
+
+TEST(Channel, ClosedEndIsNoticedAfterItsLastMessage) {
+  auto [a, b] = Channel::make_pair();
+  ASSERT_TRUE(a.send(message(Kind::failed)));
+  a = Channel();
+  bool closed = true;
+  ASSERT_TRUE(b.receive(soon(), closed));
+  EXPECT_FALSE(closed);
+  EXPECT_FALSE(b.receive(soon(), closed));
+  EXPECT_TRUE(closed);
+  EXPECT_FALSE(b.send(message(Kind::stop))) << "and no SIGPIPE";
+}
+
+TEST(Channel, DeathOfAProcessClosesItsEnd) {
+  auto [ours, theirs] = Channel::make_pair();
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ours = Channel();
+    for (;;) pause();
+  }
+  theirs = Channel();
+  kill(child, SIGKILL);
+  bool closed = false;
+  EXPECT_FALSE(ours.receive(soon(), closed));
+  EXPECT_TRUE(closed);
+  waitpid(child, nullptr, 0);
+}
+
+TEST(Channel, SignalEndsTheWaitWithoutClosingIt) {
+  const auto [a, b] = Channel::make_pair();
+  struct sigaction action {};
+  action.sa_handler = [](int) {};
+  sigaction(SIGALRM, &action, nullptr);
+  // Repeated, since the first might come before the wait has begun.
+  const itimerval often{{0, 1000}, {0, 1000}};
+  setitimer(ITIMER_REAL, &often, nullptr);
+  bool closed = true;
+  EXPECT_FALSE(b.receive(soon(), closed));
+  EXPECT_FALSE(closed);
+  const itimerval never{};
+  setitimer(ITIMER_REAL, &never, nullptr);
+}
+
+}  // namespace
+}  // namespace hotpath

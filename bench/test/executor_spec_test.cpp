@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/bench/executor_spec.hpp"
+
+#include <gmock/gmock.h>
+
+#include "hotpath/bench/errors.hpp"
+
+namespace hotpath {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_executor(text, {});
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ExecutorSpec, BareNameTakesTheDefaults) {
+  const SchedulerOptions defaults{SubscriptionRule::first, Ties::fifo, 3};
+  const ExecutorSpec spec = parse_executor("rm-ro", defaults);
+  EXPECT_EQ(spec.label, "rm-ro");
+  EXPECT_EQ(spec.entry->name, "rm-ro");
+  EXPECT_EQ(spec.scheduler.rule, SubscriptionRule::first);
+  EXPECT_EQ(spec.scheduler.ties, Ties::fifo);
+  EXPECT_EQ(spec.scheduler.workers, 3U);
+}
+
+TEST(ExecutorSpec, VariantsPrevailOverTheDefaultsAndStandInTheLabel) {
+  const SchedulerOptions defaults{SubscriptionRule::first, Ties::lifo, 0};
+  const ExecutorSpec spec = parse_executor("edf-re:inherit:fifo", defaults);
+  EXPECT_EQ(spec.label, "edf-re:inherit:fifo");
+  EXPECT_EQ(spec.entry->name, "edf-re");
+  EXPECT_EQ(spec.scheduler.rule, SubscriptionRule::inherit);
+  EXPECT_EQ(spec.scheduler.ties, Ties::fifo);
+  EXPECT_EQ(parse_executor("rm-ro:first", {}).scheduler.rule, SubscriptionRule::first);
+  EXPECT_EQ(parse_executor("rm-ro:lifo", {SubscriptionRule::inherit, Ties::fifo, 0}).scheduler.ties,
+            Ties::lifo);
+}
+
+TEST(ExecutorSpec, MultiTakesItsNumberOfThreads) {
+  EXPECT_EQ(parse_executor("multi:1", {}).scheduler.workers, 1U);
+  EXPECT_EQ(parse_executor("multi:" + std::to_string(kMaxWorkers), {}).scheduler.workers, kMaxWorkers);
+  EXPECT_THAT(refusal("multi:0"), HasSubstr("between 1 and " + std::to_string(kMaxWorkers)));
+  EXPECT_THAT(refusal("multi:" + std::to_string(kMaxWorkers + 1)), HasSubstr("between 1 and"));
+  EXPECT_THAT(refusal("multi:-1"), HasSubstr("`-1`"));
+  EXPECT_THAT(refusal("multi:2x"), HasSubstr("`2x`"));
+}
+
+TEST(ExecutorSpec, UnknownNamesAreRefusedWithThoseThatThereAre) {
+  EXPECT_THAT(refusal("rm"), AllOf(HasSubstr("no executor `rm`"), HasSubstr("rm-ro"), HasSubstr("default")));
+  EXPECT_THAT(refusal(""), HasSubstr("no executor ``"));
+  EXPECT_THAT(refusal(":first"), HasSubstr("no executor ``"));
+}
+
+TEST(ExecutorSpec, VariantsThatAnExecutorDoesNotHaveAreRefused) {
+  EXPECT_THAT(refusal("rm-ro:last"), AllOf(HasSubstr("`last`"), HasSubstr("inherit, first, lifo, fifo")));
+  EXPECT_THAT(refusal("rm-ro:"), HasSubstr("no variant ``"));
+  EXPECT_THAT(refusal("rm-ro:first:"), HasSubstr("no variant ``"));
+  EXPECT_THAT(refusal("rm-ro:4"), HasSubstr("`4`"));
+  EXPECT_THAT(refusal("default:first"), HasSubstr("`first`"));
+  EXPECT_THAT(refusal("events-ro:fifo"), HasSubstr("`fifo`"));
+}
+
+TEST(ExecutorSpec, ThePaperComparesSevenExecutors) {
+  EXPECT_THAT(paper_executor_names(),
+              ElementsAre("default", "static", "events-ro", "rm-ro", "rm-re", "edf-ro", "edf-re"));
+  EXPECT_THAT(all_executor_names(), IsSupersetOf(paper_executor_names()));
+}
+
+TEST(ExecutorSpec, EveryExecutorOfTheRegistryCanBeNamed) {
+  EXPECT_EQ(all_executor_names().size(), executors().size());
+  for (const std::string& name : all_executor_names()) EXPECT_EQ(parse_executor(name, {}).entry->name, name);
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Starts the command `hotpath` as a user would and reads what it leaves, for tests of the whole program."""
+
+import csv
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import time
+import unittest
+
+HOTPATH = os.environ.get("HOTPATH", "hotpath")
+SHARED_MEMORY = pathlib.Path("/dev/shm")
+TIME_LIMIT_S = 60
+
+JOB_COLUMNS = (
+    "executor,repetition,task,kind,sequence,outcome,timestamp_ns,release_ns,start_ns,finish_ns,cpu_ns,"
+    "deadline_ns,worker,cpu,process,parent_task,parent_sequence"
+).split(",")
+CHAIN_COLUMNS = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns".split(",")
+
+
+def shared_memory_files():
+    return {f.name for f in SHARED_MEMORY.iterdir()}
+
+
+def in_use(name):
+    """Whether a living process maps or has open that file of /dev/shm."""
+    path = str(SHARED_MEMORY / name)
+    for process in pathlib.Path("/proc").iterdir():
+        if not process.name.isdigit():
+            continue
+        try:
+            if path in (process / "maps").read_text():
+                return True
+            if any(os.readlink(fd) == path for fd in (process / "fd").iterdir()):
+                return True
+        except OSError:  # it has ended meanwhile
+            pass
+    return False
+
+
+def left_behind(before):
+    """Files that have come to /dev/shm since `before` and that nobody uses (others may run DDS, too)."""
+    return {name for name in shared_memory_files() - before if not in_use(name)}
+
+
+class Job:
+    """One row of jobs.csv; instants and sequences as integers, None where empty."""
+
+    def __init__(self, row):
+        self.task, self.kind, self.outcome = row["task"], row["kind"], row["outcome"]
+        self.node, _, self.topic = self.task.partition("/")
+        self.cpu_time = int(row["cpu_ns"]) if row["cpu_ns"] else None
+        for name in ("sequence", "worker", "cpu", "process"):
+            setattr(self, name, int(row[name]) if row[name] else None)
+        for name in ("timestamp", "release", "start", "finish", "deadline"):
+            setattr(self, name, int(row[name + "_ns"]) if row[name + "_ns"] else None)
+        self.parent = (row["parent_task"], int(row["parent_sequence"])) if row["parent_task"] else None
+
+    def __repr__(self):
+        return f"{self.task} {self.sequence} ({self.outcome})"
+
+
+class RunFolder:
+    """What a run wrote."""
+
+    def __init__(self, path):
+        self.path = pathlib.Path(path)
+        self.run = json.loads((self.path / "run.json").read_text())
+
+    def files(self):
+        return {f.name for f in self.path.iterdir()}
+
+    def rows(self, name):
+        with open(self.path / name, newline="") as file:
+            reader = csv.DictReader(file, strict=True)
+            return reader.fieldnames, list(reader)
+
+    def summary(self):
+        return json.loads((self.path / "summary.json").read_text())
+
+    def jobs(self):
+        """{(executor, repetition): jobs in file order}"""
+        runs = {}
+        for row in self.rows("jobs.csv")[1]:
+            runs.setdefault((row["executor"], int(row["repetition"])), []).append(Job(row))
+        return runs
+
+    def chains(self):
+        """{(executor, repetition): [(chain, sequence, hot path latency, end-to-end latency)]}"""
+        runs = {}
+        for row in self.rows("chains.csv")[1]:
+            end_to_end = int(row["end_to_end_latency_ns"]) if row["end_to_end_latency_ns"] else None
+            runs.setdefault((row["executor"], int(row["repetition"])), []).append(
+                (row["chain"], int(row["sequence"]), int(row["hot_path_latency_ns"]), end_to_end)
+            )
+        return runs
+
+
+class CommandTest(unittest.TestCase):
+    """A test that runs the command in a folder of its own and finds /dev/shm afterwards as it was before."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="hotpath_test_")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.folder.chmod(0o777)  # some tests run as another user
+        # Figures cost a second each: Python finds a matplotlib that cannot be imported.
+        broken = self.folder / "without_matplotlib"
+        broken.mkdir()
+        (broken / "matplotlib.py").write_text("raise ImportError('not for this test')\n")
+        self.environment = dict(os.environ, PYTHONPATH=str(broken))
+        before = shared_memory_files()
+        self.addCleanup(lambda: self.assert_nothing_left_behind(before))
+
+    def assert_nothing_left_behind(self, before):
+        self.assertEqual(left_behind(before), set(), "in /dev/shm")
+
+    def start(self, *arguments, **options):
+        options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
+        return subprocess.Popen(
+            [HOTPATH, *map(str, arguments)],
+            text=True,
+            cwd=self.folder,
+            env=self.environment,
+            start_new_session=True,
+            **options,
+        )
+
+    def finish(self, process):
+        """(exit code, standard output, standard error)"""
+        try:
+            out, err = process.communicate(timeout=TIME_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            self.fail(f"{process.args} did not end")
+        return process.returncode, out, err
+
+    def command(self, *arguments, **options):
+        return self.finish(self.start(*arguments, **options))
+
+    def measure(self, *arguments, **options):
+        """The folder of a run that must succeed."""
+        output = self.folder / "run"
+        code, _, err = self.command(*arguments, "--output", output, **options)
+        self.assertEqual(code, 0, err)
+        return RunFolder(output)
+
+    def wait_for(self, condition, what):
+        limit = time.monotonic() + TIME_LIMIT_S
+        while not condition():
+            self.assertLess(time.monotonic(), limit, what)
+            time.sleep(0.02)

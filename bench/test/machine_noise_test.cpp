@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// The noise floor: what `hotpath machine` says and every result folder carries.
+#include "hotpath/bench/machine_noise.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "hotpath/bench/machine.hpp"
+#include "hotpath/live/thread_setup.hpp"
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(HiccupHistogram, HasTheQuantilesOfAllDistances) {
+  HiccupHistogram distances;
+  for (int i = 0; i < 9980; ++i) distances.add(20ns);
+  for (int i = 0; i < 10; ++i) distances.add(3us);
+  for (int i = 0; i < 9; ++i) distances.add(50us);
+  distances.add(7ms);
+  const Hiccups h = distances.summary(3);
+  EXPECT_EQ(h.cpu, 3);
+  EXPECT_EQ(h.p99, 20ns);
+  EXPECT_EQ(h.p999, 3us);
+  EXPECT_EQ(h.max, 7ms);
+}
+
+TEST(HiccupHistogram, CountsTimeInGapsOfTenMicrosecondsAndMoreAsLost) {
+  HiccupHistogram distances;
+  for (int i = 0; i < 100; ++i) distances.add(9us);
+  distances.add(10us);
+  distances.add(90us);
+  EXPECT_DOUBLE_EQ(distances.summary(0).lost_percent, 10);
+}
+
+TEST(HiccupHistogram, NoDistancesAreNoHiccups) {
+  const Hiccups h = HiccupHistogram().summary(1);
+  EXPECT_EQ(h.max, 0ns);
+  EXPECT_EQ(h.lost_percent, 0);
+}
+
+TEST(HiccupHistogram, OneGapIsAllOfItsQuantiles) {
+  HiccupHistogram distances;
+  distances.add(2ms);
+  const Hiccups h = distances.summary(0);
+  EXPECT_EQ(h.p99, 2ms);
+  EXPECT_EQ(h.max, 2ms);
+  EXPECT_EQ(h.lost_percent, 100);
+}
+
+TEST(MachineNoise, WatchesEveryCoreThatTheProcessMayUse) {
+  const MachineNoise noise = measure_noise(1ms);
+  std::vector<int> cpus;
+  for (const Hiccups& h : noise.cores) {
+    cpus.push_back(h.cpu);
+    EXPECT_GT(h.max, 0ns);
+    EXPECT_LE(h.p99, h.p999);
+    EXPECT_LE(h.p999, h.max);
+  }
+  EXPECT_EQ(cpus, allowed_cpus());
+  EXPECT_GE(noise.clock_resolution, 1ns);
+  EXPECT_GT(noise.clock_cost_ns, 0);
+}
+
+TEST(MachineNoise, LeavesTheCallersAffinityAlone) {
+  const std::vector<int> before = allowed_cpus();
+  measure_noise(100us);
+  EXPECT_EQ(allowed_cpus(), before);
+}
+
+TEST(MachineNoise, QuietMachinesGetNoWarning) {
+  MachineNoise noise;
+  noise.cores = {{0, 30ns, 200ns, 40us, 0.1}};
+  noise.clock_cost_ns = 22;
+  EXPECT_THAT(warnings(noise), IsEmpty());
+}
+
+TEST(MachineNoise, WarnsInWholeSentencesThatNameTheWorstCore) {
+  MachineNoise noise;
+  noise.cores = {{0, 30ns, 200ns, 600us, 0.1}, {2, 30ns, 200ns, 3ms, 12.5}};
+  noise.clock_cost_ns = 800;
+  EXPECT_THAT(warnings(noise), ElementsAre(HasSubstr("processor 2 was held up for 3000 us"),
+                                           HasSubstr("processor 2 a busy thread lost 12.5 %"),
+                                           HasSubstr("Reading the clock costs 800 ns")));
+  for (const std::string& sentence : warnings(noise)) EXPECT_EQ(sentence.back(), '.');
+}
+
+TEST(Machine, CarriesItsNoiseIntoEveryResult) {
+  const nlohmann::json stored = to_json(read_machine(1ms));
+  EXPECT_EQ(stored.at("noise").at("hiccups").size(), allowed_cpus().size());
+  for (const char* key : {"turbo", "clock_source", "timer_slack_ns", "stolen_percent", "real_time_threads"}) {
+    EXPECT_TRUE(stored.contains(key)) << key;
+  }
+}
+
+TEST(Machine, WarnsOfOtherRealTimeThreadsAndStolenTime) {
+  Machine machine;
+  machine.processors = 2;
+  EXPECT_THAT(warnings(machine), IsEmpty());
+  machine.real_time_threads = {"jackd (fifo:70)", "x (rr:1)"};
+  machine.stolen_percent = 4.25;
+  EXPECT_THAT(warnings(machine),
+              ElementsAre(HasSubstr("taken 4.25 %"), HasSubstr("jackd (fifo:70) and 1 more")));
+}
+
+}  // namespace
+}  // namespace hotpath

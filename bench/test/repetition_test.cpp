@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "channel.hpp"
+#include "hotpath/bench/repetition_runner.hpp"
+#include "shared_memory_watch.hpp"
+
+namespace hotpath {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+Node node(const std::string& name, NodeType type, std::vector<Input> inputs = {}) {
+  Node n;
+  n.name = name;
+  n.type = type;
+  n.inputs = std::move(inputs);
+  if (type != NodeType::command) n.outputs = {name};
+  if (type == NodeType::sensor) n.period = n.deadline = milliseconds(20);
+  return n;
+}
+
+/// Two timers, of which one starts a chain; no node does any work.
+Graph idle_graph() {
+  Graph g;
+  g.nodes = {node("Lidar", NodeType::sensor), node("Camera", NodeType::sensor),
+             node("Filter", NodeType::transform, {{"Lidar", 10, {}}}),
+             node("Logger", NodeType::command, {{"Filter", 10, {}}})};
+  g.chains = {{"path", {"Lidar", "Filter", "Logger"}, {"Lidar"}, "Logger"}};
+  return g;
+}
+
+class RepetitionTest : public ::testing::Test {
+ protected:
+  RepetitionTest() {
+    plan.graph = &graph;
+    plan.tasks = make_tasks(graph);
+    plan.tasks.set.tasks[1].phase = milliseconds(5);
+    plan.executor = parse_executor("events-ro", {});
+    plan.transport = TransportKind::intra_process;
+    plan.length = milliseconds(200);
+    plan.calibration.divisions_per_us = 300;
+  }
+  RepetitionResult run() {
+    return run_repetition(plan, [](Duration) {});
+  }
+
+  const Graph graph = idle_graph();
+  RepetitionPlan plan;
+};
+
+TEST(AssignProcesses, NodesAreSharedOutInCreationOrderAndAsEvenlyAsPossible) {
+  const Graph graph = idle_graph();
+  EXPECT_THAT(assign_processes(graph, 1), ElementsAre(0, 0, 0, 0));
+  EXPECT_THAT(assign_processes(graph, 2), ElementsAre(0, 0, 1, 1));
+  EXPECT_THAT(assign_processes(graph, 3), ElementsAre(0, 0, 1, 2));
+  EXPECT_THAT(assign_processes(graph, 4), ElementsAre(0, 1, 2, 3));
+}
+
+// design.md: timestamps reached = ran + skipped + queued + running, and samples matched likewise.
+TEST_F(RepetitionTest, EveryTimestampAndSampleIsAccountedFor) {
+  for (const ExecutorEntry& entry : executors()) {
+    if (entry.name.starts_with("fp-")) continue;  // this graph gives no priorities
+    SCOPED_TRACE(entry.name);
+    plan.executor = parse_executor(std::string(entry.name), {});
+    const RepetitionResult result = run();
+    ASSERT_EQ(result.failure, "");
+    EXPECT_TRUE(result.measured);
+    EXPECT_FALSE(result.interrupted);
+    EXPECT_THAT(result.warnings, IsEmpty());
+    const Trace& trace = result.repetition.trace;
+    EXPECT_EQ(trace.end - trace.epoch, plan.length);
+    EXPECT_EQ(trace.lost_records, 0U);
+    for (const TaskAccount& account : result.repetition.accounts) {
+      EXPECT_EQ(account.accounted(), account.expected) << plan.tasks.set[account.task].name;
+    }
+    EXPECT_EQ(result.repetition.accounts[0].expected, 10U);
+    EXPECT_EQ(result.repetition.accounts[1].expected, 10U) << "5, 25, ..., 185 ms";
+  }
+}
+
+TEST_F(RepetitionTest, JobsStandInTheOrderInWhichTheyStartedAndCauseComesBeforeEffect) {
+  const RepetitionResult result = run();
+  std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> started;
+  Time last{};
+  for (const JobRecord& r : result.repetition.trace.jobs) {
+    if (r.outcome != Outcome::ran) continue;
+    EXPECT_GE(r.start, last);
+    EXPECT_GE(r.start, r.job.release);
+    EXPECT_GE(r.job.release, r.job.timestamp);
+    last = r.start;
+    if (r.job.parent.task != kNoTask) {
+      const auto parent = started.find({r.job.parent.task, r.job.parent.sequence});
+      ASSERT_NE(parent, started.end());
+      EXPECT_GE(r.job.timestamp, parent->second->start);
+    }
+    started[{r.job.task, r.job.sequence}] = &r;
+  }
+  EXPECT_GT(started.size(), 0U);
+}
+
+TEST_F(RepetitionTest, EveryOutputOfTheChainHasItsRecord) {
+  const RepetitionResult result = run();
+  const auto& accounts = result.repetition.accounts;
+  EXPECT_GT(accounts[3][Outcome::ran], 0U);
+  EXPECT_EQ(result.repetition.trace.chains.size(), accounts[3][Outcome::ran] + accounts[3][Outcome::running]);
+  for (const ChainRecord& r : result.repetition.trace.chains) {
+    EXPECT_GT(r.hot_path_latency.count(), 0);
+    EXPECT_TRUE(r.end_to_end_latency == Duration(-1) || r.end_to_end_latency >= r.hot_path_latency);
+  }
+}
+
+TEST_F(RepetitionTest, ProcessThatCannotBeSetUpIsAFailureOfThePlan) {
+  plan.cpus = {100000};
+  const RepetitionResult result = run();
+  EXPECT_TRUE(result.setup_failed);
+  EXPECT_FALSE(result.measured);
+  EXPECT_THAT(result.failure, HasSubstr("100000"));
+  EXPECT_THAT(result.repetition.trace.jobs, IsEmpty());
+}
+
+TEST_F(RepetitionTest, NoProcessIsLeft) {
+  run();
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
+}
+
+/// A process that maps one new file of /dev/shm and has another one open, until it is killed.
+class SharedMemoryUser {
+ public:
+  SharedMemoryUser() {
+    auto [ours, theirs] = Channel::make_pair();
+    process_ = fork();
+    if (process_ == 0) {
+      const int mapped = open(segment().c_str(), O_CREAT | O_RDWR, 0600);
+      open(lock_file().c_str(), O_CREAT | O_RDWR, 0600);
+      const bool done =
+          ftruncate(mapped, 4096) == 0 && mmap(nullptr, 4096, PROT_READ, MAP_SHARED, mapped, 0) != MAP_FAILED;
+      close(mapped);
+      if (done) theirs.send({});
+      for (;;) pause();
+    }
+    bool closed = false;
+    ready_ = ours.receive(std::chrono::steady_clock::now() + std::chrono::seconds(30), closed).has_value();
+  }
+  ~SharedMemoryUser() {
+    end();
+    std::filesystem::remove(segment());
+    std::filesystem::remove(lock_file());
+    std::filesystem::remove(semaphore());
+  }
+  void end() {
+    if (process_ > 0) {
+      kill(process_, SIGKILL);
+      waitpid(process_, nullptr, 0);
+    }
+    process_ = -1;
+  }
+  bool ready() const { return ready_; }
+  pid_t process() const { return process_; }
+  std::string segment() const { return "/dev/shm/" + name_; }
+  std::string lock_file() const { return "/dev/shm/" + name_ + "_el"; }
+  std::string semaphore() const { return "/dev/shm/sem." + name_ + "_mutex"; }
+
+ private:
+  const std::string name_ = "hotpath_test_" + std::to_string(getpid());
+  pid_t process_ = -1;
+  bool ready_ = false;
+};
+
+TEST(SharedMemoryWatch, RemovesWhatADeadProcessLeftBehind) {
+  SharedMemoryUser user;
+  ASSERT_TRUE(user.ready());
+  std::ofstream(user.semaphore()) << "";
+  SharedMemoryWatch watch;
+  watch.note(user.process());
+  user.end();
+  ASSERT_TRUE(std::filesystem::exists(user.segment()));
+  watch.remove_orphans();
+  EXPECT_FALSE(std::filesystem::exists(user.segment()));
+  EXPECT_FALSE(std::filesystem::exists(user.lock_file()));
+  EXPECT_FALSE(std::filesystem::exists(user.semaphore()));
+}
+
+TEST(SharedMemoryWatch, LeavesAloneWhatALivingProcessUsesAndWhatItHasNotNoted) {
+  SharedMemoryUser user;
+  ASSERT_TRUE(user.ready());
+  SharedMemoryWatch watch, blind;
+  watch.note(user.process());
+  watch.remove_orphans();
+  EXPECT_TRUE(std::filesystem::exists(user.segment()));
+  EXPECT_TRUE(std::filesystem::exists(user.lock_file()));
+  user.end();
+  blind.remove_orphans();
+  EXPECT_TRUE(std::filesystem::exists(user.segment()));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/bench/result_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <set>
+#include <sstream>
+
+#include "hotpath/bench/errors.hpp"
+#include "hotpath/core/trace_csv.hpp"
+
+namespace hotpath {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
+
+class ResultFolderTest : public ::testing::Test {
+ protected:
+  ResultFolderTest() {
+    std::string pattern = fs::temp_directory_path() / "hotpath_result_XXXXXX";
+    base_ = mkdtemp(pattern.data());
+    set_.tasks.emplace_back();
+    set_.tasks[0].name = "Lidar";
+    set_.tasks[0].period = std::chrono::milliseconds(10);
+  }
+  ~ResultFolderTest() override { fs::remove_all(base_); }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream in(file);
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+  }
+  static std::set<std::string> files(const fs::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
+    return names;
+  }
+  static std::string refusal(const fs::path& folder) {
+    try {
+      const ResultFolder created(folder);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  Trace trace(std::uint32_t repetition) const {
+    Trace t;
+    t.executor = "rm-ro";
+    t.repetition = repetition;
+    t.epoch = from_ns(1'000'000);
+    JobRecord& r = t.jobs.emplace_back();
+    r.job.task = 0;
+    r.job.timestamp = r.job.release = r.start = t.epoch + Duration(5);
+    r.finish = t.epoch + Duration(7);
+    return t;
+  }
+
+  fs::path base_;
+  TaskSet set_;
+};
+
+TEST_F(ResultFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
+  ResultFolder folder(base_ / "deep" / "run");
+  EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
+  folder.write("run.json", nlohmann::json{{"complete", false}});
+  folder.append(set_, {"hot_path"}, trace(0), {});
+  EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
+  folder.finish();
+  EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv", "chains.csv", "run.json"));
+}
+
+TEST_F(ResultFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
+  ResultFolder folder(base_ / "run");
+  const std::vector<ChainRecord> counted = {{0, 3, 0, Duration(40), Duration(50)}};
+  Trace second = trace(1);
+  second.chains = {{0, 1, 0, Duration(10), Duration(20)}, counted[0]};
+  folder.append(set_, {"hot_path"}, trace(0), {});
+  folder.append(set_, {"hot_path"}, second, counted);
+  folder.finish();
+  EXPECT_EQ(content(base_ / "run" / "jobs.csv"), std::string(kJobsCsvHeader) +
+                                                     "\nrm-ro,0,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n"
+                                                     "rm-ro,1,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n");
+  EXPECT_EQ(content(base_ / "run" / "chains.csv"),
+            std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50\n")
+      << "only the records that count";
+}
+
+TEST_F(ResultFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
+  { ResultFolder(base_ / "killed"); }
+  EXPECT_THAT(refusal(base_ / "killed"), AllOf(HasSubstr("holds a run already"), HasSubstr("--output")));
+  ResultFolder(base_ / "whole").finish();
+  EXPECT_THAT(refusal(base_ / "whole"), HasSubstr("holds a run already"));
+  EXPECT_THAT(files(base_ / "whole"), UnorderedElementsAre("jobs.csv", "chains.csv"));
+  EXPECT_EQ(refusal(base_), "accepted") << "an existing folder without a run will do";
+}
+
+TEST_F(ResultFolderTest, FolderThatCannotBeMadeIsRefused) {
+  std::ofstream(base_ / "file") << "text";
+  EXPECT_THAT(refusal(base_ / "file"), HasSubstr("cannot be created"));
+  EXPECT_THAT(refusal(base_ / "file" / "below"), AllOf(HasSubstr("Not a directory"), HasSubstr("--output")));
+}
+
+/// Stands for a full disk: the system refuses to let a file grow.
+class ResultFolderOnAFullDisk : public ResultFolderTest {
+ protected:
+  ResultFolderOnAFullDisk() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+  }
+  ~ResultFolderOnAFullDisk() override { setrlimit(RLIMIT_FSIZE, &before_); }
+  void fill() const {
+    const rlimit limit{200, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  rlimit before_{};
+};
+
+TEST_F(ResultFolderOnAFullDisk, KeepsTheOldFileWhole) {
+  const ResultFolder folder(base_ / "run");
+  folder.write("run.json", std::string("old"));
+  fill();
+  try {
+    folder.write("run.json", std::string(1000, 'x'));
+    ADD_FAILURE() << "no error";
+  } catch (const RunError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("run.json"), HasSubstr("File too large")));
+  }
+  EXPECT_EQ(content(base_ / "run" / "run.json"), "old");
+  EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
+}
+
+TEST_F(ResultFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
+  ResultFolder folder(base_ / "run");
+  Trace many = trace(0);
+  many.jobs.resize(10000, many.jobs.front());
+  fill();
+  EXPECT_THROW(folder.append(set_, {}, many, {}), RunError);
+  EXPECT_THROW(folder.finish(), RunError);
+  EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath simulate` as a user starts it: every executor on every graph, repeatable bytes, wrong use."""
+
+import json
+import unittest
+
+from hotpath_command import CommandTest, RunFolder
+
+GRAPHS = (
+    ["autoware", "many_to_many", "sequences", "sequences_high_utilisation"]
+    + [f"timers_only_{level}" for level in (60, 80, 90)]
+    + [f"timers_only_{level}_authors" for level in (60, 80, 90)]
+)
+EXECUTORS = "default static multi events-ro events-re rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re".split()
+BRIEF = ("--duration", 3, "--warm-up", 0)
+TINY = "name: tiny\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: %s}\n"
+TINY_CHAIN = """name: tiny_chain
+nodes:
+  - {name: S, type: sensor, period_ms: 10}
+  - {name: T, type: transform, input: S, execution_time_ms: %s}
+  - {name: C, type: command, input: T}
+chains:
+  - {name: path, nodes: [S, T, C], sources: [S], sink: C}
+"""
+
+
+class SimulateTest(CommandTest):
+    def write(self, name, text):
+        (self.folder / name).write_text(text)
+        return self.folder / name
+
+    def simulate(self, *arguments, output="run"):
+        folder = self.folder / output
+        code, _, err = self.command("simulate", *arguments, "--output", folder)
+        self.assertEqual(code, 0, err)
+        return RunFolder(folder)
+
+    def files(self, run, *names):
+        return {name: (run.path / name).read_bytes() for name in names}
+
+    def assert_refused(self, *arguments, says):
+        code, out, err = self.command("simulate", *arguments, "--output", self.folder / "refused")
+        self.assertEqual(code, 2, err)
+        self.assertEqual(out, "")
+        self.assertEqual(err.count("\n"), 1, err)
+        for part in says:
+            self.assertIn(part, err)
+        self.assertFalse((self.folder / "refused").exists())
+
+
+class Experiments(SimulateTest):
+    def test_every_executor_on_every_graph(self):
+        for graph in GRAPHS:
+            with self.subTest(graph=graph):
+                run = self.simulate("--graph", graph, "--executors", "all", *BRIEF, output=graph)
+                self.assertTrue(run.run["complete"])
+                self.assertEqual(run.run["kind"], "simulated")
+                self.assertEqual([e["executor"] for e in run.summary()["executors"]], EXECUTORS)
+                for executor in run.summary()["executors"]:
+                    self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
+                    self.assertGreater(executor["callbacks_executed"], 100)
+
+    def test_same_seed_same_bytes_whatever_the_number_of_threads(self):
+        options = ("--executors", "default,multi,rm-ro,edf-re", "--repetitions", 3, "--phases", "random")
+        options += ("--execution-times", "uniform", "--seed", 5, *BRIEF)
+        names = ("run.json", "jobs.csv", "chains.csv", "summary.json")
+        one = self.files(self.simulate(*options, "--threads", 1, output="one"), *names)
+        self.assertEqual(one, self.files(self.simulate(*options, "--threads", 7, output="seven"), *names))
+        other = self.simulate(*options[:-6], "--seed", 6, *BRIEF, output="other_seed")
+        self.assertNotEqual(one["jobs.csv"], self.files(other, "jobs.csv")["jobs.csv"])
+
+    def test_rate_monotonic_drops_nothing_and_default_does(self):
+        run = self.simulate("--graph", "timers_only_90", "--executors", "default,rm-ro", "--duration", 42)
+        skipped = {e["executor"]: e["skipped"] for e in run.summary()["executors"]}
+        self.assertEqual(skipped["rm-ro"], 0)
+        self.assertGreater(skipped["default"], 100)
+
+    def test_costs_and_cores_change_the_schedule(self):
+        graph = self.write("chain.yaml", TINY_CHAIN % 4)
+        of = ("--graph", graph, "--executors", "events-ro", *BRIEF)
+        for options, latency_us in (
+            ((), 4000),
+            (("--dispatch-cost-us", 10), 4020),
+            (("--delivery-delay-us", 100), 4200),
+            (("--load", 80), 8000),
+        ):
+            run = self.simulate(*of, *options, output=f"cost{latency_us}")
+            (chains,) = run.chains().values()
+            self.assertEqual({latency for _, _, latency, _ in chains}, {latency_us * 1000}, options)
+
+    def test_without_trace_the_counts_are_the_same(self):
+        options = ("--executors", "default,rm-ro", "--repetitions", 2, "--phases", "random", "--duration", 5)
+        kept = self.simulate(*options, output="kept").summary()["executors"]
+        run = self.simulate(*options, "--no-trace", output="not_kept")
+        self.assertNotIn("jobs.csv", run.files())
+        for a, b in zip(kept, run.summary()["executors"], strict=True):
+            for key in ("callbacks_executed", "skipped", "overwritten", "deadline_overruns", "loss_equations"):
+                self.assertEqual(a[key], b[key], key)
+            self.assertEqual(a["chains"][0]["hot_path_latency_ms"], b["chains"][0]["hot_path_latency_ms"])
+            for task_a, task_b in zip(a["tasks"], b["tasks"], strict=True):
+                for key in ("n", "min", "max"):
+                    self.assertEqual(task_a["response_ms"][key], task_b["response_ms"][key])
+
+    def test_a_run_replayed_with_its_phases_and_times_is_the_same_run(self):
+        options = ("--executors", "default,rm-ro", *BRIEF)
+        first = self.simulate(
+            *options, "--phases", "random", "--seed", 3, "--execution-times", "uniform", output="first"
+        )
+        again = self.simulate(
+            *options, "--phases-of", first.path, "--execution-times", f"replay:{first.path}", output="again"
+        )
+        self.assertEqual(self.files(first, "jobs.csv"), self.files(again, "jobs.csv"))
+
+
+class WrongUse(SimulateTest):
+    def test_options_out_of_range(self):
+        self.assert_refused("--cores", 0, says=["--cores", "from 1 to 64"])
+        self.assert_refused("--release-cost-us", -1, says=["--release-cost-us", "from 0"])
+        self.assert_refused("--duration", 1e12, says=["--duration", "from 0.1 to 1e+09"])
+        self.assert_refused("--duration", 1e9, says=["--duration", "memory", "--no-trace"])
+        self.assert_refused("--execution-times", "best", says=["--execution-times", "worst, uniform"])
+        self.assert_refused("--executors", "rm-or", says=["rm-or", "rm-ro"])
+
+    def test_overload_is_reported_with_the_utilisation(self):
+        graph = self.write("overload.yaml", TINY % 12)
+        self.assert_refused(
+            "--graph", graph, "--executors", "rm-ro", says=["rm-ro", "overload", "utilisation", "1.200"]
+        )
+        self.assert_refused(
+            "--graph", graph, "--executors", "events-ro", "--max-backlog", 7, says=["overload", "more than 7"]
+        )
+
+    def test_phases_of_another_graph(self):
+        phases = self.write("more.csv", "task,first_release_ms\nA,1\nB,2\n")
+        graph = self.write("tiny.yaml", TINY % 1)
+        self.assert_refused("--graph", graph, "--phases-file", phases, says=["more.csv:3", "B"])
+        phases.write_text("task,first_release_ms\n")
+        self.assert_refused("--graph", graph, "--phases-file", phases, says=["more.csv", "A"])
+
+    def test_a_run_of_another_graph_cannot_be_replayed(self):
+        run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
+        self.assert_refused(
+            "--executors", "rm-ro", "--execution-times", f"replay:{run.path}", says=["jobs.csv:2", "another graph"]
+        )
+        self.assert_refused("--executors", "rm-ro", "--phases-of", run.path, says=["--phases-of", "another graph"])
+        self.assert_refused(
+            *("--graph", "timers_only_60", "--executors", "edf-ro", "--execution-times", f"replay:{run.path}"),
+            says=["edf-ro (repetition 0) did not run there", "rm-ro (repetition 0)"],
+        )
+        self.assert_refused("--phases-of", self.folder, says=["run.json"])
+
+    def test_a_damaged_run_is_refused(self):
+        run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
+        (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
+        self.assert_refused("--graph", "timers_only_60", "--phases-of", run.path, says=["run.json"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/release_and_execute_scheduler.hpp"
+
+namespace hotpath {
+
+Decision ReleaseAndExecuteScheduler::decide(Worker worker, Time now) {
+  if (worker == kExecutor) return next_event();
+  if (timers_.due(now)) return {timers_.call_head(now), kNever, {}};
+  return {std::nullopt, timers_.next_call(), {}};
+}
+
+}  // namespace hotpath
