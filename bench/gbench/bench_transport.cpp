@@ -262,9 +262,10 @@ void add_path(const char* path_name, Path path, std::uint32_t subscribers, bool 
   Plan plan;
   plan.path = path;
   plan.subscribers = subscribers;
-  plan.messages = quick ? 100 : 400;
   const auto kib = sizeof(typename Traits::Message) / 1024;
   plan.period = 1ms * std::max<std::int64_t>(1, std::max<std::int64_t>(kib / 64, subscribers / 10));
+  // About the same time for all, with enough messages for a median.
+  plan.messages = static_cast<int>(std::clamp<std::int64_t>((quick ? 100ms : 400ms) / plan.period, 30, 400));
   const std::string name = std::string("one_way/") + path_name + "/kib:" + std::to_string(kib) +
                            "/subscribers:" + std::to_string(subscribers);
   add<HotpathSide, Traits>(name + "/hotpath", plan);

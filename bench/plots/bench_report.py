@@ -127,14 +127,15 @@ def draw_lines(axes, lines, title, x_label):
         axes.loglog([x for x, _ in points], [y for _, y in points], "o-", color=colour, label=name, markersize=4)
     axes.set(title=title, xlabel=x_label, ylabel="ns")
     axes.grid(which="major", axis="both")
-    axes.legend(fontsize=9, frameon=False)
+    axes.legend(fontsize=8, frameon=False, ncol=2, loc="upper left")
+    axes.margins(y=0.25)
 
 
 def new_figure(bench, title, panels):
     figure, axes = plt.subplots(1, panels, figsize=(6.5 * panels, 5.6), squeeze=False)
     partial = bench.facts.get("complete") is not True
     used = write_title(figure, title, bench.subtitle(), partial)
-    figure.subplots_adjust(top=1 - used - 0.08, bottom=0.24, left=0.14 / panels + 0.02, right=0.98, wspace=0.25)
+    figure.subplots_adjust(top=1 - used - 0.08, bottom=0.16, left=0.14 / panels + 0.02, right=0.98, wspace=0.25)
     return figure, axes[0]
 
 

@@ -129,22 +129,37 @@ def draw_job(axes, window, job, y):
         axes.vlines(job.start, y - BAR / 2, y + BAR / 2, color=colour, linewidth=1.4, zorder=3)
     else:
         axes.broken_barh(
-            [(job.start, finish - job.start)], (y - BAR / 2, BAR), facecolor=colour, alpha=0.85, linewidth=0, zorder=3
+            [(job.start, finish - job.start)],
+            (y - BAR / 2, BAR),
+            facecolor=colour,
+            alpha=0.85,
+            linewidth=0,
+            zorder=3,
         )
     for begin, end in job.displaced:
         axes.broken_barh(
-            [(begin, end - begin)], (y - BAR / 2, BAR), facecolor="white", edgecolor=colour, hatch="/////",
-            linewidth=0.5, zorder=3.5,
+            [(begin, end - begin)],
+            (y - BAR / 2, BAR),
+            facecolor="white",
+            edgecolor=colour,
+            hatch="/////",
+            linewidth=0.5,
+            zorder=3.5,
         )
     if job.late:
-        axes.plot(finish, y, "D", color=VERMILION, markersize=5.5, markeredgecolor="white", markeredgewidth=0.6, zorder=5)
+        axes.plot(finish, y, "D", color=VERMILION, markersize=5.5, markeredgecolor="white", zorder=5)
 
 
 def draw_release(axes, job, y):
     release = job.release if job.release is not None else job.timestamp
+    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "mutation_scale": 7}
     axes.annotate(
-        "", (release, y + ARROW), (release, y - BAR / 2), zorder=4, annotation_clip=True,
-        arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7},
+        "",
+        (release, y + ARROW),
+        (release, y - BAR / 2),
+        zorder=4,
+        annotation_clip=True,
+        arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0},
     )
 
 
@@ -173,24 +188,31 @@ def draw_releaser(axes, window, y):
 def add_key(figure, window):
     line, patch = plt.Line2D, plt.Rectangle
     workers = sorted({job.worker for job in window.jobs if job.start is not None})
+    colours = [WORKER_COLOURS[w % len(WORKER_COLOURS)] for w in workers]
     handles = [
-        patch((0, 0), 1, 1, facecolor=WORKER_COLOURS[w % len(WORKER_COLOURS)], alpha=0.85, label=window.worker_name(w))
-        for w in workers
+        patch((0, 0), 1, 1, facecolor=colour, alpha=0.85, label=window.worker_name(w))
+        for w, colour in zip(workers, colours)
     ]
     handles.append(line([], [], linestyle="", marker="$↑$", markersize=9, color=INK, label="release"))
     if any(job.displaced for job in window.jobs):
-        handles.append(patch((0, 0), 1, 1, facecolor="white", edgecolor=BLUE, hatch="/////", label="displaced"))
+        look = {"facecolor": "white", "edgecolor": BLUE, "hatch": "/////"}
+        handles.append(patch((0, 0), 1, 1, label="displaced", **look))
     if any(job.late for job in window.jobs):
         handles.append(line([], [], linestyle="", marker="D", color=VERMILION, label="deadline missed"))
-    if any(job.outcome == "skipped" for job in window.jobs):
-        handles.append(
-            line([], [], linestyle="", marker="x", color=VERMILION, markeredgewidth=1.8, label="skipped timestamp")
-        )
-    if any(job.outcome == "overwritten" for job in window.jobs):
-        handles.append(
-            line([], [], linestyle="", marker="D", color="white", markeredgecolor=VERMILION, label="overwritten sample")
-        )
-    figure.legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 0), ncol=len(handles), frameon=False, fontsize=10.5)
+    for outcome, label, look in (
+        ("skipped", "skipped timestamp", {"marker": "x", "color": VERMILION, "markeredgewidth": 1.8}),
+        ("overwritten", "overwritten sample", {"marker": "D", "color": "white", "markeredgecolor": VERMILION}),
+    ):
+        if any(job.outcome == outcome for job in window.jobs):
+            handles.append(line([], [], linestyle="", label=label, **look))
+    figure.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(0, 0),
+        ncol=len(handles),
+        frameon=False,
+        fontsize=10.5,
+    )
 
 
 def draw(arguments):

@@ -32,7 +32,8 @@ BenchFigures read_folder(const std::string& folder) {
 }
 
 void compare(const std::string& before, const std::string& after) {
-  const auto comparisons = compare_figures(read_folder(before), read_folder(after));
+  const BenchFigures old_figures = read_folder(before), new_figures = read_folder(after);
+  const auto comparisons = compare_figures(old_figures, new_figures);
   if (comparisons.empty()) {
     throw UsageError("--compare: " + before + " and " + after + " have no figure in common");
   }

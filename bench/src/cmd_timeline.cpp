@@ -14,6 +14,7 @@
 #include "hotpath/core/trace_csv.hpp"
 #include "option_helpers.hpp"
 #include "perfetto.hpp"
+#include "whole_file.hpp"
 
 namespace hotpath {
 
@@ -97,16 +98,9 @@ void write_perfetto_file(const TimelineOptions& o) {
   }
   find_periods(set, *trace);
   const Time to = o.to_ms ? Time{} + from_ms(*o.to_ms) : kNever;
-  const std::string part = o.perfetto + ".part";
-  std::ofstream out(part, std::ios::binary);
-  write_perfetto(out, set, *trace, Time{} + from_ms(o.from_ms), to);
-  out.close();
-  std::error_code error;
-  if (out) fs::rename(part, o.perfetto, error);
-  if (!out || error) {
-    fs::remove(part, error);
-    throw UsageError("--perfetto " + o.perfetto + " cannot be written; name a file in a folder that can");
-  }
+  write_whole_file(o.perfetto, "--perfetto", [&](std::ostream& out) {
+    write_perfetto(out, set, *trace, Time{} + from_ms(o.from_ms), to);
+  });
   std::cout << o.perfetto << "\n";
 }
 

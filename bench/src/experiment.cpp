@@ -5,22 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <set>
 
+#include "experiment_facts.hpp"
 #include "figures.hpp"
 #include "hotpath/bench/errors.hpp"
 #include "hotpath/bench/interrupt.hpp"
 #include "hotpath/bench/machine.hpp"
 #include "hotpath/bench/progress.hpp"
+#include "hotpath/bench/release_cost.hpp"
 #include "hotpath/bench/repetition_runner.hpp"
 #include "hotpath/bench/result_folder.hpp"
 #include "hotpath/bench/table.hpp"
-#include "hotpath/reference_system/chain_limits.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
 
 namespace hotpath {
 
@@ -31,34 +29,32 @@ using nlohmann::json;
 /// What a process needs before its epoch and after its end, for the estimate of the time left.
 constexpr Duration kOverhead = std::chrono::milliseconds(400);
 
-Duration seconds(double s) { return from_ms(s * 1000); }
-
-std::string time_stamp(const char* format) {
-  const std::time_t now = std::time(nullptr);
-  char text[64];
-  std::strftime(text, sizeof(text), format, std::localtime(&now));
-  return text;
-}
-
 class Experiment {
  public:
-  explicit Experiment(const RunOptions& options)
-      : options_(options), graph_(load_graph(find_graph(options.graph))), tasks_(make_tasks(graph_)) {
-    prepare();
+  explicit Experiment(const RunOptions& options) : options_(options) {
+    if (options_.quick) {
+      options_.duration_s = 2;
+      options_.warm_up_s = 0.5;
+      options_.repetitions = 1;
+    }
+    if (!options_.phases_file.empty()) options_.phases = Phases::given;
+    graph_ = experiment_graph(options_);
+    tasks_ = make_tasks(graph_);
+    executors_ = experiment_executors(options_);
+    counting_ = summary_options(options_, graph_, tasks_);
+    for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
+    check();
   }
 
   void run() {
-    ResultFolder folder(options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + graph_.name
-                                                : options_.output);
+    ResultFolder folder(output_folder(options_, graph_));
     catch_interrupts();
     for (const std::string& sentence : warnings(machine_)) warn(sentence);
     calibrate_work();
     describe();
     folder.write("run.json", run_);
 
-    std::vector<std::string> chain_names;
-    for (const Chain& chain : graph_.chains) chain_names.push_back(chain.name);
-    measure(folder, chain_names);
+    measure(folder);
     if (!failures_.empty() && nothing_measured()) {
       throw RunError(runs_planned() == 1
                          ? failures_.front()
@@ -66,7 +62,7 @@ class Experiment {
     }
     folder.finish();
 
-    const Summary summary = summarize(tasks_.set, runs_, summary_options());
+    const Summary summary = summarize(tasks_.set, runs_, counting_);
     folder.write("summary.json", to_json(summary));
     run_["complete"] = failures_.empty() && !partial_;
     run_["partial"] = partial_;
@@ -77,28 +73,8 @@ class Experiment {
   }
 
  private:
-  void prepare() {
-    if (options_.quick) {
-      options_.duration_s = 2;
-      options_.warm_up_s = 0.5;
-      options_.repetitions = 1;
-    }
-    if (options_.work) graph_.work = *options_.work;
-    if (options_.load_percent) {
-      try {
-        scale_to_load(graph_, *options_.load_percent);
-      } catch (const std::invalid_argument& error) {
-        throw UsageError("--load: " + std::string(error.what()));
-      }
-      tasks_ = make_tasks(graph_);
-    }
-    const SchedulerOptions defaults{options_.rule, options_.ties, 0};
-    std::set<std::string> labels;
-    for (const std::string& name : options_.executors) {
-      executors_.push_back(parse_executor(name, defaults));
-      if (!labels.insert(name).second) throw UsageError("executor `" + name + "` is named twice");
-    }
-    for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
+  /// Refuses what cannot run, before anything does.
+  void check() {
     cpus_ = parse_cpus(options_.cpus);
     const std::vector<int> available = allowed_cpus();
     for (const int cpu : cpus_) {
@@ -123,9 +99,7 @@ class Experiment {
       throw UsageError("--processes " + std::to_string(options_.processes) + ": the graph has only " +
                        std::to_string(graph_.nodes.size()) + " nodes");
     }
-    if (!options_.phases_file.empty()) options_.phases = Phases::given;
-    // Every executor's phases now, so that a bad file stops us before anything runs.
-    for (const ExecutorSpec& e : executors_) phases_of(e, 0);
+    for (const ExecutorSpec& e : executors_) experiment_phases(options_, graph_, tasks_, e, 0);
   }
 
   void calibrate_work() {
@@ -139,21 +113,6 @@ class Experiment {
       warn(
           "No two calibrations of the number cruncher in a row agreed within 2 %: something disturbs this "
           "machine.");
-    }
-  }
-
-  std::vector<Duration> phases_of(const ExecutorSpec& executor, std::uint32_t repetition) const {
-    if (!options_.phases_file.empty()) {
-      return read_phases(options_.phases_file, graph_, std::string(executor.entry->name));
-    }
-    PhaseOptions phase_options;
-    if (options_.phase_step_ms) phase_options.step = from_ms(*options_.phase_step_ms);
-    // The same phases for all executors of a repetition.
-    phase_options.seed = options_.seed + repetition;
-    try {
-      return make_phases(graph_, tasks_, options_.phases, phase_options);
-    } catch (const std::invalid_argument& error) {
-      throw UsageError("--phases given: " + std::string(error.what()));
     }
   }
 
@@ -175,7 +134,7 @@ class Experiment {
     RepetitionPlan p;
     p.graph = &graph_;
     p.tasks = tasks_;
-    const std::vector<Duration> phases = phases_of(executor, repetition);
+    const std::vector<Duration> phases = experiment_phases(options_, graph_, tasks_, executor, repetition);
     for (TaskId id = 0; id < phases.size(); ++id) p.tasks.set.tasks[id].phase = phases[id];
     p.executor = executor;
     p.repetition = repetition;
@@ -197,11 +156,11 @@ class Experiment {
     return p;
   }
 
-  void measure(ResultFolder& folder, const std::vector<std::string>& chain_names) {
+  void measure(ResultFolder& folder) {
     const auto order = schedule();
     const Duration length = seconds(options_.warm_up_s + options_.duration_s);
     Progress progress((length + kOverhead) * static_cast<std::int64_t>(order.size()));
-    const SummaryOptions counting = summary_options();
+    const std::vector<std::string> chains = chain_names(graph_);
     for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
       const auto [repetition, e] = order[i];
       progress.begin("[" + std::to_string(i + 1) + "/" + std::to_string(order.size()) + "] " +
@@ -218,8 +177,7 @@ class Experiment {
       // A repetition that failed is on record in run.json and counts for nothing.
       if (result.measured) {
         const Trace& trace = result.repetition.trace;
-        folder.append(p.tasks.set, chain_names, trace,
-                      after_warm_up(trace, counting.chains, counting.warm_up));
+        folder.append(p.tasks.set, chains, trace, after_warm_up(trace, counting_.chains, counting_.warm_up));
         runs_[e].repetitions.push_back(std::move(result.repetition));
       }
     }
@@ -245,14 +203,10 @@ class Experiment {
       if (runs_planned() > 1 && !result.setup_failed) say(result.failure);
     }
     if (!result.measured && result.failure.empty()) return;  // interrupted before it began
-    json phases = json::object();
-    for (const Task& task : p.tasks.set.tasks) {
-      if (task.kind == TaskKind::timer) phases[task.name] = to_ms(task.phase);
-    }
     run_["runs"].push_back({{"executor", p.executor.label},
                             {"repetition", p.repetition},
                             {"thread_policies", result.policies},
-                            {"first_timestamps_ms", phases},
+                            {"first_timestamps_ms", first_timestamps_json(p.tasks.set)},
                             {"stolen_ms", to_ms(result.repetition.usage.stolen)},
                             {"failure", result.failure}});
     const bool wanted_real_time = p.executor.entry->paper && !p.timer_policy;
@@ -289,67 +243,22 @@ class Experiment {
          " %: jobs will be held up. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.");
   }
 
-  SummaryOptions summary_options() const {
-    SummaryOptions s;
-    for (const ChainIndex& chain : index_chains(graph_)) {
-      MeasuredChain& m = s.chains.emplace_back();
-      m.name = graph_.chains[s.chains.size() - 1].name;
-      for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-        const bool of_sink = tasks_.origin[id].node == chain.sink;
-        const bool stores_only = graph_.nodes[chain.sink].type == NodeType::cyclic && tasks_.origin[id].input;
-        if (of_sink && !stores_only) m.sink_tasks.push_back(id);
-      }
-    }
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      const bool cyclic = graph_.nodes[tasks_.origin[id].node].type == NodeType::cyclic;
-      if (cyclic && !tasks_.origin[id].input) s.cyclic_timers.push_back(id);
-    }
-    s.warm_up = seconds(options_.warm_up_s);
-    s.bootstrap.seed = options_.seed;
-    return s;
-  }
-
   void describe() {
-    std::vector<std::string> labels;
-    for (const ExecutorSpec& e : executors_) labels.push_back(e.label);
-    json limits = json::array();
-    if (!graph_.chains.empty() && load_percent(graph_) > 0) {
-      const ChainLimits l = chain_limits(graph_, graph_.chains.front());
-      limits = {{{"label", "limit with one core per branch"}, {"ms", to_ms(l.one_core_per_branch)}},
-                {{"label", "limit on one thread"}, {"ms", to_ms(l.one_thread)}}};
-    }
-    run_ = {{"complete", false},
-            {"partial", false},
-            {"kind", "live"},
-            {"version", HOTPATH_VERSION},
-            {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
-            {"graph", {{"name", graph_.name}, {"nodes", graph_.nodes.size()}, {"file", options_.graph}}},
-            {"executors", labels},
-            {"rule", to_string(options_.rule)},
-            {"ties", to_string(options_.ties)},
-            {"transport", to_string(options_.transport)},
-            {"network", options_.network == FastDdsOptions::Network::udp ? "udp" : "shared_memory"},
-            {"processes", options_.processes},
-            {"cpus", cpus_.empty() ? allowed_cpus() : cpus_},
-            {"repetitions", options_.repetitions},
-            {"duration_s", options_.duration_s},
-            {"warm_up_s", options_.warm_up_s},
-            {"seed", options_.seed},
-            {"phases", to_string(options_.phases)},
-            {"load_percent", std::round(load_percent(graph_) * 1000) / 1000},
-            {"work", graph_.work == WorkMode::fixed  ? "fixed"
-                     : graph_.work == WorkMode::wall ? "wall"
-                                                     : "cpu_time"},
-            {"limits", limits},
-            {"calibration",
-             {{"divisions_per_us", calibration_.divisions_per_us},
-              {"spread_percent", calibration_.spread_percent},
-              {"readings", calibration_.readings},
-              {"disturbed", calibration_.disturbed}}},
-            {"machine", to_json(machine_)},
-            {"runs", json::array()},
-            {"warnings", warnings_},
-            {"failures", failures_}};
+    run_ = common_facts(options_, graph_, executors_);
+    run_.update({{"kind", "live"},
+                 {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
+                 {"transport", to_string(options_.transport)},
+                 {"network", options_.network == FastDdsOptions::Network::udp ? "udp" : "shared_memory"},
+                 {"processes", options_.processes},
+                 {"cpus", cpus_.empty() ? allowed_cpus() : cpus_},
+                 {"calibration",
+                  {{"divisions_per_us", calibration_.divisions_per_us},
+                   {"spread_percent", calibration_.spread_percent},
+                   {"readings", calibration_.readings},
+                   {"disturbed", calibration_.disturbed}}},
+                 {"machine", to_json(machine_)},
+                 {"bounds", bounds_json(graph_, tasks_, executors_, measure_release_cost().p999)},
+                 {"warnings", warnings_}});
   }
 
   void report(const ResultFolder& folder, const Summary& summary) {
@@ -377,7 +286,9 @@ class Experiment {
     }
     if (outputs) {
       draw_figure("hot_path.py", folder.path());
-    } else if (chains) {
+    } else if (!chains) {
+      draw_figure("timers_only.py", folder.path());
+    } else {
       say("No output of a chain was counted, so there is no figure; measure longer.");
     }
   }
@@ -393,6 +304,7 @@ class Experiment {
   Graph graph_;
   GraphTasks tasks_;
   std::vector<ExecutorSpec> executors_;
+  SummaryOptions counting_;
   std::vector<ExecutorRuns> runs_;
   std::vector<int> cpus_;
   std::optional<ThreadPolicy> executor_policy_, timer_policy_;

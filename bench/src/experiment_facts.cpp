@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "hotpath/bench/bounds.hpp"
 #include "hotpath/bench/errors.hpp"
 #include "hotpath/reference_system/chain_limits.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -139,6 +140,30 @@ json common_facts(const CommonOptions& options, const Graph& graph,
           {"runs", json::array()},
           {"warnings", json::array()},
           {"failures", json::array()}};
+}
+
+json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors,
+                 Duration delta) {
+  json bounds = json::array();
+  for (const Task& task : tasks.set.tasks) {
+    if (task.kind != TaskKind::timer) return bounds;
+  }
+  for (const ExecutorSpec& executor : executors) {
+    const std::vector<BoundSet> sets = bounds_of(graph, tasks, *executor.entry, delta);
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      const BoundSet* tightest = nullptr;
+      for (const BoundSet& set : sets) {
+        if (set.tasks.empty() || !set.tasks[id]) continue;
+        if (tightest == nullptr || *set.tasks[id] < *tightest->tasks[id]) tightest = &set;
+      }
+      if (tightest == nullptr) continue;
+      bounds.push_back({{"executor", executor.label},
+                        {"task", tasks.set[id].name},
+                        {"ms", to_ms(*tightest->tasks[id])},
+                        {"method", tightest->method}});
+    }
+  }
+  return bounds;
 }
 
 json first_timestamps_json(const TaskSet& set) {

@@ -38,6 +38,11 @@ SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
 nlohmann::json common_facts(const CommonOptions& options, const Graph& graph,
                             const std::vector<ExecutorSpec>& executors);
 
+/// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
+/// method bounds, with release overhead `delta`: {executor, task, ms, method}. Empty for other graphs.
+nlohmann::json bounds_json(const Graph& graph, const GraphTasks& tasks,
+                           const std::vector<ExecutorSpec>& executors, Duration delta);
+
 /// Milliseconds by name of the timer.
 nlohmann::json first_timestamps_json(const TaskSet& set);
 

@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "hotpath/bench/errors.hpp"
+#include "hotpath/bench/executor_spec.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "own_times.hpp"
 
 namespace hotpath {
 
@@ -26,8 +28,10 @@ MeasuredRun::MeasuredRun(const std::filesystem::path& folder, std::string option
   std::ifstream in(folder_ / "run.json");
   if (!in) fail("there is no run.json; name the folder of a run, as written by `hotpath run`");
   try {
-    const json facts = json::parse(in);
-    for (const json& run : facts.at("runs")) {
+    facts_ = json::parse(in);
+    cores_ = facts_.contains("cpus") ? static_cast<unsigned>(facts_.at("cpus").size())
+                                     : facts_.at("platform").at("cores").get<unsigned>();
+    for (const json& run : facts_.at("runs")) {
       Start& start = starts_.emplace_back();
       start.executor = run.at("executor").get<std::string>();
       start.repetition = run.at("repetition").get<std::uint32_t>();
@@ -67,27 +71,31 @@ std::vector<Duration> MeasuredRun::first_timestamps(const TaskSet& set, const st
   fail_missing(executor, repetition, there_are);
 }
 
-void MeasuredRun::load_jobs(const Graph& graph, const GraphTasks& tasks) {
+void MeasuredRun::load_jobs(const TaskSet& set) {
   const std::filesystem::path file = folder_ / "jobs.csv";
   std::ifstream in(file);
   if (!in) fail("there is no jobs.csv; name the folder of a whole run");
   try {
-    for (const Trace& trace : read_jobs_csv(in, tasks.set, file.string())) {
-      traces_.push_back(working_jobs(graph, tasks, trace));
-    }
+    traces_ = read_jobs_csv(in, set, file.string());
   } catch (const TraceCsvError& error) {
     throw UsageError(option_ + ": " + error.what());
   }
 }
 
-std::unique_ptr<ExecutionTimes> MeasuredRun::execution_times(const TaskSet& set, const std::string& executor,
+std::unique_ptr<ExecutionTimes> MeasuredRun::execution_times(const Graph& graph, const GraphTasks& tasks,
+                                                             const std::string& executor,
                                                              std::uint32_t repetition) const {
   std::vector<std::string> there_are;
   for (const Trace& trace : traces_) {
     there_are.push_back(named(trace.executor, trace.repetition));
-    if (trace.executor == executor && trace.repetition == repetition) {
-      return std::make_unique<ReplayedTimes>(set, trace);
+    if (trace.executor != executor || trace.repetition != repetition) continue;
+    // Nodes that work until an instant of the clock count time in which they are displaced as work.
+    if (graph.work == WorkMode::wall) {
+      return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(graph, tasks, trace));
     }
+    const bool raised = parse_executor(executor, {}).entry->paper;
+    return std::make_unique<ReplayedTimes>(tasks.set,
+                                           working_jobs(graph, tasks, with_own_times(trace, cores_, raised)));
   }
   fail_missing(executor, repetition, there_are);
 }

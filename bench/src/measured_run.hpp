@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -22,11 +23,16 @@ class MeasuredRun {
   std::vector<Duration> first_timestamps(const TaskSet& set, const std::string& executor,
                                          std::uint32_t repetition) const;
 
+  const nlohmann::json& facts() const { return facts_; }
+  unsigned cores() const { return cores_; }
+
   /// Reads jobs.csv. Throws UsageError for one that is malformed or of another graph.
-  void load_jobs(const Graph& graph, const GraphTasks& tasks);
+  void load_jobs(const TaskSet& set);
+  const std::vector<Trace>& traces() const { return traces_; }
 
   /// Execution times measured then; load_jobs() was called.
-  std::unique_ptr<ExecutionTimes> execution_times(const TaskSet& set, const std::string& executor,
+  std::unique_ptr<ExecutionTimes> execution_times(const Graph& graph, const GraphTasks& tasks,
+                                                  const std::string& executor,
                                                   std::uint32_t repetition) const;
 
  private:
@@ -42,7 +48,9 @@ class MeasuredRun {
     std::vector<std::pair<std::string, double>> first_timestamps_ms;
   };
   std::vector<Start> starts_;
-  std::vector<Trace> traces_;  // what worked
+  nlohmann::json facts_;
+  unsigned cores_ = 1;
+  std::vector<Trace> traces_;
 };
 
 }  // namespace hotpath

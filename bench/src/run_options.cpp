@@ -8,120 +8,18 @@
 #include <utility>
 
 #include "hotpath/bench/errors.hpp"
+#include "option_helpers.hpp"
 
 namespace hotpath {
 
-namespace {
-
-template <class Enum>
-using Named = std::vector<std::pair<std::string, Enum>>;
-
-template <class Enum>
-Named<Enum> named(std::initializer_list<Enum> values) {
-  Named<Enum> names;
-  for (const Enum v : values) names.emplace_back(to_string(v), v);
-  return names;
-}
-
-/// An option that takes one of a few words, which stand in the help in place of the type.
-template <class Enum, class Value>
-CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& value, const Named<Enum>& names,
-                        const std::string& help) {
-  std::vector<std::string> words;
-  std::string list;
-  for (const auto& [word, meaning] : names) {
-    words.push_back(word);
-    list += (list.empty() ? "" : "|") + word;
-  }
-  const auto set = [&value, names](const std::string& text) {
-    for (const auto& [word, meaning] : names) {
-      if (word == text) value = meaning;
-    }
-  };
-  return command.add_option_function<std::string>(option, set, help)
-      ->check(CLI::IsMember(words).description(""))
-      ->type_name(list);
-}
-
-template <class Value>
-CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, double least, double most,
-                        const std::string& unit, const std::string& help) {
-  const char* const kind = std::is_integral_v<Value> ? "whole number" : "number";
-  const auto check = [least, most, kind](const std::string& text) {
-    std::conditional_t<std::is_integral_v<Value>, std::int64_t, double> number{};
-    const char* const end = text.data() + text.size();
-    const auto parsed = std::from_chars(text.data(), end, number);
-    const auto n = static_cast<double>(number);
-    if (parsed.ec == std::errc{} && parsed.ptr == end && n >= least && n <= most) return std::string();
-    std::ostringstream range;
-    range << "`" << text << "` is not a " << kind << " from " << least << " to " << most;
-    return range.str();
-  };
-  return command.add_option(option, value, help)->check(CLI::Validator(check, ""))->type_name(unit);
-}
-
-}  // namespace
-
 void add_run_options(CLI::App& command, RunOptions& o) {
-  const auto what = std::string("What runs");
-  command.add_option("--graph", o.graph, "A name (`hotpath list graphs`), or the path of a YAML file")
-      ->type_name("GRAPH")
-      ->capture_default_str()
-      ->group(what);
-  add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
-             "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says")
-      ->group(what);
-  add_choice<WorkMode>(
-      command, "--work", o.work,
-      {{"fixed", WorkMode::fixed}, {"wall", WorkMode::wall}, {"cpu_time", WorkMode::cpu_time}},
-      "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the graph says")
-      ->group(what);
-  add_choice(command, "--phases", o.phases,
-             named({Phases::creation, Phases::synchronous, Phases::given, Phases::random}),
-             "When timers start: one after another as under rclcpp,\n"
-             "all at once, as the graph file says, or at random")
-      ->default_str("creation")
-      ->group(what);
-  command.add_option("--phases-file", o.phases_file, "As `--phases given`, from a CSV file: see the README")
-      ->type_name("FILE")
-      ->group(what);
-  add_number(command, "--phase-step", o.phase_step_ms, 0, 1e6, "MS",
-             "With `--phases creation`: time from one node to the next;\n"
-             "by default what rclcpp needs for it")
-      ->group(what);
-  add_choice(command, "--rule", o.rule, named({SubscriptionRule::inherit, SubscriptionRule::first}),
-             "Subscriptions under the paper's executors: priority of\n"
-             "the timers upstream, or before all timers")
-      ->default_str("inherit")
-      ->group(what);
-  add_choice(command, "--ties", o.ties, named({Ties::lifo, Ties::fifo}),
-             "At equal priority: latest or earliest activation first")
-      ->default_str("lifo")
-      ->group(what);
-
-  const auto how_long = std::string("How long");
-  command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(how_long);
-  add_number(command, "--duration", o.duration_s, 0.1, 86400, "SECONDS", "Measured time of each repetition")
-      ->capture_default_str()
-      ->group(how_long);
-  add_number(command, "--warm-up", o.warm_up_s, 0, 3600, "SECONDS",
-             "Time before that, whose latencies do not count")
-      ->capture_default_str()
-      ->group(how_long);
-  add_number(command, "--repetitions", o.repetitions, 1, 10000, "N",
-             "Repetitions per executor, each in fresh processes")
-      ->capture_default_str()
-      ->group(how_long);
-  command
-      .add_option("--seed", o.seed,
-                  "Decides the order of repetitions, random phases and\nresampling for the intervals")
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(how_long);
+  add_graph_options(command, o);
+  command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(kHowLong);
+  add_length_options(command, o, 86400);
   add_number(command, "--time-out", o.time_out_s, 0.1, 3600, "SECONDS",
              "A process that answers this much later than it should\nhas hung: its repetition fails")
       ->capture_default_str()
-      ->group(how_long);
+      ->group(kHowLong);
 
   const auto where = std::string("Where it runs");
   add_choice(command, "--transport", o.transport,
@@ -161,9 +59,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
       .add_flag("--cpu-time", o.measure_cpu_time, "Record the CPU time of every job (costs a microsecond)")
       ->group(where);
 
-  command.add_option("--output", o.output, "New folder for the results; by default runs/DATE-GRAPH")
-      ->type_name("FOLDER")
-      ->group("Results");
+  add_output_option(command, o);
 }
 
 std::vector<int> parse_cpus(const std::string& text) {

@@ -73,7 +73,7 @@ class SimulatedExperiment {
     const std::string& times = options_.execution_times;
     if (times.starts_with(replay)) {
       replayed_.emplace(times.substr(replay.size()), "--execution-times " + replay);
-      replayed_->load_jobs(graph_, tasks_);
+      replayed_->load_jobs(tasks_.set);
     } else if (times != "worst" && times != "uniform") {
       throw UsageError("--execution-times: `" + times + "` is none of worst, uniform and replay:RUN");
     }
@@ -98,7 +98,7 @@ class SimulatedExperiment {
   }
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
-    if (replayed_) return replayed_->execution_times(tasks_.set, executor(i).label, repetition(i));
+    if (replayed_) return replayed_->execution_times(graph_, tasks_, executor(i).label, repetition(i));
     if (options_.execution_times == "uniform") {
       return std::make_unique<UniformTimes>(tasks_.set, options_.seed + repetition(i));
     }
@@ -214,6 +214,7 @@ class SimulatedExperiment {
                          {"wake_up_us", options_.wake_up_us},
                          {"delivery_delay_us", options_.delivery_delay_us}};
     facts["execution_times"] = options_.execution_times;
+    facts["bounds"] = bounds_json(graph_, tasks_, executors_, microseconds(options_.release_cost_us));
     for (std::size_t i = 0; i < results_.size(); ++i) {
       facts["runs"].push_back({{"executor", executor(i).label},
                                {"repetition", repetition(i)},

@@ -112,6 +112,108 @@ class Experiments(SimulateTest):
         self.assertEqual(self.files(first, "jobs.csv"), self.files(again, "jobs.csv"))
 
 
+class Timeline(SimulateTest):
+    def test_perfetto_trace_has_every_job_and_the_flows_between_them(self):
+        graph = self.write("chain.yaml", TINY_CHAIN % 4)
+        run = self.simulate("--graph", graph, "--executors", "events-ro,rm-re", *BRIEF)
+        file = self.folder / "trace.json"
+        code, out, err = self.command("timeline", run.path, "--executor", "rm-re", "--perfetto", file)
+        self.assertEqual((code, out), (0, f"{file}\n"), err)
+        events = json.loads(file.read_text())["traceEvents"]
+        slices = [e for e in events if e["ph"] == "X"]
+        jobs = [j for j in run.jobs()[("rm-re", 0)] if j.outcome == "ran"]
+        self.assertEqual(len(slices), len(jobs))
+        for job, of_job in zip(jobs, slices):
+            self.assertEqual((job.task, job.start), (of_job["name"], round(of_job["ts"] * 1000)))
+            self.assertEqual(job.finish - job.start, round(of_job["dur"] * 1000))
+        starts, ends = ({e["id"] for e in events if e["ph"] == phase} for phase in "sf")
+        self.assertEqual(starts, ends)
+        self.assertEqual(len(starts), sum(job.parent is not None for job in jobs))
+        names = {e["args"]["name"] for e in events if e["name"] == "thread_name"}
+        self.assertEqual(names, {"executor thread", "timer management thread"})
+
+    def test_part_of_a_trace(self):
+        run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
+        file = self.folder / "part.json"
+        self.command("timeline", run.path, "--from", 1000, "--to", 1100, "--perfetto", file)
+        slices = [e for e in json.loads(file.read_text())["traceEvents"] if e["ph"] == "X"]
+        self.assertGreater(len(slices), 5)
+        for e in slices:
+            self.assertGreaterEqual(e["ts"] + e["dur"], 1e6)
+            self.assertLess(e["ts"], 1.1e6)
+
+    def test_chart(self):
+        del self.environment["PYTHONPATH"]  # with matplotlib
+        run = self.simulate(
+            *("--graph", "timers_only_80", "--executors", "default,rm-ro", "--release-cost-us", 300, *BRIEF)
+        )
+        for executor, marks in (("default", ["skipped timestamp", "IMU"]), ("rm-ro", ["displaced", "FrontCamera"])):
+            svg = self.folder / f"{executor}.svg"
+            code, _, err = self.command(
+                *("timeline", run.path, "--executor", executor, "--from", 600, "--to", 900, "--svg", svg)
+            )
+            self.assertEqual(code, 0, err)
+            self.assertTrue(svg.with_suffix(".png").exists())
+            for mark in [*marks, "release"]:
+                self.assertIn(f"<!-- {mark} -->", svg.read_text())
+
+    def test_wrong_use(self):
+        run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
+        file = self.folder / "x.json"
+        for arguments, part in (
+            ((run.path, "--executor", "rm-ro", "--perfetto", file), "default (repetition 0)"),
+            ((run.path, "--repetition", 3, "--perfetto", file), "repetition 3"),
+            ((run.path, "--from", 5, "--to", 4), "--to must lie after --from"),
+            ((run.path, "--svg", self.folder / "x.pdf"), ".svg"),
+            ((run.path, "--perfetto", self.folder / "no" / "x.json"), "--perfetto"),
+            ((self.folder,), "run.json"),
+        ):
+            code, out, err = self.command("timeline", *arguments)
+            self.assertEqual((code, out), (2, ""), err)
+            self.assertIn(part, err)
+            self.assertEqual(err.count("\n"), 1, err)
+        self.assertEqual(list(self.folder.glob("x*")), [])
+
+
+class Validate(SimulateTest):
+    def test_reference_and_a_run_against_their_simulations(self):
+        run = self.simulate(
+            *("--executors", "default,rm-re,edf-ro", "--phases", "random", "--execution-times", "uniform", *BRIEF)
+        )
+        code, out, err = self.command("validate", run.path, "--output", self.folder / "v")
+        self.assertEqual(code, 0, err)
+        result = json.loads((self.folder / "v" / "validation.json").read_text())
+        golden = {(g["set"], g["executor"]): g for g in result["golden"]}
+        self.assertEqual(len(golden), 18)
+        for (name, executor), g in golden.items():
+            costs = g["with_costs"]
+            key = "similarity_by_period" if executor == "rm-ro" else "similarity"
+            self.assertGreaterEqual(costs[key], 0.98, (name, executor))
+            self.assertLessEqual(costs["largest_loss_difference_percent"], 2, (name, executor))
+        for executor in ("events-ro", "edf-ro"):
+            for level in (60, 80, 90):
+                self.assertEqual(golden[f"timers_only_{level}", executor]["without_costs"]["similarity"], 1)
+        for entry in result["autoware"]:
+            ratio = entry["simulated_ms"]["p50"] / entry["measured_ms"]["p50"]
+            self.assertAlmostEqual(ratio, 1, delta=0.10 if entry["executor"] == "multi" else 0.05)
+        # A simulated run is predicted exactly, preempted jobs included.
+        for entry in result["runs"]:
+            self.assertEqual(entry["comparison"]["similarity"], 1, entry["executor"])
+            self.assertIsNone(entry["comparison"]["first_difference"])
+            self.assertEqual(entry["measured_ms"], entry["simulated_ms"])
+        self.assertIn("which the fork leaves to its heap", out)
+
+    def test_wrong_use(self):
+        for arguments, part in (
+            (("--reference", self.folder), "cannot be read"),
+            ((self.folder,), "run.json"),
+        ):
+            code, out, err = self.command("validate", *arguments, "--output", self.folder / "v")
+            self.assertEqual((code, out), (2, ""), err)
+            self.assertIn(part, err)
+            self.assertFalse((self.folder / "v").exists())
+
+
 class WrongUse(SimulateTest):
     def test_options_out_of_range(self):
         self.assert_refused("--cores", 0, says=["--cores", "from 1 to 64"])

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/priority_events_queue.hpp"
 
+#include <algorithm>
 #include <cassert>
 
 namespace hotpath {
+
+namespace {
+// The standard heap keeps the largest element first; ours is the smallest key.
+constexpr auto runs_later = [](const auto& a, const auto& b) { return b.key < a.key; };
+}  // namespace
 
 void PriorityEventsQueue::push(const Job& job) {
   std::uint32_t slot;
@@ -16,37 +22,16 @@ void PriorityEventsQueue::push(const Job& job) {
     slots_[slot] = job;
   }
   heap_.push_back({order_.key(job, activations_++), slot});
-  sift_up(heap_.size() - 1, heap_.back());
+  std::push_heap(heap_.begin(), heap_.end(), runs_later);
 }
 
 Job PriorityEventsQueue::pop() {
   assert(!heap_.empty());
-  const std::uint32_t slot = heap_.front().slot;
-  const Entry last = heap_.back();
+  std::pop_heap(heap_.begin(), heap_.end(), runs_later);
+  const std::uint32_t slot = heap_.back().slot;
   heap_.pop_back();
-  // The last entry is most likely one of the last to run: the gap at the top sinks to the bottom first, which
-  // takes one comparison a level, and the entry hardly rises from there.
-  const std::size_t size = heap_.size();
-  std::size_t gap = 0;
-  for (std::size_t child = 1; child < size; child = 2 * gap + 1) {
-    // An addition in place of a branch that cannot be predicted.
-    if (child + 1 < size) child += before(heap_[child + 1], heap_[child]);
-    heap_[gap] = heap_[child];
-    gap = child;
-  }
-  if (size > 0) sift_up(gap, last);
   free_.push_back(slot);
   return slots_[slot];
-}
-
-void PriorityEventsQueue::sift_up(std::size_t gap, Entry entry) {
-  while (gap > 0) {
-    const std::size_t parent = (gap - 1) / 2;
-    if (!before(entry, heap_[parent])) break;
-    heap_[gap] = heap_[parent];
-    gap = parent;
-  }
-  heap_[gap] = entry;
 }
 
 void PriorityEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {

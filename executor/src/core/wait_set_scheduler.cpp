@@ -33,11 +33,11 @@ void WaitSetScheduler::poll(Time now) {
   ready_timers_.clear();
   ready_subscriptions_.clear();
   for (std::uint32_t i = 0; i < timer_ids_.size(); ++i) {
-    if (timers_[i].is_ready(now) && group_free(timer_ids_[i])) ready_timers_.push_back(i);
+    if (timers_[i].is_ready(now) && group_free(timer_ids_[i])) ready_timers_.add(i);
   }
   for (std::uint32_t i = 0; i < subscription_ids_.size(); ++i) {
     const TaskId id = subscription_ids_[i];
-    if (unread_.count(id) > 0 && group_free(id)) ready_subscriptions_.push_back(i);
+    if (unread_.count(id) > 0 && group_free(id)) ready_subscriptions_.add(i);
   }
 }
 
@@ -47,22 +47,19 @@ void WaitSetScheduler::occupy_group(TaskId task) {
 }
 
 std::optional<Job> WaitSetScheduler::pick(Time now) {
-  const auto timer = std::find_if(ready_timers_.begin(), ready_timers_.end(),
-                                  [&](std::uint32_t i) { return group_free(timer_ids_[i]); });
-  if (timer != ready_timers_.end()) {
+  const auto timer = ready_timers_.take_first([&](std::uint32_t i) { return group_free(timer_ids_[i]); });
+  if (timer) {
     Job job = timers_[*timer].call(now);
     job.release = polled_at_;
-    ready_timers_.erase(timer);
     occupy_group(job.task);
     return job;
   }
-  const auto subscription = std::find_if(ready_subscriptions_.begin(), ready_subscriptions_.end(),
-                                         [&](std::uint32_t i) { return group_free(subscription_ids_[i]); });
-  if (subscription != ready_subscriptions_.end()) {
+  const auto subscription =
+      ready_subscriptions_.take_first([&](std::uint32_t i) { return group_free(subscription_ids_[i]); });
+  if (subscription) {
     Job job = unread_.take(subscription_ids_[*subscription]);
     // A sample overwritten since the poll gave its place in the snapshot to a younger one.
     job.release = std::max(polled_at_, job.timestamp);
-    ready_subscriptions_.erase(subscription);
     occupy_group(job.task);
     return job;
   }

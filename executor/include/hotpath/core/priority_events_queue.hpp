@@ -28,12 +28,6 @@ class PriorityEventsQueue final : public EventsQueue {
     PriorityKey key;
     std::uint32_t slot;
   };
-  // As PriorityKey's order, without a branch between its two parts.
-  static bool before(const Entry& a, const Entry& b) {
-    return (a.key.priority < b.key.priority) | ((a.key.priority == b.key.priority) & (a.key.tie < b.key.tie));
-  }
-  void sift_up(std::size_t gap, Entry entry);
-
   static constexpr std::size_t kReserved = 64;  ///< Jobs before the first allocation.
   PriorityOrder order_;
   std::vector<Entry> heap_;

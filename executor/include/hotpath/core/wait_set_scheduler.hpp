@@ -30,6 +30,35 @@ class WaitSetScheduler final : public Scheduler {
   void unfinished(Time now, const Visitor& visit) const override;
 
  private:
+  /// What a poll found ready, in creation order. Mostly the front is taken.
+  class ReadyList {
+   public:
+    void reserve(std::size_t n) { items_.reserve(n); }
+    void clear() {
+      items_.clear();
+      next_ = 0;
+    }
+    void add(std::uint32_t item) { items_.push_back(item); }
+    template <class Executable>
+    std::optional<std::uint32_t> take_first(Executable&& executable) {
+      for (std::size_t at = next_; at < items_.size(); ++at) {
+        const std::uint32_t item = items_[at];
+        if (!executable(item)) continue;
+        if (at == next_) {
+          ++next_;
+        } else {
+          items_.erase(items_.begin() + static_cast<std::ptrdiff_t>(at));
+        }
+        return item;
+      }
+      return std::nullopt;
+    }
+
+   private:
+    std::vector<std::uint32_t> items_;
+    std::size_t next_ = 0;
+  };
+
   bool group_free(TaskId task) const { return !group_busy_[set_.tasks[task].group]; }
   void occupy_group(TaskId task);
   void poll(Time now);
@@ -40,8 +69,7 @@ class WaitSetScheduler final : public Scheduler {
   std::vector<TaskId> timer_ids_, subscription_ids_;  // creation order
   std::vector<Timer> timers_;                         // parallel to timer_ids_
   UnreadSamples unread_;
-  std::vector<std::uint32_t> ready_timers_,
-      ready_subscriptions_;  // the snapshot, as indices into the lists above
+  ReadyList ready_timers_, ready_subscriptions_;  // the snapshot, as indices into the lists above
   Time polled_at_{};
   std::vector<bool> group_busy_;
   WorkerSet idle_;

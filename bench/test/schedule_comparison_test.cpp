@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two schedules of one task set side by side, and the authors' response time (their sensor.hpp).
+#include "../src/schedule_comparison.hpp"
+
+#include <gtest/gtest.h>
+
+#include "../src/own_times.hpp"
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+
+Time at(Duration d) { return Time{} + d; }
+
+TaskSet timers(std::vector<Duration> periods) {
+  TaskSet set;
+  for (const Duration period : periods) {
+    Task& task = set.tasks.emplace_back();
+    task.name = "T" + std::to_string(set.size() - 1);
+    task.period = task.deadline = period;
+  }
+  return set;
+}
+
+/// Jobs of 1 ms, one after another.
+Schedule in_order(const TaskSet& set, const std::vector<TaskId>& tasks) {
+  Schedule s{set, {}};
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    const Time start = at(static_cast<std::int64_t>(i) * 1ms);
+    s.jobs.push_back({tasks[i], start, start, start + 1ms, start + set[tasks[i]].period});
+  }
+  return s;
+}
+
+TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
+  const TaskSet set = timers({10ms, 20ms, 20ms});
+  const Schedule a = in_order(set, {0, 1, 2, 0, 1, 2});
+  EXPECT_EQ(compare(a, a).similarity, 1);
+  EXPECT_FALSE(compare(a, a).first_difference);
+  // Of 0 1 2 0 1 2 and 0 1 0 2 1 2 five tasks are common in order: 0 1 2 1 2.
+  const ScheduleComparison c = compare(a, in_order(set, {0, 1, 0, 2, 1, 2}));
+  EXPECT_DOUBLE_EQ(c.similarity, 10.0 / 12);
+  ASSERT_TRUE(c.first_difference);
+  EXPECT_EQ(c.first_difference->place, 2U);
+  EXPECT_EQ(c.first_difference->at, at(2ms));
+  EXPECT_EQ(c.first_difference->task[0], "T2");
+  EXPECT_EQ(c.first_difference->task[1], "T0");
+}
+
+TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
+  const TaskSet set = timers({10ms, 20ms, 20ms});
+  const ScheduleComparison c = compare(in_order(set, {0, 1, 2, 0}), in_order(set, {0, 2, 1, 0}));
+  EXPECT_LT(c.similarity, 1);
+  EXPECT_EQ(c.similarity_by_period, 1);
+}
+
+TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
+  const TaskSet set = timers({1ms, 100ms});
+  // T0 has timestamps at 0 to 9 ms; the first schedule runs it five times, the second always.
+  const ScheduleComparison c =
+      compare(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}), in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  // Up to a millisecond after the last start, so at 10 ms too.
+  EXPECT_NEAR(c.tasks[0].lost_percent[0], 100 * (1 - 5.0 / 11), 1e-9);
+  EXPECT_NEAR(c.tasks[0].lost_percent[1], 100 * (1 - 10.0 / 11), 1e-9);
+  EXPECT_EQ(c.largest_loss_difference(), 100);  // T1, whose one timestamp only the first schedule serves
+}
+
+JobRecord timer_job(TaskId task, std::uint64_t sequence, Duration timestamp, Duration release, Duration start,
+                    Duration finish, std::uint32_t skipped = 0) {
+  JobRecord r;
+  r.job.task = task;
+  r.job.sequence = sequence;
+  r.job.timestamp = at(timestamp);
+  r.job.release = at(release);
+  r.job.skipped = skipped;
+  r.start = at(start);
+  r.finish = at(finish);
+  return r;
+}
+
+TEST(AuthorsResponse, IsFromTheOwnTimestampWhileNothingElseWasReleased) {
+  const TaskSet set = timers({30ms});
+  Trace trace;
+  trace.jobs = {timer_job(0, 0, 0ms, 0ms, 5ms, 6ms), timer_job(0, 1, 30ms, 30ms, 31ms, 33ms)};
+  const Schedule s = schedule_of(set, trace);
+  EXPECT_EQ(response_authors(s, s.jobs[0]), 6ms);
+  EXPECT_EQ(response_authors(s, s.jobs[1]), 3ms);
+}
+
+TEST(AuthorsResponse, RefersToTheLatestReleaseUnderBacklog) {
+  // Facts, C1: with two releases waiting, the first job's start already sees the call after the second.
+  const TaskSet set = timers({30ms});
+  Trace trace;
+  trace.jobs = {timer_job(0, 0, 0ms, 0ms, 40ms, 41ms), timer_job(0, 1, 30ms, 30ms, 41ms, 42ms)};
+  const Schedule s = schedule_of(set, trace);
+  EXPECT_EQ(response_authors(s, s.jobs[0]), 41ms - 30ms);
+  EXPECT_EQ(response_authors(s, s.jobs[1]), 42ms - 30ms);
+}
+
+TEST(AuthorsResponse, OfALateWaitSetTimerRefersToTheLastTimestampThatItsCallSkipped) {
+  // call() at 75 ms: next call 90 ms.
+  const TaskSet set = timers({30ms});
+  Trace trace;
+  trace.jobs = {timer_job(0, 0, 0ms, 75ms, 75ms, 77ms, 2)};
+  const Schedule s = schedule_of(set, trace);
+  EXPECT_EQ(s.jobs[0].next_call, at(90ms));
+  EXPECT_EQ(response_authors(s, s.jobs[0]), 17ms);
+}
+
+TEST(OwnTimes, TimeOfTheRaisedThreadIsNotThatOfTheJobItDisplaces) {
+  Trace trace;
+  trace.jobs = {timer_job(0, 0, 0ms, 0ms, 0ms, 10ms), timer_job(1, 0, 4ms, 4ms, 4ms, 7ms)};
+  trace.jobs[1].worker = 1;
+  const Trace one = with_own_times(trace, 1, true);
+  EXPECT_EQ(one.jobs[0].finish - one.jobs[0].start, 7ms);
+  EXPECT_EQ(one.jobs[1].finish - one.jobs[1].start, 3ms);
+  const Trace two = with_own_times(trace, 2, true);
+  EXPECT_EQ(two.jobs[0].finish - two.jobs[0].start, 10ms);
+  const Trace equal = with_own_times(trace, 1, false);
+  EXPECT_EQ(equal.jobs[0].finish - equal.jobs[0].start, 8500us);
+  EXPECT_EQ(equal.jobs[1].finish - equal.jobs[1].start, 1500us);
+  trace.jobs[0].cpu_time = 6900us;
+  EXPECT_EQ(with_own_times(trace, 1, true).jobs[0].finish, at(6900us));
+}
+
+}  // namespace
+}  // namespace hotpath
