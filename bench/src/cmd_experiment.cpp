@@ -134,8 +134,8 @@ void add_experiment_command(CLI::App& app) {
       ->callback(run_wcrt_table);
 
   auto arguments = std::make_shared<WatersArguments>();
-  CLI::App* waters = experiment->add_subcommand(
-      "waters", "Section VII-B: end-to-end bounds on synthetic WATERS 2015 task sets (also under mpirun)");
+  CLI::App* waters =
+      experiment->add_subcommand("waters", "Section VII-B: end-to-end bounds on WATERS 2015 task sets");
   waters->add_option("--sets", arguments->options.sets, "Task sets for each utilisation")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();

@@ -55,7 +55,7 @@ void print_graph(const GraphOptions& options) {
 
 void add_graph_command(CLI::App& app) {
   auto options = std::make_shared<GraphOptions>();
-  CLI::App* graph = app.add_subcommand("graph", "Checks a graph file and shows what it describes");
+  CLI::App* graph = app.add_subcommand("graph", "Check a graph file and show what it describes");
   graph->add_option("GRAPH", options->graph, "Name of a graph (`hotpath list graphs`) or path of a file")
       ->required();
   auto* dot = graph->add_flag("--dot", options->dot, "Print it for Graphviz, the hot path marked");

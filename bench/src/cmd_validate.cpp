@@ -162,9 +162,8 @@ void validate(const ValidateOptions& options) {
 
 void add_validate_command(CLI::App& app) {
   auto options = std::make_shared<ValidateOptions>();
-  CLI::App* command = app.add_subcommand(
-      "validate",
-      "Compare the simulator with the real ROS 2 stack's measurements, and with runs of your own");
+  CLI::App* command =
+      app.add_subcommand("validate", "Compare simulation with the real ROS 2 stack, and live runs");
   command->add_option("RUN", options->runs, "Folders of runs to compare with their own simulation, besides");
   command
       ->add_option("--reference", options->reference,

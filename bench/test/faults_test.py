@@ -13,6 +13,7 @@ from hotpath_command import HOTPATH, CommandTest, RunFolder
 
 WRONG_USE, FAILURE = 2, 1
 NOBODY = 65534
+COMMANDS = ("run", "compare", "simulate", "timeline", "validate", "list", "graph", "analyze", "experiment", "machine", "bench")
 IS_ROOT = os.geteuid() == 0
 BRIEF = ("--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
 LONG = ("--duration", 30, "--warm-up", 0)
@@ -141,7 +142,7 @@ class WrongUse(FaultTest):
         self.assert_refused(["run", *BRIEF, "--output", "theirs"], "cannot be written (Perm", **options)
 
     def test_help_is_no_error(self):
-        for command in ((), ("run",), ("compare",), ("list",), ("graph",)):
+        for command in ((), *((c,) for c in COMMANDS)):
             code, out, err = self.command(*command, "--help")
             self.assertEqual((code, err), (0, ""))
             self.assertIn("Usage: hotpath", out)
