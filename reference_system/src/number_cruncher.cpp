@@ -2,6 +2,7 @@
 #include "hotpath/reference_system/number_cruncher.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace hotpath {
@@ -82,7 +83,8 @@ std::uint32_t CrunchScale::limit(Duration duration) const {
 
 Calibration calibrate(Duration typical) {
   constexpr unsigned kMaxReadings = 10;
-  constexpr int kCrunchesPerReading = 7;
+  constexpr int kCrunchesPerReading = 15;
+  std::array<Duration, kCrunchesPerReading> durations{};
   // A first guess of the speed, then crunches of the length that the graph will ask for: division's cost
   // depends on the size of the numbers.
   Calibration calibration;
@@ -91,14 +93,15 @@ Calibration calibrate(Duration typical) {
   double previous = 0;
   while (calibration.readings < kMaxReadings) {
     const std::uint32_t limit = CrunchScale(calibration).limit(length);
-    Duration fastest = Duration::max();
-    for (int i = 0; i < kCrunchesPerReading; ++i) {
+    for (Duration& duration : durations) {
       const Time start = now();
       [[maybe_unused]] volatile std::int64_t primes = count_primes(limit);
-      fastest = std::min(fastest, now() - start);
+      duration = now() - start;
     }
-    calibration.divisions_per_us =
-        static_cast<double>(CrunchScale::divisions(limit)) * 1000.0 / static_cast<double>(fastest.count());
+    std::nth_element(durations.begin(), durations.begin() + kCrunchesPerReading / 2, durations.end());
+    const Duration typical_duration = durations[kCrunchesPerReading / 2];
+    calibration.divisions_per_us = static_cast<double>(CrunchScale::divisions(limit)) * 1000.0 /
+                                   static_cast<double>(typical_duration.count());
     ++calibration.readings;
     calibration.spread_percent =
         previous == 0 ? 100 : 100 * std::abs(calibration.divisions_per_us - previous) / previous;

@@ -26,8 +26,8 @@ struct Calibration {
 inline constexpr double kCalibrationTolerancePercent = 2.0;
 
 /// Reads the speed of the calling thread's processor with crunches of about `typical` until two consecutive
-/// readings agree, at most ten times; each reading is the fastest of a few crunches, so that interruptions do
-/// not count.
+/// readings agree, at most ten times; each reading is the median of a few crunches: single interruptions do
+/// not count, but what slows this machine down most of the time does, as it will during the run.
 Calibration calibrate(Duration typical);
 
 /// Turns execution times into limits of count_primes.
