@@ -12,7 +12,7 @@ packages=(
 if [ "${1:-}" = test ]; then
   packages+=(
     libgtest-dev libgmock-dev libbenchmark-dev clang-format
-    colcon python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
+    colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
   )
 fi
 
