@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 
 launch_scripts/setup.sh
 echo "Building (some minutes the first time)"
-launch_scripts/build.sh -DBUILD_TESTING=OFF
+HOTPATH_TARGET=hotpath launch_scripts/build.sh -DBUILD_TESTING=OFF
 
 executors=paper
 if [ "${1:-}" = --all ]; then

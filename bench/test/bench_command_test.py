@@ -91,7 +91,7 @@ class BenchCommand(CommandTest):
         self.assertEqual(len(self.bench_json("out")["figures"]), 2)
 
     def test_a_program_that_hangs_is_ended(self):
-        self.stand_in("scheduler", "sleep 600")
+        self.stand_in("scheduler", "exec tail -f /dev/null")
         arguments = ("bench", "--only", "scheduler", "--repetitions", 1, "--time-out", 1, "--output", "out")
         self.assert_refused(*arguments, code=1, words=["did not end in time"])
 
