@@ -14,7 +14,7 @@
 #include "live_figures.hpp"
 #include "live_run.hpp"
 #include "program.hpp"
-#include "raw_fastdds.hpp"
+#include "raw_executor.hpp"
 
 namespace {
 
@@ -114,16 +114,27 @@ class RawSide {
  public:
   using Message = typename Traits::Message;
 
-  explicit RawSide(const Plan& plan) : plan_(plan), taker_(plan.samples()), participant_(plan.fastdds()) {
+  explicit RawSide(const Plan& plan) : plan_(plan), participant_(plan.fastdds()) {
+    latencies_.reserve(plan.samples());
     participant_.register_type(eprosima::fastdds::dds::TypeSupport(new typename Traits::PubSubType));
   }
   void add_writer() { writer_ = participant_.add_writer(kTopic, kDepth, plan_.subscribers); }
   void add_subscribers() {
-    for (std::uint32_t i = 0; i < plan_.subscribers; ++i) taker_.add_reader(participant_, kTopic, kDepth);
+    for (std::uint32_t i = 0; i < plan_.subscribers; ++i) {
+      executor_.add_reader(participant_, kTopic, kDepth, 1, [this](const Message& message) {
+        const Time start = now();
+        if (latencies_.size() < latencies_.capacity()) {
+          latencies_.push_back(ns(start - Traits::info(message).published));
+        }
+      });
+    }
   }
   void wait_until_matched() { participant_.wait_until_matched(now() + kDiscovery); }
-  void start() { taker_.start(); }
-  std::vector<double> stop() { return taker_.stop(); }
+  void start() { executor_.start(); }
+  std::vector<double> stop() {
+    executor_.stop();
+    return latencies_;
+  }
 
   Message& borrow() {
     void* message = nullptr;
@@ -136,7 +147,8 @@ class RawSide {
 
  private:
   const Plan plan_;
-  gbench::RawTaker<Traits> taker_;
+  std::vector<double> latencies_;
+  gbench::RawExecutor<Traits> executor_;
   FastDdsParticipant participant_;
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
 };

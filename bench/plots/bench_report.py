@@ -17,6 +17,10 @@ from run_data import plt, run_script, save, three_digits, write_title
 COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY_BLUE, FAINT, "#000000", "#F0E442", "#999999")
 
 
+# CPU time of one callback of the Autoware graph without work on the real ROS 2 stack (results/ros2_reference), µs.
+ROS2_CALLBACK_US = {"default": 285, "static": 215, "events-ro": 135, "rm-ro": 120}
+
+
 class Bench:
     """The figures of one folder."""
 
@@ -91,6 +95,11 @@ class Bars:
                 bench.median(name + "raw_fastdds", "latency_p50_ns"),
                 1.3 if path == "in_process" else None,
             )
+        raw = bench.median("callback/raw_fastdds")
+        for executor, real in ROS2_CALLBACK_US.items():
+            ours = bench.median(f"callback/executor:{executor}/transport:fastdds")
+            self.add(f"CPU of a callback without work, {executor} on Fast DDS, µs", scaled(ours, 1e-3), real / 5)
+            self.add_ratio(f"… to the same graph on raw Fast DDS ({executor})", ours, raw, None)
 
     def add(self, what, value, bar):
         if value is not None:
@@ -257,7 +266,21 @@ def hot_path_section(bench):
     axes.legend(frameon=False)
     save(figure, bench.folder, "bench_hot_path")
     rows = [(f"{e}, {t}", f"hot_path/executor:{e}/transport:{t}", "hot_path") for e, t in sorted(found)]
-    return ["## Hot path", "", "![](bench_hot_path.svg)"] + percentiles_table(bench, "latency", rows) + [""]
+    lines = ["## Hot path", "", "![](bench_hot_path.svg)"] + percentiles_table(bench, "latency", rows)
+    return lines + callback_table(bench, executors) + [""]
+
+
+def callback_table(bench, executors):
+    """CPU time of a callback whose node has no work, beside Fast DDS alone and the real stack."""
+    raw = scaled(bench.median("callback/raw_fastdds"), 1e-3)
+    lines = ["", "| CPU per callback without work, µs | intra_process | fastdds | raw Fast DDS | ROS 2 |",
+             "| --- | ---: | ---: | ---: | ---: |"]
+    for executor in executors:
+        intra, dds = (scaled(bench.median(f"callback/executor:{executor}/transport:{t}"), 1e-3)
+                      for t in ("intra_process", "fastdds"))
+        cells = ["" if v is None else three_digits(v) for v in (intra, dds, raw, ROS2_CALLBACK_US.get(executor))]
+        lines.append(f"| {executor} | " + " | ".join(cells) + " |")
+    return lines if len(lines) > 3 else []
 
 
 def report(arguments):

@@ -22,6 +22,7 @@
 #include "hotpath/bench/interrupt.hpp"
 #include "hotpath/bench/machine.hpp"
 #include "hotpath/bench/progress.hpp"
+#include "shared_memory_watch.hpp"
 
 extern char** environ;
 
@@ -160,20 +161,26 @@ class Suite {
 
   std::string watch(pid_t pid, Progress& progress) const {
     const Time begin = now(), limit = begin + from_ms(options_.time_out_s * 1000);
-    std::string failure;
     for (int status = 0;;) {
-      const pid_t ended = waitpid(pid, &status, WNOHANG);
-      if (ended == pid) {
-        if (failure.empty() && status != 0) failure = "failed; see its .txt in raw/";
-        return failure;
-      }
+      if (waitpid(pid, &status, WNOHANG) == pid) return status == 0 ? "" : "failed; see its .txt in raw/";
       if (interrupted() != 0 || now() > limit) {
-        failure = "did not end in time; see --time-out";
-        kill(-pid, SIGKILL);
+        end_group(pid);
+        return "did not end in time; see --time-out";
       }
       progress.update(now() - begin, kExpected);
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
+  }
+
+  /// Ends a program and all that it started, which can no longer remove Fast DDS's files itself.
+  static void end_group(pid_t pid) {
+    SharedMemoryWatch files;
+    files.note_group(pid);
+    kill(-pid, SIGKILL);
+    waitpid(pid, nullptr, 0);
+    const Time limit = now() + std::chrono::seconds(2);
+    while (kill(-pid, 0) == 0 && now() < limit) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    files.remove_orphans();
   }
 
   void write() const {

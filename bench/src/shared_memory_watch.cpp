@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <vector>
 
 namespace hotpath {
 
@@ -32,20 +33,33 @@ std::set<std::string> used_files(const std::string& process) {
   return files;
 }
 
+std::vector<std::string> processes() {
+  std::vector<std::string> numbers;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator("/proc", ignored)) {
+    const std::string name = entry.path().filename();
+    if (std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+      numbers.push_back(name);
+    }
+  }
+  return numbers;
+}
+
 }  // namespace
 
 void SharedMemoryWatch::note(pid_t process) { files_.merge(used_files(std::to_string(process))); }
 
+void SharedMemoryWatch::note_group(pid_t group) {
+  for (const std::string& process : processes()) {
+    if (getpgid(std::stoi(process)) == group) files_.merge(used_files(process));
+  }
+}
+
 void SharedMemoryWatch::remove_orphans() const {
   std::set<std::string> orphans = files_;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator("/proc", ignored)) {
-    const std::string name = entry.path().filename();
-    if (orphans.empty() ||
-        !std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; })) {
-      continue;
-    }
-    for (const std::string& used : used_files(name)) orphans.erase(used);
+  for (const std::string& process : processes()) {
+    if (orphans.empty()) return;
+    for (const std::string& used : used_files(process)) orphans.erase(used);
   }
   for (const fs::path file : orphans) {
     unlink(file.c_str());

@@ -13,6 +13,8 @@ namespace hotpath {
 class SharedMemoryWatch {
  public:
   void note(pid_t process);
+  /// Notes those of every process of a process group.
+  void note_group(pid_t group);
   /// Removes the files noted that no living process uses.
   void remove_orphans() const;
 

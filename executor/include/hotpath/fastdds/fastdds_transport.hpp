@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cassert>
 #include <deque>
 #include <fastdds/dds/core/LoanableSequence.hpp>
@@ -64,10 +65,11 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
  private:
   struct Reader;
 
-  /// A sample on loan; Fast DDS wants both collections back.
+  /// What one take() lent, nearly always one sample; Fast DDS wants both collections back.
   struct Loan {
     eprosima::fastdds::dds::LoanableSequence<Message> data;
     eprosima::fastdds::dds::SampleInfoSeq infos;
+    std::atomic<std::int32_t> in_use{0};
     Reader* reader = nullptr;
   };
 
@@ -79,24 +81,29 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
       while (count-- > 0) add();
     }
 
+    /// Takes all that there is at once: whatever arrives later calls again, and a take() that finds nothing
+    /// would cost nearly as much as the first.
     void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
-      while (true) {
-        Loan* loan = acquire();
-        if (reader->take(loan->data, loan->infos, 1) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
-          put_back(loan);
-          return;
-        }
-        if (!loan->infos[0].valid_data) {
-          give_back(loan);
+      Loan* loan = acquire();
+      if (reader->take(loan->data, loan->infos) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+        put_back(loan);
+        return;
+      }
+      const std::int32_t count = loan->infos.length();
+      loan->in_use = count;
+      for (std::int32_t i = 0; i < count; ++i) {
+        if (!loan->infos[i].valid_data) {
+          release(loan);
           continue;
         }
-        const Message& message = loan->data[0];
+        const Message& message = loan->data[i];
         sink.deliver(task, Traits::info(message),
                      Sample(&message, owner, reinterpret_cast<std::uintptr_t>(loan)));
       }
     }
 
-    void give_back(Loan* loan) noexcept {
+    void release(Loan* loan) noexcept {
+      if (--loan->in_use > 0) return;
       endpoint->return_loan(loan->data, loan->infos);
       put_back(loan);
     }
@@ -132,7 +139,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
 
   void give_back(const void*, std::uintptr_t token) noexcept override {
     Loan* loan = reinterpret_cast<Loan*>(token);
-    loan->reader->give_back(loan);
+    loan->reader->release(loan);
   }
 
   // The readers outlive the participant, which calls them.
