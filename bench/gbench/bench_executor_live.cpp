@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "hotpath/bench/executor_spec.hpp"
 #include "live_figures.hpp"
 #include "live_run.hpp"
 
@@ -147,7 +148,7 @@ Figures wake_up(const std::string& policy, Duration length) {
 }
 
 /// Every job makes its own task ready again: as many jobs as there are tasks are ready at all times.
-Figures throughput(const ExecutorEntry& entry, std::uint32_t ready, Duration length) {
+Figures throughput(const ExecutorSpec& executor, std::uint32_t ready, Duration length) {
   class Refill final : public JobHandler {
    public:
     void run(const Job& job, Time start, Sample, Worker) override {
@@ -156,7 +157,8 @@ Figures throughput(const ExecutorEntry& entry, std::uint32_t ready, Duration len
     SampleSink* sink = nullptr;
   } handler;
   const TaskSet set = subscriptions(ready);
-  LiveRun live(set, entry.make(set, {}), handler, default_options(entry), 1000);
+  LiveRun live(set, executor.entry->make(set, executor.scheduler), handler, default_options(*executor.entry),
+               1000);
   handler.sink = &live.executor();
   for (TaskId id = 0; id < ready; ++id) live.executor().deliver(id, {now(), now(), {}}, {});
   const Time before = now();
@@ -210,14 +212,17 @@ void register_live_benchmarks(bool quick) {
   for (const int rate : {100, 1000}) {
     add("timers_only/bare_sleep/per_s:" + std::to_string(rate), [=] { return bare_timer(rate, length); });
   }
+  for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "events-ro",
+                                 "events-re", "rm-ro", "rm-re"}) {
+    for (const std::uint32_t ready : {1U, 100U}) {
+      add("throughput/" + name + "/ready:" + std::to_string(ready),
+          [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
+    }
+  }
   for (const std::string name : {"default", "static", "multi", "events-ro", "events-re", "rm-ro", "rm-re"}) {
     const ExecutorEntry& e = *find_executor(name);
     add("dispatch_timer/" + name, [=, &e] { return dispatch_timers(e, length); });
     add("dispatch_sample/" + name, [=, &e] { return dispatch_samples(e, length); });
-    for (const std::uint32_t ready : {1U, 100U}) {
-      add("throughput/" + name + "/ready:" + std::to_string(ready),
-          [=, &e] { return throughput(e, ready, length / 4); });
-    }
     for (const int rate : {100, 1000}) {
       add("timers_only/" + name + "/per_s:" + std::to_string(rate),
           [=, &e] { return timers_only(e, rate, length); });

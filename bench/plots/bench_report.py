@@ -205,7 +205,8 @@ def executor_section(bench):
     lines += percentiles_table(bench, "dispatch on an idle executor", dispatch)
     lines += ["", "| CPU and throughput | CPU per callback at 1000/s, µs | idle at 100/s, % of a core | "
               "jobs/s, 1 ready | jobs/s, 100 ready |", "| --- | ---: | ---: | ---: | ---: |"]
-    for n in names + ["bare_sleep"]:
+    threads = [n for (n,) in bench.matching(r"throughput/(multi:\d+)/ready:1")]
+    for n in names + threads + ["bare_sleep"]:
         cells = [
             scaled(bench.median(f"timers_only/{n}/per_s:1000", "cpu_per_callback_ns"), 1e-3),
             bench.median(f"timers_only/{n}/per_s:100", "cpu_percent"),
