@@ -87,6 +87,10 @@ class Suite {
     }
     if (figures_.values.empty() && !failures_.empty()) throw RunError(failures_.front());
     write();
+    if (figures_.values.empty()) {
+      std::cerr << "note: Interrupted before anything was measured.\n";
+      return;
+    }
     draw_figure("bench_report.py", folder_);
     std::cout << "Results: " << folder_.string() << "\n" << std::flush;
     for (const std::string& failure : failures_) std::cerr << "note: " << failure << "\n";
