@@ -7,11 +7,11 @@ packages=(
   build-essential cmake ninja-build
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
-  python3-matplotlib graphviz
+  python3-matplotlib python3-scipy python3-jinja2 graphviz
 )
 if [ "${1:-}" = test ]; then
   packages+=(
-    libgtest-dev libgmock-dev libbenchmark-dev clang-format
+    libgtest-dev libgmock-dev libbenchmark-dev clang-format chromium
     colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
   )
 fi

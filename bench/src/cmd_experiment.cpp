@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <memory>
 #include <vector>
 
@@ -43,7 +45,54 @@ void print_wcrt_table(const char* title, std::int64_t delta) {
   row("LiDAR", 2, &WcrtColumn::lidar);
 }
 
-void run_wcrt_table() {
+std::ofstream open_csv(const std::filesystem::path& path) {
+  std::ofstream out(path, std::ios::binary);
+  if (!out) throw UsageError("--output: " + path.string() + " cannot be written");
+  return out;
+}
+
+void create_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw UsageError("--output: " + folder.string() + " cannot be created (" + error.message() + ")");
+}
+
+void finish_files(std::initializer_list<std::ofstream*> files, const std::filesystem::path& folder) {
+  for (std::ofstream* out : files) {
+    if (!out->flush()) throw RunError("writing to " + folder.string() + " failed; is the disk full?");
+  }
+}
+
+void append_wcrt_rows(std::ofstream& out, const char* source, std::int64_t delta) {
+  for (const WcrtColumn& column : wcrt_table(delta)) {
+    const std::array<std::pair<const char*, std::optional<std::int64_t>>, 3> rows = {
+        {{"IMU", column.imu}, {"Camera", column.camera}, {"LiDAR", column.lidar}}};
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      out << source << ',' << delta << ',' << column.utilisation_percent << ',' << rows[i].first << ',';
+      if (rows[i].second) out << *rows[i].second;
+      out << ',' << column.printed_ms[i] << '\n';
+    }
+  }
+}
+
+void write_wcrt_table(const std::filesystem::path& folder, const ReleaseCost& measured) {
+  create_folder(folder);
+  auto table = open_csv(folder / "wcrt_table.csv");
+  table << "delta_of,delta_ns,utilisation_percent,task,bound_ns,printed_ms\n";
+  append_wcrt_rows(table, "paper", kPaperDelta);
+  append_wcrt_rows(table, "this machine (p99.9)", measured.p999.count());
+  append_wcrt_rows(table, "this machine (maximum)", measured.max.count());
+  auto cost = open_csv(folder / "release_cost.csv");
+  cost << "timers,passes,p50_ns,p99_ns,max_ns\n";
+  for (const ReleaseCost::Pass& pass : measured.passes) {
+    cost << pass.timers << ',' << pass.passes << ',' << pass.p50.count() << ',' << pass.p99.count() << ','
+         << pass.max.count() << '\n';
+  }
+  finish_files({&table, &cost}, folder);
+}
+
+void run_wcrt_table(const std::string& output) {
   std::printf(
       "Analytical worst-case response times in ms of the RM events executor (printed values of Table I in "
       "parentheses)\n\n");
@@ -57,6 +106,7 @@ void run_wcrt_table() {
       "\nThe printed table corresponds to delta = 0.119 ms (Delta = 0.833 ms), which the paper's text rounds "
       "to "
       "0.12 ms.\n`-`: no bound within the deadline.\n");
+  if (!output.empty()) write_wcrt_table(output, measured);
 }
 
 struct WatersArguments {
@@ -65,18 +115,9 @@ struct WatersArguments {
   bool more_methods = true;
 };
 
-std::ofstream open_csv(const std::filesystem::path& path) {
-  std::ofstream out(path, std::ios::binary);
-  if (!out) throw UsageError("--output: " + path.string() + " cannot be written");
-  return out;
-}
-
 void write_waters(const WatersArguments& arguments, const WatersResult& result) {
   const std::filesystem::path folder = arguments.output;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error)
-    throw UsageError("--output: " + folder.string() + " cannot be created (" + error.message() + ")");
+  create_folder(folder);
   const std::vector<WatersSummary> summaries = summarise_waters(arguments.options, result);
   auto rows = open_csv(folder / "waters.csv");
   write_waters_csv(rows, arguments.options, result);
@@ -84,9 +125,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
   write_waters_summary_csv(summary, summaries);
   auto histogram = open_csv(folder / "waters_histogram.csv");
   write_waters_histogram_csv(histogram, waters_histograms(arguments.options, result));
-  for (auto* out : {&rows, &summary, &histogram}) {
-    if (!out->flush()) throw RunError("writing to " + folder.string() + " failed; is the disk full?");
-  }
+  finish_files({&rows, &summary, &histogram}, folder);
 
   std::printf(
       "Normalised reduction of the end-to-end bound against the default executor's, percent [95 %% "
@@ -130,8 +169,11 @@ void run_waters_experiment(WatersArguments& arguments) {
 void add_experiment_command(CLI::App& app) {
   CLI::App* experiment = app.add_subcommand("experiment", "The paper's analytical experiments");
   experiment->require_subcommand(1);
-  experiment->add_subcommand("wcrt-table", "Table I: analytical worst-case response times")
-      ->callback(run_wcrt_table);
+  auto table_output = std::make_shared<std::string>();
+  CLI::App* table = experiment->add_subcommand("wcrt-table", "Table I: analytical worst-case response times");
+  table->add_option("--output", *table_output, "Folder for the table and this machine's release cost as CSV")
+      ->type_name("FOLDER");
+  table->callback([table_output] { run_wcrt_table(*table_output); });
 
   auto arguments = std::make_shared<WatersArguments>();
   CLI::App* waters =

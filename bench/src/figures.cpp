@@ -8,8 +8,10 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <iostream>
 #include <sstream>
+#include <string_view>
 
 #include "hotpath/bench/errors.hpp"
 
@@ -73,6 +75,8 @@ std::string last_line(std::string text) {
 }  // namespace
 
 void draw_figure(const std::string& script, const std::filesystem::path& folder) {
+  const char* const wanted = std::getenv("HOTPATH_FIGURES");
+  if (wanted != nullptr && std::string_view(wanted) == "none") return;
   std::cout << std::flush;  // what the script prints comes after what we have printed
   const auto [status, errors] = run_python(find_script(script), {folder.string()});
   if (status == 0) return;
@@ -81,15 +85,20 @@ void draw_figure(const std::string& script, const std::filesystem::path& folder)
             << "; it needs Debian's python3-matplotlib and the script " << script << ".\n";
 }
 
-void require_figure(const std::string& script, const std::vector<std::string>& arguments) {
+void require_script(const std::string& script, const std::vector<std::string>& arguments,
+                    const std::string& failure, const std::string& needs) {
   std::cout << std::flush;
   const auto [status, errors] = run_python(find_script(script), arguments);
   if (status == 0) return;
   const std::string cause = last_line(errors);
-  // The scripts' own code for input that cannot be drawn.
+  // The scripts' own code for input that they cannot use.
   if (WIFEXITED(status) && WEXITSTATUS(status) == 2) throw UsageError(cause);
-  throw RunError("the figure was not drawn" + (cause.empty() ? "" : " (" + cause + ")") +
-                 "; it needs Debian's python3-matplotlib and the script " + script);
+  throw RunError(failure + (cause.empty() ? "" : " (" + cause + ")") + "; it needs Debian's " + needs +
+                 " and the script " + script);
+}
+
+void require_figure(const std::string& script, const std::vector<std::string>& arguments) {
+  require_script(script, arguments, "the figure was not drawn", "python3-matplotlib");
 }
 
 }  // namespace hotpath

@@ -77,6 +77,8 @@ int main(int argc, char** argv) {
   hotpath::add_experiment_command(app);
   hotpath::add_machine_command(app);
   hotpath::add_bench_command(app);
+  hotpath::add_report_command(app);
+  hotpath::add_compare_results_command(app);
   try {
     app.parse(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -2,6 +2,7 @@
 #include "hotpath/bench/release_cost.hpp"
 
 #include <algorithm>
+#include <map>
 #include <vector>
 
 #include "hotpath/core/events_scheduler.hpp"
@@ -31,6 +32,7 @@ ReleaseCost measure_release_cost() {
   PiMutex mutex;
   std::vector<Duration> cost;
   cost.reserve(kPasses);
+  std::map<std::uint32_t, std::vector<Duration>> passes;
   Time virtual_now{};
   for (int pass = 0; pass < kPasses; ++pass) {
     const Time before = std::chrono::steady_clock::now();
@@ -38,13 +40,22 @@ ReleaseCost measure_release_cost() {
     const Effect effect = scheduler->release_timers(EventsScheduler::kTimerManagement, virtual_now);
     mutex.unlock();
     const Duration spent = std::chrono::steady_clock::now() - before;
-    if (effect.released > 0) cost.push_back(spent / effect.released);
+    if (effect.released > 0) {
+      cost.push_back(spent / effect.released);
+      passes[effect.released].push_back(spent);
+    }
     virtual_now = scheduler->decide(EventsScheduler::kTimerManagement, virtual_now).wake_at;
     while (scheduler->decide(EventsScheduler::kExecutor, virtual_now).job) {
     }
   }
   std::sort(cost.begin(), cost.end());
-  return {cost[cost.size() / 2], cost[cost.size() * 999 / 1000], cost.back(), cost.size()};
+  ReleaseCost result{cost[cost.size() / 2], cost[cost.size() * 999 / 1000], cost.back(), cost.size()};
+  for (auto& [timers, spent] : passes) {
+    std::sort(spent.begin(), spent.end());
+    result.passes.push_back(
+        {timers, spent.size(), spent[spent.size() / 2], spent[spent.size() * 99 / 100], spent.back()});
+  }
+  return result;
 }
 
 }  // namespace hotpath

@@ -1,0 +1,363 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The checks behind the claims: what each looks at, and from which value on it says reproduced, partly or not.
+
+A check takes the evidence and one source (simulated, live, or analysis) and answers with a finding, or with None where
+there are no data. A function `real_...` gives the real ROS 2 stack's value as text.
+"""
+
+import math
+from dataclasses import dataclass
+
+from cells import UTILISATIONS
+from inference import rank_test, ratio
+
+REPRODUCED, PARTLY, NOT, NO_DATA = "reproduced", "partly", "not", "no data"
+
+PAPERS_OWN = ("rm-ro", "rm-re", "edf-ro", "edf-re")
+LIVE_LOSS_TOLERANCE_PERCENT = 0.1
+TEN_PERCENT_RANGE = (5, 20)
+TABLE_TOLERANCE_MS = 0.005
+PAPER_DELTA_MS, PAPER_TOTAL_DELTA_MS, TOTAL_DELTA_TOLERANCE_MS = 0.12, 0.84, 0.01
+ALMOST_90_RANGE = (85, 90)
+PAPER_SLOWDOWN, SLOWDOWN_FACTOR = 2.6, 1.25
+LARGE_EFFECT = 0.474
+PAPER_RATE_HZ, RATE_TOLERANCE = 10, 0.02
+TASKS = 7
+DEADLINES_MS = {"IMU": 30, "Camera": 84, "LiDAR": 200}  # the periods
+
+
+@dataclass(frozen=True)
+class Finding:
+    verdict: str
+    text: str
+
+
+def percents(values):
+    return " / ".join("–" if v is None or math.isnan(v) else f"{v:.3g}" for v in values) + " %"
+
+
+def counts(values):
+    return " / ".join("–" if v is None else str(v) for v in values)
+
+
+def above(estimate, neutral, exact):
+    """Whether it lies above `neutral` beyond noise; what was measured too briefly for an interval never does."""
+    return estimate.value > neutral and (exact or estimate.excludes(neutral))
+
+
+def of_all_sets(evidence, source, executor, study="timers"):
+    """The runs at 60, 80 and 90 %; None unless all three are there."""
+    runs = [evidence.runs(source, percent, executor, study) for percent in UTILISATIONS]
+    return None if None in runs else runs
+
+
+# Dropped jobs
+
+
+def check_no_drops(evidence, source):
+    runs = [of_all_sets(evidence, source, executor) for executor in PAPERS_OWN]
+    if None in runs:
+        return None
+    skipped = sum(r.total("skipped") for sets in runs for r in sets)
+    reached = sum(r.total("reached") for sets in runs for r in sets)
+    share = 100 * skipped / reached
+    verdict = REPRODUCED if skipped == 0 else PARTLY if share <= LIVE_LOSS_TOLERANCE_PERCENT else NOT
+    return Finding(verdict, f"{skipped} of {reached} jobs dropped")
+
+
+def real_no_drops(reference):
+    lost = [reference.total("dropped", p, e) for p in UTILISATIONS for e in ("rm-ro", "edf-ro")]
+    released = [reference.total("released", p, e) for p in UTILISATIONS for e in ("rm-ro", "edf-ro")]
+    return "" if None in lost else f"{sum(lost)} of {sum(released)} (RO)"
+
+
+def check_drops(executor):
+    def check(evidence, source):
+        runs = of_all_sets(evidence, source, executor)
+        if runs is None:
+            return None
+        losing = sum(r.total("skipped") > 0 for r in runs)
+        verdict = REPRODUCED if losing == len(runs) else PARTLY if losing else NOT
+        totals, imu = (percents([r.drop_percent(group) for r in runs]) for group in (None, "imu"))
+        return Finding(verdict, f"{totals} of all jobs, {imu} of the IMU's")
+
+    return check
+
+
+def real_drops(executor):
+    def real(reference):
+        rates = [[reference.drop_percent(p, executor, group) for p in UTILISATIONS] for group in (None, "imu")]
+        return "" if None in rates[0] else f"{percents(rates[0])} of all, {percents(rates[1])} of the IMU's"
+
+    return real
+
+
+def largest_rate(evidence, source, group):
+    """(rate, executor, utilisation) of the largest drop rate."""
+    rates = []
+    for executor in ("default", "static", "events-ro", "events-re"):
+        runs = of_all_sets(evidence, source, executor)
+        if runs is None:
+            return None
+        rates += [(r.drop_percent(group), executor, percent) for r, percent in zip(runs, UTILISATIONS)]
+    return max(rates)
+
+
+def check_ten_percent(group):
+    def check(evidence, source):
+        largest = largest_rate(evidence, source, group)
+        if largest is None:
+            return None
+        rate, executor, percent = largest
+        low, high = TEN_PERCENT_RANGE
+        verdict = REPRODUCED if low <= rate <= high else PARTLY if rate > high else NOT
+        return Finding(verdict, f"at most {rate:.3g} % ({executor}, {percent} % set)")
+
+    return check
+
+
+def real_ten_percent(group):
+    def real(reference):
+        rates = [
+            (reference.drop_percent(p, e, group), e, p)
+            for p in UTILISATIONS
+            for e in ("default", "static", "events-ro", "events-re")
+        ]
+        rates = [r for r in rates if r[0] is not None]
+        if not rates:
+            return ""
+        rate, executor, percent = max(rates)
+        return f"at most {rate:.3g} % ({executor}, {percent} % set)"
+
+    return real
+
+
+# Response times
+
+
+def check_table(evidence, _source):
+    rows = [r for r in evidence.table("wcrt_table.csv") if r["delta_of"] == "paper"]
+    if not rows:
+        return None
+    differences = [
+        abs(int(r["bound_ns"]) / 1e6 - float(r["printed_ms"])) if r["bound_ns"] else math.inf for r in rows
+    ]
+    equal = sum(d <= TABLE_TOLERANCE_MS + 1e-9 for d in differences)
+    verdict = REPRODUCED if equal == len(rows) else PARTLY if equal else NOT
+    return Finding(verdict, f"{equal} of {len(rows)} entries equal, largest difference {max(differences):.4f} ms")
+
+
+def check_schedulable(evidence, _source):
+    rows = [r for r in evidence.table("wcrt_table.csv") if r["delta_of"] == "paper"]
+    if not rows:
+        return None
+    shares = [int(r["bound_ns"]) / 1e6 / DEADLINES_MS[r["task"]] if r["bound_ns"] else math.inf for r in rows]
+    met = sum(s <= 1 for s in shares)
+    verdict = REPRODUCED if met == len(shares) else NOT
+    return Finding(
+        verdict,
+        f"{met} of {len(shares)} bounds within their deadline, the tightest at {100 * max(shares):.1f} % of it",
+    )
+
+
+def check_bounds(evidence, source):
+    study = "timers_with_release_cost" if source == "simulated" else "timers"
+    over, jobs, closest = 0, 0, 0.0
+    for executor in ("rm-ro", "rm-re"):
+        for percent in UTILISATIONS:
+            runs = evidence.runs(source, percent, executor, study)
+            bounds = evidence.runs("simulated", percent, "rm-ro", "timers_with_release_cost")
+            if runs is None or bounds is None:
+                return None
+            for task, timer in runs.tasks.items():
+                for values in timer.responses.values():
+                    over += sum(v > bounds.bounds_ms[task] for v in values)
+                    jobs += len(values)
+                closest = max(closest, timer.worst_ms / bounds.bounds_ms[task])
+    verdict = REPRODUCED if over == 0 else PARTLY if 100 * over / jobs <= LIVE_LOSS_TOLERANCE_PERCENT else NOT
+    return Finding(verdict, f"{over} of {jobs} jobs above their bound; closest: {100 * closest:.1f} % of it")
+
+
+def check_no_overruns(evidence, source):
+    overruns = jobs = 0
+    for executor in PAPERS_OWN:
+        runs = of_all_sets(evidence, source, executor)
+        if runs is None:
+            return None
+        overruns += sum(r.total("overruns") for r in runs)
+        jobs += sum(r.total("ran") for r in runs)
+    verdict = REPRODUCED if overruns == 0 else PARTLY if 100 * overruns / jobs <= LIVE_LOSS_TOLERANCE_PERCENT else NOT
+    return Finding(verdict, f"{overruns} of {jobs} jobs late")
+
+
+def real_no_overruns(reference):
+    late = [reference.total("deadline_overruns", p, e) for p in UTILISATIONS for e in ("rm-ro", "edf-ro")]
+    return "" if None in late else f"{sum(late)} (RO)"
+
+
+def check_imu_overruns(executor):
+    def check(evidence, source):
+        runs = of_all_sets(evidence, source, executor)
+        if runs is None:
+            return None
+        overruns = [r.total("overruns", "imu") for r in runs]
+        verdict = REPRODUCED if all(overruns) else PARTLY if any(overruns) else NOT
+        return Finding(verdict, f"{counts(overruns)} of {counts([r.total('ran', 'imu') for r in runs])} jobs")
+
+    return check
+
+
+def real_imu_overruns(executor):
+    def real(reference):
+        late = [reference.total("deadline_overruns", p, executor, "imu") for p in UTILISATIONS]
+        return "" if None in late else counts(late)
+
+    return real
+
+
+def check_lidar_pays(evidence, source):
+    larger, texts = 0, []
+    for percent in UTILISATIONS:
+        ours, stock = (evidence.runs(source, percent, e) for e in ("rm-ro", "default"))
+        if ours is None or stock is None:
+            return None
+        a, b = stock.responses("lidar"), ours.responses("lidar")
+        if not len(a) or not len(b):
+            return None
+        delta = rank_test(a, b).cliffs_delta
+        larger += above(delta, 0, exact=a.exact and b.exact)
+        texts.append(f"{delta.value:+.2f}")
+    verdict = REPRODUCED if larger == len(texts) else PARTLY if larger else NOT
+    return Finding(verdict, f"Cliff's delta {' / '.join(texts)} at {' / '.join(map(str, UTILISATIONS))} %")
+
+
+# End-to-end bounds
+
+
+def reductions(evidence):
+    rows = [r for r in evidence.table("waters_summary.csv") if r["method"] == "brueggen_davare"]
+    return sorted(rows, key=lambda r: float(r["utilisation"]))
+
+
+def check_majority(evidence, _source):
+    rows = reductions(evidence)
+    if not rows:
+        return None
+    shares = [100 * float(r["positive_share"]) for r in rows]
+    return Finding(REPRODUCED if min(shares) > 50 else NOT, f"{percents(shares)} of the chains are lower")
+
+
+def check_negative_grow(evidence, _source):
+    rows = reductions(evidence)
+    if not rows:
+        return None
+    higher = [100 * (1 - float(r["positive_share"])) for r in rows]
+    rising = all(a < b for a, b in zip(higher, higher[1:]))
+    verdict = REPRODUCED if rising else PARTLY if higher[-1] > higher[0] else NOT
+    return Finding(verdict, f"{percents(higher)} of the chains are not lower")
+
+
+def check_almost_90(evidence, _source):
+    rows = reductions(evidence)
+    if not rows:
+        return None
+    largest = max(float(r["max"]) for r in rows)
+    low, high = ALMOST_90_RANGE
+    verdict = REPRODUCED if low <= largest <= high else PARTLY if largest > 50 else NOT
+    return Finding(verdict, f"at most {largest:.1f} %")
+
+
+# Overhead
+
+
+def check_delta(evidence, _source):
+    rows = {r["delta_of"]: int(r["delta_ns"]) / 1e6 for r in evidence.table("wcrt_table.csv")}
+    most, nearly = rows.get("this machine (maximum)"), rows.get("this machine (p99.9)")
+    if most is None or nearly is None:
+        return None
+    verdict = REPRODUCED if most <= PAPER_DELTA_MS else PARTLY if nearly <= PAPER_DELTA_MS else NOT
+    return Finding(verdict, f"at most {1e3 * most:.1f} µs, 99.9 % below {1e3 * nearly:.2g} µs")
+
+
+def check_total_delta(evidence, _source):
+    rows = [int(r["delta_ns"]) for r in evidence.table("wcrt_table.csv") if r["delta_of"] == "paper"]
+    if not rows:
+        return None
+    total = TASKS * rows[0] / 1e6
+    verdict = REPRODUCED if abs(total - PAPER_TOTAL_DELTA_MS) <= TOTAL_DELTA_TOLERANCE_MS else NOT
+    return Finding(verdict, f"{total:.3f} ms from δ = {rows[0] / 1e6:.3f} ms, the value behind Table I")
+
+
+# Hot path
+
+
+def estimate_text(estimate, digits=2):
+    text = f"{estimate.value:.{digits}f}"
+    return text + (f" [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]" if estimate.has_interval else "")
+
+
+def hot_paths(evidence, source, executors):
+    found = [evidence.latencies("autoware", source, executor) for executor in executors]
+    return None if None in found else found
+
+
+def check_slowdown(evidence, source):
+    found = hot_paths(evidence, source, ("default", "rm-ro"))
+    if found is None:
+        return None
+    default, ours = found
+    worst, median = ratio(default, ours, 1.0), ratio(default, ours, 0.5)
+    within = PAPER_SLOWDOWN / SLOWDOWN_FACTOR <= worst.value <= PAPER_SLOWDOWN * SLOWDOWN_FACTOR
+    verdict = REPRODUCED if within else PARTLY if worst.value > 1 else NOT
+    return Finding(verdict, f"worst cases {estimate_text(worst)}, medians {estimate_text(median)}")
+
+
+def real_slowdown(reference):
+    values = [[reference.hot_path_ms(e, q) for e in ("default", "rm-ro")] for q in ("max", "p50")]
+    return (
+        ""
+        if None in values[0]
+        else f"worst cases {values[0][0] / values[0][1]:.2f}, medians {values[1][0] / values[1][1]:.2f}"
+    )
+
+
+OTHERS_ON_HOT_PATH = ("default", "static", "events-ro")
+
+
+def check_best_worst_case(evidence, source):
+    found = hot_paths(evidence, source, ("rm-ro", *OTHERS_ON_HOT_PATH))
+    if found is None:
+        return None
+    ours, others = found[0], found[1:]
+    ratios = [ratio(other, ours, 1.0) for other in others]
+    beyond_noise = [above(r, 1, exact=ours.exact and other.exact) for r, other in zip(ratios, others)]
+    verdict = REPRODUCED if all(beyond_noise) else PARTLY if any(r.value > 1 for r in ratios) else NOT
+    worst = ", ".join(f"{name} {s.quantile(1.0):.1f}" for name, s in zip(("rm-ro", *OTHERS_ON_HOT_PATH), found))
+    return Finding(verdict, f"{worst} ms")
+
+
+def real_best_worst_case(reference):
+    values = [(e, reference.hot_path_ms(e, "max")) for e in ("rm-ro", *OTHERS_ON_HOT_PATH)]
+    return "" if any(v is None for _, v in values) else ", ".join(f"{e} {v:.1f}" for e, v in values) + " ms"
+
+
+def check_outperforms(evidence, source):
+    found = hot_paths(evidence, source, ("rm-ro", *OTHERS_ON_HOT_PATH))
+    if found is None:
+        return None
+    tests = [rank_test(found[0], other) for other in found[1:]]
+    large = [t.cliffs_delta.value >= LARGE_EFFECT and not t.p_value > 0.01 for t in tests]
+    verdict = REPRODUCED if all(large) else PARTLY if any(t.cliffs_delta.value > 0 for t in tests) else NOT
+    text = ", ".join(f"{e} {estimate_text(t.cliffs_delta)}" for e, t in zip(OTHERS_ON_HOT_PATH, tests))
+    return Finding(verdict, f"Cliff's delta against {text}")
+
+
+def check_rate(evidence, source):
+    samples = evidence.latencies("autoware", source, "rm-ro")
+    facts = [c for c in evidence.cells if c["study"] == "autoware" and c["source"] == source]
+    facts = [c for c in facts if "rm-ro" in ",".join(c["command"]).split(",")]
+    if samples is None or not facts:
+        return None
+    rate = len(samples) / sum(c["duration_s"] for c in facts)
+    verdict = REPRODUCED if abs(rate / PAPER_RATE_HZ - 1) <= RATE_TOLERANCE else NOT
+    return Finding(verdict, f"{rate:.2f} per second arrive")

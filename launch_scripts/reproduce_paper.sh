@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# From nothing to the paper's evaluation: installs what is missing, builds, simulates everything and, with --live,
+# measures it; writes one page. See --help and --list.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+launch_scripts/setup.sh
+case " $* " in
+  *" --list "* | *" --help "* | *" -h "*) ;;
+  *)
+    [ -t 2 ] && echo "Building (some minutes the first time)" >&2
+    HOTPATH_TARGET=hotpath launch_scripts/build.sh -DBUILD_TESTING=OFF
+    ;;
+esac
+exec /usr/bin/python3 -B bench/reproduction/reproduce.py "$@"
