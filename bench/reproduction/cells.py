@@ -113,14 +113,13 @@ class Cell:
     name: str
     study: str
     source: str  # simulated, live or analysis
-    arguments: tuple  # of `hotpath`, without --output and --cpus
+    arguments: tuple  # of `hotpath`, without --output and where it runs
     seconds: float  # expected
     repetition: int = 0
     cores: int = 1
 
-    def command(self, output, cpus=None):
-        pinned = ("--cpus", cpus) if cpus else ()
-        return [*self.arguments, *pinned, "--output", str(output)]
+    def command(self, output, place=()):
+        return [*self.arguments, *place, "--output", str(output)]
 
 
 def number(value):

@@ -55,8 +55,7 @@ def parse(arguments):
         type=int,
         default=1,
         help=(
-            "live single-core repetitions of timers-only sets at the same time, each on a processor of its own"
-            " (%(default)s)"
+            "live single-core repetitions at the same time, each on a processor of its own (%(default)s)"
         ),
     )
     parser.add_argument(
@@ -141,12 +140,10 @@ def run_cells(options, runner, todo):
     offline = [c for c in todo if c.source != "live"]
     live = [c for c in todo if c.source == "live"]
     runner.run_all(offline, SIMULATIONS_AT_ONCE)
-    if options.jobs == 1:
-        runner.run_all(live, 1)
-        return
-    # Only timers-only cells share nothing but the machine's memory; all others have it for themselves.
-    runner.run_all([c for c in live if not c.study.startswith("timers")], 1)
-    runner.run_all([c for c in live if c.study.startswith("timers")], options.jobs)
+    for repetition in sorted({c.repetition for c in live}):
+        cells = [c for c in live if c.repetition == repetition]
+        runner.run_all([c for c in cells if c.cores == 1], options.jobs)
+        runner.run_all([c for c in cells if c.cores > 1], 1)
 
 
 def measure(options, wanted, build):

@@ -95,14 +95,19 @@ class Runner:
         for part in self.folder.glob(".*.part"):
             shutil.rmtree(part, ignore_errors=True)
 
-    def identity(self, cell, cpus):
-        return {"command": ["hotpath", *cell.command(f"cells/{cell.name}", cpus)], "build": self.build}
+    def identity(self, cell, place):
+        return {"command": ["hotpath", *cell.command(f"cells/{cell.name}", place)], "build": self.build}
 
-    def pinning(self, cell, slot=0):
-        """The value of --cpus: the live cell's own processor, or as many as it has cores."""
+    def cpus_of(self, cell, slot):
+        """The live cell's own processor, or as many as it has cores."""
         if cell.source != "live":
-            return None
-        return ",".join(map(str, sorted(self.cpus[slot : slot + 1] if cell.cores == 1 else self.cpus[: cell.cores])))
+            return []
+        return sorted(self.cpus[slot : slot + 1] if cell.cores == 1 else self.cpus[: cell.cores])
+
+    def place(self, cell, slot):
+        """Options of a live cell. In DDS domains of their own, cells at the same time do not discover each other."""
+        cpus = self.cpus_of(cell, slot)
+        return ("--cpus", ",".join(map(str, cpus)), "--domain", str(slot)) if cpus else ()
 
     def complete(self, cell):
         """Whether the cell's folder holds what the plan asks for, made by this build."""
@@ -110,7 +115,7 @@ class Runner:
         if facts is None or facts.get("complete") is not True:
             return False
         # Which of several equal processors a cell was pinned to is no difference.
-        options = [self.identity(cell, self.pinning(cell, slot)) for slot in range(max(1, len(self.cpus)))]
+        options = [self.identity(cell, self.place(cell, slot)) for slot in range(max(1, len(self.cpus)))]
         return any(all(facts.get(key) == value for key, value in wanted.items()) for wanted in options)
 
     def set_aside(self, cell):
@@ -129,14 +134,13 @@ class Runner:
 
     def run(self, cell, slot=0):
         part = self.folder / f".{cell.name}.{os.getpid()}.part"
-        cpus = self.pinning(cell, slot)
-        used = {int(c) for c in cpus.split(",")} if cpus else set()
+        place, used = self.place(cell, slot), set(self.cpus_of(cell, slot))
         started, busy = time.time(), busy_seconds(used)
         with self.lock:
             if self.stop.is_set():
                 raise Interrupted
             process = subprocess.Popen(
-                [*ENDS_WITH_US, self.hotpath, *cell.command(part, cpus)],
+                [*ENDS_WITH_US, self.hotpath, *cell.command(part, place)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
@@ -158,17 +162,17 @@ class Runner:
             del self.running[cell.name]
         if self.stop.is_set():
             raise Interrupted
-        self.finish(cell, part, cpus, process.returncode, errors, elapsed, others)
+        self.finish(cell, part, place, process.returncode, errors, elapsed, others)
         self.on_change()
 
-    def finish(self, cell, part, cpus, code, errors, elapsed, others):
+    def finish(self, cell, part, place, code, errors, elapsed, others):
         run = read_json(part / "run.json")
         if code != 0 or (run is not None and run.get("complete") is not True):
             sentence = errors.strip().splitlines()[-1] if errors.strip() else f"exit code {code}"
             self.failed.append((cell, sentence))
             return
         part.mkdir(parents=True, exist_ok=True)
-        facts = self.identity(cell, cpus)
+        facts = self.identity(cell, place)
         facts.update(
             {"study": cell.study, "source": cell.source, "repetition": cell.repetition, "elapsed_s": elapsed}
         )
@@ -235,7 +239,7 @@ class Progress:
         left = 0.0
         for cell in self.cells:
             if cell.name not in finished:
-                at_once = self.jobs if cell.source == "live" else SIMULATIONS_AT_ONCE
+                at_once = SIMULATIONS_AT_ONCE if cell.source != "live" else self.jobs if cell.cores == 1 else 1
                 left += max(0, cell.seconds - running.get(cell.name, 0)) / at_once
         line = f"[{len(finished)}/{len(self.cells)}] {duration_text(left)} left  {', '.join(running)}"
         self.stream.write("\r\x1b[K" + line[:110])
