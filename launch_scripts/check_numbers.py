@@ -95,7 +95,13 @@ def paper_verdicts(root):
     return f"{len(claims)} claims: {told}. {facts['where']}\n\n" + table(header, rows, numbers=False)
 
 
-BLOCKS = {f.__name__: f for f in (hot_path_table, hot_path_conditions, paper_verdicts)}
+def bench_bars(root):
+    """The table of that name in the report of `hotpath bench`."""
+    report = (root / "results/bench/report.md").read_text(encoding="utf-8")
+    return re.search(r"## Against the bar\n\n(.*?\n)\n", report, re.S)[1]
+
+
+BLOCKS = {f.__name__: f for f in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars)}
 
 
 def generated(text, root):
