@@ -19,6 +19,7 @@ COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY_BLUE, FAINT, "#000000", "
 
 # CPU time of one callback of the Autoware graph without work on the real ROS 2 stack (results/ros2_reference), µs.
 ROS2_CALLBACK_US = {"default": 285, "static": 215, "events-ro": 135, "rm-ro": 120}
+SIMULATED = r"simulate_600s/{}/(.+)"
 
 
 class Bench:
@@ -73,6 +74,11 @@ class Bars:
             self.add_ratio(f"… to push and pop of std::priority_queue ({executor})", decide, keys, 1.5)
         queue = bench.median("push_pop/PriorityEventsQueue/ready/100")
         self.add_ratio("PriorityEventsQueue to std::priority_queue, push and pop, 100 ready", queue, keys, 1.5)
+        for (executor,), jobs_per_s in bench.matching(SIMULATED.format("timers_only_90"), "jobs_per_s").items():
+            if executor == "rm-ro":
+                self.add("one simulated job of timers_only_90 with rm-ro, ns", 1e9 / jobs_per_s, 333)
+        slowest = max(bench.matching(SIMULATED.format("autoware")).values(), default=None)
+        self.add("600 s of Autoware simulated, slowest executor, ms", scaled(slowest, 1e-6), 300)
         for executor in ("rm-ro", "edf-ro"):
             for wake in (0, 1):
                 name = f"release_pass/{executor}/due:1/wake:{wake}"
@@ -167,6 +173,27 @@ def scheduler_section(bench):
                 f"| {name} | {c['order']} | {three_digits(c['coefficient_ns'])} | {c['rms_percent']:.0f} % |"
             )
     return lines + [""]
+
+
+def simulator_section(bench):
+    lines = []
+    for graph in ("timers_only_90", "autoware"):
+        times = bench.matching(SIMULATED.format(graph))
+        speeds = bench.matching(SIMULATED.format(graph), "jobs_per_s")
+        for (executor,), time in times.items():
+            speed = speeds[(executor,)] / 1e6
+            lines.append(f"| {graph} | {executor} | {three_digits(time / 1e6)} | {three_digits(speed)} |")
+    if not lines:
+        return []
+    head = ["## Simulator", "", "Ten minutes without a trace:", ""]
+    head += ["| graph | executor | ms | million jobs/s |", "| --- | --- | ---: | ---: |"]
+    growth = ["", "Growth with the number of tasks, two seconds:", ""]
+    growth += ["| benchmark | fit | of the unit, ns | error of the fit |", "| --- | --- | ---: | ---: |"]
+    for name, c in bench.complexities.items():
+        if name.startswith("simulate/"):
+            coefficient, error = three_digits(c["coefficient_ns"]), c["rms_percent"]
+            growth.append(f"| {name} | {c['order']} | {coefficient} | {error:.0f} % |")
+    return head + lines + growth + [""]
 
 
 def percentiles_table(bench, title, rows):
@@ -296,7 +323,7 @@ def report(arguments):
     lines += [f"Hiccups of a busy thread, p99.9 / maximum in µs: {hiccups}. One reading of the clock takes "
               f"{m['noise']['clock_cost_ns']:.0f} ns.", ""]
     lines += Bars(bench).table()
-    for section in (scheduler_section, executor_section, transport_section, hot_path_section):
+    for section in (scheduler_section, simulator_section, executor_section, transport_section, hot_path_section):
         lines += section(bench)
     path = bench.folder / "report.md"
     path.write_text("\n".join(lines), encoding="utf-8")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Violin plot of the hot-path latency per executor, as the paper's last figure.
 
-Reads run.json and chains.csv of a run folder (without warm-up, which its writer leaves out) and writes
-hot_path.svg and hot_path.png.
+Reads run.json and chains.csv of run folders of one graph (without warm-up, which their writer leaves out) and
+writes hot_path.svg and hot_path.png. Of several runs, live or simulated, the violins stand side by side.
 """
 
 import argparse
@@ -11,8 +11,8 @@ import textwrap
 
 import numpy as np
 
-from run_data import BLUE, FAINT, INK, ORANGE, InputError, Run, draw_violin, milliseconds, plt, run_script
-from run_data import save, three_digits, write_title
+from run_data import BLUE, FAINT, INK, ORANGE, InputError, Run, draw_violin, hatches, milliseconds, plt
+from run_data import run_script, save, three_digits, write_title
 
 THE_PAPERS = ("rm", "dm", "edf", "fp")
 
@@ -46,13 +46,13 @@ def comparison(worst, worst_of_default):
     return "the same"
 
 
-def annotate(axes, x, samples, executor, worst_of_default):
+def annotate(axes, x, samples, executor, worst_of_default, size):
     worst = max(samples)
     text = f"{three_digits(worst)} ms"
     if executor != "default" and worst_of_default and worst > 0:
         text += "\n" + comparison(worst, worst_of_default)
     axes.annotate(
-        text, (x, worst), (0, 5), textcoords="offset points", ha="center", va="bottom", fontsize=11
+        text, (x, worst), (0, 5), textcoords="offset points", ha="center", va="bottom", fontsize=size
     )
 
 
@@ -76,19 +76,26 @@ def draw_limits(axes, limits):
         )
 
 
-def draw_chain(axes, run, latencies):
-    positions = np.arange(len(run.executors))
-    worst_of_default = max(latencies["default"]) if "default" in latencies else None
+def draw_chain(axes, runs, executors, latencies):
+    """`latencies`: of each run {executor: latencies in ms}."""
+    positions = np.arange(len(executors))
+    width = 1 / len(runs)
     labels = []
-    highest = max(max(samples) for samples in latencies.values())
-    for x, executor in zip(positions, run.executors):
-        samples = latencies.get(executor, [])
-        labels.append(f"{executor}\nn = {len(samples)}")
-        if not samples:
-            axes.text(x, 0.02 * highest, "no data", ha="center", color=FAINT, fontsize=11)
-            continue
-        draw_violin(axes, x, samples, colour_of(executor))
-        annotate(axes, x, samples, executor, worst_of_default)
+    highest = max(max(samples) for of_run in latencies for samples in of_run.values())
+    for position, executor in zip(positions, executors):
+        counts = []
+        for place, (of_run, hatch) in enumerate(zip(latencies, hatches(runs))):
+            x = position + (place - (len(runs) - 1) / 2) * width
+            samples = of_run.get(executor, [])
+            counts.append(str(len(samples)))
+            if not samples:
+                axes.text(x, 0.02 * highest, "no data", ha="center", color=FAINT, fontsize=11, rotation=90)
+                continue
+            draw_violin(axes, x, samples, colour_of(executor), 0.85 * width, hatch)
+            worst_of_default = max(of_run["default"]) if "default" in of_run else None
+            annotate(axes, x, samples, executor, worst_of_default, 11 if len(runs) == 1 else 9)
+        labels.append(f"{executor}\nn = {', '.join(counts)}")
+    run = runs[0]
     # Without work in the nodes there is no limit to draw.
     limits = [limit for limit in run.get("limits", []) if limit["ms"] > 0]
     limits.sort(key=lambda limit: limit["ms"])
@@ -100,12 +107,16 @@ def draw_chain(axes, run, latencies):
     draw_limits(axes, limits)
 
 
-def add_key(figure, executors):
+def add_key(figure, runs, executors):
     """What colours and marks mean, along the lower edge."""
     handles = []
     for colour, name in ((ORANGE, "ROS 2's executors"), (BLUE, "the paper's executors")):
         if any(colour_of(executor) == colour for executor in executors):
             handles.append(plt.Rectangle((0, 0), 1, 1, facecolor=colour, alpha=0.55, label=name))
+    if any(hatches(runs)):
+        handles.append(plt.Rectangle((0, 0), 1, 1, facecolor="white", edgecolor=INK, label="live"))
+        simulated = {"facecolor": "white", "edgecolor": INK, "hatch": "///"}
+        handles.append(plt.Rectangle((0, 0), 1, 1, label="simulated", **simulated))
     handles.append(plt.Line2D([], [], color=INK, linewidth=2.4, label="median"))
     note = "ends: smallest and largest sample"
     if "default" in executors:
@@ -123,30 +134,41 @@ def add_key(figure, executors):
     )
 
 
+def subtitle(runs):
+    """What ran; where several runs differ, a line for each."""
+    return "\n".join(dict.fromkeys(run.what_ran() for run in runs))
+
+
 def draw(arguments):
-    run = Run(arguments.run)
-    chains = read_latencies(run)
-    width = max(9.0, 1.02 * len(run.executors) + 2.7)
+    runs = [Run(folder) for folder in arguments.runs]
+    graphs = list(dict.fromkeys(run["graph.name"] for run in runs))
+    if len(graphs) > 1:
+        raise InputError(f"these are runs of {' and '.join(graphs)}; give runs of one graph")
+    chains_of_runs = [read_latencies(run) for run in runs]
+    chains = list(dict.fromkeys(chain for chains in chains_of_runs for chain in chains))
+    executors = list(dict.fromkeys(executor for run in runs for executor in run.executors))
+    width = max(9.0, (1.02 if len(runs) == 1 else 0.85 * len(runs)) * len(executors) + 2.7)
     height = 1.9 + max(4.6, 0.38 * width) * len(chains)
     figure, panels = plt.subplots(
         len(chains), 1, figsize=(width, height), squeeze=False, gridspec_kw={"hspace": 0.35}
     )
-    for axes, (chain, latencies) in zip(panels[:, 0], chains.items()):
-        draw_chain(axes, run, latencies)
+    for axes, chain in zip(panels[:, 0], chains):
+        draw_chain(axes, runs, executors, [chains_of_run.get(chain, {}) for chains_of_run in chains_of_runs])
         if len(chains) > 1:
             axes.set_title(chain, loc="left")
-    title = write_title(figure, "Hot-path latency per executor", run.what_ran(), run.partial)
+    partial = any(run.partial for run in runs)
+    title = write_title(figure, "Hot-path latency per executor", subtitle(runs), partial)
     figure.subplots_adjust(
         left=0.8 / width, right=1 - 1.75 / width, top=1 - title - 0.1 / height, bottom=1.25 / height
     )
-    add_key(figure, run.executors)
-    save(figure, arguments.output or arguments.run, "hot_path")
+    add_key(figure, runs, executors)
+    save(figure, arguments.output or arguments.runs[0], "hot_path")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("run", metavar="RUN_DIR", help="folder written by `hotpath run` or `hotpath compare`")
-    parser.add_argument("--output", metavar="DIR", help="where to write the figure (default: RUN_DIR)")
+    parser.add_argument("runs", metavar="RUN_DIR", nargs="+", help="folders written by `hotpath`, of one graph")
+    parser.add_argument("--output", metavar="DIR", help="where to write the figure (default: the first RUN_DIR)")
     return run_script(draw, parser.parse_args())
 
 

@@ -63,6 +63,10 @@ class Run:
     def simulated(self):
         return self.facts.get("kind") == "simulated"
 
+    @property
+    def kind(self):
+        return "simulated" if self.simulated else "live"
+
     def what_ran(self):
         """Two lines: the experiment, and where it ran."""
         if self.simulated:
@@ -115,6 +119,13 @@ class Run:
             raise InputError(f"{path}: not a CSV file in UTF-8: {error}") from None
 
 
+def hatches(runs):
+    """Of each run's marks: where live and simulated runs meet in one figure, the simulated are hatched."""
+    if len({run.kind for run in runs}) == 1:
+        return [None] * len(runs)
+    return ["///" if run.simulated else None for run in runs]
+
+
 def milliseconds(text, run, file):
     try:
         return int(text) / 1e6
@@ -164,7 +175,7 @@ def set_style():
     )
 
 
-def draw_violin(axes, x, samples, colour, width=0.85):
+def draw_violin(axes, x, samples, colour, width=0.85, hatch=None):
     """A violin from the smallest to the largest sample with minimum, median and maximum marked.
 
     Fewer than three samples, or equal ones, have no density: they are drawn as dots.
@@ -184,7 +195,7 @@ def draw_violin(axes, x, samples, colour, width=0.85):
         samples, [x], widths=width, points=200, showextrema=False, bw_method=bandwidth
     )
     for body in violin["bodies"]:
-        body.set(facecolor=colour, edgecolor=colour, alpha=0.55, linewidth=1, zorder=2)
+        body.set(facecolor=colour, edgecolor=colour, alpha=0.55, linewidth=1, zorder=2, hatch=hatch)
     low, median, high = np.min(samples), np.median(samples), np.max(samples)
     axes.vlines(x, low, high, color=colour, linewidth=1.2, zorder=3)
     axes.hlines([low, high], x - 0.16 * width, x + 0.16 * width, color=colour, linewidth=1.6, zorder=3)

@@ -36,6 +36,13 @@ def run_json(**changes):
     return json.dumps(facts)
 
 
+SIMULATED = {
+    "kind": "simulated",
+    "execution_times": "worst",
+    "platform": {"cores": 1, "timer_thread": "by_executor", "dispatch_cost_us": 20},
+}
+
+
 def chain_rows(executor, latencies_ms):
     return "".join(
         f"{executor},0,hot_path,{k},{int(ms * 1e6)},{int(ms * 1e6) + 1000}\n"
@@ -177,6 +184,28 @@ class HotPath(FigureTest):
         self.assert_refused(result, "cannot write", code=1)
 
 
+    def test_live_and_simulated_runs_stand_side_by_side(self):
+        runs = []
+        for name, changes in (("live", {}), ("simulated", SIMULATED)):
+            (self.folder / name).mkdir()
+            self.write(f"{name}/run.json", run_json(**changes))
+            rows = chain_rows("default", [35.4, 36, 58.6]) + chain_rows("rm-ro", [21.2, 21.5, 22.6, 21.3])
+            self.write(f"{name}/chains.csv", CHAINS_HEADER + rows)
+            runs.append(self.folder / name)
+        other = self.folder / "figures"
+        self.assert_drawn(self.call("hot_path.py", *runs, "--output", other), other, "hot_path")
+        texts = self.svg_texts("figures/hot_path.svg").split("\n")
+        for text in ("live", "simulated", "n = 3, 3", "n = 4, 4"):
+            self.assertIn(text, texts)
+
+    def test_runs_of_different_graphs_do_not_meet(self):
+        self.write_run()
+        (self.folder / "other").mkdir()
+        self.write("other/run.json", run_json(graph={"name": "large"}))
+        result = self.call("hot_path.py", self.folder, self.folder / "other")
+        self.assert_refused(result, "tiny and large", "one graph")
+
+
 class TimersOnly(FigureTest):
     def write_run(self, name, rows, **changes):
         folder = self.folder / name
@@ -207,6 +236,23 @@ class TimersOnly(FigureTest):
         for text in ("deadline 30 ms", "analytical bound", "cameras", "LiDARs", "IMU"):
             self.assertIn(text, response)
 
+    def test_live_and_simulated_runs_of_three_utilisations_meet(self):
+        runs = []
+        for load in (60, 80, 90):
+            for kind, changes in (("live", {}), ("simulated", SIMULATED)):
+                rows = "".join(job_rows(e, "IMU", [1 + k % 5 for k in range(60)]) for e in ("default", "rm-ro"))
+                runs.append(self.write_run(f"{kind}_{load}", rows, load_percent=load, **changes))
+                facts = json.loads((runs[-1] / "run.json").read_text())
+                facts["graph"]["name"] = f"timers_only_{load}"
+                self.write(f"{kind}_{load}/run.json", json.dumps(facts))
+        output = self.folder / "figures"
+        result = self.call("timers_only.py", *runs, "--output", output)
+        self.assert_drawn(result, output, "timers_only_dropped", "timers_only_response")
+        texts = self.svg_texts("figures/timers_only_response.svg")
+        for load in (60, 80, 90):
+            for kind in ("live", "simulated"):
+                self.assertIn(f"timers_only_{load} ({load} %), {kind}", texts)
+
     def test_nothing_dropped(self):
         run = self.write_run("timers_only_60", job_rows("rm-ro", "IMU", [1] * 50), executors=["rm-ro"])
         result = self.call("timers_only.py", run)
@@ -225,9 +271,9 @@ class TimersOnly(FigureTest):
         (run / "jobs.csv").unlink()
         self.assert_refused(self.call("timers_only.py", run), "jobs.csv", "No such file")
 
-    def test_more_runs_than_colours(self):
+    def test_more_graphs_than_colours(self):
         runs = [self.write_run(f"g{k}", job_rows("rm-ro", "IMU", [1] * 50)) for k in range(6)]
-        self.assert_refused(self.call("timers_only.py", *runs), "6 runs", "at most 5")
+        self.assert_refused(self.call("timers_only.py", *runs), "6 graphs", "at most 5")
 
 
 if __name__ == "__main__":

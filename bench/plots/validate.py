@@ -9,10 +9,11 @@ import json
 import sys
 from pathlib import Path
 
-from run_data import BLUE, FAINT, INK, ORANGE, InputError, plt, run_script, save, write_title
+from run_data import BLUE, FAINT, GREEN, INK, ORANGE, InputError, plt, run_script, save, write_title
 
-REAL, SIMULATED = ORANGE, BLUE
+REAL, LIVE, SIMULATED = ORANGE, GREEN, BLUE
 BAR_OF_AGREEMENT = 0.98
+LATENCY_HEIGHT = 0.66  # of the distance between two rows
 
 
 def read(folder):
@@ -97,27 +98,62 @@ def draw_ranges(axes, entries):
     rows(axes, [short(entry) for entry in entries])
 
 
-def draw_latencies(axes, entries, title):
-    """Tenth to ninetieth percentile with the median."""
+def run_name(entry):
+    repetition = f" #{entry['repetition']}" if "repetition" in entry else ""
+    return entry["executor"] + repetition
+
+
+def draw_latencies(axes, entries, title, sides):
+    """Tenth to ninetieth percentile with the median; `sides`: keys and colours, upper first."""
     labels = []
     for place, entry in enumerate(entries):
-        for shift, side, colour in ((0.17, "measured_ms", REAL), (-0.17, "simulated_ms", SIMULATED)):
-            q = entry[side]
-            draw_range(axes, q["p10"], q["p90"], -place + shift, colour)
-            axes.plot(q["p50"], -place + shift, "|", color=INK, markersize=11, markeredgewidth=2.4, zorder=4)
-        percent = 100 * (entry["simulated_ms"]["p50"] / entry["measured_ms"]["p50"] - 1)
-        repetition = f" #{entry['repetition']}" if "repetition" in entry else ""
-        labels.append(f"{entry['executor']}{repetition}  {percent:+.1f} %")
+        for number, (side, colour) in enumerate(sides):
+            if side not in entry or entry[side]["p50"] is None:
+                continue
+            q, y = entry[side], -place + LATENCY_HEIGHT * (0.5 - (number + 0.5) / len(sides))
+            draw_range(axes, q["p10"], q["p90"], y, colour)
+            axes.plot(q["p50"], y, "|", color=INK, markersize=11, markeredgewidth=2.4, zorder=4)
+        measured, simulated = entry["measured_ms"]["p50"], entry["simulated_ms"]["p50"]
+        differs = f"  {100 * (simulated / measured - 1):+.1f} %" if measured and simulated else ""
+        labels.append(run_name(entry) + differs)
     axes.set_xlabel("hot-path latency (ms): 10th to 90th percentile, median")
     axes.set_title(title, loc="left", fontsize=13)
     axes.set_xlim(left=0)
     rows(axes, labels)
 
 
+def draw_live_order(axes, entries):
+    """Similarity of a live run to the real stack, and to its own simulation."""
+    for place, entry in enumerate(entries):
+        for comparison, colour in ((entry["golden"]["comparison"], REAL), (entry["comparison"], SIMULATED)):
+            axes.plot(comparison["similarity"], -place, "o", color=colour, markersize=8, zorder=3)
+    axes.axvline(BAR_OF_AGREEMENT, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), zorder=1)
+    axes.set_xlabel("similarity of the live order of jobs to the other's")
+    axes.set_title("Live runs against the golden traces", loc="left", fontsize=13)
+    rows(axes, [f"{short({'set': e['golden']['set'], 'executor': run_name(e)})}" for e in entries])
+
+
+def draw_live_lost(axes, entries):
+    """Lost IMU jobs of the real stack, live and in the simulation of the live run."""
+    for place, entry in enumerate(entries):
+        golden, own = entry["golden"]["comparison"]["tasks"][-1], entry["comparison"]["tasks"][-1]
+        for percent, colour, size in (
+            (golden["real_lost_percent"], REAL, 12),
+            (golden["live_lost_percent"], LIVE, 9),
+            (own["simulated_lost_percent"], SIMULATED, 5),
+        ):
+            axes.plot(percent, -place, "o", color=colour, markersize=size, zorder=3)
+    axes.set_xlabel("lost IMU jobs (%)")
+    axes.set_title("Live runs: jobs lost", loc="left", fontsize=13)
+    axes.set_xlim(left=-1)
+    rows(axes, [f"{short({'set': e['golden']['set'], 'executor': run_name(e)})}" for e in entries])
+
+
 def add_key(figure):
     ring = {"marker": "o", "color": "white", "markeredgecolor": SIMULATED, "markersize": 9}
     handles = [
         plt.Line2D([], [], color=REAL, linewidth=5, label="real"),
+        plt.Line2D([], [], color=LIVE, linewidth=5, label="live"),
         plt.Line2D([], [], color=SIMULATED, linewidth=5, label="simulated"),
         plt.Line2D([], [], linestyle="", label="simulated without costs", **ring),
     ]
@@ -128,9 +164,11 @@ def add_key(figure):
 
 def draw(arguments):
     result = read(arguments.folder)
-    live = [entry for entry in result["runs"] if "measured_ms" in entry]
-    height = 13.5 + (1.2 + 0.4 * len(live) if live else 0)
-    ratios = [len(result["golden"]), len(result["timers_only"])] + ([max(2, len(live))] if live else [])
+    chains = [entry for entry in result["runs"] if "measured_ms" in entry]
+    timers = [entry for entry in result["runs"] if "golden" in entry]
+    ratios = [len(result["golden"]), len(result["timers_only"])]
+    ratios += [max(2, len(entries)) for entries in (chains, timers) if entries]
+    height = 13.5 + sum(1.2 + 0.4 * ratio for ratio in ratios[2:])
     figure, panels = plt.subplots(
         len(ratios), 2, figsize=(15, height), squeeze=False, gridspec_kw={"height_ratios": ratios}
     )
@@ -142,10 +180,15 @@ def draw(arguments):
         "Golden traces: jobs lost, costs modelled",
     )
     draw_ranges(panels[1][0], result["timers_only"])
-    draw_latencies(panels[1][1], result["autoware"], "Autoware with the real stack's phases")
-    if live:
-        draw_latencies(panels[2][0], live, "Given runs against their own simulation")
+    against_real = (("measured_ms", REAL), ("simulated_ms", SIMULATED))
+    draw_latencies(panels[1][1], result["autoware"], "Autoware with the real stack's phases", against_real)
+    if chains:
+        sides = (("real_ms", REAL), ("measured_ms", LIVE), ("simulated_ms", SIMULATED))
+        draw_latencies(panels[2][0], chains, "Given runs against their own simulation", sides)
         panels[2][1].set_axis_off()
+    if timers:
+        draw_live_order(panels[-1][0], timers)
+        draw_live_lost(panels[-1][1], timers)
     what = "rclcpp 26 and the paper authors' fork on Fast DDS; see results/ros2_reference"
     top = write_title(figure, "The simulator against the real ROS 2 stack", what, False)
     figure.subplots_adjust(

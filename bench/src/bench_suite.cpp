@@ -215,7 +215,9 @@ class Suite {
 
 }  // namespace
 
-std::vector<std::string> bench_programs() { return {"scheduler", "executor", "transport", "hot_path"}; }
+std::vector<std::string> bench_programs() {
+  return {"scheduler", "simulator", "executor", "transport", "hot_path"};
+}
 
 void run_suite(const SuiteOptions& options) { Suite(options).run(); }
 

@@ -63,7 +63,7 @@ void add_bench_command(CLI::App& app) {
       ->capture_default_str();
   bench
       ->add_option("--only", suite.programs,
-                   "Some of scheduler, executor, transport, hot_path; by default all")
+                   "Some of scheduler, simulator, executor, transport,\nhot_path; by default all")
       ->type_name("NAMES")
       ->delimiter(',')
       ->check(CLI::IsMember(bench_programs()).description(""));

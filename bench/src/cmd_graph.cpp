@@ -30,6 +30,17 @@ void draw_svg(const std::string& dot) {
   }
 }
 
+void print_platform(const GraphPlatform& platform) {
+  std::printf("platform of simulations: %u core%s, timer thread %s, execution times %s", platform.cores,
+              platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
+              to_string(platform.execution_times));
+  for (const PlatformCost& cost : kPlatformCosts) {
+    const Duration value = platform.*cost.value;
+    if (value > Duration{}) std::printf(", %s %g", std::string(cost.key).c_str(), to_us(value));
+  }
+  std::printf("\n");
+}
+
 void print_graph(const GraphOptions& options) {
   const Graph graph = load_graph(find_graph(options.graph));
   if (options.dot || options.svg) {
@@ -49,6 +60,7 @@ void print_graph(const GraphOptions& options) {
     for (const std::string& node : chain.nodes) std::printf(" %s", node.c_str());
     std::printf("\n");
   }
+  print_platform(graph.platform);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <memory>
 
 #include "commands.hpp"
@@ -13,28 +14,35 @@ namespace {
 constexpr double kLongestSimulation_s = 1e9;
 constexpr double kLargestCost_us = 1e9;
 
+/// release_cost_us -> --release-cost-us
+std::string option_name(std::string_view key) {
+  std::string name = "--" + std::string(key);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
 void add_platform_options(CLI::App& command, SimulateOptions& o) {
-  const auto where = std::string("The simulated machine");
-  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores")
-      ->capture_default_str()
+  const std::string where =
+      "The simulated machine, by default as the graph's `platform` says, else without costs";
+  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1")->group(where);
+  add_choice(command, "--timer-thread", o.timer_thread,
+             named({TimerThread::by_executor, TimerThread::raised, TimerThread::equal}),
+             "Priority of the timer management thread: above the\n"
+             "executor thread or equal; else raised under the\npaper's executors only, as in live runs")
       ->group(where);
-  add_choice<TimerThread>(
-      command, "--timer-thread", o.timer_thread,
-      {{"by_executor", TimerThread::by_executor},
-       {"raised", TimerThread::raised},
-       {"equal", TimerThread::equal}},
-      "Priority of the timer management thread: above the\n"
-      "executor thread or equal; by default raised under the\npaper's executors only, as in live runs")
-      ->default_str("by_executor")
+  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
+    const PlatformCost& cost = kPlatformCosts[i];
+    add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
+               std::string(cost.meaning))
+        ->group(where);
+  }
+  command
+      .add_option("--execution-times", o.execution_times,
+                  "worst: as the graph says; uniform: between best and worst\n"
+                  "case, at random; replay:RUN: as measured by a run of the\n"
+                  "same executors on the same graph, from its folder")
+      ->type_name("worst|uniform|replay:RUN")
       ->group(where);
-  const auto cost = [&](const std::string& option, double& value, const std::string& help) {
-    add_number(command, option, value, 0, kLargestCost_us, "US", help)->capture_default_str()->group(where);
-  };
-  cost("--release-cost-us", o.release_cost_us, "Microseconds of the releaser for each timer (delta)");
-  cost("--pass-cost-us", o.pass_cost_us, "For each pass of the releaser (k)");
-  cost("--dispatch-cost-us", o.dispatch_cost_us, "From a decision to the start of its job");
-  cost("--wake-up-us", o.wake_up_us, "Until a woken thread competes for a core");
-  cost("--delivery-delay-us", o.delivery_delay_us, "From a publication to the arrival of the sample");
 }
 
 }  // namespace
@@ -58,14 +66,6 @@ void add_simulate_command(CLI::App& app) {
       ->add_option("--phases-of", o.phases_of,
                    "First timestamps of the same executor and repetition of\na run, from its folder")
       ->type_name("RUN")
-      ->group(kWhatRuns);
-  simulate
-      ->add_option("--execution-times", o.execution_times,
-                   "worst: as the graph says; uniform: between best and worst\n"
-                   "case, at random; replay:RUN: as measured by a run of the\n"
-                   "same executors on the same graph, from its folder")
-      ->type_name("worst|uniform|replay:RUN")
-      ->capture_default_str()
       ->group(kWhatRuns);
   add_length_options(*simulate, o, kLongestSimulation_s);
   add_number(

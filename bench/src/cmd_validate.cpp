@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -92,13 +93,86 @@ void print_latencies(const char* title, const json& rows) {
       "-----------------------------------------------------------------\n",
       title);
   for (const json& r : rows) {
-    if (!r.contains("measured_ms")) continue;
     const double real = r.at("measured_ms").at("p50"), simulated = r.at("simulated_ms").at("p50");
-    std::string name = r.at("executor");
-    if (r.contains("repetition")) name += " #" + std::to_string(r.at("repetition").get<int>());
-    std::printf("%-17s %7.2f %10.2f %+6.1f %% %7.2f %10.2f\n", name.c_str(), real, simulated,
-                100 * (simulated / real - 1), r.at("measured_ms").at("p90").get<double>(),
+    std::printf("%-17s %7.2f %10.2f %+6.1f %% %7.2f %10.2f\n", r.at("executor").get<std::string>().c_str(),
+                real, simulated, 100 * (simulated / real - 1), r.at("measured_ms").at("p90").get<double>(),
                 r.at("simulated_ms").at("p90").get<double>());
+  }
+}
+
+std::string run_name(const json& run) {
+  return run.at("executor").get<std::string>() + " #" + std::to_string(run.at("repetition").get<int>());
+}
+
+/// A number of a comparison, `-` where there is none.
+std::string number(const json& of, const char* key, const char* format = "%.2f") {
+  if (!of.contains(key) || of.at(key).is_null()) return "-";
+  char text[32];
+  std::snprintf(text, sizeof(text), format, of.at(key).get<double>());
+  return text;
+}
+
+void print_run_latencies(const json& rows) {
+  std::printf(
+      "\nGiven runs: hot-path latency; real only for Autoware at the same load\n\n"
+      "                           median ms                      p90 ms             phases\n"
+      "executor             real    live  simulated      real    live  simulated   differ by\n"
+      "------------------------------------------------------------------------------------\n");
+  for (const json& r : rows) {
+    if (!r.contains("measured_ms")) continue;
+    const json& live = r.at("measured_ms");
+    const json& simulated = r.at("simulated_ms");
+    const json real = r.value("real_ms", json::object());
+    std::printf("%-17s %7s %7s %10s   %7s %7s %10s  %7s ms\n", run_name(r).c_str(),
+                number(real, "p50").c_str(), number(live, "p50").c_str(), number(simulated, "p50").c_str(),
+                number(real, "p90").c_str(), number(live, "p90").c_str(), number(simulated, "p90").c_str(),
+                number(r, "phases_differ_ms", "%.1f").c_str());
+  }
+}
+
+void print_live_golden(const json& rows) {
+  std::printf(
+      "\nGiven runs against the golden traces, and against their own simulation (sim)\n\n"
+      "                                 similarity of live  first     ");
+  for (const char* quantity : {"start late p50", "response p50", "response p99", "by authors p50"}) {
+    std::printf("  %14s, ms ", quantity);
+  }
+  std::printf("\nset             executor         to real  to sim     difference");
+  for (int i = 0; i < 4; ++i) std::printf("  real   live    sim");
+  std::printf("\n%s\n", std::string(138, '-').c_str());
+  for (const json& r : rows) {
+    if (!r.contains("golden")) continue;
+    const json& golden = r.at("golden").at("comparison");
+    const json& own = r.at("comparison");
+    std::printf("%-15s %-16s %7.4f %7.4f  %13s", r.at("golden").at("set").get<std::string>().c_str(),
+                run_name(r).c_str(), golden.at("similarity").get<double>(),
+                own.at("similarity").get<double>(), first_difference(golden).c_str());
+    const auto three = [&](const char* quantity, const char* quantile) {
+      std::printf(" %5s  %5s  %5s", number(golden.at(quantity).at("real"), quantile, "%.1f").c_str(),
+                  number(golden.at(quantity).at("live"), quantile, "%.1f").c_str(),
+                  number(own.at(quantity).at("simulated"), quantile, "%.1f").c_str());
+    };
+    three("start_lateness_ms", "p50");
+    three("response_ms", "p50");
+    three("response_ms", "p99");
+    three("response_authors_ms", "p50");
+    std::printf("\n");
+  }
+  std::printf(
+      "\nLost jobs in %% of the timestamps\n\n"
+      "set             executor         task                 real    live     sim\n"
+      "---------------------------------------------------------------------------\n");
+  for (const json& r : rows) {
+    if (!r.contains("golden")) continue;
+    const json& golden = r.at("golden").at("comparison").at("tasks");
+    const json& own = r.at("comparison").at("tasks");
+    for (std::size_t t = 0; t < golden.size(); ++t) {
+      std::printf("%-15s %-16s %-18s %6s  %6s  %6s\n", r.at("golden").at("set").get<std::string>().c_str(),
+                  run_name(r).c_str(), golden[t].at("task").get<std::string>().c_str(),
+                  number(golden[t], "real_lost_percent", "%.1f").c_str(),
+                  number(golden[t], "live_lost_percent", "%.1f").c_str(),
+                  number(own[t], "simulated_lost_percent", "%.1f").c_str());
+    }
   }
 }
 
@@ -109,11 +183,9 @@ void print_runs(const json& rows) {
       "------------------------------------------------------------------------------\n");
   for (const json& r : rows) {
     const json& c = r.at("comparison");
-    const std::string name =
-        r.at("executor").get<std::string>() + " #" + std::to_string(r.at("repetition").get<int>());
-    std::printf("%-16s %6d %11.4f %17s %22.1f %%\n", name.c_str(), c.at("jobs").at("measured").get<int>(),
-                c.at("similarity").get<double>(), first_difference(c).c_str(),
-                c.at("largest_loss_difference_percent").get<double>());
+    std::printf("%-16s %6d %11.4f %17s %22.1f %%\n", run_name(r).c_str(),
+                c.at("jobs").at("measured").get<int>(), c.at("similarity").get<double>(),
+                first_difference(c).c_str(), c.at("largest_loss_difference_percent").get<double>());
   }
 }
 
@@ -122,10 +194,18 @@ void print_verdicts(const json& result) {
   for (const char* part : {"golden", "timers_only", "autoware", "runs"}) {
     for (const json& r : result.at(part)) {
       const std::string set = r.contains("set") ? r.at("set").get<std::string>() + ", " : std::string();
-      std::printf("  %s%s: %s.\n", set.c_str(), r.at("executor").get<std::string>().c_str(),
-                  r.at("verdict").get<std::string>().c_str());
+      const std::string name = r.contains("repetition") ? run_name(r) : r.at("executor").get<std::string>();
+      std::printf("  %s%s: %s.\n", set.c_str(), name.c_str(), r.at("verdict").get<std::string>().c_str());
+      if (!r.contains("golden")) continue;
+      std::printf("  %s, %s, live against the real stack: %s.\n",
+                  r.at("golden").at("set").get<std::string>().c_str(), run_name(r).c_str(),
+                  r.at("golden").at("verdict").get<std::string>().c_str());
     }
   }
+}
+
+bool any_has(const json& rows, const char* key) {
+  return std::any_of(rows.begin(), rows.end(), [&](const json& r) { return r.contains(key); });
 }
 
 void validate(const ValidateOptions& options) {
@@ -137,7 +217,7 @@ void validate(const ValidateOptions& options) {
                  {"autoware", validate_autoware(reference)},
                  {"runs", json::array()}};
   for (const std::string& run : options.runs) {
-    for (json& r : validate_run(run)) result["runs"].push_back(std::move(r));
+    for (json& r : validate_run(run, reference)) result["runs"].push_back(std::move(r));
   }
   const fs::path folder =
       options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-validate" : options.output;
@@ -150,7 +230,8 @@ void validate(const ValidateOptions& options) {
   print_latencies("Autoware with the real stack's phases: hot-path latency", result.at("autoware"));
   if (!result.at("runs").empty()) {
     print_runs(result.at("runs"));
-    print_latencies("Given runs: hot-path latency", result.at("runs"));
+    if (any_has(result.at("runs"), "measured_ms")) print_run_latencies(result.at("runs"));
+    if (any_has(result.at("runs"), "golden")) print_live_golden(result.at("runs"));
   }
   print_verdicts(result);
   std::fflush(stdout);
@@ -163,8 +244,10 @@ void validate(const ValidateOptions& options) {
 void add_validate_command(CLI::App& app) {
   auto options = std::make_shared<ValidateOptions>();
   CLI::App* command =
-      app.add_subcommand("validate", "Compare simulation with the real ROS 2 stack, and live runs");
-  command->add_option("RUN", options->runs, "Folders of runs to compare with their own simulation, besides");
+      app.add_subcommand("validate", "Compare simulation, live runs and the real ROS 2 stack side by side");
+  command->add_option("RUN", options->runs,
+                      "Folders of runs, to compare with their own simulation and,\nwhere it measured the "
+                      "same graph, with the real stack");
   command
       ->add_option("--reference", options->reference,
                    "Folder of the reference measurements; by default those\nthat come with this program")

@@ -166,6 +166,26 @@ json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<
   return bounds;
 }
 
+json platform_json(const GraphPlatform& platform) {
+  json j = {{"cores", platform.cores}, {"timer_thread", to_string(platform.timer_thread)}};
+  for (const PlatformCost& cost : kPlatformCosts) {
+    j[std::string(cost.key)] = to_us(platform.*cost.value);
+  }
+  return j;
+}
+
+GraphPlatform platform_from_json(const json& j) {
+  GraphPlatform platform;
+  platform.cores = j.at("cores").get<unsigned>();
+  for (const TimerThread t : {TimerThread::raised, TimerThread::equal}) {
+    if (j.at("timer_thread") == to_string(t)) platform.timer_thread = t;
+  }
+  for (const PlatformCost& cost : kPlatformCosts) {
+    platform.*cost.value = from_ms(j.at(std::string(cost.key)).get<double>() / 1000);
+  }
+  return platform;
+}
+
 json first_timestamps_json(const TaskSet& set) {
   json phases = json::object();
   for (const Task& task : set.tasks) {

@@ -43,6 +43,10 @@ nlohmann::json common_facts(const CommonOptions& options, const Graph& graph,
 nlohmann::json bounds_json(const Graph& graph, const GraphTasks& tasks,
                            const std::vector<ExecutorSpec>& executors, Duration delta);
 
+/// The simulated machine, and back (nlohmann's exceptions for what is none).
+nlohmann::json platform_json(const GraphPlatform& platform);
+GraphPlatform platform_from_json(const nlohmann::json& platform);
+
 /// Milliseconds by name of the timer.
 nlohmann::json first_timestamps_json(const TaskSet& set);
 

@@ -21,6 +21,9 @@ namespace hotpath {
 
 namespace {
 
+/// The scripts' exit code for input that cannot be drawn.
+constexpr int kUnfitInput = 2;
+
 std::filesystem::path find_script(const std::string& script) {
   std::istringstream folders(HOTPATH_PLOT_DIRS);
   for (std::string folder; std::getline(folders, folder, ':');) {
@@ -81,6 +84,10 @@ void draw_figure(const std::string& script, const std::filesystem::path& folder)
   const auto [status, errors] = run_python(find_script(script), {folder.string()});
   if (status == 0) return;
   const std::string cause = last_line(errors);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kUnfitInput) {
+    std::cerr << "note: no figure: " << cause << "\n";
+    return;
+  }
   std::cerr << "note: the figure was not drawn" << (cause.empty() ? "" : " (" + cause + ")")
             << "; it needs Debian's python3-matplotlib and the script " << script << ".\n";
 }
@@ -91,8 +98,7 @@ void require_script(const std::string& script, const std::vector<std::string>& a
   const auto [status, errors] = run_python(find_script(script), arguments);
   if (status == 0) return;
   const std::string cause = last_line(errors);
-  // The scripts' own code for input that they cannot use.
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 2) throw UsageError(cause);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kUnfitInput) throw UsageError(cause);
   throw RunError(failure + (cause.empty() ? "" : " (" + cause + ")") + "; it needs Debian's " + needs +
                  " and the script " + script);
 }

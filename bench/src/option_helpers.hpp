@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdint>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <type_traits>
@@ -42,13 +43,23 @@ CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& val
       ->type_name(list);
 }
 
-/// A number within limits; whole if `value` is.
+template <class Value>
+struct NumberOf {
+  using Type = Value;
+};
+template <class Value>
+struct NumberOf<std::optional<Value>> {
+  using Type = Value;
+};
+
+/// A number within limits; whole if `value`, which may be optional, is.
 template <class Value>
 CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, double least, double most,
                         const std::string& unit, const std::string& help) {
-  const char* const kind = std::is_integral_v<Value> ? "whole number" : "number";
+  constexpr bool whole = std::is_integral_v<typename NumberOf<Value>::Type>;
+  const char* const kind = whole ? "whole number" : "number";
   const auto check = [least, most, kind](const std::string& text) {
-    std::conditional_t<std::is_integral_v<Value>, std::int64_t, double> number{};
+    std::conditional_t<whole, std::int64_t, double> number{};
     const char* const end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data(), end, number);
     const auto n = static_cast<double>(number);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <set>
+#include <vector>
 
 #include "hotpath/core/events_scheduler.hpp"
 
@@ -14,9 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-/// Chrome's unit; a double keeps nanoseconds over a hundred days.
-double us(Duration d) { return static_cast<double>(d.count()) / 1e3; }
-
 class PerfettoWriter {
  public:
   PerfettoWriter(std::ostream& out, const TaskSet& set, const Trace& trace)
@@ -24,11 +22,9 @@ class PerfettoWriter {
 
   void write(Time from, Time to) {
     out_ << "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[";
+    find_flows(from, to);
     for (const JobRecord& r : trace_.jobs) {
-      if (ran(r) && r.finish >= from && r.start < to) shown_.emplace(key(r.job.ref()), &r);
-    }
-    for (const JobRecord& r : trace_.jobs) {
-      if (ran(r) && r.finish >= from && r.start < to) {
+      if (shown(r, from, to)) {
         job(r);
       } else if (r.outcome == Outcome::overwritten && r.job.timestamp >= from && r.job.timestamp < to) {
         marker(r, "overwritten", r.job.timestamp);
@@ -44,9 +40,16 @@ class PerfettoWriter {
  private:
   using Key = std::pair<TaskId, std::uint64_t>;
   static Key key(JobRef job) { return {job.task, job.sequence}; }
-  static bool ran(const JobRecord& r) { return r.outcome == Outcome::ran; }
+  static bool shown(const JobRecord& r, Time from, Time to) {
+    return r.outcome == Outcome::ran && r.finish >= from && r.start < to;
+  }
 
-  double at(Time t) const { return us(t - trace_.epoch); }
+  /// Numbers as Linux gives them: positive, none twice, and the first thread's is that of its process.
+  static int pid(const JobRecord& r) { return 100 * (r.process + 1); }
+  static int tid(const JobRecord& r) { return pid(r) + r.worker; }
+
+  /// Chrome's unit; a double keeps nanoseconds over a hundred days.
+  double at(Time t) const { return to_us(t - trace_.epoch); }
 
   void event(const json& e) {
     out_ << (first_ ? "\n" : ",\n") << e.dump();
@@ -58,18 +61,15 @@ class PerfettoWriter {
     if (processes_.insert(r.process).second) {
       const std::string name = trace_.executor + ", repetition " + std::to_string(trace_.repetition) +
                                ", process " + std::to_string(r.process);
-      event({{"ph", "M"}, {"name", "process_name"}, {"pid", r.process}, {"args", {{"name", name}}}});
+      event({{"ph", "M"}, {"name", "process_name"}, {"pid", pid(r)}, {"args", {{"name", name}}}});
     }
     if (!workers_.insert({r.process, r.worker}).second) return;
     const bool events = trace_.executor.find("-r") != std::string::npos;
     const std::string name = !events ? "worker " + std::to_string(r.worker)
                              : r.worker == EventsScheduler::kTimerManagement ? "timer management thread"
                                                                              : "executor thread";
-    event({{"ph", "M"},
-           {"name", "thread_name"},
-           {"pid", r.process},
-           {"tid", r.worker},
-           {"args", {{"name", name}}}});
+    event(
+        {{"ph", "M"}, {"name", "thread_name"}, {"pid", pid(r)}, {"tid", tid(r)}, {"args", {{"name", name}}}});
   }
 
   void job(const JobRecord& r) {
@@ -83,33 +83,48 @@ class PerfettoWriter {
     event({{"ph", "X"},
            {"name", task.name},
            {"cat", task.kind == TaskKind::timer ? "timer" : "subscription"},
-           {"pid", r.process},
-           {"tid", r.worker},
+           {"pid", pid(r)},
+           {"tid", tid(r)},
            {"ts", at(r.start)},
-           {"dur", us(r.finish - r.start)},
+           {"dur", to_us(r.finish - r.start)},
            {"args", args}});
+    flows(r);
     if (r.finish > r.job.deadline) marker(r, "deadline missed", r.finish);
-    flow(r);
   }
 
-  /// Both ends bind to the slice that encloses them.
-  void flow(const JobRecord& r) {
-    const auto parent = shown_.find(key(r.job.parent));
-    if (parent == shown_.end()) return;
-    const JobRecord& from = *parent->second;
-    ++flows_;
-    const auto end = [&](const char* phase, const JobRecord& of) {
+  /// A flow leads from the job that published to each that took the message.
+  void find_flows(Time from, Time to) {
+    std::set<Key> publishers;
+    for (const JobRecord& r : trace_.jobs) {
+      if (shown(r, from, to)) publishers.insert(key(r.job.ref()));
+    }
+    std::uint64_t flows = 0;
+    for (const JobRecord& r : trace_.jobs) {
+      const Key parent = key(r.job.parent);
+      if (!shown(r, from, to) || publishers.count(parent) == 0) continue;
+      arriving_[key(r.job.ref())] = ++flows;
+      leaving_[parent].push_back(flows);
+    }
+  }
+
+  /// An end binds to the slice that stands before it, which thus may last no time at all.
+  void flows(const JobRecord& r) {
+    const auto end = [&](const char* phase, std::uint64_t id) {
       event({{"ph", phase},
              {"name", "message"},
              {"cat", "flow"},
-             {"id", flows_},
+             {"id", id},
              {"bp", "e"},
-             {"pid", of.process},
-             {"tid", of.worker},
-             {"ts", at(of.start)}});
+             {"pid", pid(r)},
+             {"tid", tid(r)},
+             {"ts", at(r.start)}});
     };
-    end("s", from);
-    end("f", r);
+    if (const auto arriving = arriving_.find(key(r.job.ref())); arriving != arriving_.end()) {
+      end("f", arriving->second);
+    }
+    if (const auto leaving = leaving_.find(key(r.job.ref())); leaving != leaving_.end()) {
+      for (const std::uint64_t id : leaving->second) end("s", id);
+    }
   }
 
   void marker(const JobRecord& r, const char* what, Time when) {
@@ -117,18 +132,18 @@ class PerfettoWriter {
            {"s", "p"},
            {"name", std::string(what) + ": " + set_[r.job.task].name},
            {"cat", what},
-           {"pid", r.process},
-           {"tid", 0},
+           {"pid", pid(r)},
+           {"tid", pid(r)},
            {"ts", at(when)}});
   }
 
   std::ostream& out_;
   const TaskSet& set_;
   const Trace& trace_;
-  std::map<Key, const JobRecord*> shown_;
+  std::map<Key, std::uint64_t> arriving_;
+  std::map<Key, std::vector<std::uint64_t>> leaving_;
   std::set<std::uint16_t> processes_;
   std::set<std::pair<std::uint16_t, std::uint8_t>> workers_;
-  std::uint64_t flows_ = 0;
   bool first_ = true;
 };
 

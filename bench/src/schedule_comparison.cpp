@@ -64,7 +64,7 @@ void measure(const Schedule& schedule, Time until, Quantiles& lateness, Quantile
              Quantiles& authors) {
   std::vector<double> late, responses, as_authors;
   for (const ExecutedJob& job : schedule.jobs) {
-    if (job.start > until || job.finish < job.start) continue;
+    if (job.start > until || !job.finished()) continue;
     late.push_back(to_ms(job.start - job.timestamp));
     responses.push_back(to_ms(job.finish - job.timestamp));
     if (job.next_call != kNever) as_authors.push_back(to_ms(response_authors(schedule, job)));
@@ -94,7 +94,7 @@ Schedule schedule_of(const TaskSet& set, const Trace& trace) {
     job.task = r.job.task;
     job.timestamp = Time{} + (r.job.timestamp - trace.epoch);
     job.start = Time{} + (r.start - trace.epoch);
-    job.finish = r.outcome == Outcome::ran ? Time{} + (r.finish - trace.epoch) : Time::min();
+    if (r.outcome == Outcome::ran) job.finish = Time{} + (r.finish - trace.epoch);
     const auto& of_timer = released[r.job.task];
     const auto later = std::upper_bound(of_timer.begin(), of_timer.end(), r.start,
                                         [](Time t, const JobRecord* o) { return t < o->job.release; });

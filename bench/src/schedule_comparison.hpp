@@ -14,8 +14,11 @@ namespace hotpath {
 /// One executed job, of whatever origin.
 struct ExecutedJob {
   TaskId task = kNoTask;
-  Time timestamp{}, start{}, finish{};
-  Time next_call = kNever;  ///< Timers: the timer's next call as read at the start of the job.
+  Time timestamp{}, start{};
+  Time finish = Time::min();  ///< Time::min(): not finished at the end of the run.
+  Time next_call = kNever;    ///< Timers: the timer's next call as read at the start of the job.
+
+  bool finished() const { return finish >= start; }
 };
 
 /// The executed jobs of one run by start, with instants since its epoch.

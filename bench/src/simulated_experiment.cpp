@@ -29,13 +29,27 @@ using nlohmann::json;
 
 constexpr std::uint64_t kBacklogPerTask = 100;
 
-Duration microseconds(double us) { return from_ms(us / 1000); }
+const std::string kReplay = "replay:";
+
+/// With what the options override of its platform.
+Graph simulated_graph(const SimulateOptions& options) {
+  Graph graph = experiment_graph(options);
+  GraphPlatform& p = graph.platform;
+  p.cores = options.cores.value_or(p.cores);
+  p.timer_thread = options.timer_thread.value_or(p.timer_thread);
+  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
+    if (options.costs_us[i]) p.*kPlatformCosts[i].value = from_ms(*options.costs_us[i] / 1000);
+  }
+  if (options.execution_times == "worst") p.execution_times = ExecutionTimeModel::worst;
+  if (options.execution_times == "uniform") p.execution_times = ExecutionTimeModel::uniform;
+  return graph;
+}
 
 class SimulatedExperiment {
  public:
   explicit SimulatedExperiment(const SimulateOptions& options)
       : options_(options),
-        graph_(experiment_graph(options)),
+        graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
         executors_(experiment_executors(options)),
         counting_(summary_options(options, graph_, tasks_)) {
@@ -69,10 +83,9 @@ class SimulatedExperiment {
   void prepare() {
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
     if (!options_.phases_of.empty()) phases_of_.emplace(options_.phases_of, "--phases-of");
-    const std::string replay = "replay:";
-    const std::string& times = options_.execution_times;
-    if (times.starts_with(replay)) {
-      replayed_.emplace(times.substr(replay.size()), "--execution-times " + replay);
+    const std::string times = execution_times_name();
+    if (times.starts_with(kReplay)) {
+      replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + kReplay);
       replayed_->load_jobs(tasks_.set);
     } else if (times != "worst" && times != "uniform") {
       throw UsageError("--execution-times: `" + times + "` is none of worst, uniform and replay:RUN");
@@ -87,6 +100,10 @@ class SimulatedExperiment {
     check_memory();
   }
 
+  std::string execution_times_name() const {
+    return options_.execution_times.value_or(to_string(graph_.platform.execution_times));
+  }
+
   const ExecutorSpec& executor(std::size_t i) const { return executors_[i / options_.repetitions]; }
   std::uint32_t repetition(std::size_t i) const {
     return static_cast<std::uint32_t>(i % options_.repetitions);
@@ -99,7 +116,7 @@ class SimulatedExperiment {
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
     if (replayed_) return replayed_->execution_times(graph_, tasks_, executor(i).label, repetition(i));
-    if (options_.execution_times == "uniform") {
+    if (graph_.platform.execution_times == ExecutionTimeModel::uniform) {
       return std::make_unique<UniformTimes>(tasks_.set, options_.seed + repetition(i));
     }
     return std::make_unique<WorstCaseTimes>(tasks_.set);
@@ -125,18 +142,7 @@ class SimulatedExperiment {
 
   SimulationOptions simulation_options(const ExecutorSpec& e) const {
     SimulationOptions s;
-    Platform& p = s.platform;
-    p = default_platform(*e.entry);
-    p.cores = options_.cores;
-    if (options_.timer_thread != TimerThread::by_executor) {
-      p.raised_releaser = options_.timer_thread == TimerThread::raised;
-    }
-    p.release_cost = microseconds(options_.release_cost_us);
-    p.pass_cost = microseconds(options_.pass_cost_us);
-    p.dispatch_cost = microseconds(options_.dispatch_cost_us);
-    p.wake_up_latency = microseconds(options_.wake_up_us);
-    p.delivery_delay = microseconds(options_.delivery_delay_us);
-    p.wall_clock_work = graph_.work == WorkMode::wall;
+    s.platform = make_platform(graph_, *e.entry);
     s.duration = seconds(options_.warm_up_s + options_.duration_s);
     s.max_backlog = options_.max_backlog.value_or(kBacklogPerTask * tasks_.set.size());
     return s;
@@ -148,7 +154,7 @@ class SimulatedExperiment {
     const ExecutorSpec& e = executor(i);
     SchedulerOptions scheduling = e.scheduler;
     // rclcpp's default on the simulated machine, not on this one.
-    if (scheduling.workers == 0) scheduling.workers = std::max(2U, options_.cores);
+    if (scheduling.workers == 0) scheduling.workers = std::max(2U, graph_.platform.cores);
     const auto scheduler = e.entry->make(set, scheduling);
     const auto times = execution_times(i);
     std::vector<ChainObservation> observations;
@@ -203,18 +209,9 @@ class SimulatedExperiment {
     json facts = common_facts(options_, graph_, executors_);
     facts["kind"] = "simulated";
     if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
-    const char* const timer_thread = options_.timer_thread == TimerThread::by_executor ? "by_executor"
-                                     : options_.timer_thread == TimerThread::raised    ? "raised"
-                                                                                       : "equal";
-    facts["platform"] = {{"cores", options_.cores},
-                         {"timer_thread", timer_thread},
-                         {"release_cost_us", options_.release_cost_us},
-                         {"pass_cost_us", options_.pass_cost_us},
-                         {"dispatch_cost_us", options_.dispatch_cost_us},
-                         {"wake_up_us", options_.wake_up_us},
-                         {"delivery_delay_us", options_.delivery_delay_us}};
-    facts["execution_times"] = options_.execution_times;
-    facts["bounds"] = bounds_json(graph_, tasks_, executors_, microseconds(options_.release_cost_us));
+    facts["platform"] = platform_json(graph_.platform);
+    facts["execution_times"] = execution_times_name();
+    facts["bounds"] = bounds_json(graph_, tasks_, executors_, graph_.platform.release_cost);
     for (std::size_t i = 0; i < results_.size(); ++i) {
       facts["runs"].push_back({{"executor", executor(i).label},
                                {"repetition", repetition(i)},

@@ -8,6 +8,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "schedule_comparison.hpp"
+
 namespace hotpath {
 namespace {
 
@@ -49,6 +51,25 @@ void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vec
   }
 }
 
+bool timers_only(const TaskSet& set) {
+  return std::all_of(set.tasks.begin(), set.tasks.end(),
+                     [](const Task& task) { return task.kind == TaskKind::timer; });
+}
+
+/// By task, after the warm-up.
+std::vector<std::vector<double>> authors_responses_ms(const TaskSet& set, const ExecutorRuns& runs,
+                                                      Duration warm_up) {
+  std::vector<std::vector<double>> responses(set.size());
+  for (const Repetition& repetition : runs.repetitions) {
+    const Schedule schedule = schedule_of(set, repetition.trace);
+    for (const ExecutedJob& job : schedule.jobs) {
+      if (!job.finished() || job.timestamp < Time{} + warm_up) continue;
+      responses[job.task].push_back(to_ms(response_authors(schedule, job)));
+    }
+  }
+  return responses;
+}
+
 std::vector<TaskSummary> task_summaries(const TaskSet& set, const ExecutorRuns& runs,
                                         const SummaryOptions& options) {
   std::vector<TaskSummary> tasks(set.size());
@@ -84,6 +105,12 @@ std::vector<TaskSummary> task_summaries(const TaskSet& set, const ExecutorRuns& 
     tasks[id].response_ms = quantiles(std::move(responses[id]));
   }
   for (auto& [id, of_task] : periods) tasks[id].period_ms = quantiles(std::move(of_task));
+  if (timers_only(set)) {
+    auto authors = authors_responses_ms(set, runs, options.warm_up);
+    for (TaskId id = 0; id < set.size(); ++id) {
+      tasks[id].response_authors_ms = quantiles(std::move(authors[id]));
+    }
+  }
   return tasks;
 }
 
@@ -239,6 +266,7 @@ json task_json(const TaskSummary& task) {
     j["overwritten"] = task.overwritten;
     j["empty"] = task.empty;
   }
+  if (task.response_authors_ms) j["response_authors_ms"] = quantiles_json(*task.response_authors_ms);
   if (task.period_ms) j["period_ms"] = quantiles_json(*task.period_ms);
   return j;
 }

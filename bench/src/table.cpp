@@ -120,6 +120,15 @@ double worst_response_ms(const ExecutorSummary& executor) {
   return worst;
 }
 
+/// NaN where the definition does not apply.
+double worst_response_authors_ms(const ExecutorSummary& executor) {
+  double worst = kNoValue;
+  for (const TaskSummary& task : executor.tasks) {
+    if (task.response_authors_ms) worst = std::fmax(worst, task.response_authors_ms->max);
+  }
+  return worst;
+}
+
 Table jobs_table(const Summary& summary) {
   Table table{"jobs of all tasks", {names(summary)}};
   auto& columns = table.columns;
@@ -129,6 +138,9 @@ Table jobs_table(const Summary& summary) {
       counts(summary, "deadline", "overruns", [](const auto& e) { return e.deadline_overruns; }));
   columns.push_back(column(summary, "worst", "response ms", [](const auto& e) {
     return Cell{number(worst_response_ms(e)), ""};
+  }));
+  columns.push_back(column(summary, "as authors", "define it", [](const auto& e) {
+    return Cell{number(worst_response_authors_ms(e)), ""};
   }));
   return table;
 }

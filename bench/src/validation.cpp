@@ -3,20 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "csv_rows.hpp"
 #include "hotpath/bench/errors.hpp"
 #include "hotpath/bench/executor_spec.hpp"
+#include "hotpath/core/reference_platform.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "measured_run.hpp"
-#include "reference_costs.hpp"
 #include "schedule_comparison.hpp"
+#include "validation_parts.hpp"
 
 namespace hotpath {
 
@@ -25,58 +23,6 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
-
-constexpr double kSimilar = 0.98;
-constexpr double kSameLoss_percent = 2;
-
-std::string text(const char* format, auto... values) {
-  char buffer[256];
-  std::snprintf(buffer, sizeof(buffer), format, values...);
-  return buffer;
-}
-
-json quantiles_json(const Quantiles& q) {
-  return {{"n", q.n}, {"p10", nullptr}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
-}
-
-json latency_json(std::vector<double> samples) {
-  std::sort(samples.begin(), samples.end());
-  json j = quantiles_json(quantiles(samples));
-  j["p10"] = quantile(samples, 0.1);
-  return j;
-}
-
-json to_json(const ScheduleComparison& c) {
-  json tasks = json::array();
-  for (const TaskComparison& t : c.tasks) {
-    tasks.push_back({{"task", t.task},
-                     {"measured_lost_percent", t.lost_percent[0]},
-                     {"simulated_lost_percent", t.lost_percent[1]}});
-  }
-  const auto both = [](const Quantiles(&q)[2]) {
-    return json{{"measured", quantiles_json(q[0])}, {"simulated", quantiles_json(q[1])}};
-  };
-  json j = {{"jobs", {{"measured", c.jobs[0]}, {"simulated", c.jobs[1]}}},
-            {"similarity", c.similarity},
-            {"similarity_by_period", c.similarity_by_period},
-            {"first_difference", nullptr},
-            {"largest_loss_difference_percent", c.largest_loss_difference()},
-            {"tasks", tasks},
-            {"start_lateness_ms", both(c.lateness_ms)},
-            {"response_ms", both(c.response_ms)},
-            {"response_authors_ms", both(c.response_authors_ms)}};
-  if (c.first_difference) {
-    j["first_difference"] = {{"place", c.first_difference->place},
-                             {"at_ms", to_ms(c.first_difference->at - Time{})},
-                             {"measured", c.first_difference->task[0]},
-                             {"simulated", c.first_difference->task[1]}};
-  }
-  return j;
-}
-
-bool agrees(const ScheduleComparison& c) {
-  return c.similarity >= kSimilar && c.largest_loss_difference() <= kSameLoss_percent;
-}
 
 /// The golden programs and the authors' nodes work until an instant of the clock.
 Schedule simulate_timers(const TaskSet& set, const std::string& executor, Platform platform,
@@ -96,8 +42,8 @@ std::string golden_verdict(const ScheduleComparison& bare, const ScheduleCompari
   if (bare.similarity_by_period == 1) {
     return "the same but for the order among equal periods, which the fork leaves to its heap";
   }
-  const std::string charged = text("%.0f us of dispatch and %.0f us of wake-up", to_ms(p.dispatch_cost) * 1e3,
-                                   to_ms(p.wake_up_latency) * 1e3);
+  const std::string charged =
+      text("%.0f us of dispatch and %.0f us of wake-up", to_us(p.dispatch_cost), to_us(p.wake_up_latency));
   if (agrees(costs)) {
     return agrees(bare) ? "the same but for places where a release and the end of a job almost coincide"
                         : "costs decide: timers fall due about when a window closes, and " + charged +
@@ -124,10 +70,10 @@ json validate_golden_traces(const fs::path& reference) {
       const ScheduleComparison charged = compare(real, simulate_timers(real.set, executor, costs, length));
       all.push_back({{"set", set},
                      {"executor", executor},
-                     {"dispatch_cost_us", to_ms(costs.dispatch_cost) * 1e3},
-                     {"wake_up_us", to_ms(costs.wake_up_latency) * 1e3},
-                     {"without_costs", to_json(bare)},
-                     {"with_costs", to_json(charged)},
+                     {"dispatch_cost_us", to_us(costs.dispatch_cost)},
+                     {"wake_up_us", to_us(costs.wake_up_latency)},
+                     {"without_costs", comparison_json(bare, "measured", "simulated")},
+                     {"with_costs", comparison_json(charged, "measured", "simulated")},
                      {"verdict", golden_verdict(bare, charged, costs)}});
     }
   }
@@ -176,7 +122,7 @@ TimersOnly predict(const Graph& graph, const std::string& executor, Duration ste
   for (TaskId id = 0; id < s.set.size(); ++id) {
     std::vector<double> responses;
     for (const ExecutedJob& job : s.jobs) {
-      if (job.task == id && job.finish > job.start) responses.push_back(to_ms(response_authors(s, job)));
+      if (job.task == id && job.finished()) responses.push_back(to_ms(response_authors(s, job)));
     }
     if (s.set[id].name == "IMU") {
       const double timestamps = static_cast<double>(1 + (45s - 1ns - s.set[id].phase) / s.set[id].period);
@@ -237,36 +183,6 @@ json validate_timers_only(const fs::path& reference) {
   return all;
 }
 
-namespace {
-
-struct Prediction {
-  Trace trace;
-  std::vector<std::vector<double>> latencies_ms;  // per chain
-};
-
-Prediction predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                   const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up) {
-  std::vector<ChainObservation> observations;
-  GraphWorkload workload(graph, tasks, times, &observations);
-  Prediction p;
-  p.trace = simulate_trace(tasks.set, *executor.entry, executor.scheduler, workload, options);
-  p.latencies_ms.resize(graph.chains.size());
-  for (const ChainObservation& o : observations) {
-    if (o.sink_start < Time{} + warm_up) continue;
-    p.latencies_ms[o.chain].push_back(to_ms(o.sink_start - o.latest_source_start));
-  }
-  return p;
-}
-
-std::string median_verdict(double measured, double simulated, double tolerance,
-                           const std::string& otherwise) {
-  const double percent = 100 * (simulated / measured - 1);
-  if (std::abs(percent) <= 100 * tolerance) return text("the median agrees (%+.1f %%)", percent);
-  return text("the median is %+.1f %% off: ", percent) + otherwise;
-}
-
-}  // namespace
-
 json validate_autoware(const fs::path& reference) {
   Graph graph = load_graph(find_graph("autoware"));
   for (Node& node : graph.nodes) {
@@ -292,106 +208,11 @@ json validate_autoware(const fs::path& reference) {
     const double measured = row.number("hot_path_p50_ms");
     all.push_back(
         {{"executor", label},
-         {"measured_ms",
-          {{"p10", row.number("hot_path_p10_ms")},
-           {"p50", measured},
-           {"p90", row.number("hot_path_p90_ms")},
-           {"p99", row.number("hot_path_p99_ms")},
-           {"max", row.number("hot_path_max_ms")}}},
+         {"measured_ms", real_latency_json(row)},
          {"simulated_ms", simulated},
          {"verdict", median_verdict(measured, simulated.at("p50"), name == "multi" ? 0.10 : 0.05,
                                     "six outputs alternate, and costs decide which of two crunch counts "
                                     "the median falls on")}});
-  }
-  return all;
-}
-
-namespace {
-
-struct RunFacts {
-  Graph graph;
-  std::vector<std::string> executors;
-  Duration length{}, warm_up{};
-};
-
-RunFacts run_facts(const MeasuredRun& run, const fs::path& folder) {
-  try {
-    const json& facts = run.facts();
-    RunFacts f;
-    f.graph = load_graph(find_graph(facts.at("graph").at("file").get<std::string>()));
-    f.graph.work = facts.at("work") == "wall" ? WorkMode::wall : WorkMode::fixed;
-    f.warm_up = from_ms(1e3 * facts.at("warm_up_s").get<double>());
-    f.length = f.warm_up + from_ms(1e3 * facts.at("duration_s").get<double>());
-    f.executors = facts.at("executors").get<std::vector<std::string>>();
-    return f;
-  } catch (const json::exception& error) {
-    throw UsageError(folder.string() + ": its run.json is not one of `hotpath run`: " + error.what());
-  }
-}
-
-/// Live repetitions are interleaved at random.
-std::vector<Trace> in_order_of(const std::vector<std::string>& labels, std::vector<Trace> traces) {
-  const auto place = [&](const Trace& t) {
-    return std::pair(std::find(labels.begin(), labels.end(), t.executor), t.repetition);
-  };
-  std::sort(traces.begin(), traces.end(),
-            [&](const Trace& a, const Trace& b) { return place(a) < place(b); });
-  return traces;
-}
-
-/// Latencies of the first chain by executor and repetition.
-std::map<std::pair<std::string, std::uint32_t>, std::vector<double>> read_latencies(const fs::path& run,
-                                                                                    const Graph& graph) {
-  std::map<std::pair<std::string, std::uint32_t>, std::vector<double>> latencies;
-  if (graph.chains.empty()) return latencies;
-  for (const CsvRow& row : read_csv(run / "chains.csv")) {
-    if (row.text("chain") != graph.chains.front().name) continue;
-    const auto repetition = static_cast<std::uint32_t>(row.number("repetition"));
-    latencies[{row.text("executor"), repetition}].push_back(row.number("hot_path_latency_ns") / 1e6);
-  }
-  return latencies;
-}
-
-}  // namespace
-
-json validate_run(const fs::path& run) {
-  MeasuredRun measured_run(run, "RUN");
-  const RunFacts facts = run_facts(measured_run, run);
-  const GraphTasks unphased = make_tasks(facts.graph);
-  measured_run.load_jobs(unphased.set);
-  const auto latencies = read_latencies(run, facts.graph);
-  json all = json::array();
-  for (const Trace& trace : in_order_of(facts.executors, measured_run.traces())) {
-    GraphTasks tasks = unphased;
-    const auto first = measured_run.first_timestamps(tasks.set, trace.executor, trace.repetition);
-    for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
-    const ExecutorSpec executor = parse_executor(trace.executor, {SubscriptionRule::inherit, Ties::lifo, 2});
-    SimulationOptions options;
-    options.platform = default_platform(*executor.entry);
-    options.platform.cores = measured_run.cores();
-    options.platform.wall_clock_work = facts.graph.work == WorkMode::wall;
-    options.duration = facts.length;
-    const auto times = measured_run.execution_times(facts.graph, tasks, trace.executor, trace.repetition);
-    const Prediction p = predict(facts.graph, tasks, executor, *times, options, facts.warm_up);
-    const ScheduleComparison c = compare(schedule_of(tasks.set, trace), schedule_of(tasks.set, p.trace));
-    json j = {{"run", run.string()},
-              {"executor", trace.executor},
-              {"repetition", trace.repetition},
-              {"comparison", to_json(c)}};
-    const auto measured = latencies.find({trace.executor, trace.repetition});
-    if (measured != latencies.end()) {
-      const json live = latency_json(measured->second), simulated = latency_json(p.latencies_ms.at(0));
-      j["measured_ms"] = live;
-      j["simulated_ms"] = simulated;
-      j["verdict"] = median_verdict(live.at("p50"), simulated.at("p50"), 0.05,
-                                    "latencies come in steps of one job, and a job that starts a little "
-                                    "later than predicted finds another "
-                                    "order and moves an output by a step");
-    } else {
-      j["verdict"] = agrees(c) ? "the schedule agrees"
-                               : "the schedules part where a release and the end of a job almost coincide";
-    }
-    all.push_back(std::move(j));
   }
   return all;
 }

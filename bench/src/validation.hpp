@@ -20,8 +20,9 @@ nlohmann::json validate_timers_only(const std::filesystem::path& reference);
 /// REFERENCE/rclcpp_autoware_phases.csv: quantiles of the hot-path latency.
 nlohmann::json validate_autoware(const std::filesystem::path& reference);
 
-/// Every executor and repetition of a run, against the simulation with its phases and measured execution
-/// times.
-nlohmann::json validate_run(const std::filesystem::path& run);
+/// Every executor and repetition of a run, live or simulated, against the simulation with its phases and
+/// measured execution times, and against what REFERENCE has of the real stack on the same graph: the golden
+/// trace of the set and executor, or Autoware's latencies at the same load.
+nlohmann::json validate_run(const std::filesystem::path& run, const std::filesystem::path& reference);
 
 }  // namespace hotpath

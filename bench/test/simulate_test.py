@@ -3,6 +3,7 @@
 
 import json
 import unittest
+from pathlib import Path
 
 from hotpath_command import CommandTest, RunFolder
 
@@ -12,6 +13,7 @@ GRAPHS = (
     + [f"timers_only_{level}_authors" for level in (60, 80, 90)]
 )
 EXECUTORS = "default static multi events-ro events-re rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re".split()
+TRACES = Path(__file__).resolve().parents[2] / "results" / "ros2_reference" / "traces"
 BRIEF = ("--duration", 3, "--warm-up", 0)
 TINY = "name: tiny\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: %s}\n"
 TINY_CHAIN = """name: tiny_chain
@@ -72,6 +74,11 @@ class Experiments(SimulateTest):
     def test_rate_monotonic_drops_nothing_and_default_does(self):
         run = self.simulate("--graph", "timers_only_90", "--executors", "default,rm-ro", "--duration", 42)
         skipped = {e["executor"]: e["skipped"] for e in run.summary()["executors"]}
+        for executor in run.summary()["executors"]:
+            for task in executor["tasks"]:
+                # The authors' refers to the latest release, a job's own or, with backlog, a later one.
+                self.assertEqual(task["response_authors_ms"]["n"], task["response_ms"]["n"])
+                self.assertLessEqual(task["response_authors_ms"]["max"], task["response_ms"]["max"])
         self.assertEqual(skipped["rm-ro"], 0)
         self.assertGreater(skipped["default"], 100)
 
@@ -87,6 +94,25 @@ class Experiments(SimulateTest):
             run = self.simulate(*of, *options, output=f"cost{latency_us}")
             (chains,) = run.chains().values()
             self.assertEqual({latency for _, _, latency, _ in chains}, {latency_us * 1000}, options)
+
+    def test_the_platform_of_a_graph_is_what_options_override(self):
+        platform = "platform: {cores: 2, dispatch_cost_us: 10, delivery_delay_us: 100, execution_times: uniform}\n"
+        graph = self.write("platform.yaml", TINY_CHAIN % 4 + platform)
+        run = self.simulate("--graph", graph, "--executors", "events-ro", *BRIEF, output="file")
+        self.assertEqual(run.run["platform"]["cores"], 2)
+        self.assertEqual(run.run["platform"]["dispatch_cost_us"], 10)
+        self.assertEqual(run.run["execution_times"], "uniform")
+        (chains,) = run.chains().values()
+        self.assertEqual({latency for _, _, latency, _ in chains}, {4_220_000})
+        options = ("--cores", 1, "--dispatch-cost-us", 0, "--execution-times", "worst")
+        run = self.simulate("--graph", graph, "--executors", "events-ro", *options, *BRIEF, output="options")
+        self.assertEqual(run.run["platform"]["cores"], 1)
+        self.assertEqual(run.run["execution_times"], "worst")
+        (chains,) = run.chains().values()
+        self.assertEqual({latency for _, _, latency, _ in chains}, {4_200_000})
+        code, out, err = self.command("graph", graph)
+        self.assertEqual(code, 0, err)
+        self.assertIn("2 cores, timer thread by_executor, execution times uniform, dispatch_cost_us 10", out)
 
     def test_without_trace_the_counts_are_the_same(self):
         options = ("--executors", "default,rm-ro", "--repetitions", 2, "--phases", "random", "--duration", 5)
@@ -113,6 +139,58 @@ class Experiments(SimulateTest):
 
 
 class Timeline(SimulateTest):
+    def assert_chrome_trace(self, text):
+        """The Trace Event Format's object form as importers read it: events are sorted by `ts`, equal ones stay in
+        the order of the file, and the end of a flow binds to the latest slice of its thread."""
+        trace = json.loads(text)
+        self.assertEqual(set(trace), {"displayTimeUnit", "traceEvents"})
+        keys = {
+            "M": {"ph", "name", "pid", "args"},
+            "X": {"ph", "name", "cat", "pid", "tid", "ts", "dur", "args"},
+            "i": {"ph", "name", "cat", "pid", "tid", "ts", "s"},
+            "s": {"ph", "name", "cat", "pid", "tid", "ts", "id", "bp"},
+            "f": {"ph", "name", "cat", "pid", "tid", "ts", "id", "bp"},
+        }
+        named, slices, begun, ended = set(), {}, {}, {}
+        for e in trace["traceEvents"]:
+            self.assertEqual(set(e) - {"tid"}, keys[e["ph"]] - {"tid"})
+            self.assertGreater(e["pid"], 0, "0 is the idle process")
+            thread = (e["pid"], e.get("tid"))
+            if e["ph"] == "M":
+                named.add(thread)
+                continue
+            self.assertIn(thread, named)
+            self.assertGreaterEqual(e["ts"], 0)
+            if e["ph"] == "X":
+                before = slices.get(thread)
+                if before:
+                    self.assertGreaterEqual(round(e["ts"], 3), round(before["ts"] + before["dur"], 3))
+                self.assertGreaterEqual(e["dur"], 0)
+                slices[thread] = e
+            elif e["ph"] in "sf":
+                ends = begun if e["ph"] == "s" else ended
+                self.assertNotIn(e["id"], ends)
+                self.assertEqual(e["ts"], slices[thread]["ts"])
+                ends[e["id"]] = slices[thread]
+        self.assertEqual(set(begun), set(ended))
+        for flow, end in ended.items():
+            self.assertGreaterEqual(end["ts"], begun[flow]["ts"])
+        return [(begun[flow]["name"], ended[flow]["name"]) for flow in begun]
+
+    def test_perfetto_trace_is_one_whose_flows_follow_the_hot_path(self):
+        run = self.simulate("--executors", "rm-re,multi", "--cores", 2, "--execution-times", "uniform", *BRIEF)
+        hot_path = {
+            ("RearLidarDriver", "PointsTransformerRear/RearLidarDriver"),
+            ("PointsTransformerRear/RearLidarDriver", "PointCloudFusion/PointsTransformerRear"),
+            ("RayGroundFilter/PointCloudFusion", "EuclideanClusterDetector/RayGroundFilter"),
+            ("EuclideanClusterDetector/RayGroundFilter", "ObjectCollisionEstimator/EuclideanClusterDetector"),
+        }
+        file = self.folder / "trace.json"
+        for executor in ("rm-re", "multi"):
+            for part in ((), ("--from", 500, "--to", 900)):
+                self.command("timeline", run.path, "--executor", executor, *part, "--perfetto", file)
+                self.assertLessEqual(hot_path, set(self.assert_chrome_trace(file.read_text())))
+
     def test_perfetto_trace_has_every_job_and_the_flows_between_them(self):
         graph = self.write("chain.yaml", TINY_CHAIN % 4)
         run = self.simulate("--graph", graph, "--executors", "events-ro,rm-re", *BRIEF)
@@ -203,6 +281,24 @@ class Validate(SimulateTest):
             self.assertEqual(entry["measured_ms"], entry["simulated_ms"])
         self.assertIn("which the fork leaves to its heap", out)
 
+    def test_a_run_with_the_phases_of_a_golden_trace_stands_beside_it(self):
+        trace = TRACES / "timers_only_80.edf-ro.csv"
+        options = ("--graph", "timers_only_80", "--executors", "edf-ro,dm-re", "--duration", 10, "--warm-up", 0)
+        same = self.simulate(*options, "--phases-file", trace, output="same")
+        other = self.simulate(*options, "--phases", "synchronous", output="other")
+        code, out, err = self.command("validate", same.path, other.path, "--output", self.folder / "v")
+        self.assertEqual(code, 0, err)
+        runs = json.loads((self.folder / "v" / "validation.json").read_text())["runs"]
+        self.assertEqual([(r["executor"], "golden" in r) for r in runs], [("edf-ro", True), ("dm-re", False)] * 2)
+        same, other = runs[0]["golden"], runs[2]["golden"]
+        self.assertEqual((same["phases_differ_ms"], same["comparison"]["similarity"]), (0, 1))
+        self.assertIn("order 1.000 alike, lost jobs within 0.0 points.", out)
+        for quantity in ("start_lateness_ms", "response_ms", "response_authors_ms"):
+            real, live = (same["comparison"][quantity][side]["p50"] for side in ("real", "live"))
+            self.assertAlmostEqual(real, live, delta=0.5)
+        self.assertGreater(other["phases_differ_ms"], 10)
+        self.assertIn("--phases-file timers_only_80.edf-ro.csv", other["verdict"])
+
     def test_wrong_use(self):
         for arguments, part in (
             (("--reference", self.folder), "cannot be read"),
@@ -217,6 +313,7 @@ class Validate(SimulateTest):
 class WrongUse(SimulateTest):
     def test_options_out_of_range(self):
         self.assert_refused("--cores", 0, says=["--cores", "from 1 to 64"])
+        self.assert_refused("--cores", 1.5, says=["--cores", "whole number"])
         self.assert_refused("--release-cost-us", -1, says=["--release-cost-us", "from 0"])
         self.assert_refused("--duration", 1e12, says=["--duration", "from 0.1 to 1e+09"])
         self.assert_refused("--duration", 1e9, says=["--duration", "memory", "--no-trace"])

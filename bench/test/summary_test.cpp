@@ -221,6 +221,25 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
   EXPECT_EQ(s.unbalanced[3].repetition, 1u);
 }
 
+TEST(AuthorsResponse, RefersToTheLatestReleaseBeforeTheStart) {
+  TaskSet set;
+  Task& timer = set.tasks.emplace_back();
+  timer.name = "IMU";
+  timer.period = timer.deadline = milliseconds(30);
+  // Both timestamps are released on time; the first job starts when the second one waits already.
+  const JobRecord first = ran(0, 0, 0, 40, 45), second = ran(0, 1, 30, 45, 50);
+  const auto of = [](const TaskSet& tasks, const std::vector<JobRecord>& jobs) {
+    return summarize(tasks, {{"rm-ro", {repetition(0, jobs, {})}}}, {}).executors.at(0).tasks.at(0);
+  };
+  const TaskSummary task = of(set, {first, second});
+  EXPECT_DOUBLE_EQ(task.response_ms.max, 45);
+  ASSERT_TRUE(task.response_authors_ms);
+  EXPECT_DOUBLE_EQ(task.response_authors_ms->min, 15);
+  EXPECT_DOUBLE_EQ(task.response_authors_ms->max, 20);
+  set.tasks.emplace_back().kind = TaskKind::subscription;
+  EXPECT_FALSE(of(set, {first, second}).response_authors_ms) << "not timers alone";
+}
+
 TEST(Usage, CpuTimePerExecutedCallbackOverAllRepetitions) {
   std::vector<Repetition> repetitions;
   for (std::uint32_t number = 0; number < 2; ++number) {

@@ -115,7 +115,9 @@ TEST(Table, OfAGraphWithoutChainsShowsItsJobs) {
     e.tasks = {TaskSummary{}, TaskSummary{}};
     e.tasks[1].response_ms = quantiles({10, 76.5});
   }
-  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +66000 +44 +12 +38.1 +7 +76.5\n"));
+  s.executors[1].tasks[0].response_authors_ms = quantiles({10, 31.5});
+  EXPECT_THAT(plain(s), testing::ContainsRegex("default +66000 +44 +12 +38.1 +7 +76.5 +-\n"));
+  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +66000 +44 +12 +38.1 +7 +76.5 +31.5\n"));
 }
 
 TEST(Table, NamesEveryBrokenLossEquationOrHowManyMoreThereAre) {

@@ -1,30 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stock EventsExecutor (rclcpp 26.0.0 events_executor.cpp, timers_manager.cpp), release-only and
 // release-and-execute.
-#include <gtest/gtest.h>
-
-#include "hotpath/core/events_scheduler.hpp"
-#include "hotpath/core/registry.hpp"
-#include "task_sets.hpp"
+#include "events_fixture.hpp"
 
 namespace hotpath::test {
 namespace {
 
-constexpr Worker kExecutor = EventsScheduler::kExecutor;
-constexpr Worker kReleaser = EventsScheduler::kTimerManagement;
-
-class EventsExecutor : public testing::Test {
- protected:
-  void start(const char* executor) {
-    scheduler = find_executor(executor)->make(set, {});
-    scheduler->begin(Time{});
-  }
-  std::optional<Job> next(Worker worker, Duration now) {
-    return take_turn(*scheduler, worker, at(now)).decision.job;
-  }
-  TaskSet set;
-  std::unique_ptr<Scheduler> scheduler;
-};
+class EventsExecutor : public EventsFixture {};
 
 TEST_F(EventsExecutor, HasAnExecutorAndATimerManagementWorker) {
   start("events-ro");

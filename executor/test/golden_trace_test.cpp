@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "hotpath/core/reference_platform.hpp"
 #include "reference_trace.hpp"
 #include "task_sets.hpp"
 
@@ -97,31 +98,11 @@ TEST_P(IdenticalUpToTies, RateMonotonicAmongDifferentPeriods) {
 
 INSTANTIATE_TEST_SUITE_P(GoldenTrace, IdenticalUpToTies, testing::Values("60", "80", "90"));
 
-/// Median costs in the traces: from the end of a job to the start of the next that was already due, and from
-/// a timer's instant to the start of its job when nothing ran.
-Platform measured_costs(const std::string& executor) {
-  Platform p;
-  if (executor == "default") {
-    p.dispatch_cost = 20us;
-    p.wake_up_latency = 190us;
-  } else if (executor == "static") {
-    p.dispatch_cost = 7us;
-    p.wake_up_latency = 180us;
-  } else if (executor == "events-re") {
-    p.dispatch_cost = 6us;
-    p.wake_up_latency = 110us;
-  } else {
-    p.dispatch_cost = 1us;
-    p.wake_up_latency = 70us;
-  }
-  return p;
-}
-
 class SimilarWithCosts : public testing::TestWithParam<Case> {};
 
 TEST_P(SimilarWithCosts, SequenceAndLostJobs) {
   const ReferenceTrace real = reference(GetParam().level, GetParam().executor);
-  const Trace simulated = simulate_like(real, GetParam().executor, measured_costs(GetParam().executor));
+  const Trace simulated = simulate_like(real, GetParam().executor, reference_platform(GetParam().executor));
   Sequence expected = sequence(real), got = sequence(simulated);
   const std::string executor = GetParam().executor;
   if (executor == "rm-ro") {

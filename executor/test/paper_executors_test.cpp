@@ -1,30 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The paper's executors: Section IV (modifications), Section V-A (conditions C1 and C2), Section VI
 // (subscriptions), and textbook schedules.
-#include <gtest/gtest.h>
-
-#include "hotpath/core/events_scheduler.hpp"
-#include "hotpath/core/registry.hpp"
-#include "task_sets.hpp"
+#include "events_fixture.hpp"
 
 namespace hotpath::test {
 namespace {
 
-constexpr Worker kExecutor = EventsScheduler::kExecutor;
-constexpr Worker kReleaser = EventsScheduler::kTimerManagement;
-
-class PaperExecutor : public testing::Test {
- protected:
-  void start(const char* executor) {
-    scheduler = find_executor(executor)->make(set, {});
-    scheduler->begin(Time{});
-  }
-  std::optional<Job> next(Worker worker, Duration now) {
-    return take_turn(*scheduler, worker, at(now)).decision.job;
-  }
-  TaskSet set;
-  std::unique_ptr<Scheduler> scheduler;
-};
+class PaperExecutor : public EventsFixture {};
 
 TEST_F(PaperExecutor, SectionIVReleaseOnlyReleasesAllDueTimersUnderOneLockWithOneWakeUp) {
   for (int i = 0; i < 3; ++i) add_timer(set, 10ms * (3 - i), 0ms);

@@ -2,27 +2,12 @@
 // StaticSingleThreadedExecutor (rclcpp 26.0.0 static_single_threaded_executor.cpp).
 #include "hotpath/core/static_scheduler.hpp"
 
-#include <gtest/gtest.h>
-
-#include "task_sets.hpp"
+#include "one_worker_fixture.hpp"
 
 namespace hotpath::test {
 namespace {
 
-class StaticExecutor : public testing::Test {
- protected:
-  void start() {
-    scheduler = std::make_unique<StaticScheduler>(set);
-    scheduler->begin(Time{});
-  }
-  TaskId next(Duration now) {
-    job = scheduler->decide(0, at(now)).job;
-    return job ? job->task : kNoTask;
-  }
-  TaskSet set;
-  std::unique_ptr<StaticScheduler> scheduler;
-  std::optional<Job> job;
-};
+using StaticExecutor = OneWorkerFixture<StaticScheduler>;
 
 TEST_F(StaticExecutor, RunsAllThatOneWaitFoundSubscriptionsFirstInCreationOrder) {
   const TaskId t1 = add_timer(set, 100ms, 0ms);

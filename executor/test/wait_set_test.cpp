@@ -3,33 +3,14 @@
 // allocator_memory_strategy.hpp, multi_threaded_executor.cpp).
 #include "hotpath/core/wait_set_scheduler.hpp"
 
-#include <gtest/gtest.h>
-
-#include "task_sets.hpp"
+#include "one_worker_fixture.hpp"
 
 namespace hotpath::test {
 namespace {
 
-/// One worker after another: a job that is picked finishes before the next call.
-class SingleThreadedExecutor : public testing::Test {
+class SingleThreadedExecutor : public OneWorkerFixture<WaitSetScheduler> {
  protected:
-  WaitSetScheduler& start(unsigned workers = 1) {
-    scheduler = std::make_unique<WaitSetScheduler>(set, workers);
-    scheduler->begin(Time{});
-    return *scheduler;
-  }
-
-  /// The task that runs next at `now`, or kNoTask; the job is over at once.
-  TaskId next(Duration now) {
-    job = scheduler->decide(0, at(now)).job;
-    if (!job) return kNoTask;
-    scheduler->finished(0, *job, at(now));
-    return job->task;
-  }
-
-  TaskSet set;
-  std::unique_ptr<WaitSetScheduler> scheduler;
-  std::optional<Job> job;
+  WaitSetScheduler& start(unsigned workers = 1) { return OneWorkerFixture::start(workers); }
 };
 
 TEST_F(SingleThreadedExecutor, TimersGoBeforeSubscriptionsEachInCreationOrder) {

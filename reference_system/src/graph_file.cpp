@@ -11,6 +11,7 @@
 
 #include "graph_source.hpp"
 #include "graph_yaml.hpp"
+#include "hotpath/core/worker.hpp"
 
 namespace hotpath {
 
@@ -27,6 +28,8 @@ const Words kNodeTypes = {"sensor", "transform", "fusion", "cyclic", "intersecti
 const Words kWorkModes = {"fixed", "wall", "cpu_time"};
 const Words kGroups = {"mutually_exclusive", "reentrant"};
 const Words kPublishers = {"one", "many"};
+const Words kTimerThreads = {"by_executor", "raised", "equal"};
+const Words kExecutionTimes = {"worst", "uniform"};
 
 const Words kAllNodeKeys = {"name",
                             "type",
@@ -222,6 +225,25 @@ void parse_topics(const YamlValue& value, GraphSource& source) {
   }
 }
 
+GraphPlatform parse_platform(const YamlValue& value) {
+  const YamlMap map(value, "`platform`");
+  Words keys = {"cores", "timer_thread", "execution_times"};
+  for (const PlatformCost& cost : kPlatformCosts) keys.emplace_back(cost.key);
+  map.check_keys(keys);
+  GraphPlatform p;
+  if (const auto given = map.find("cores")) p.cores = static_cast<unsigned>(given->integer(1, kMaxWorkers));
+  if (const auto given = map.find("timer_thread")) {
+    p.timer_thread = static_cast<TimerThread>(given->choice(kTimerThreads));
+  }
+  if (const auto given = map.find("execution_times")) {
+    p.execution_times = static_cast<ExecutionTimeModel>(given->choice(kExecutionTimes));
+  }
+  for (const PlatformCost& cost : kPlatformCosts) {
+    if (const auto given = map.find(std::string(cost.key))) p.*cost.value = given->microseconds();
+  }
+  return p;
+}
+
 YAML::Node read_yaml(const std::string& file, const std::string& text) {
   const std::string remedy = "a graph is one YAML map that begins with `name: NAME` and lists `nodes`";
   std::vector<YAML::Node> documents;
@@ -249,7 +271,7 @@ GraphSource parse_graph(const std::string& file, const std::string& text) {
   GraphSource source;
   source.file = file;
   const YamlMap map(YamlValue(source.file, read_yaml(file, text), "the graph", 1), "the graph");
-  map.check_keys({"name", "description", "work", "topics", "nodes", "chains"});
+  map.check_keys({"name", "description", "work", "topics", "nodes", "chains", "platform"});
   Graph& graph = source.graph;
   graph.name = map.require("name", "NAME").name();
   if (const auto given = map.find("description")) graph.description = given->text();
@@ -262,6 +284,7 @@ GraphSource parse_graph(const std::string& file, const std::string& text) {
   if (const auto given = map.find("chains")) {
     for (const YamlValue& chain : given->list("a chain")) parse_chain(chain, source);
   }
+  if (const auto given = map.find("platform")) graph.platform = parse_platform(*given);
   return source;
 }
 

@@ -9,6 +9,22 @@
 
 namespace hotpath {
 
+Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
+  const GraphPlatform& given = graph.platform;
+  Platform p = default_platform(executor);
+  p.cores = given.cores;
+  if (given.timer_thread != TimerThread::by_executor) {
+    p.raised_releaser = given.timer_thread == TimerThread::raised;
+  }
+  p.release_cost = given.release_cost;
+  p.pass_cost = given.pass_cost;
+  p.dispatch_cost = given.dispatch_cost;
+  p.wake_up_latency = given.wake_up;
+  p.delivery_delay = given.delivery_delay;
+  p.wall_clock_work = graph.work == WorkMode::wall;
+  return p;
+}
+
 const SimulatedHistory GraphWorkload::kHistory;
 
 GraphWorkload::GraphWorkload(const Graph& graph, const GraphTasks& tasks, const ExecutionTimes& times,

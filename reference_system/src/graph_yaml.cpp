@@ -80,6 +80,19 @@ Duration YamlValue::milliseconds(bool zero_allowed) const {
   return *duration;
 }
 
+Duration YamlValue::microseconds() const {
+  constexpr std::int64_t kPerMillisecond = 1000;
+  const std::optional<Duration> duration = node_.IsScalar() ? parse_ms(node_.Scalar()) : std::nullopt;
+  if (!duration || duration->count() % kPerMillisecond != 0) {
+    fail(what_ + " is " + kind_of(node_),
+         "give decimal microseconds such as 4.2 (up to 999999999, at most three digits after the point)");
+  }
+  if (*duration < Duration::zero()) {
+    fail(what_ + " is negative (" + node_.Scalar() + ")", "give 0 or more microseconds");
+  }
+  return *duration / kPerMillisecond;
+}
+
 std::int64_t YamlValue::integer(std::int64_t least, std::int64_t most) const {
   const std::string digits = node_.IsScalar() ? node_.Scalar() : std::string();
   std::int64_t number = 0;

@@ -31,6 +31,8 @@ class YamlValue {
   std::string name() const { return checked_name(kMaxNameBytes, false); }
   std::string topic() const { return checked_name(kMaxTopicBytes, true); }
   Duration milliseconds(bool zero_allowed) const;
+  /// >= 0.
+  Duration microseconds() const;
   std::int64_t integer(std::int64_t least, std::int64_t most) const;
   /// The index of the text among `choices`.
   std::size_t choice(const std::vector<std::string>& choices) const;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "graph_text.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
@@ -12,6 +13,7 @@ namespace hotpath {
 namespace {
 
 const std::string kWidePrefix = "created_ms_";
+const std::string kTraceHeader = "# ";
 
 struct Row {
   int line = 0;
@@ -42,7 +44,9 @@ class PhasesFile {
 
   std::vector<Duration> read(const std::string& executor) {
     const std::vector<std::string>& columns = header_.fields;
-    if (columns == std::vector<std::string>{"task", "first_release_ms"}) {
+    if (columns.front().starts_with(kTraceHeader)) {
+      read_trace_header();
+    } else if (columns == std::vector<std::string>{"task", "first_release_ms"}) {
       read_tasks(false);
     } else if (columns == std::vector<std::string>{"task", "created_ms"}) {
       read_tasks(true);
@@ -74,6 +78,11 @@ class PhasesFile {
     std::string text;
     for (int line = 1; std::getline(in, text); ++line) {
       if (text.ends_with('\r')) text.pop_back();
+      // Of a golden trace only the header counts.
+      if (!rows_.empty() && rows_.front().fields.front().starts_with(kTraceHeader) &&
+          !text.starts_with(kTraceHeader)) {
+        break;
+      }
       if (text.empty()) continue;
       rows_.push_back({line, split(text)});
       last_line_ = line;
@@ -85,6 +94,21 @@ class PhasesFile {
       if (row.fields.size() == header_.fields.size()) continue;
       fail(row.line, "the row has " + std::to_string(row.fields.size()) + " fields",
            "give " + std::to_string(header_.fields.size()) + ", one for each column of the header");
+    }
+  }
+
+  /// `# TASK period_ns N wcet_ns N first_release_ns N`, a line for each timer.
+  void read_trace_header() {
+    rows_.insert(rows_.begin(), header_);
+    for (const Row& row : rows_) {
+      std::istringstream words(row.fields.front().substr(kTraceHeader.size()));
+      std::string task, key;
+      std::int64_t period = 0, wcet = 0, first = 0;
+      if (!(words >> task >> key >> period >> key >> wcet >> key >> first) || key != "first_release_ns") {
+        fail(row.line, "this is no header line of a golden trace",
+             "give `# TASK period_ns N wcet_ns N first_release_ns N`");
+      }
+      set(row.line, task, format_ms(Duration(first)), false);
     }
   }
 

@@ -91,6 +91,15 @@ nodes:
   - {name: Y, type: cyclic, period_ms: 30, inputs: [left], output: other}
 chains:
   - {name: c, nodes: [X, S, Y], sources: [S], sink: Y}
+platform:
+  cores: 2
+  timer_thread: equal
+  execution_times: uniform
+  release_cost_us: 12.5
+  pass_cost_us: 3
+  dispatch_cost_us: 0.001
+  wake_up_us: 190
+  delivery_delay_us: 1000
 )");
   const Node& sensor = graph.nodes[0];
   EXPECT_EQ(graph.work, WorkMode::cpu_time);
@@ -105,6 +114,15 @@ chains:
   EXPECT_EQ(graph.nodes[2].inputs[0].priority, 9);
   EXPECT_THAT(graph.nodes[2].outputs, ElementsAre("left", "right"));
   EXPECT_THAT(graph.chains[0].nodes, ElementsAre("S", "X", "Y"));  // creation order
+  const GraphPlatform& platform = graph.platform;
+  EXPECT_EQ(platform.cores, 2U);
+  EXPECT_EQ(platform.timer_thread, TimerThread::equal);
+  EXPECT_EQ(platform.execution_times, ExecutionTimeModel::uniform);
+  EXPECT_EQ(platform.release_cost, Duration(12'500));
+  EXPECT_EQ(platform.pass_cost, std::chrono::microseconds(3));
+  EXPECT_EQ(platform.dispatch_cost, Duration(1));
+  EXPECT_EQ(platform.wake_up, std::chrono::microseconds(190));
+  EXPECT_EQ(platform.delivery_delay, std::chrono::milliseconds(1));
 }
 
 TEST_F(GraphFile, TakesMillisecondsExactlyToTheNanosecond) {
@@ -331,6 +349,22 @@ TEST_F(GraphFile, ACyclicNodePassesOnTheHistoryOfItsInputs) {
   text += "]}\n";
   for (int i = 0; i < 63; ++i) text += "- {name: S" + std::to_string(i) + ", type: sensor, period_ms: 10}\n";
   EXPECT_THAT(error_of_nodes(text), AllOf(StartsWith(":3: "), HasSubstr("node Y"), HasSubstr("64")));
+}
+
+TEST_F(GraphFile, APlatformIsOneThatCanExist) {
+  const auto error = [&](const std::string& keys) {
+    return error_of_nodes(kSensor + "platform:\n  timer_thread: raised\n  " + keys + "\n");
+  };
+  EXPECT_THAT(error("cores: 0"), AllOf(StartsWith(":6: "), HasSubstr("`cores`"), HasSubstr("from 1 to 64")));
+  EXPECT_THAT(error("cores: 1.5"), AllOf(StartsWith(":6: "), HasSubstr("whole number")));
+  EXPECT_THAT(error("dispatch_cost_us: -1"), AllOf(StartsWith(":6: "), HasSubstr("is negative")));
+  EXPECT_THAT(error("release_cost_us: 0.0001"), AllOf(StartsWith(":6: "), HasSubstr("decimal microseconds")));
+  EXPECT_THAT(error("wake_up_us: soon"), AllOf(StartsWith(":6: "), HasSubstr("is `soon`")));
+  EXPECT_THAT(error("execution_times: best"), AllOf(StartsWith(":6: "), HasSubstr("worst, uniform")));
+  EXPECT_THAT(error("release_cost_ms: 1"),
+              AllOf(StartsWith(":6: "), HasSubstr("did you mean `release_cost_us`?")));
+  EXPECT_THAT(error_of_nodes(kSensor + "platform: fast\n"),
+              AllOf(StartsWith(":4: "), HasSubstr("give a map")));
 }
 
 class ChainOf : public GraphFile {

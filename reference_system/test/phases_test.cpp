@@ -18,16 +18,14 @@ namespace {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 const Graph& autoware() {
   static const Graph graph = load_graph(find_graph("autoware"));
   return graph;
 }
 
-std::string recorded_phases() {
-  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
-  return root / "results" / "ros2_reference" / "rclcpp_autoware_phases.csv";
-}
+std::string recorded_phases() { return std::string(HOTPATH_REFERENCE_DIR) + "/rclcpp_autoware_phases.csv"; }
 
 Duration of(const std::vector<Duration>& phases, const std::string& timer, const Graph& graph = autoware()) {
   const GraphTasks tasks = make_tasks(graph);
@@ -200,6 +198,21 @@ TEST_F(PhasesFile, NamesTheLineOfEachMistake) {
   EXPECT_THAT(error_of("executor,created_ms_Sensor\ndefault,1\n"),
               HasSubstr(":2: the graph has no timer Sensor"));
   EXPECT_THROW(read_phases("/nonexistent.csv", graph_, "default"), GraphError);
+}
+
+TEST_F(PhasesFile, TakesTheHeaderOfAGoldenTrace) {
+  const auto header = [](const std::string& timer, const std::string& first) {
+    return "# " + timer + " period_ns 200000000 wcet_ns 10000000 first_release_ns " + first + "\n";
+  };
+  const std::string job = "SensorA,0,239265435,249265477,400000000\n";
+  const auto phases =
+      read(header("SensorA", "200000001") + header("SensorB", "0") + header("SensorC", "5000000") + job);
+  EXPECT_EQ(of(phases, "SensorA", graph_), Duration(200'000'001));
+  EXPECT_EQ(of(phases, "SensorB", graph_), Duration::zero());
+  EXPECT_EQ(of(phases, "SensorC", graph_), milliseconds(5));
+  EXPECT_THAT(error_of(header("SensorA", "1") + "# SensorB period\n" + job),
+              AllOf(StartsWith(":2: "), HasSubstr("header line of a golden trace")));
+  EXPECT_THAT(error_of(header("SensorA", "1") + job), HasSubstr("no phase for the timer of node SensorB"));
 }
 
 TEST(RecordedPhases, OfTheRealStackAreRead) {

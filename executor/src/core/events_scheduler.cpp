@@ -20,7 +20,7 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
 Decision EventsScheduler::next_event() {
   if (events_->empty()) return {};
   Job job = events_->pop();
-  if (set_[job.task].kind == TaskKind::subscription) {
+  if (unread_.is_subscription(job.task)) {
     // The event stands for any sample: it takes what there is, at the moment it runs. After an overwriting
     // that may be a younger sample than the one that brought the event.
     const Time release = job.release;
@@ -36,16 +36,9 @@ Decision EventsScheduler::next_event() {
 
 void EventsScheduler::unfinished(Time now, const Visitor& visit) const {
   events_->for_each([&](const Job& job) {
-    if (set_[job.task].kind == TaskKind::timer) visit(job, Outcome::queued);
+    if (!unread_.is_subscription(job.task)) visit(job, Outcome::queued);
   });
-  for (TaskId id = 0; id < set_.size(); ++id) {
-    for (std::uint32_t i = 0; i < unread_.count(id); ++i) visit(unread_.peek(id, i), Outcome::queued);
-  }
-  for (const Timer& t : timers_.timers()) {
-    if (!t.is_ready(now)) continue;
-    Timer at_the_end = t;
-    visit(at_the_end.call(now), Outcome::queued);
-  }
+  visit_unfinished(timers_.timers(), unread_, now, visit);
 }
 
 }  // namespace hotpath

@@ -263,6 +263,9 @@ class Simulation {
             << " released jobs wait for their start after " << std::setprecision(1) << to_ms(now_ - Time{})
             << " ms; the utilisation is " << std::setprecision(3)
             << utilisation(set_, summary_.published, now_ - Time{})
+            << (platform_.release_cost + platform_.pass_cost + platform_.dispatch_cost > Duration{}
+                    ? " without the platform's costs"
+                    : "")
             << ", which must stay below what one executor worker can do (1), or needs a shorter run or a "
                "larger limit";
     throw SimulationError(message.str());

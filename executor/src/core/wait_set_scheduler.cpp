@@ -101,14 +101,7 @@ Effect WaitSetScheduler::finished(Worker, const Job& job, Time) {
 }
 
 void WaitSetScheduler::unfinished(Time now, const Visitor& visit) const {
-  for (const Timer& t : timers_) {
-    if (!t.is_ready(now)) continue;
-    Timer at_the_end = t;
-    visit(at_the_end.call(now), Outcome::queued);
-  }
-  for (const TaskId id : subscription_ids_) {
-    for (std::uint32_t i = 0; i < unread_.count(id); ++i) visit(unread_.peek(id, i), Outcome::queued);
-  }
+  visit_unfinished(timers_, unread_, now, visit);
 }
 
 }  // namespace hotpath

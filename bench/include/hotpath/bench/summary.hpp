@@ -78,6 +78,9 @@ struct TaskSummary {
   TaskKind kind = TaskKind::timer;
   std::uint64_t ran = 0, skipped = 0, overwritten = 0, queued = 0, running = 0, empty = 0;
   Quantiles response_ms;
+  /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's next call
+  /// as read at the start, plus its period. In sets of timers alone, where it follows from the trace.
+  std::optional<Quantiles> response_authors_ms;
   std::uint64_t deadline_overruns = 0;  ///< Timers: jobs whose response time exceeds the relative deadline.
   /// Cyclic nodes: distance of the starts of consecutive executed jobs. Upstream divides it by the difference
   /// of its message numbers, which is 1 between executed jobs; a skipped timestamp thus shows as a doubled

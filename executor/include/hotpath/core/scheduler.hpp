@@ -10,6 +10,9 @@
 
 namespace hotpath {
 
+class Timer;
+class UnreadSamples;
+
 /// What a call to a scheduler causes outside of it.
 struct Effect {
   WorkerSet wake;              ///< Workers that must ask for a decision again.
@@ -63,6 +66,11 @@ class Scheduler {
   /// timestamps that a call at `now` would skip.
   using Visitor = std::function<void(const Job&, Outcome)>;
   virtual void unfinished(Time now, const Visitor& visit) const = 0;
+
+ protected:
+  /// What all schedulers have in common there: timers that are due, and unread samples.
+  static void visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
+                               const Visitor& visit);
 };
 
 /// One turn of a worker: release, then decide. Every driver advances a worker by this function and no other.

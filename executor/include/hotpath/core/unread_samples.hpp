@@ -21,6 +21,8 @@ class UnreadSamples {
   };
   Added add(TaskId task, const SampleInfo& sample);
 
+  TaskId tasks() const { return static_cast<TaskId>(readers_.size()); }
+  bool is_subscription(TaskId task) const { return readers_[task].depth > 0; }
   std::uint32_t count(TaskId task) const { return readers_[task].count; }
 
   /// Removes the oldest unread sample. There must be one.

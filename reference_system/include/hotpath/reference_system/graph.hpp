@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hotpath/core/task.hpp"
@@ -24,6 +26,47 @@ enum class WorkMode : std::uint8_t {
   fixed,     ///< A fixed amount of work (upstream): preemption makes a job longer, not its work smaller.
   wall,      ///< Until an instant of the clock (the paper's task sets): preemption counts as work.
   cpu_time,  ///< Until the thread has used that much CPU time.
+};
+
+/// OS priority of the timer management thread, compared with the executor thread's.
+enum class TimerThread : std::uint8_t {
+  by_executor,  ///< Raised under the paper's executors only, as in live runs.
+  raised,
+  equal,
+};
+
+/// How long the jobs of a simulation take.
+enum class ExecutionTimeModel : std::uint8_t {
+  worst,    ///< Always the worst case.
+  uniform,  ///< Uniform between best and worst case.
+};
+
+const char* to_string(TimerThread);
+const char* to_string(ExecutionTimeModel);
+
+/// The machine on which `hotpath simulate` runs a graph, unless its options say otherwise; see Platform.
+struct GraphPlatform {
+  unsigned cores = 1;  ///< In [1, kMaxWorkers].
+  TimerThread timer_thread = TimerThread::by_executor;
+  ExecutionTimeModel execution_times = ExecutionTimeModel::worst;
+  Duration release_cost{}, pass_cost{}, dispatch_cost{}, wake_up{}, delivery_delay{};  ///< >= 0.
+};
+
+/// A cost of the platform as files and options know it.
+struct PlatformCost {
+  std::string_view key;  ///< In microseconds.
+  Duration GraphPlatform::*value;
+  std::string_view meaning;
+};
+inline constexpr std::array kPlatformCosts = {
+    PlatformCost{"release_cost_us", &GraphPlatform::release_cost,
+                 "Microseconds of the releaser for each timer (delta)"},
+    PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "For each pass of the releaser (k)"},
+    PlatformCost{"dispatch_cost_us", &GraphPlatform::dispatch_cost,
+                 "From a decision to the start of its job"},
+    PlatformCost{"wake_up_us", &GraphPlatform::wake_up, "Until a woken thread competes for a core"},
+    PlatformCost{"delivery_delay_us", &GraphPlatform::delivery_delay,
+                 "From a publication to the arrival of the sample"},
 };
 
 struct Input {
@@ -61,6 +104,7 @@ struct Graph {
   std::vector<Node> nodes;
   std::vector<Chain> chains;
   WorkMode work = WorkMode::fixed;
+  GraphPlatform platform;
 
   /// nullptr for an unknown name.
   const Node* find(const std::string& node) const;

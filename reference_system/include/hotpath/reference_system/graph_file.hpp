@@ -34,10 +34,13 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///                intersection:  connections: - input, output
 ///                command:       input
 ///     chains:  - name, nodes, sources, sink
+///     platform: cores, timer_thread: by_executor|raised|equal, execution_times: worst|uniform,
+///              release_cost_us, pass_cost_us, dispatch_cost_us, wake_up_us, delivery_delay_us
 ///
 /// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the
 /// node's name unless given; the depth is 1, for command nodes 10 (upstream). Nodes stand in creation order.
-/// Milliseconds are decimal and exact down to one nanosecond. Throws GraphError for a file that cannot be
+/// Milliseconds and microseconds are decimal and exact down to one nanosecond. The platform is the machine of
+/// simulations (GraphPlatform). Throws GraphError for a file that cannot be
 /// read or is not a valid graph.
 Graph load_graph(const std::string& path);
 

@@ -4,6 +4,7 @@
 #include <deque>
 #include <vector>
 
+#include "hotpath/core/platform.hpp"
 #include "hotpath/core/workload.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/node_logic.hpp"
@@ -21,6 +22,9 @@ struct SimulatedPlatform {
     void unlock() {}
   };
 };
+
+/// The machine that the graph's `platform` describes, for a simulation of its nodes under `executor`.
+Platform make_platform(const Graph& graph, const ExecutorEntry& executor);
 
 /// The nodes of a graph in virtual time: the behaviour of live nodes (NodeLogic), with execution times
 /// instead of work. Only jobs that really work take time: not those of a fusion that waits for another input,

@@ -43,11 +43,12 @@ struct PhaseOptions {
 std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, Phases phases,
                                   const PhaseOptions& options = {});
 
-/// First timestamps from a CSV file, indexed by the tasks of make_tasks(graph). Two forms:
+/// First timestamps from a CSV file, indexed by the tasks of make_tasks(graph). Three forms:
 ///  - `task,first_release_ms` or `task,created_ms`: one row for each timer;
 ///  - columns `executor` and `created_ms_NODE` for each timer: the row of that executor, where the row `NAME
 ///  (RULE)`
-///    counts as executor NAME unless another row is called just NAME.
+///    counts as executor NAME unless another row is called just NAME;
+///  - a golden trace (results/ros2_reference/traces): its header.
 /// A timer's first timestamp is its creation plus its period. Blank lines are skipped.
 /// Throws GraphError.
 std::vector<Duration> read_phases(const std::string& path, const Graph& graph, const std::string& executor);

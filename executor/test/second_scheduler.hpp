@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A second road to the schedule of the paper's release-only executors on one core without costs: one list of
-// released jobs, searched from end to end before every job. Nothing but the clock types is shared.
-#include <gtest/gtest.h>
+#pragma once
 
 #include <deque>
 #include <tuple>
@@ -9,8 +7,9 @@
 #include "schedule_checks.hpp"
 
 namespace hotpath::test {
-namespace {
 
+/// A second road to the schedule of the paper's release-only executors on one core without costs: one list of
+/// released jobs, searched from end to end before every job. Nothing but the clock types is shared.
 class SecondScheduler {
  public:
   SecondScheduler(const TaskSet& set, const std::string& policy, bool subscriptions_first, bool fifo_ties)
@@ -113,36 +112,4 @@ class SecondScheduler {
   std::int64_t activations_ = 0;
 };
 
-class TwoRoads : public testing::TestWithParam<std::tuple<const char*, SubscriptionRule, Ties>> {};
-
-TEST_P(TwoRoads, GiveTheSameReleaseOnlySchedule) {
-  const auto& [policy, rule, ties] = GetParam();
-  Random random(11);
-  std::size_t jobs = 0;
-  for (int i = 0; i < 200; ++i) {
-    const TaskSet set =
-        random_graph(random, static_cast<int>(uniform(random, 1, 7)), static_cast<int>(uniform(random, 0, 8)),
-                     0.1 * static_cast<double>(uniform(random, 2, 13)));
-    const Duration end = 300ms;
-    const std::vector<Ran> expected =
-        SecondScheduler(set, policy, rule == SubscriptionRule::first, ties == Ties::fifo).run(end);
-    const Trace trace =
-        run(set, std::string(policy) + "-ro", end, {}, {.rule = rule, .ties = ties, .workers = 0});
-    ASSERT_EQ(schedule(trace), expected) << "set " << i;
-    jobs += expected.size();
-  }
-  EXPECT_GT(jobs, 10'000U);
-}
-
-INSTANTIATE_TEST_SUITE_P(SortedList, TwoRoads,
-                         testing::Combine(testing::Values("rm", "dm", "edf", "fp"),
-                                          testing::Values(SubscriptionRule::inherit, SubscriptionRule::first),
-                                          testing::Values(Ties::lifo, Ties::fifo)),
-                         [](const auto& param) {
-                           return std::string(std::get<0>(param.param)) + "_" +
-                                  to_string(std::get<1>(param.param)) + "_" +
-                                  to_string(std::get<2>(param.param));
-                         });
-
-}  // namespace
 }  // namespace hotpath::test

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "properties.hpp"
+
+#include "hotpath/core/registry.hpp"
+#include "schedule_checks.hpp"
+#include "second_scheduler.hpp"
+
+namespace hotpath::test {
+
+namespace {
+
+constexpr Duration kRun = 400ms;
+
+bool coin(Random& random) { return uniform(random, 0, 1) == 0; }
+int number(Random& random, int lowest, int highest) {
+  return static_cast<int>(uniform(random, lowest, highest));
+}
+/// A utilisation between so many tenths.
+double tenths(Random& random, int lowest, int highest) { return 0.1 * number(random, lowest, highest); }
+
+/// Random execution times in [BCET, WCET].
+Trace run_random(const TaskSet& set, const ExecutorEntry& executor, std::uint64_t seed,
+                 const Platform& platform, const SchedulerOptions& scheduling = {}) {
+  const UniformTimes times(set, seed);
+  PublishingWorkload workload(times);
+  SimulationOptions options;
+  options.platform = platform;
+  options.duration = kRun;
+  return simulate_trace(set, executor, scheduling, workload, options);
+}
+
+std::string policy_of(const ExecutorEntry& executor) {
+  return std::string(executor.name.substr(0, executor.name.find('-')));
+}
+
+CaseResult result(const Trace& trace, std::string wrong) { return {std::move(wrong), trace.jobs.size()}; }
+
+TaskSet random_groups(Random& random, TaskSet set) {
+  for (CallbackGroup& group : set.groups) {
+    if (uniform(random, 0, 2) == 0) group = CallbackGroup::reentrant;
+  }
+  const auto last_group = static_cast<std::int64_t>(set.groups.size()) - 1;
+  for (Task& task : set.tasks) {
+    if (uniform(random, 0, 2) == 0) task.group = static_cast<std::uint32_t>(uniform(random, 0, last_group));
+  }
+  return set;
+}
+
+Platform random_platform(Random& random) {
+  Platform platform;
+  platform.cores = static_cast<unsigned>(uniform(random, 1, 3));
+  platform.raised_releaser = coin(random);
+  platform.time_slice = uniform(random, 100, 4000) * 1us;
+  platform.wall_clock_work = coin(random);
+  if (coin(random)) {
+    platform.release_cost = uniform(random, 0, 100) * 1us;
+    platform.pass_cost = uniform(random, 0, 100) * 1us;
+    platform.dispatch_cost = uniform(random, 0, 100) * 1us;
+    platform.delivery_delay = uniform(random, 0, 2000) * 1us;
+    platform.wake_up_latency = uniform(random, 0, 200) * 1us;
+  }
+  return platform;
+}
+
+/// On any platform: one job per worker at a time, none before its release, loss equations, callback groups.
+CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t seed) {
+  Random random(seed);
+  const int timers = number(random, 1, 6), subscriptions = number(random, 0, 8);
+  const TaskSet set =
+      random_groups(random, random_graph(random, timers, subscriptions, tenths(random, 1, 14)));
+  const Platform platform = random_platform(random);
+  SchedulerOptions scheduling;
+  scheduling.rule = coin(random) ? SubscriptionRule::inherit : SubscriptionRule::first;
+  scheduling.ties = coin(random) ? Ties::lifo : Ties::fifo;
+  scheduling.workers = static_cast<unsigned>(uniform(random, 1, 4));
+  const Trace trace = run_random(set, executor, seed, platform, scheduling);
+  std::string wrong = legal(set, trace);
+  if (wrong.empty()) wrong = balanced(set, trace);
+  if (wrong.empty() && (executor.name == "multi" || executor.name == "default")) {
+    wrong = groups_exclusive(set, trace);
+  }
+  return result(trace, std::move(wrong));
+}
+
+CaseResult works_while_a_job_waits(const ExecutorEntry& executor, std::uint64_t seed) {
+  Random random(seed);
+  const int timers = number(random, 1, 6), subscriptions = number(random, 0, 8);
+  const TaskSet set = random_graph(random, timers, subscriptions, tenths(random, 3, 11), 1);
+  const Trace trace = run_random(set, executor, seed, {}, {.workers = 1});
+  return result(trace, work_conserving(trace, 1));
+}
+
+/// With cores for all workers.
+CaseResult runs_for_the_execution_time(const ExecutorEntry& executor, std::uint64_t seed) {
+  Random random(seed);
+  const TaskSet set = random_graph(random, 4, 6, 0.8);
+  Platform platform;
+  platform.cores = 4;
+  const Trace trace = run_random(set, executor, seed, platform, {.workers = 4});
+  const UniformTimes times(set, seed);
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome == Outcome::ran && r.finish - r.start != times.of(r.job)) {
+      return result(trace, "not for its execution time: " + describe(r));
+    }
+  }
+  return result(trace, {});
+}
+
+CaseResult reentrant_groups_leave_no_worker_idle(const ExecutorEntry& multi, std::uint64_t seed) {
+  Random random(seed);
+  TaskSet set = random_graph(random, 5, 6, 2.0, 1);
+  for (CallbackGroup& group : set.groups) group = CallbackGroup::reentrant;
+  Platform platform;
+  platform.cores = 3;
+  const Trace trace = run_random(set, multi, seed, platform, {.workers = 3});
+  return result(trace, work_conserving(trace, 3));
+}
+
+/// Per worker: no job starts while one of higher priority waits, and at most one of lower priority blocks.
+CaseResult follows_priorities(const ExecutorEntry& executor, std::uint64_t seed) {
+  Random random(seed);
+  // An event takes the oldest unread sample, whichever sample brought it. Under EDF it has that sample's
+  // deadline if nothing is overwritten and the deadlines of a reader's samples never decrease.
+  const bool edf = policy_of(executor) == "edf";
+  const int timers = number(random, 2, 6), subscriptions = number(random, 0, 6);
+  TaskSet set = random_graph(random, timers, subscriptions, tenths(random, 3, 11), 3, edf ? 1 : 2);
+  if (edf) {
+    for (Task& task : set.tasks) task.depth = 1000;
+  }
+  std::vector<int> worker(set.size(), 0);
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (executor.name.ends_with("-re") && set[id].kind == TaskKind::timer) worker[id] = 1;
+  }
+  Platform platform;
+  platform.cores = static_cast<unsigned>(uniform(random, 1, 2));
+  const Trace trace = run_random(set, executor, seed, platform);
+  return result(trace, priority_driven(trace, PriorityByTheBook(set, policy_of(executor)), worker));
+}
+
+CaseResult skips_no_release(const ExecutorEntry& executor, std::uint64_t seed) {
+  Random random(seed);
+  const TaskSet set = random_graph(random, 5, 5, tenths(random, 3, 20));
+  const Trace trace = run_random(set, executor, seed, {});
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (skipped(trace, id) > 0) return result(trace, "skips releases of task " + std::to_string(id));
+  }
+  return result(trace, {});
+}
+
+std::string difference(const std::vector<Ran>& a, const std::vector<Ran>& b) {
+  if (a == b) return {};
+  const auto [in_a, in_b] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+  std::ostringstream out;
+  out << "the schedules differ from job " << in_a - a.begin() << " on: ";
+  in_a == a.end() ? out << "none" : out << *in_a;
+  out << " against ";
+  in_b == b.end() ? out << "none" : out << *in_b;
+  return out.str();
+}
+
+/// Section V-A: timers only, every WCET below every period.
+CaseResult release_only_equals_release_and_execute(const std::string& policy, std::uint64_t seed) {
+  Random random(seed);
+  TaskSet set;
+  for (Duration shortest{}, longest{}; longest >= shortest;) {
+    set = random_timers(random, number(random, 2, 8), tenths(random, 2, 12));
+    shortest = Duration::max();
+    longest = Duration{};
+    for (const Task& task : set.tasks) {
+      shortest = std::min(shortest, task.period);
+      longest = std::max(longest, task.wcet);
+    }
+  }
+  const Trace ro = run_random(set, *find_executor(policy + "-ro"), seed, {});
+  const Trace re = run_random(set, *find_executor(policy + "-re"), seed, {});
+  return result(ro, difference(schedule(ro), schedule(re)));
+}
+
+CaseResult equals_sorted_list(const std::string& policy, const SchedulerOptions& scheduling,
+                              std::uint64_t seed) {
+  Random random(seed);
+  const int timers = number(random, 1, 7), subscriptions = number(random, 0, 8);
+  const TaskSet set = random_graph(random, timers, subscriptions, tenths(random, 2, 13));
+  SecondScheduler second(set, policy, scheduling.rule == SubscriptionRule::first,
+                         scheduling.ties == Ties::fifo);
+  const Trace trace = run(set, policy + "-ro", kRun, {}, scheduling);
+  return result(trace, difference(schedule(trace), second.run(kRun)));
+}
+
+}  // namespace
+
+std::vector<Property> properties() {
+  std::vector<Property> all;
+  const auto add = [&](const std::string& name, std::uint64_t cases, const ExecutorEntry& executor,
+                       CaseResult (*check)(const ExecutorEntry&, std::uint64_t)) {
+    all.push_back({name + "/" + std::string(executor.name), cases,
+                   [check, &executor](std::uint64_t seed) { return check(executor, seed); }});
+  };
+  for (const ExecutorEntry& executor : executors()) {
+    add("legal_and_nothing_lost", 1000, executor, legal_and_nothing_lost);
+    add("works_while_a_job_waits", 600, executor, works_while_a_job_waits);
+    add("runs_for_the_execution_time", 50, executor, runs_for_the_execution_time);
+    if (!executor.paper) continue;
+    add("follows_priorities", 600, executor, follows_priorities);
+    if (executor.name.ends_with("-ro")) add("skips_no_release", 300, executor, skips_no_release);
+  }
+  add("reentrant_groups_leave_no_worker_idle", 600, *find_executor("multi"),
+      reentrant_groups_leave_no_worker_idle);
+  for (const std::string policy : {"rm", "dm", "fp", "edf"}) {
+    all.push_back({"release_only_equals_release_and_execute/" + policy, 600, [policy](std::uint64_t seed) {
+                     return release_only_equals_release_and_execute(policy, seed);
+                   }});
+    for (const SubscriptionRule rule : {SubscriptionRule::inherit, SubscriptionRule::first}) {
+      for (const Ties ties : {Ties::lifo, Ties::fifo}) {
+        const SchedulerOptions scheduling{.rule = rule, .ties = ties, .workers = 0};
+        all.push_back({"equals_sorted_list/" + policy + "-" + to_string(rule) + "-" + to_string(ties), 200,
+                       [policy, scheduling](std::uint64_t seed) {
+                         return equals_sorted_list(policy, scheduling, seed);
+                       }});
+      }
+    }
+  }
+  return all;
+}
+
+}  // namespace hotpath::test
