@@ -19,17 +19,50 @@ function(hotpath_warnings target)
   endif()
 endfunction()
 
-# hotpath_library(name sources...): target hotpath_<package>_<name>, alias and export hotpath_<package>::<name>.
-function(hotpath_library name)
+# hotpath_add_library(name sources...): target hotpath_<package>_<name>, alias and export hotpath_<package>::<name>.
+function(hotpath_add_library name)
   set(target ${PROJECT_NAME}_${name})
   add_library(${target} STATIC ${ARGN})
   add_library(${PROJECT_NAME}::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  install(TARGETS ${target} EXPORT ${PROJECT_NAME} ARCHIVE DESTINATION lib)
+endfunction()
+
+# hotpath_library(name sources...): such a library of the package's own code.
+function(hotpath_library name)
+  hotpath_add_library(${name} ${ARGN})
+  set(target ${PROJECT_NAME}_${name})
   target_include_directories(${target} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
   target_compile_features(${target} PUBLIC cxx_std_20)
   hotpath_warnings(${target})
-  install(TARGETS ${target} EXPORT ${PROJECT_NAME} ARCHIVE DESTINATION lib)
+endfunction()
+
+# hotpath_idl_library(name file.idl): such a library of what fastddsgen makes of the file's types; its headers
+# are good for C++17. Generated code is not ours to warn about.
+function(hotpath_idl_library name file)
+  find_package(fastcdr REQUIRED)
+  find_package(fastrtps 2.9 REQUIRED)
+  find_program(FASTDDSGEN fastddsgen REQUIRED)
+  get_filename_component(file ${file} ABSOLUTE)
+  get_filename_component(stem ${file} NAME_WE)
+  set(generated ${CMAKE_CURRENT_BINARY_DIR}/idl/${name})
+  set(sources ${generated}/${stem}.cxx ${generated}/${stem}PubSubTypes.cxx)
+  set(headers ${generated}/${stem}.h ${generated}/${stem}PubSubTypes.h)
+  add_custom_command(
+    OUTPUT ${sources} ${headers}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${generated}
+    COMMAND ${FASTDDSGEN} -replace -d ${generated} ${file} > ${generated}/log
+    DEPENDS ${file}
+    VERBATIM)
+  hotpath_add_library(${name} ${sources})
+  set(target ${PROJECT_NAME}_${name})
+  target_compile_options(${target} PRIVATE -w)
+  target_compile_features(${target} PUBLIC cxx_std_17)
+  target_include_directories(${target} SYSTEM PUBLIC
+    $<BUILD_INTERFACE:${generated}> $<INSTALL_INTERFACE:include>)
+  target_link_libraries(${target} PUBLIC fastrtps fastcdr)
+  install(FILES ${headers} DESTINATION include)
 endfunction()
 
 # hotpath_export(dependencies...): headers, targets and a CMake config that finds the dependencies again.

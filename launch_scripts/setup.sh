@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing on Debian 12. `setup.sh` for building and running, `setup.sh test` for the tests as well.
+# Installs what is missing on Debian 12. `setup.sh` for building and running, `setup.sh ros` for the ROS 1 bridge and RViz
+# as well, `setup.sh test` for all tests.
 set -euo pipefail
 
 packages=(
@@ -9,7 +10,17 @@ packages=(
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
   python3-matplotlib python3-scipy python3-jinja2 graphviz
 )
-if [ "${1:-}" = test ]; then
+ros=(
+  libroscpp-dev libstd-msgs-dev libdiagnostic-msgs-dev libgeometry-msgs-dev libros-rosgraph-msgs-dev libsensor-msgs-dev
+  libtf2-msgs-dev libvisualization-msgs-dev
+  python3-roslaunch python3-rosbag python3-rosnode python3-rosparam python3-rospy python3-rostopic
+  python3-std-msgs python3-diagnostic-msgs python3-geometry-msgs python3-rosgraph-msgs python3-sensor-msgs
+  python3-tf2-msgs python3-visualization-msgs
+)
+if [ "${1:-}" = ros ]; then
+  packages+=("${ros[@]}" rviz)
+elif [ "${1:-}" = test ]; then
+  packages+=("${ros[@]}")
   packages+=(
     libgtest-dev libgmock-dev libbenchmark-dev clang-format chromium
     colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result

@@ -10,6 +10,7 @@ void add_run_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 void add_timeline_command(CLI::App& app);
+void add_replay_command(CLI::App& app);
 void add_validate_command(CLI::App& app);
 void add_list_command(CLI::App& app);
 void add_graph_command(CLI::App& app);

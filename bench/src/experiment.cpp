@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -13,6 +14,7 @@
 #include "figures.hpp"
 #include "hotpath/bench/errors.hpp"
 #include "hotpath/bench/interrupt.hpp"
+#include "hotpath/bench/live_effect.hpp"
 #include "hotpath/bench/machine.hpp"
 #include "hotpath/bench/progress.hpp"
 #include "hotpath/bench/release_cost.hpp"
@@ -63,28 +65,24 @@ class Experiment {
     folder.finish();
 
     const Summary summary = summarize(tasks_.set, runs_, counting_);
-    folder.write("summary.json", to_json(summary));
+    const std::vector<LiveEffect> effects =
+        options_.live_alternate ? live_effects(runs_, counting_) : std::vector<LiveEffect>{};
+    json summary_json = to_json(summary);
+    if (options_.live_alternate) summary_json["live_publishing"] = to_json(effects);
+    folder.write("summary.json", summary_json);
     run_["complete"] = failures_.empty() && !partial_;
     run_["partial"] = partial_;
     run_["failures"] = failures_;
     run_["warnings"] = warnings_;
     folder.write("run.json", run_);
-    report(folder, summary);
+    report(folder, summary, effects);
   }
 
  private:
   /// Refuses what cannot run, before anything does.
   void check() {
-    cpus_ = parse_cpus(options_.cpus);
-    const std::vector<int> available = allowed_cpus();
-    for (const int cpu : cpus_) {
-      if (std::find(available.begin(), available.end(), cpu) == available.end()) {
-        std::string list;
-        for (const int a : available) list += (list.empty() ? "" : ",") + std::to_string(a);
-        throw UsageError("--cpus " + options_.cpus + ": there is no processor " + std::to_string(cpu) +
-                         " for this process; there are " + list);
-      }
-    }
+    cpus_ = parse_cpus("--cpus", options_.cpus);
+    check_live();
     try {
       if (!options_.executor_policy.empty()) executor_policy_ = parse_thread_policy(options_.executor_policy);
       if (!options_.timer_policy.empty()) timer_policy_ = parse_thread_policy(options_.timer_policy);
@@ -100,6 +98,31 @@ class Experiment {
                        std::to_string(graph_.nodes.size()) + " nodes");
     }
     for (const ExecutorSpec& e : executors_) experiment_phases(options_, graph_, tasks_, e, 0);
+  }
+
+  void check_live() {
+    live_cpus_ = parse_cpus("--live-cpus", options_.live_cpus);
+    if (!live_cpus_.empty() && !options_.live && !options_.live_alternate) {
+      throw UsageError("--live-cpus says where to publish; add --live");
+    }
+    if (options_.live_alternate && options_.repetitions < 2) {
+      throw UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
+    }
+    if (live_cpus_.empty() && !cpus_.empty()) {
+      const std::vector<int> available = allowed_cpus();
+      std::set_difference(available.begin(), available.end(), cpus_.begin(), cpus_.end(),
+                          std::back_inserter(live_cpus_));
+    }
+  }
+
+  bool published(std::uint32_t repetition) const {
+    return options_.live || (options_.live_alternate && published_by_turns(repetition));
+  }
+
+  LivePublishing live_publishing() const {
+    json facts = run_;
+    facts.erase("runs");
+    return {live_cpus_, seconds(options_.warm_up_s), facts.dump()};
   }
 
   void calibrate_work() {
@@ -153,6 +176,7 @@ class Experiment {
     p.length = seconds(options_.warm_up_s + options_.duration_s);
     p.time_out = seconds(options_.time_out_s);
     p.calibration = calibration_;
+    if (published(repetition)) p.live = live_publishing();
     return p;
   }
 
@@ -207,6 +231,7 @@ class Experiment {
                             {"repetition", p.repetition},
                             {"thread_policies", result.policies},
                             {"first_timestamps_ms", first_timestamps_json(p.tasks.set)},
+                            {"live", p.live.has_value()},
                             {"stolen_ms", to_ms(result.repetition.usage.stolen)},
                             {"failure", result.failure}});
     const bool wanted_real_time = p.executor.entry->paper && !p.timer_policy;
@@ -261,12 +286,13 @@ class Experiment {
                  {"warnings", warnings_}});
   }
 
-  void report(const ResultFolder& folder, const Summary& summary) {
+  void report(const ResultFolder& folder, const Summary& summary, const std::vector<LiveEffect>& effects) {
     if (nothing_measured()) {
       warn("Interrupted before anything was measured.");
       return;
     }
     write_table(std::cout, summary);
+    if (options_.live_alternate) write_live_effects(std::cout, effects);
     draw(folder, summary);
     if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
     std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
@@ -306,7 +332,7 @@ class Experiment {
   std::vector<ExecutorSpec> executors_;
   SummaryOptions counting_;
   std::vector<ExecutorRuns> runs_;
-  std::vector<int> cpus_;
+  std::vector<int> cpus_, live_cpus_;
   std::optional<ThreadPolicy> executor_policy_, timer_policy_;
   const Machine machine_ = read_machine();
   Calibration calibration_;

@@ -91,17 +91,23 @@ std::vector<std::string> chain_names(const Graph& graph) {
   return names;
 }
 
-SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks) {
-  SummaryOptions s;
+std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks) {
+  std::vector<MeasuredChain> chains;
   for (const ChainIndex& chain : index_chains(graph)) {
-    MeasuredChain& m = s.chains.emplace_back();
-    m.name = graph.chains[s.chains.size() - 1].name;
+    MeasuredChain& m = chains.emplace_back();
+    m.name = graph.chains[chains.size() - 1].name;
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       const bool of_sink = tasks.origin[id].node == chain.sink;
       const bool stores_only = graph.nodes[chain.sink].type == NodeType::cyclic && tasks.origin[id].input;
       if (of_sink && !stores_only) m.sink_tasks.push_back(id);
     }
   }
+  return chains;
+}
+
+SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks) {
+  SummaryOptions s;
+  s.chains = measured_chains(graph, tasks);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const bool cyclic = graph.nodes[tasks.origin[id].node].type == NodeType::cyclic;
     if (cyclic && !tasks.origin[id].input) s.cyclic_timers.push_back(id);

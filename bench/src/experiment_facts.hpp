@@ -32,6 +32,7 @@ std::vector<Duration> experiment_phases(const CommonOptions& options, const Grap
                                         std::uint32_t repetition);
 
 std::vector<std::string> chain_names(const Graph& graph);
+std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
 SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
 
 /// What run.json says of a live and of a simulated experiment alike.

@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
   hotpath::add_compare_command(app);
   hotpath::add_simulate_command(app);
   hotpath::add_timeline_command(app);
+  hotpath::add_replay_command(app);
   hotpath::add_validate_command(app);
   hotpath::add_list_command(app);
   hotpath::add_graph_command(app);

@@ -82,22 +82,26 @@ void MeasuredRun::load_jobs(const TaskSet& set) {
   }
 }
 
-std::unique_ptr<ExecutionTimes> MeasuredRun::execution_times(const Graph& graph, const GraphTasks& tasks,
-                                                             const std::string& executor,
-                                                             std::uint32_t repetition) const {
+const Trace& MeasuredRun::trace(const std::string& executor, std::uint32_t repetition) const {
   std::vector<std::string> there_are;
   for (const Trace& trace : traces_) {
     there_are.push_back(named(trace.executor, trace.repetition));
-    if (trace.executor != executor || trace.repetition != repetition) continue;
-    // Nodes that work until an instant of the clock count time in which they are displaced as work.
-    if (graph.work == WorkMode::wall) {
-      return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(graph, tasks, trace));
-    }
-    const bool raised = parse_executor(executor, {}).entry->paper;
-    return std::make_unique<ReplayedTimes>(tasks.set,
-                                           working_jobs(graph, tasks, with_own_times(trace, cores_, raised)));
+    if (trace.executor == executor && trace.repetition == repetition) return trace;
   }
   fail_missing(executor, repetition, there_are);
+}
+
+std::unique_ptr<ExecutionTimes> MeasuredRun::execution_times(const Graph& graph, const GraphTasks& tasks,
+                                                             const std::string& executor,
+                                                             std::uint32_t repetition) const {
+  const Trace& measured = trace(executor, repetition);
+  // Nodes that work until an instant of the clock count time in which they are displaced as work.
+  if (graph.work == WorkMode::wall) {
+    return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(graph, tasks, measured));
+  }
+  const bool raised = parse_executor(executor, {}).entry->paper;
+  return std::make_unique<ReplayedTimes>(
+      tasks.set, working_jobs(graph, tasks, with_own_times(measured, cores_, raised)));
 }
 
 void MeasuredRun::fail(const std::string& what) const {

@@ -12,7 +12,8 @@
 
 namespace hotpath {
 
-/// The folder of a finished run, live or simulated, as input of a simulation of the same graph.
+/// The folder of a finished run, live or simulated, as input of a simulation of the same graph, or of a
+/// replay.
 class MeasuredRun {
  public:
   /// `option` is named in messages. Throws UsageError for a folder that holds no whole run.
@@ -23,12 +24,15 @@ class MeasuredRun {
   std::vector<Duration> first_timestamps(const TaskSet& set, const std::string& executor,
                                          std::uint32_t repetition) const;
 
+  const std::filesystem::path& folder() const { return folder_; }
   const nlohmann::json& facts() const { return facts_; }
   unsigned cores() const { return cores_; }
 
   /// Reads jobs.csv. Throws UsageError for one that is malformed or of another graph.
   void load_jobs(const TaskSet& set);
   const std::vector<Trace>& traces() const { return traces_; }
+  /// One of them. Throws UsageError when that executor or repetition did not run.
+  const Trace& trace(const std::string& executor, std::uint32_t repetition) const;
 
   /// Execution times measured then; load_jobs() was called.
   std::unique_ptr<ExecutionTimes> execution_times(const Graph& graph, const GraphTasks& tasks,

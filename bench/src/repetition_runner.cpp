@@ -13,6 +13,7 @@
 
 #include "hotpath/bench/interrupt.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
+#include "live_sender.hpp"
 #include "run_process.hpp"
 #include "shared_memory_watch.hpp"
 
@@ -68,9 +69,12 @@ class Coordinator {
   RepetitionResult run() {
     const Duration stolen_before = stolen_time();
     for (std::uint32_t p = 0; p < plan_.processes; ++p) start(p);
+    start_sender();
     execute();
     end_all();
+    if (sender_) sender_->stop(end_);
     collect();
+    if (sender_) sender_->finish(result_.warnings);
     result_.repetition.usage.stolen = stolen_time() - stolen_before;
     result_.measured = began_ && result_.failure.empty();
     return std::move(result_);
@@ -98,16 +102,31 @@ class Coordinator {
     children_.push_back({pid, std::move(ours)});
   }
 
+  /// Without it the run goes on.
+  void start_sender() {
+    if (!plan_.live || !result_.failure.empty()) return;
+    auto [ours, theirs] = Channel::make_pair();
+    const pid_t pid = fork();
+    if (pid == 0) {
+      children_.clear();
+      ours = Channel();
+      _exit(run_live_process(plan_, memories_, theirs));
+    }
+    sender_.emplace(pid, std::move(ours));
+  }
+
   void execute() {
     if (!result_.failure.empty()) return;
     // A process itself says which endpoint is missing once that time has passed.
     if (!await_all(Kind::matched, now() + plan_.time_out + std::chrono::seconds(1))) return;
     note_shared_memory();
+    if (sender_) sender_->await_ready(now() + plan_.time_out);
     // Enough for all processes to start their threads before the epoch.
     epoch_ = now() + std::chrono::milliseconds(50 + 10 * plan_.processes);
     end_ = epoch_ + plan_.length;
     began_ = true;
     tell_all(Kind::begin, {to_ns(epoch_), to_ns(end_)});
+    if (sender_) sender_->begin(epoch_, end_);
     if (!await_all(Kind::begun, end_ + plan_.time_out)) return;
     if (!await_all(Kind::stopped, end_ + plan_.time_out)) return;
     tell_all(Kind::settle, {});
@@ -295,6 +314,7 @@ class Coordinator {
   const std::vector<std::uint32_t> process_of_node_;
   std::deque<RunMemory> memories_;
   std::vector<Child> children_;
+  std::optional<LiveSender> sender_;
   SharedMemoryWatch shared_memory_;
   bool began_ = false;
   Time epoch_{}, end_{};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_options.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <set>
 #include <sstream>
@@ -59,10 +60,31 @@ void add_run_options(CLI::App& command, RunOptions& o) {
       .add_flag("--cpu-time", o.measure_cpu_time, "Record the CPU time of every job (costs a microsecond)")
       ->group(where);
 
+  const auto live = std::string("Live publishing");
+  command
+      .add_flag("--live", o.live,
+                "Publish statistics and every hot-path sample over Fast\n"
+                "DDS while it runs, from a process of its own that gives\n"
+                "way to all others: topics hotpath/run, hotpath/statistics\n"
+                "and hotpath/chain_samples in the domain of --domain")
+      ->group(live);
+  command
+      .add_flag("--live-alternate", o.live_alternate,
+                "As --live in the 2nd and 3rd of every four repetitions,\n"
+                "and tell what it did to the median hot-path latency")
+      ->excludes("--live")
+      ->group(live);
+  command
+      .add_option("--live-cpus", o.live_cpus,
+                  "Processors of the process that publishes; by default\n"
+                  "those that --cpus leaves, if any")
+      ->type_name("LIST")
+      ->group(live);
+
   add_output_option(command, o);
 }
 
-std::vector<int> parse_cpus(const std::string& text) {
+std::vector<int> parse_cpus(const std::string& option, const std::string& text) {
   std::set<int> cpus;
   std::istringstream parts(text);
   for (std::string part; std::getline(parts, part, ',');) {
@@ -74,9 +96,18 @@ std::vector<int> parse_cpus(const std::string& text) {
       parsed = std::from_chars(parsed.ptr + 1, end, last);
     }
     if (parsed.ec != std::errc{} || parsed.ptr != end || first < 0 || last < first || last > 4095) {
-      throw UsageError("--cpus " + text + ": `" + part + "` is not a processor number or a range like 2-3");
+      throw UsageError(option + " " + text + ": `" + part +
+                       "` is not a processor number or a range like 2-3");
     }
     for (int cpu = first; cpu <= last; ++cpu) cpus.insert(cpu);
+  }
+  const std::vector<int> available = allowed_cpus();
+  for (const int cpu : cpus) {
+    if (std::find(available.begin(), available.end(), cpu) != available.end()) continue;
+    std::string list;
+    for (const int a : available) list += (list.empty() ? "" : ",") + std::to_string(a);
+    throw UsageError(option + " " + text + ": there is no processor " + std::to_string(cpu) +
+                     " for this process; there are " + list);
   }
   return {cpus.begin(), cpus.end()};
 }

@@ -22,6 +22,8 @@ struct RunOptions : CommonOptions {
   std::string cpus;
   bool lock_memory = false, measure_cpu_time = false;
   std::string executor_policy, timer_policy;
+  bool live = false, live_alternate = false;
+  std::string live_cpus;
 
   bool quick = false;
 };
@@ -29,7 +31,8 @@ struct RunOptions : CommonOptions {
 /// Adds the options that both commands share; `options` must outlive the parse.
 void add_run_options(CLI::App& command, RunOptions& options);
 
-/// `0,2-3` as a sorted list without duplicates. Throws UsageError.
-std::vector<int> parse_cpus(const std::string& text);
+/// `0,2-3` as a sorted list without duplicates of processors that this process may use. `option` is named in
+/// messages. Throws UsageError.
+std::vector<int> parse_cpus(const std::string& option, const std::string& text);
 
 }  // namespace hotpath

@@ -147,23 +147,11 @@ class Process {
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       for (const TaskId fed : tasks.set[id].feeds) {
         if (!tasks.set[fed].local) continue;
-        while (executor.arrived(fed) < published_for(tasks, memories, fed) && now() < limit) {
+        while (executor.arrived(fed) < published_for(tasks.set, memories, fed) && now() < limit) {
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
       }
     }
-  }
-
-  static std::uint64_t published_for(const GraphTasks& tasks, std::deque<RunMemory>& memories,
-                                     TaskId subscription) {
-    std::uint64_t published = 0;
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      for (const TaskId fed : tasks.set[id].feeds) {
-        if (fed != subscription) continue;
-        for (const RunMemory& memory : memories) published += memory.published()[id].load();
-      }
-    }
-    return published;
   }
 
   const RepetitionPlan& plan_;

@@ -2,7 +2,6 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 
 #include <algorithm>
-#include <map>
 
 namespace hotpath {
 
@@ -20,55 +19,68 @@ std::vector<ChainIndex> index_chains(const Graph& graph) {
   return chains;
 }
 
+ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
+    : chains_(index_chains(graph)),
+      timer_of_node_(graph.nodes.size(), kNoTask),
+      is_source_(tasks.set.size(), false),
+      is_sink_(tasks.set.size(), false),
+      source_timestamps_(tasks.set.size()) {
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const TaskOrigin origin = tasks.origin[id];
+    if (!origin.input) timer_of_node_[origin.node] = id;
+    for (const ChainIndex& c : chains_) {
+      is_sink_[id] = is_sink_[id] || c.sink == origin.node;
+      const bool source = std::find(c.sources.begin(), c.sources.end(), origin.node) != c.sources.end();
+      is_source_[id] = is_source_[id] || (source && !origin.input);
+    }
+  }
+}
+
+void ChainJoin::add(const JobRecord& r) {
+  if (r.outcome != Outcome::ran && r.outcome != Outcome::running) return;
+  if (is_source_[r.job.task]) source_timestamps_[r.job.task].push_back(r.job.timestamp);
+  if (is_sink_[r.job.task] && r.outcome == Outcome::ran) {
+    sink_jobs_[{r.job.task, r.job.sequence}] = {r.job.timestamp, r.finish};
+  }
+}
+
+ChainRecord ChainJoin::join(const ChainObservation& o) const {
+  ChainRecord record;
+  record.chain = o.chain;
+  record.sequence = o.sink.sequence;
+  record.dropped = o.dropped;
+  record.hot_path_latency = o.sink_start - o.latest_source_start;
+
+  const auto sink = sink_jobs_.find({o.sink.task, o.sink.sequence});
+  if (sink == sink_jobs_.end()) return record;
+  Time oldest = kNever;
+  const std::vector<std::uint32_t>& sources = chains_[o.chain].sources;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if ((o.sources_seen >> i & 1U) == 0) continue;
+    const std::vector<Time>& timestamps = source_timestamps_[timer_of_node_[sources[i]]];
+    if (o.source_sequence[i] >= timestamps.size()) return record;
+    oldest = std::min(oldest, timestamps[o.source_sequence[i]]);
+  }
+  record.end_to_end_latency = sink->second.finish - oldest;
+  return record;
+}
+
+std::optional<Time> ChainJoin::sink_timestamp(JobRef job) const {
+  const auto found = sink_jobs_.find({job.task, job.sequence});
+  return found == sink_jobs_.end() ? std::nullopt : std::optional(found->second.timestamp);
+}
+
 std::vector<ChainRecord> join_chains(const Graph& graph, const GraphTasks& tasks, const Trace& trace,
                                      const std::vector<ChainObservation>& observations) {
-  const std::vector<ChainIndex> chains = index_chains(graph);
-
-  // Jobs of the timers of source nodes in the order in which they ran, and the finish of every sink job.
-  std::vector<TaskId> timer_of_node(graph.nodes.size(), kNoTask);
-  std::vector<bool> is_sink(graph.nodes.size(), false);
-  for (const ChainIndex& c : chains) is_sink[c.sink] = true;
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (!tasks.origin[id].input) timer_of_node[tasks.origin[id].node] = id;
-  }
-  std::vector<std::vector<const JobRecord*>> ran(tasks.set.size());
-  std::map<std::pair<TaskId, std::uint64_t>, Time> sink_finish;
-  for (const JobRecord& r : trace.jobs) {
-    if (r.outcome != Outcome::ran && r.outcome != Outcome::running) continue;
-    ran[r.job.task].push_back(&r);
-    if (r.outcome == Outcome::ran && is_sink[tasks.origin[r.job.task].node]) {
-      sink_finish[{r.job.task, r.job.sequence}] = r.finish;
-    }
-  }
-  for (auto& jobs : ran) {
-    std::stable_sort(jobs.begin(), jobs.end(),
-                     [](const JobRecord* a, const JobRecord* b) { return a->start < b->start; });
-  }
-
+  std::vector<const JobRecord*> jobs;
+  for (const JobRecord& r : trace.jobs) jobs.push_back(&r);
+  std::stable_sort(jobs.begin(), jobs.end(),
+                   [](const JobRecord* a, const JobRecord* b) { return a->start < b->start; });
+  ChainJoin chains(graph, tasks);
+  for (const JobRecord* r : jobs) chains.add(*r);
   std::vector<ChainRecord> records;
   records.reserve(observations.size());
-  for (const ChainObservation& o : observations) {
-    ChainRecord& record = records.emplace_back();
-    record.chain = o.chain;
-    record.sequence = o.sink.sequence;
-    record.dropped = o.dropped;
-    record.hot_path_latency = o.sink_start - o.latest_source_start;
-
-    const auto finish = sink_finish.find({o.sink.task, o.sink.sequence});
-    Time oldest = kNever;
-    bool known = finish != sink_finish.end();
-    const std::vector<std::uint32_t>& sources = chains[o.chain].sources;
-    for (std::size_t i = 0; i < sources.size(); ++i) {
-      if ((o.sources_seen >> i & 1U) == 0) continue;
-      const auto& jobs = ran[timer_of_node[sources[i]]];
-      if (o.source_sequence[i] < jobs.size()) {
-        oldest = std::min(oldest, jobs[o.source_sequence[i]]->job.timestamp);
-      } else {
-        known = false;
-      }
-    }
-    if (known) record.end_to_end_latency = finish->second - oldest;
-  }
+  for (const ChainObservation& o : observations) records.push_back(chains.join(o));
   return records;
 }
 

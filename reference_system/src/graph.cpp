@@ -113,6 +113,24 @@ Duration scaled(Duration duration, double factor) {
 
 }  // namespace
 
+const char* to_string(NodeType type) {
+  switch (type) {
+    case NodeType::sensor:
+      return "sensor";
+    case NodeType::transform:
+      return "transform";
+    case NodeType::fusion:
+      return "fusion";
+    case NodeType::cyclic:
+      return "cyclic";
+    case NodeType::intersection:
+      return "intersection";
+    case NodeType::command:
+      return "command";
+  }
+  return "";
+}
+
 const char* to_string(TimerThread thread) {
   switch (thread) {
     case TimerThread::by_executor:

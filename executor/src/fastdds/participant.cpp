@@ -10,6 +10,10 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <set>
 #include <thread>
 
 #include "hotpath/live/transport.hpp"
@@ -18,6 +22,7 @@ namespace hotpath {
 
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
+namespace fastrtps = eprosima::fastrtps::rtps;
 
 namespace {
 
@@ -45,31 +50,83 @@ dds::DomainParticipantQos participant_qos(const FastDdsOptions& options) {
   return qos;
 }
 
-template <class Endpoint>
-std::int32_t matched(Endpoint& endpoint) {
-  if constexpr (std::is_same_v<Endpoint, dds::DataWriter>) {
-    dds::PublicationMatchedStatus status;
-    endpoint.get_publication_matched_status(status);
-    return status.current_count;
-  } else {
-    dds::SubscriptionMatchedStatus status;
-    endpoint.get_subscription_matched_status(status);
-    return status.current_count;
-  }
-}
+/// What the participants of one run tell each other in discovery.
+std::string run_mark(const FastDdsOptions& options) { return "hotpath:" + options.partition; }
 
 }  // namespace
 
-FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options) : domain_(options.domain) {
+dds::DomainParticipant* create_participant(const FastDdsOptions& options,
+                                           dds::DomainParticipantListener* listener) {
   log_to_standard_error();
+  dds::DomainParticipantQos qos = participant_qos(options);
+  // A participant that has just started may miss the answer to its first announcement, and then waits for the
+  // next one of whom it missed: three seconds by default. The participants of a run start together and
+  // announce themselves often then.
+  if (listener == nullptr) {
+    qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = {1, 0};
+  }
+  const std::string mark = listener == nullptr ? "" : run_mark(options);
+  qos.user_data().data_vec({mark.begin(), mark.end()});
+  const dds::StatusMask events = listener == nullptr ? dds::StatusMask::none()
+                                                     : dds::StatusMask::publication_matched()
+                                                           << dds::StatusMask::subscription_matched();
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  participant_ = factory->create_participant(options.domain, participant_qos(options));
-  if (participant_ == nullptr) {
+  auto* participant = factory->create_participant(options.domain, qos, listener, events);
+  if (participant == nullptr) {
     throw TransportError(
         "Fast DDS could not create a participant in domain " + std::to_string(options.domain) +
         "; its own message is above, usual reasons are no network interface (is `lo` up?) and a "
         "domain outside 0 to 232");
   }
+  return participant;
+}
+
+/// Counts, for each endpoint, the matched endpoints of the run's own participants.
+class FastDdsParticipant::Partners final : public dds::DomainParticipantListener {
+ public:
+  explicit Partners(const FastDdsOptions& options) : mark_(run_mark(options)) {}
+
+  void add_participant(const fastrtps::GuidPrefix_t& prefix) {
+    const std::lock_guard lock(mutex_);
+    run_.insert(prefix);
+  }
+  std::int32_t of(const dds::DomainEntity* endpoint) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = count_.find(endpoint);
+    return found == count_.end() ? 0 : found->second;
+  }
+
+  void on_participant_discovery(dds::DomainParticipant*, fastrtps::ParticipantDiscoveryInfo&& info) override {
+    const auto& data = info.info.m_userData.data_vec();
+    if (std::equal(data.begin(), data.end(), mark_.begin(), mark_.end())) {
+      add_participant(info.info.m_guid.guidPrefix);
+    }
+  }
+  void on_publication_matched(dds::DataWriter* writer, const dds::PublicationMatchedStatus& status) override {
+    count(writer, status.last_subscription_handle, status.current_count_change);
+  }
+  void on_subscription_matched(dds::DataReader* reader,
+                               const dds::SubscriptionMatchedStatus& status) override {
+    count(reader, status.last_publication_handle, status.current_count_change);
+  }
+
+ private:
+  void count(const dds::DomainEntity* endpoint, const dds::InstanceHandle_t& partner, std::int32_t change) {
+    const std::lock_guard lock(mutex_);
+    if (run_.count(fastrtps::iHandle2GUID(partner).guidPrefix) != 0) count_[endpoint] += change;
+  }
+
+  const std::string mark_;
+  mutable std::mutex mutex_;
+  std::set<fastrtps::GuidPrefix_t> run_;
+  std::map<const dds::DomainEntity*, std::int32_t> count_;
+};
+
+FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options)
+    : domain_(options.domain),
+      partners_(std::make_unique<Partners>(options)),
+      participant_(create_participant(options, partners_.get())) {
+  partners_->add_participant(participant_->guid().guidPrefix);
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
   if (!options.partition.empty()) {
@@ -133,9 +190,9 @@ dds::DataReader* FastDdsParticipant::add_reader(const std::string& topic_name, s
 }
 
 void FastDdsParticipant::wait_until_matched(Time deadline) const {
-  const auto missing = [](const auto& endpoints) {
+  const auto missing = [this](const auto& endpoints) {
     for (const auto& e : endpoints) {
-      if (matched(*e.endpoint) < e.partners) return &e;
+      if (partners_->of(e.endpoint) < e.partners) return &e;
     }
     return decltype(&endpoints.front()){};
   };
@@ -146,7 +203,7 @@ void FastDdsParticipant::wait_until_matched(Time deadline) const {
     if (std::chrono::steady_clock::now() >= deadline) {
       const bool writes = writer != nullptr;
       const std::string& name = writes ? writer->topic : reader->topic;
-      const auto found = writes ? matched(*writer->endpoint) : matched(*reader->endpoint);
+      const auto found = writes ? partners_->of(writer->endpoint) : partners_->of(reader->endpoint);
       const auto wanted = writes ? writer->partners : reader->partners;
       throw TransportError("discovery did not finish in time: the " +
                            std::string(writes ? "writer" : "reader") + " of topic " + name + " found " +

@@ -11,6 +11,13 @@
 
 namespace hotpath {
 
+/// How a repetition is published while it runs.
+struct LivePublishing {
+  std::vector<int> cpus;  ///< Of the process that publishes; empty: all.
+  Duration warm_up{};     ///< From the epoch; its latencies and response times are left out.
+  std::string facts;      ///< telemetry::RunInfo::facts.
+};
+
 /// Everything that one live repetition needs to know.
 struct RepetitionPlan {
   const Graph* graph = nullptr;
@@ -30,6 +37,7 @@ struct RepetitionPlan {
   Duration length{};                             ///< From the epoch to the end, warm-up included.
   Duration time_out = std::chrono::seconds(20);  ///< For set-up, and for answers after the end.
   Calibration calibration;
+  std::optional<LivePublishing> live;  ///< By a process of its own; none: nothing is published.
 };
 
 struct RepetitionResult {

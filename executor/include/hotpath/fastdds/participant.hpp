@@ -2,9 +2,11 @@
 #pragma once
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,11 @@ struct FastDdsOptions {
   Network network = Network::udp;
   bool loopback_only = true;  ///< Nothing leaves the machine.
 };
+
+/// A participant on these transports whose log goes to standard error, for programs that bring their own
+/// endpoints. The caller deletes it. Throws TransportError when Fast DDS cannot create it.
+eprosima::fastdds::dds::DomainParticipant* create_participant(
+    const FastDdsOptions& options, eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);
 
 /// The one participant of a process, with a publisher and a subscriber. Its destruction removes all that was
 /// created through it; loans must have been returned.
@@ -43,8 +50,9 @@ class FastDdsParticipant {
                                                  std::uint32_t writers,
                                                  eprosima::fastdds::dds::DataReaderListener* listener);
 
-  /// Waits until every endpoint has met its partners. Throws TransportError that names one that has not by
-  /// `deadline`.
+  /// Waits until every endpoint has met its partners in the participants of this class with the same
+  /// partition; whoever else listens or publishes there does not count. Throws TransportError that names one
+  /// that has not by `deadline`.
   void wait_until_matched(Time deadline) const;
 
  private:
@@ -54,9 +62,11 @@ class FastDdsParticipant {
     std::string topic;
     std::int32_t partners;
   };
+  class Partners;
   eprosima::fastdds::dds::Topic* topic(const std::string& name);
 
-  std::uint32_t domain_;
+  const std::uint32_t domain_;
+  const std::unique_ptr<Partners> partners_;
   std::string type_name_;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <array>
+#include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/trace.hpp"
@@ -31,9 +34,33 @@ struct ChainIndex {
 };
 std::vector<ChainIndex> index_chains(const Graph& graph);
 
-/// Chain records of a trace, whose `jobs` must be complete. A source's n-th publication is that of the n-th
-/// job of its timer that ran; the end-to-end latency is unknown (-1) where that job, or the sink's own, is
-/// not among the records.
+/// Joins what sinks observe with the records of the jobs at both ends of their chains.
+class ChainJoin {
+ public:
+  ChainJoin(const Graph& graph, const GraphTasks& tasks);
+
+  /// Jobs of one timer come in the order in which they started, as `ran`, or `running` at the end of the run.
+  void add(const JobRecord& record);
+
+  /// A source's n-th publication is that of the n-th job of its timer that ran; the end-to-end latency is
+  /// unknown (-1) where that job, or the sink's own, is not among the records added.
+  ChainRecord join(const ChainObservation& observation) const;
+
+  /// Timestamp of a sink's job that ran; nothing when it is not among the records added.
+  std::optional<Time> sink_timestamp(JobRef job) const;
+
+ private:
+  struct SinkJob {
+    Time timestamp{}, finish{};
+  };
+  const std::vector<ChainIndex> chains_;
+  std::vector<TaskId> timer_of_node_;
+  std::vector<bool> is_source_, is_sink_;  // by task
+  std::vector<std::vector<Time>> source_timestamps_;
+  std::map<std::pair<TaskId, std::uint64_t>, SinkJob> sink_jobs_;
+};
+
+/// Chain records of a trace, whose `jobs` must be complete.
 std::vector<ChainRecord> join_chains(const Graph& graph, const GraphTasks& tasks, const Trace& trace,
                                      const std::vector<ChainObservation>& observations);
 

@@ -20,6 +20,7 @@ enum class NodeType : std::uint8_t {
   intersection,  ///< Independent transforms under one name: input i leads to output i.
   command,       ///< One input; the end of a chain.
 };
+const char* to_string(NodeType);  ///< As in graph files.
 
 /// How a job burns its execution time.
 enum class WorkMode : std::uint8_t {

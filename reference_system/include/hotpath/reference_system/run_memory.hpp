@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <vector>
 
@@ -41,5 +42,8 @@ class RunMemory {
   Executor::Logs jobs_;
   std::vector<RecordLog<ChainObservation>> chains_;
 };
+
+/// Samples published for a subscription so far, by all processes of a run.
+std::uint64_t published_for(const TaskSet& set, const std::deque<RunMemory>& memories, TaskId subscription);
 
 }  // namespace hotpath

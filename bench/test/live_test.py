@@ -1,0 +1,358 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Live publishing and replay of the real command, as a Fast DDS reader in a process of its own sees them, held against
+what the run wrote."""
+
+import collections
+import json
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import unittest
+
+from hotpath_command import CommandTest, RunFolder
+
+LISTENER = os.environ.get("TELEMETRY_LISTENER", "telemetry_listener")
+WRONG_USE, FAILURE = 2, 1
+SHORT = ("--load", 20, "--duration", 2, "--warm-up", 0.5)
+
+
+class Received:
+    """What a listener printed, by kind and in order."""
+
+    def __init__(self, text):
+        self.by_kind = collections.defaultdict(list)
+        for line in text.splitlines():
+            sample = json.loads(line)
+            self.by_kind[sample["kind"]].append(sample)
+
+    @property
+    def run(self):
+        (info,) = self.by_kind["run"]
+        return info
+
+    @property
+    def samples(self):
+        return self.by_kind["sample"]
+
+    @property
+    def statistics(self):
+        return self.by_kind["statistics"]
+
+    @property
+    def last(self):
+        (last,) = [s for s in self.statistics if s["last"]]
+        return last
+
+    def values(self):
+        """As CommandTest's chains(), in order."""
+        chains = self.run["chains"]
+        return [
+            (chains[s["chain"]]["name"], s["job"], s["hot_path_latency_ns"],
+             s["end_to_end_latency_ns"] if s["end_to_end_latency_ns"] >= 0 else None)
+            for s in self.samples
+        ]  # fmt: skip
+
+    def messages(self):
+        return {m["topic"]: m["count"] for m in self.by_kind["messages"]}
+
+
+class LiveTest(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.domain = random.randint(100, 200)
+
+    def listen(self, *arguments):
+        """A listener that is ready."""
+        process = subprocess.Popen(
+            [LISTENER, "--domain", str(self.domain), *map(str, arguments)], stdout=subprocess.PIPE, text=True
+        )
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.assertEqual(json.loads(process.stdout.readline())["kind"], "ready")
+        return process
+
+    def received(self, listener):
+        out, _ = listener.communicate(timeout=90)
+        self.assertEqual(listener.returncode, 0)
+        return Received(out)
+
+    def measure_live(self, *arguments):
+        return self.measure("run", "--domain", self.domain, "--live", *arguments)
+
+    def replay(self, *arguments, output="run"):
+        code, out, err = self.command("replay", output, "--live", "--domain", self.domain, *arguments)
+        self.assertEqual((code, out, err), (0, "", ""))
+
+    def check_samples(self, received, folder):
+        """All samples of chains.csv once, numbered by chain without a gap."""
+        ((key, rows),) = folder.chains().items()
+        self.assertEqual(sorted(received.values(), key=repr), sorted(rows, key=repr), key)
+        numbers = collections.defaultdict(list)
+        for sample in received.samples:
+            numbers[sample["chain"]].append(sample["number"])
+        for of_chain in numbers.values():
+            self.assertEqual(of_chain, list(range(len(of_chain))))
+        self.assertGreater(len(rows), 0)
+
+    def check_last_statistics(self, received, folder):
+        """Its counts are those of jobs.csv, its latencies those of summary.json."""
+        (jobs,) = folder.jobs().values()
+        names = [node["name"] for node in received.run["nodes"]]
+        for name, node in zip(names, received.last["nodes"]):
+            own = [j for j in jobs if j.node == name]
+            count = collections.Counter(j.outcome for j in own)
+            overruns = sum(j.outcome == "ran" and j.finish > j.deadline for j in own if j.deadline is not None)
+            self.assertEqual(
+                (node["ran"], node["skipped"], node["overwritten"], node["queued"], node["overruns"]),
+                (count["ran"], count["skipped"], count["overwritten"], count["queued"] + count["running"], overruns),
+                name,
+            )
+        (executor,) = folder.summary()["executors"]
+        for chain, summary in zip(received.last["chains"], executor["chains"]):
+            exact = summary["hot_path_latency_ms"]
+            self.assertEqual(chain["samples"], exact["n"])
+            self.assertAlmostEqual(chain["latency_max_ns"] / 1e6, exact["max"])
+        self.assertEqual(received.last["samples_lost"], 0)
+
+    def check_statistics(self, received):
+        self.assertEqual([s["number"] for s in received.statistics], list(range(len(received.statistics))))
+        stamps = [s["stamp_ns"] for s in received.statistics]
+        self.assertEqual(stamps, sorted(stamps))
+        self.assertEqual({s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]})
+        for before, after in zip(received.statistics, received.statistics[1:]):
+            for a, b in zip(before["nodes"], after["nodes"]):
+                for count in ("ran", "skipped", "overwritten", "overruns"):
+                    self.assertLessEqual(a[count], b[count])
+
+    def check_run(self, received, folder, origin, transport):
+        info = received.run
+        self.assertEqual((info["origin"], info["transport"]), (origin, transport))
+        self.assertEqual((info["graph"], info["executor"], info["repetition"]), ("autoware", "rm-ro", 0))
+        self.assertEqual(len(info["nodes"]), 24)
+        self.assertEqual(len({(n["x"], n["y"]) for n in info["nodes"]}), 24)
+        self.assertEqual(sum(n["hot"] for n in info["nodes"]), 8)
+        for edge in info["edges"]:
+            self.assertLess(info["nodes"][edge["source"]]["x"], info["nodes"][edge["target"]]["x"])
+        self.assertEqual([c["name"] for c in info["chains"]], ["hot_path"])
+        for fact in ("duration_s", "load_percent", "seed"):
+            self.assertEqual(info["facts"][fact], folder.run[fact])
+
+
+class Live(LiveTest):
+    def check_live(self, transport, *arguments):
+        listener = self.listen()
+        folder = self.measure_live("--transport", transport, *SHORT, *arguments)
+        received = self.received(listener)
+        self.assertEqual(folder.run["warnings"], [w for w in folder.run["warnings"] if "ublishing" not in w])
+        self.check_run(received, folder, "live", transport)
+        self.check_statistics(received)
+        self.check_samples(received, folder)
+        self.check_last_statistics(received, folder)
+        self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
+        return folder, received
+
+    def test_intra_process_and_its_replay(self):
+        folder, live = self.check_live("intra_process")
+        self.assertEqual(live.run["partition"], "")
+        listener = self.listen()
+        self.replay("--speed", 2)
+        replayed = self.received(listener)
+        self.check_run(replayed, folder, "replay", "intra_process")
+        self.check_statistics(replayed)
+        self.check_samples(replayed, folder)
+        self.check_last_statistics(replayed, folder)
+        self.assertEqual(replayed.values(), live.values())
+        self.check_clock(replayed, 2.5)
+
+    def check_clock(self, received, length_s):
+        times = [c["time_ns"] for c in received.by_kind["clock"]]
+        self.assertEqual(times, sorted(times))
+        self.assertEqual(times[-1], received.run["epoch_ns"] + round(length_s * 1e9))
+        self.assertEqual(received.last["stamp_ns"], times[-1])
+        self.assertTrue(all(s["stamp_ns"] <= times[-1] for s in received.samples))
+
+    def test_fastdds_in_two_processes(self):
+        _, received = self.check_live("fastdds", "--processes", 2)
+        self.assertTrue(received.run["partition"].startswith("hotpath-"))
+
+    def test_an_outside_reader_of_the_graphs_topics_disturbs_nothing(self):
+        topics = ["FrontLidarDriver", "RearLidarDriver"]
+        listener = self.listen(
+            "--runs", 2, "--partition", "hotpath-*", *(a for t in topics for a in ("--topic", t))
+        )
+        output = self.folder / "run"
+        code, _, err = self.command(
+            "compare", "--executors", "rm-ro,default", "--repetitions", 1, "--processes", 2, "--live",
+            "--domain", self.domain, *SHORT, "--output", output,
+        )  # fmt: skip
+        self.assertEqual(code, 0, err)
+        messages = self.received(listener).messages()
+        folder = RunFolder(output)
+        for executor in folder.summary()["executors"]:
+            self.assertTrue(executor["loss_equations"]["hold"])
+        for topic in topics:
+            self.assertGreater(messages[topic], 0)
+            ran = sum(j.task == topic and j.outcome != "skipped" for jobs in folder.jobs().values() for j in jobs)
+            self.assertLessEqual(messages[topic], ran)
+
+    def test_a_late_listener_gets_what_runs(self):
+        process = self.start(
+            "run", "--domain", self.domain, "--live", "--transport", "intra_process", "--load", 5,
+            "--duration", 30, "--warm-up", 0, "--output", "run",
+        )  # fmt: skip
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        first = self.listen("--seconds", 60)
+        for line in first.stdout:
+            if '"sample"' in line:
+                break
+        first.kill()
+        first.communicate()
+        late = self.listen()
+        os.killpg(process.pid, signal.SIGINT)  # only once the late one has come
+        self.finish(process)
+        received = self.received(late)
+        self.assertEqual(received.run["executor"], "rm-ro")
+        self.check_samples(received, RunFolder(self.folder / "run"))
+
+    def test_alternate_publishes_half_of_the_repetitions_and_tells_the_difference(self):
+        output = self.folder / "run"
+        code, out, err = self.command(
+            "run", "--live-alternate", "--domain", self.domain, "--transport", "intra_process", "--repetitions", 4,
+            "--load", 5, "--duration", 0.5, "--warm-up", 0, "--output", output,
+        )  # fmt: skip
+        self.assertEqual(code, 0, err)
+        self.assertIn("rm-ro, hot_path: ", out)
+        folder = RunFolder(output)
+        self.assertEqual({r["repetition"]: r["live"] for r in folder.run["runs"]}, {0: False, 1: True, 2: True, 3: False})
+        (effect,) = folder.summary()["live_publishing"]
+        low, high = effect["median_ratio"]["interval"]
+        self.assertLessEqual(low, high)
+        chains = folder.chains()
+        self.assertEqual(effect["n_live"], len(chains["rm-ro", 1]) + len(chains["rm-ro", 2]))
+
+
+class Faults(LiveTest):
+    def test_wrong_use(self):
+        self.measure("run", "--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
+        for arguments, parts in {
+            ("run", "--live-cpus", 0): ["--live-cpus", "--live"],
+            ("run", "--live", "--live-cpus", 4000): ["--live-cpus", "no processor 4000"],
+            ("run", "--live-alternate"): ["--repetitions"],
+            ("run", "--live", "--live-alternate"): ["--live"],
+            ("replay", "run"): ["--live"],
+            ("replay", "absent", "--live"): ["absent", "run.json"],
+            ("replay", "run", "--live", "--executor", "best"): ["best", "rm-ro (repetition 0)"],
+            ("replay", "run", "--live", "--repetition", 1): ["repetition 1", "rm-ro (repetition 0)"],
+            ("replay", "run", "--live", "--start", 5): ["--start"],
+            ("replay", "run", "--live", "--speed", 0): ["--speed"],
+            ("replay", "run", "--live", "--graph", "sequences"): ["no task", "another graph"],
+        }.items():
+            with self.subTest(arguments=arguments):
+                code, out, err = self.command(*arguments)
+                self.assertEqual((code, out), (WRONG_USE, ""), err)
+                for part in parts:
+                    self.assertIn(part, err)
+
+    def child_named(self, process, name):
+        for child in pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
+            if pathlib.Path(f"/proc/{child}/comm").read_text() == name + "\n":
+                return int(child)
+        return None
+
+    def start_live(self, *arguments):
+        process = self.start("run", "--live", "--domain", self.domain, "--output", "run", *arguments)
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.wait_for(lambda: self.child_named(process, "live_sender"), "nothing publishes")
+        return process
+
+    def test_the_run_goes_on_without_its_sender(self):
+        process = self.start_live("--transport", "intra_process", "--duration", 1, "--warm-up", 0)
+        os.kill(self.child_named(process, "live_sender"), signal.SIGKILL)
+        code, _, err = self.finish(process)
+        self.assertEqual(code, 0, err)
+        self.assertIn("Live publishing stopped (its process was ended by a signal (Killed))", err)
+        folder = RunFolder(self.folder / "run")
+        self.assertTrue(folder.run["complete"])
+        self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
+
+    def test_a_killed_run_ends_its_sender(self):
+        listener = self.listen()
+        process = self.start_live("--transport", "intra_process", "--duration", 30, "--warm-up", 0)
+        sender = self.child_named(process, "live_sender")
+        for line in listener.stdout:
+            if '"statistics"' in line:
+                break
+        process.kill()
+        self.finish(process)
+        self.wait_for(lambda: not os.path.exists(f"/proc/{sender}"), "the sender lives on")
+        self.assertTrue(json.loads(self.received_lines(listener)[-1])["last"])
+
+    def received_lines(self, listener):
+        return listener.communicate(timeout=60)[0].splitlines()
+
+    def test_an_interrupted_replay_ends_in_order(self):
+        self.measure("run", "--transport", "intra_process", "--load", 5, "--duration", 2, "--warm-up", 0)
+        listener = self.listen()
+        process = self.start("replay", "run", "--live", "--domain", self.domain, "--speed", 0.01)
+        for line in listener.stdout:
+            if '"clock"' in line:
+                break
+        process.send_signal(signal.SIGINT)
+        code, out, err = self.finish(process)
+        self.assertEqual((code, out, err), (128 + signal.SIGINT, "", ""))
+        lines = [json.loads(line) for line in self.received_lines(listener)]
+        self.assertTrue([s for s in lines if s["kind"] == "statistics"][-1]["last"])
+
+
+class Replay(LiveTest):
+    def test_a_part_of_a_simulated_run(self):
+        output = self.folder / "run"
+        code, _, err = self.command(
+            "simulate", "--executors", "rm-ro,default", "--duration", 4, "--warm-up", 1, "--output", output
+        )
+        self.assertEqual(code, 0, err)
+        listener = self.listen()
+        self.replay("--executor", "default", "--start", 2, "--duration", 1, "--speed", 4)
+        received = self.received(listener)
+        self.assertEqual((received.run["executor"], received.run["transport"]), ("default", "simulated"))
+        self.assertAlmostEqual(received.last["run_time_s"], 3)
+        folder = RunFolder(output)
+        jobs = folder.jobs()["default", 0]
+        sink = {j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"}
+        self.assertEqual(
+            received.values(), [c for c in folder.chains()["default", 0] if 2e9 <= sink[c[1]] <= 3e9]
+        )
+        finished = collections.Counter(j.node for j in jobs if j.outcome == "ran" and j.finish <= 3e9)
+        for node, last in zip(received.run["nodes"], received.last["nodes"]):
+            self.assertEqual(last["ran"], finished[node["name"]], node["name"])
+
+
+class SlowReader(LiveTest):
+    def test_it_holds_up_nobody_and_what_it_may_lose_is_counted(self):
+        output = self.folder / "run"
+        code, _, err = self.command(
+            "simulate", "--executors", "rm-ro", "--duration", 200, "--warm-up", 0, "--output", output
+        )
+        self.assertEqual(code, 0, err)
+        rows = RunFolder(output).chains()["rm-ro", 0]
+        kept = 1024
+        self.assertGreater(len(rows), kept + 500)
+
+        stopped, healthy = self.listen(), self.listen()
+        process = self.start("replay", "run", "--live", "--domain", self.domain, "--speed", 60)
+        for line in stopped.stdout:
+            if '"clock"' in line:
+                break
+        stopped.send_signal(signal.SIGSTOP)
+        received = self.received(healthy)
+        self.assertEqual(self.finish(process), (0, "", ""))
+        stopped.kill()
+        stopped.communicate()
+        self.assertEqual([s["number"] for s in received.samples], list(range(len(rows))))
+        self.assertGreater(received.last["samples_lost"], 0)
+        self.assertLess(received.last["samples_lost"], len(rows))
+
+
+if __name__ == "__main__":
+    unittest.main()

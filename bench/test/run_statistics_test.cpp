@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run_statistics.hpp"
+
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "hotpath/bench/statistics.hpp"
+#include "run_info.hpp"
+
+namespace hotpath {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
+
+Node node(const std::string& name, NodeType type, std::vector<Input> inputs = {}) {
+  Node n;
+  n.name = name;
+  n.type = type;
+  n.inputs = std::move(inputs);
+  if (type != NodeType::command) n.outputs = {name};
+  if (type == NodeType::sensor || type == NodeType::cyclic) n.period = n.deadline = milliseconds(20);
+  return n;
+}
+
+/// Tasks: 0 Lidar, 1 Planner/Lidar, 2 Planner (its timer), 3 Logger/Planner.
+Graph small_graph() {
+  Graph g;
+  g.name = "small";
+  g.nodes = {node("Lidar", NodeType::sensor), node("Planner", NodeType::cyclic, {{"Lidar", 1, {}}}),
+             node("Logger", NodeType::command, {{"Planner", 10, {}}})};
+  g.chains = {{"path", {"Lidar", "Planner"}, {"Lidar"}, "Planner"}};
+  return g;
+}
+
+Time at(std::int64_t ms) { return Time{} + milliseconds(ms); }
+
+JobRecord ran(TaskId task, std::int64_t timestamp_ms, std::int64_t start_ms, std::int64_t finish_ms) {
+  JobRecord r;
+  r.job.task = task;
+  r.job.timestamp = at(timestamp_ms);
+  r.start = at(start_ms);
+  r.finish = at(finish_ms);
+  return r;
+}
+
+class RunStatisticsTest : public ::testing::Test {
+ protected:
+  RunStatisticsTest() : tasks(make_tasks(graph)) { tasks.set.tasks[2].phase = milliseconds(5); }
+  RunStatistics make(Duration warm_up = {}) { return {graph, tasks, "id", {Time{}, kEpochNs}, warm_up}; }
+
+  const Graph graph = small_graph();
+  GraphTasks tasks;
+};
+
+TEST_F(RunStatisticsTest, NothingIsKnownAtTheEpoch) {
+  RunStatistics statistics = make();
+  const telemetry::Statistics s = statistics.take(Time{});
+  EXPECT_EQ(s.run_id(), "id");
+  EXPECT_EQ(s.number(), 0U);
+  EXPECT_FALSE(s.last());
+  EXPECT_EQ(s.stamp_ns(), kEpochNs);
+  ASSERT_EQ(s.nodes().size(), 3U);
+  ASSERT_EQ(s.chains().size(), 1U);
+  for (const telemetry::NodeStatistics& n : s.nodes()) {
+    EXPECT_EQ(n.ran() + n.skipped() + n.overwritten() + n.overruns() + n.queued(), 0U);
+    EXPECT_EQ(n.utilization(), 0);
+    EXPECT_EQ(n.response_window_ns(), -1);
+    EXPECT_EQ(n.response_median_ns(), -1);
+    EXPECT_EQ(n.response_p99_ns(), -1);
+    EXPECT_EQ(n.response_max_ns(), -1);
+  }
+  EXPECT_EQ(s.chains()[0].samples(), 0U);
+  EXPECT_EQ(s.chains()[0].latency_median_ns(), -1);
+}
+
+TEST_F(RunStatisticsTest, CountsJobsByTheNodeOfTheirTask) {
+  RunStatistics statistics = make();
+  statistics.add(ran(0, 0, 1, 3));
+  JobRecord late = ran(0, 20, 30, 61);
+  late.job.deadline = at(40);
+  late.job.skipped = 1;
+  statistics.add(late);
+  JobRecord overwritten;
+  overwritten.job.task = 1;
+  overwritten.outcome = Outcome::overwritten;
+  statistics.add(overwritten);
+  const telemetry::Statistics s = statistics.take(at(70));
+  EXPECT_EQ(s.nodes()[0].ran(), 2U);
+  EXPECT_EQ(s.nodes()[0].skipped(), 1U);
+  EXPECT_EQ(s.nodes()[0].overruns(), 1U);
+  EXPECT_EQ(s.nodes()[1].overwritten(), 1U);
+  EXPECT_EQ(s.nodes()[1].ran(), 0U);
+  EXPECT_EQ(s.nodes()[0].response_max_ns(), 41'000'000);
+  EXPECT_NEAR(s.run_time_s(), 0.07, 1e-9);
+  EXPECT_EQ(s.stamp_ns(), kEpochNs + 70'000'000);
+}
+
+TEST_F(RunStatisticsTest, WhatWasReachedOrPublishedAndHasNotEndedIsQueued) {
+  RunStatistics statistics = make();
+  statistics.set_published(3, 2);
+  // Lidar: 0, 20; Planner's timer: 5, 25; an instant is reached when it has passed.
+  telemetry::Statistics s = statistics.take(at(40));
+  EXPECT_EQ(s.nodes()[0].queued(), 2U);
+  EXPECT_EQ(s.nodes()[1].queued(), 2U);
+  EXPECT_EQ(s.nodes()[2].queued(), 2U);
+  JobRecord lidar = ran(0, 0, 1, 3);
+  lidar.job.skipped = 1;
+  statistics.add(lidar);
+  statistics.add(ran(2, 5, 6, 7));
+  JobRecord none = ran(3, 6, 7, 7);
+  none.outcome = Outcome::empty;
+  statistics.add(none);
+  s = statistics.take(at(41));
+  EXPECT_EQ(s.nodes()[0].queued(), 1U) << "the timestamp at 40 ms";
+  EXPECT_EQ(s.nodes()[1].queued(), 1U);
+  EXPECT_EQ(s.nodes()[2].queued(), 2U) << "an event without a sample is none";
+}
+
+TEST_F(RunStatisticsTest, AWindowHoldsWhatFinishedSinceTheLastStatistics) {
+  RunStatistics statistics = make();
+  statistics.add(ran(0, 0, 1, 3));
+  statistics.add(ran(0, 20, 20, 26));
+  telemetry::Statistics s = statistics.take(at(40));
+  EXPECT_DOUBLE_EQ(s.nodes()[0].utilization(), 8.0 / 40);
+  EXPECT_EQ(s.nodes()[0].response_window_ns(), 4'500'000);
+  s = statistics.take(at(50));
+  EXPECT_EQ(s.number(), 1U);
+  EXPECT_EQ(s.nodes()[0].utilization(), 0);
+  EXPECT_EQ(s.nodes()[0].response_window_ns(), -1);
+  EXPECT_EQ(s.nodes()[0].ran(), 2U);
+  statistics.add(ran(0, 40, 50, 52));
+  statistics.begin_window(at(55));
+  EXPECT_EQ(statistics.take(at(60)).nodes()[0].utilization(), 0);
+}
+
+TEST_F(RunStatisticsTest, WarmUpCountsJobsButNotTheirResponseTimes) {
+  RunStatistics statistics = make(milliseconds(30));
+  statistics.add(ran(0, 20, 20, 39));
+  EXPECT_EQ(statistics.take(at(40)).nodes()[0].response_max_ns(), -1);
+  statistics.add(ran(0, 40, 40, 42));
+  const telemetry::Statistics s = statistics.take(at(50));
+  EXPECT_EQ(s.nodes()[0].ran(), 2U);
+  EXPECT_EQ(s.nodes()[0].response_max_ns(), 2'000'000);
+}
+
+TEST_F(RunStatisticsTest, OnlyTheTimerOfACyclicNodeResponds) {
+  RunStatistics statistics = make();
+  statistics.add(ran(1, 0, 1, 10));
+  EXPECT_EQ(statistics.take(at(20)).nodes()[1].response_max_ns(), -1);
+  statistics.add(ran(2, 5, 5, 7));
+  const telemetry::Statistics s = statistics.take(at(21));
+  EXPECT_EQ(s.nodes()[1].ran(), 2U);
+  EXPECT_EQ(s.nodes()[1].response_max_ns(), 2'000'000);
+}
+
+TEST_F(RunStatisticsTest, NumbersTheSamplesOfAChain) {
+  RunStatistics statistics = make();
+  ChainRecord record;
+  record.sequence = 7;
+  record.dropped = 2;
+  record.hot_path_latency = milliseconds(3);
+  record.end_to_end_latency = milliseconds(4);
+  const telemetry::ChainSample first = statistics.add(record, at(10)),
+                               second = statistics.add(record, at(11));
+  EXPECT_EQ(first.run_id(), "id");
+  EXPECT_EQ(first.number(), 0U);
+  EXPECT_EQ(first.job(), 7U);
+  EXPECT_EQ(first.stamp_ns(), kEpochNs + 10'000'000);
+  EXPECT_EQ(first.hot_path_latency_ns(), 3'000'000);
+  EXPECT_EQ(first.end_to_end_latency_ns(), 4'000'000);
+  EXPECT_EQ(second.number(), 1U);
+  const telemetry::Statistics s = statistics.take(at(20));
+  EXPECT_EQ(s.chains()[0].samples(), 2U);
+  EXPECT_EQ(s.chains()[0].dropped(), 4U);
+  EXPECT_EQ(s.chains()[0].latency_max_ns(), 3'000'000);
+}
+
+TEST(LatencyHistogram, QuantilesAreWithinOnePercentOfTheSortedSamples) {
+  std::mt19937_64 random(1);
+  std::lognormal_distribution<double> microseconds(6, 2);
+  LatencyHistogram histogram;
+  std::vector<double> sorted;
+  for (int i = 0; i < 20000; ++i) {
+    const Duration sample(static_cast<std::int64_t>(1000 * microseconds(random)));
+    histogram.add(sample);
+    sorted.push_back(static_cast<double>(sample.count()));
+  }
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(histogram.count(), sorted.size());
+  EXPECT_EQ(static_cast<double>(histogram.max().count()), sorted.back());
+  for (const double p : {0.01, 0.5, 0.9, 0.99, 0.999}) {
+    const double exact = sorted[static_cast<std::size_t>(std::ceil(p * 20000)) - 1];
+    EXPECT_NEAR(static_cast<double>(histogram.quantile(p).count()) / exact, 1, 0.01) << p;
+  }
+}
+
+TEST(LatencyHistogram, SmallNumbersOfSamplesAndExtremesAreExactOrClipped) {
+  LatencyHistogram histogram;
+  EXPECT_EQ(histogram.quantile(0.5), Duration(-1));
+  histogram.add(Duration(5));
+  EXPECT_EQ(histogram.quantile(0.5), Duration(5));
+  EXPECT_EQ(histogram.quantile(1), Duration(5));
+  histogram.add(Duration(-3));
+  EXPECT_EQ(histogram.quantile(0.5), Duration(0));
+  histogram.add(Duration::max());
+  EXPECT_LE(histogram.quantile(1), Duration::max());
+  EXPECT_GT(histogram.quantile(1), Duration::max() / 100 * 99);
+  EXPECT_EQ(histogram.max(), Duration::max());
+}
+
+TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {
+  const telemetry::RunInfo info = make_run_info(small_graph());
+  EXPECT_EQ(info.graph(), "small");
+  ASSERT_EQ(info.nodes().size(), 3U);
+  EXPECT_EQ(info.nodes()[1].name(), "Planner");
+  EXPECT_EQ(info.nodes()[1].type(), "cyclic");
+  EXPECT_TRUE(info.nodes()[1].hot());
+  EXPECT_FALSE(info.nodes()[2].hot());
+  EXPECT_EQ(info.nodes()[0].deadline_ns(), 20'000'000);
+  EXPECT_EQ(info.nodes()[2].deadline_ns(), 0);
+  EXPECT_EQ(info.nodes()[2].layout_x(), 2);
+  ASSERT_EQ(info.edges().size(), 2U);
+  EXPECT_TRUE(info.edges()[0].hot());
+  EXPECT_EQ(info.edges()[1].source(), 1U);
+  EXPECT_EQ(info.edges()[1].target(), 2U);
+  EXPECT_EQ(info.edges()[1].topic(), "Planner");
+  EXPECT_FALSE(info.edges()[1].hot());
+  ASSERT_EQ(info.chains().size(), 1U);
+  EXPECT_EQ(info.chains()[0].name(), "path");
+  EXPECT_EQ(info.chains()[0].sink(), 1U);
+}
+
+}  // namespace
+}  // namespace hotpath

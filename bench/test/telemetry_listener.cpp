@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// telemetry_listener --domain N [--runs N] [--seconds S] [--volatile] [--partition P --topic T...]
+// Prints what a live run or a replay publishes, a line of JSON for each sample, and `{"kind": "ready"}`
+// first; ends after the last statistics of `--runs` repetitions, or after `--seconds`. With topics of the
+// graph it also counts their messages, which it reads with best effort in that partition, and prints the
+// counts at the end.
+#include <Message4kbPubSubTypes.h>
+#include <TelemetryPubSubTypes.h>
+
+#include <CLI/CLI.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "hotpath/fastdds/participant.hpp"
+
+namespace hotpath {
+
+namespace dds = eprosima::fastdds::dds;
+using eprosima::fastrtps::types::ReturnCode_t;
+using nlohmann::json;
+
+namespace {
+
+struct Arguments {
+  FastDdsOptions dds;
+  std::uint32_t runs = 1;
+  double seconds = 60;
+  bool volatile_reader = false;
+  std::string partition;
+  std::vector<std::string> topics;
+};
+
+json to_json(const telemetry::RunInfo& m) {
+  json nodes = json::array(), edges = json::array(), chains = json::array();
+  for (const auto& n : m.nodes()) {
+    nodes.push_back({{"name", n.name()},
+                     {"type", n.type()},
+                     {"hot", n.hot()},
+                     {"x", n.layout_x()},
+                     {"y", n.layout_y()},
+                     {"deadline_ns", n.deadline_ns()}});
+  }
+  for (const auto& e : m.edges()) {
+    edges.push_back({{"source", e.source()}, {"target", e.target()}, {"topic", e.topic()}, {"hot", e.hot()}});
+  }
+  for (const auto& c : m.chains()) chains.push_back({{"name", c.name()}, {"sink", c.sink()}});
+  return {{"kind", "run"},
+          {"run_id", m.run_id()},
+          {"graph", m.graph()},
+          {"executor", m.executor()},
+          {"repetition", m.repetition()},
+          {"transport", m.transport()},
+          {"partition", m.partition()},
+          {"origin", m.origin()},
+          {"epoch_ns", m.epoch_ns()},
+          {"speed", m.speed()},
+          {"facts", json::parse(m.facts())},
+          {"nodes", nodes},
+          {"edges", edges},
+          {"chains", chains}};
+}
+
+json to_json(const telemetry::Statistics& m) {
+  json nodes = json::array(), chains = json::array();
+  for (const auto& n : m.nodes()) {
+    nodes.push_back({{"ran", n.ran()},
+                     {"skipped", n.skipped()},
+                     {"overwritten", n.overwritten()},
+                     {"overruns", n.overruns()},
+                     {"queued", n.queued()},
+                     {"utilization", n.utilization()},
+                     {"response_window_ns", n.response_window_ns()},
+                     {"response_median_ns", n.response_median_ns()},
+                     {"response_p99_ns", n.response_p99_ns()},
+                     {"response_max_ns", n.response_max_ns()}});
+  }
+  for (const auto& c : m.chains()) {
+    chains.push_back({{"samples", c.samples()},
+                      {"dropped", c.dropped()},
+                      {"latency_median_ns", c.latency_median_ns()},
+                      {"latency_p99_ns", c.latency_p99_ns()},
+                      {"latency_max_ns", c.latency_max_ns()}});
+  }
+  return {{"kind", "statistics"}, {"run_id", m.run_id()},     {"number", m.number()},
+          {"last", m.last()},     {"stamp_ns", m.stamp_ns()}, {"run_time_s", m.run_time_s()},
+          {"nodes", nodes},       {"chains", chains},         {"samples_lost", m.samples_lost()}};
+}
+
+json to_json(const telemetry::ChainSample& m) {
+  return {{"kind", "sample"},
+          {"run_id", m.run_id()},
+          {"chain", m.chain()},
+          {"number", m.number()},
+          {"job", m.job()},
+          {"stamp_ns", m.stamp_ns()},
+          {"hot_path_latency_ns", m.hot_path_latency_ns()},
+          {"end_to_end_latency_ns", m.end_to_end_latency_ns()}};
+}
+
+json to_json(const telemetry::Clock& m) {
+  return {{"kind", "clock"}, {"run_id", m.run_id()}, {"time_ns", m.time_ns()}};
+}
+
+class Listener {
+ public:
+  explicit Listener(const Arguments& arguments)
+      : arguments_(arguments), participant_(create_participant(arguments.dds)) {
+    subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+    run_ = add<telemetry::RunInfoPubSubType>(subscriber_, telemetry::RUN_TOPIC, true);
+    samples_ = add<telemetry::ChainSamplePubSubType>(subscriber_, telemetry::CHAIN_SAMPLES_TOPIC, true);
+    statistics_ = add<telemetry::StatisticsPubSubType>(subscriber_, telemetry::STATISTICS_TOPIC, true);
+    clock_ = add<telemetry::ClockPubSubType>(subscriber_, telemetry::CLOCK_TOPIC, true);
+    if (arguments.topics.empty()) return;
+    dds::SubscriberQos qos;
+    qos.partition().push_back(arguments.partition.c_str());
+    dds::Subscriber* outside = participant_->create_subscriber(qos);
+    for (const std::string& topic : arguments.topics) {
+      messages_[topic] = {add<msg::Message4kbPubSubType>(outside, topic, false), 0};
+    }
+  }
+  ~Listener() {
+    participant_->delete_contained_entities();
+    dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  void run() {
+    print({{"kind", "ready"}});
+    const auto limit = std::chrono::steady_clock::now() + from_ms(arguments_.seconds * 1000);
+    // The last statistics may overtake samples on other topics, which come before their writer goes.
+    while ((ended_ < arguments_.runs || publisher_is_there()) && std::chrono::steady_clock::now() < limit) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      take_all();
+    }
+    take_all();
+    for (const auto& [topic, messages] : messages_) {
+      print({{"kind", "messages"}, {"topic", topic}, {"count", messages.count}});
+    }
+  }
+
+ private:
+  struct Messages {
+    dds::DataReader* reader = nullptr;
+    std::uint64_t count = 0;
+  };
+
+  template <class PubSubType>
+  dds::DataReader* add(dds::Subscriber* subscriber, const std::string& topic_name, bool reliable) {
+    dds::TypeSupport type(new PubSubType);
+    type.register_type(participant_);
+    dds::DataReaderQos qos;
+    qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+    qos.durability().kind = reliable && !arguments_.volatile_reader ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
+                                                                    : dds::VOLATILE_DURABILITY_QOS;
+    qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+    qos.history().depth = 4096;
+    qos.data_sharing().off();
+    qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+    dds::Topic* topic = participant_->create_topic(topic_name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
+    return subscriber->create_datareader(topic, qos);
+  }
+
+  bool publisher_is_there() const {
+    dds::SubscriptionMatchedStatus status;
+    samples_->get_subscription_matched_status(status);
+    return status.current_count > 0;
+  }
+
+  template <class Message, class Visit>
+  static void take(dds::DataReader* reader, Visit visit) {
+    Message message;
+    dds::SampleInfo info;
+    while (reader->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK) {
+      if (info.valid_data) visit(message);
+    }
+  }
+
+  void take_all() {
+    const auto show = [](const auto& message) { print(to_json(message)); };
+    take<telemetry::RunInfo>(run_, show);
+    take<telemetry::ChainSample>(samples_, show);
+    take<telemetry::Clock>(clock_, show);
+    take<telemetry::Statistics>(statistics_, [&](const telemetry::Statistics& message) {
+      show(message);
+      ended_ += message.last();
+    });
+    for (auto& [topic, messages] : messages_) {
+      take<msg::Message4kb>(messages.reader, [&count = messages.count](const auto&) { ++count; });
+    }
+  }
+
+  static void print(const json& line) { std::cout << line.dump() << std::endl; }
+
+  const Arguments& arguments_;
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
+  dds::DataReader *run_ = nullptr, *samples_ = nullptr, *statistics_ = nullptr, *clock_ = nullptr;
+  std::map<std::string, Messages> messages_;
+  std::uint32_t ended_ = 0;
+};
+
+}  // namespace
+}  // namespace hotpath
+
+int main(int argc, char** argv) {
+  hotpath::Arguments arguments;
+  CLI::App app("Prints what a live run or a replay publishes");
+  app.add_option("--domain", arguments.dds.domain);
+  app.add_option("--runs", arguments.runs);
+  app.add_option("--seconds", arguments.seconds);
+  app.add_flag("--volatile", arguments.volatile_reader);
+  app.add_option("--partition", arguments.partition);
+  app.add_option("--topic", arguments.topics);
+  CLI11_PARSE(app, argc, argv);
+  hotpath::Listener(arguments).run();
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/graph_layout.hpp"
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <set>
+
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+namespace {
+
+Node node(const std::string& name, const std::vector<std::string>& inputs) {
+  Node n;
+  n.name = name;
+  for (const std::string& topic : inputs) n.inputs.push_back({topic, 1, {}});
+  n.outputs = {name};
+  return n;
+}
+
+/// One row per node, in creation order within each column, as the layout begins with.
+std::vector<GraphPosition> in_creation_order(std::vector<GraphPosition> positions) {
+  std::map<double, double> next;
+  for (GraphPosition& p : positions) p.row = next[p.column]++;
+  return positions;
+}
+
+TEST(Layout, NoTwoNodesOfAnyGraphShareAPlaceAndEdgesGoFromLeftToRight) {
+  for (const std::string name : {"autoware", "sequences", "many_to_many", "timers_only_90"}) {
+    SCOPED_TRACE(name);
+    const Graph graph = load_graph(find_graph(name));
+    const std::vector<GraphPosition> positions = graph_layout(graph);
+    ASSERT_EQ(positions.size(), graph.nodes.size());
+    std::set<std::pair<double, double>> places;
+    for (const GraphPosition& p : positions) places.emplace(p.column, p.row);
+    EXPECT_EQ(places.size(), positions.size());
+    for (const GraphEdge& e : graph_edges(graph)) {
+      EXPECT_LT(positions[e.source].column, positions[e.target].column) << e.topic;
+    }
+  }
+}
+
+TEST(Layout, SourcesStandInTheFirstColumnAndASinkBehindItsLongestWay) {
+  Graph graph;
+  graph.nodes = {node("A", {}), node("B", {"A"}), node("C", {"A", "B"}), node("D", {})};
+  const std::vector<GraphPosition> positions = graph_layout(graph);
+  EXPECT_EQ(positions[0].column, 0);
+  EXPECT_EQ(positions[1].column, 1);
+  EXPECT_EQ(positions[2].column, 2);
+  EXPECT_EQ(positions[3].column, 0);
+}
+
+TEST(Layout, UntanglesEdgesThatCrossInCreationOrder) {
+  Graph graph;
+  graph.nodes = {node("A", {}), node("B", {}), node("C", {"B"}), node("D", {"A"})};
+  const std::vector<GraphEdge> edges = graph_edges(graph);
+  EXPECT_EQ(crossings(edges, in_creation_order(graph_layout(graph))), 1U);
+  EXPECT_EQ(crossings(edges, graph_layout(graph)), 0U);
+}
+
+TEST(Layout, AutowareCrossesLessThanInCreationOrder) {
+  const Graph graph = load_graph(find_graph("autoware"));
+  const std::vector<GraphEdge> edges = graph_edges(graph);
+  const std::vector<GraphPosition> positions = graph_layout(graph);
+  EXPECT_LT(crossings(edges, positions), crossings(edges, in_creation_order(positions)));
+}
+
+TEST(Layout, ANodeOnAnEdgeOfOthersCountsAsACrossing) {
+  const std::vector<GraphEdge> edges = {{0, 2, "long", false}};
+  EXPECT_EQ(crossings(edges, {{0, 0}, {1, 0}, {2, 0}}), 1U);
+  EXPECT_EQ(crossings(edges, {{0, 0}, {1, 1}, {2, 0}}), 0U);
+}
+
+TEST(Layout, EndsForAGraphWithACycle) {
+  Graph graph;
+  graph.nodes = {node("A", {"C"}), node("B", {"A"}), node("C", {"B"})};
+  std::set<double> columns;
+  for (const GraphPosition& p : graph_layout(graph)) columns.insert(p.column);
+  EXPECT_EQ(columns.size(), 3U);
+}
+
+TEST(Edges, OfAutowareAreThoseOfItsPicture) {
+  const Graph graph = load_graph(find_graph("autoware"));
+  std::size_t hot = 0;
+  for (const GraphEdge& e : graph_edges(graph)) hot += e.hot;
+  EXPECT_EQ(graph_edges(graph).size(), 29U);
+  EXPECT_EQ(hot, 7U);
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,75 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Starts roscore, the bridge and bench_bridge, prints the table of latency and loss; `--json FILE` keeps the figures.
+Other options go to bench_bridge. HOTPATH_PROGRAMS: the folder of the two programs (build/ros1_bridge)."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+FOLDER = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(FOLDER.parent / "test"))
+PROGRAMS = pathlib.Path(os.environ.get("HOTPATH_PROGRAMS", FOLDER.parent.parent / "build" / "ros1_bridge")).resolve()
+os.environ.setdefault("HOTPATH_BRIDGE", str(PROGRAMS / "hotpath_ros1_bridge"))
+
+import partners  # noqa: E402
+
+COLUMNS = (
+    ("payload", "payload_bytes", "{:.0f}"), ("Hz", "rate_hz", "{:.0f}"), ("sent", "sent", "{}"), ("lost", "lost", "{}"),
+    ("received Hz", "received_hz", "{:.1f}"), ("median ms", "median_us", "{:.2f}"), ("p99 ms", "p99_us", "{:.2f}"),
+    ("max ms", "max_us", "{:.2f}"),
+)  # fmt: skip
+
+
+def text(name, value, form):
+    if name == "payload_bytes" and value >= 1024:
+        return f"{value // 1024} KiB" if value < 1 << 20 else f"{value >> 20} MiB"
+    return form.format(value / 1000 if name.endswith("_us") else value)
+
+
+class Measurement(partners.BridgeTest):
+    """Uses a test's partners: apart from all others on the machine, gone afterwards."""
+
+    options = []
+    rows = []
+
+    def runTest(self):
+        self.master.start()
+        self.start_bridge("_bytes_topics:=bench_bridge").says("waiting for a benchmark")
+        command = [PROGRAMS / "bench_bridge", "--domain", str(self.domain), *self.options]
+        with subprocess.Popen(command, env=self.environment, stdout=subprocess.PIPE, text=True) as bench:
+            next(bench.stdout, None)  # the warm-up
+            print("| " + " | ".join(c[0] for c in COLUMNS) + " |\n|" + " ---: |" * len(COLUMNS), flush=True)
+            for line in bench.stdout:
+                row = json.loads(line)
+                self.rows.append(row)
+                print("| " + " | ".join(text(n, row[n], f) for _, n, f in COLUMNS) + " |", flush=True)
+        if bench.returncode != 0:
+            raise SystemExit(bench.returncode)
+
+
+def main():
+    options = sys.argv[1:]
+    file = None
+    if "--json" in options:
+        at = options.index("--json")
+        file = options[at + 1]
+        del options[at : at + 2]
+    if "--help" in options:
+        print(__doc__)
+        sys.exit(subprocess.call([PROGRAMS / "bench_bridge", "--help"]))
+    Measurement.options = options
+    result = Measurement().run()
+    for _, trace in result.errors + result.failures:
+        sys.exit(trace)
+    if file:
+        with tempfile.NamedTemporaryFile("w", dir=os.path.dirname(file) or ".", delete=False) as part:
+            json.dump(Measurement.rows, part, indent=1)
+        os.rename(part.name, file)
+
+
+if __name__ == "__main__":
+    main()

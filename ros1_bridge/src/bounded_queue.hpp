@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+namespace hotpath {
+
+/// First in, first out between threads, bounded in items and in bytes. Whoever pushes never waits for room.
+template <class Item>
+class BoundedQueue {
+ public:
+  BoundedQueue(std::size_t max_items, std::size_t max_bytes) : max_items_(max_items), max_bytes_(max_bytes) {}
+
+  /// False, and the item is gone, when the queue is full. An empty queue takes an item of any size.
+  bool push(Item item, std::size_t bytes) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (items_.size() >= max_items_ || (bytes_ + bytes > max_bytes_ && !items_.empty())) return false;
+      append(std::move(item), bytes);
+    }
+    arrived_.notify_one();
+    return true;
+  }
+
+  /// Also into a full queue: for what is rare and must not be lost.
+  void push_always(Item item, std::size_t bytes) {
+    {
+      const std::lock_guard lock(mutex_);
+      append(std::move(item), bytes);
+    }
+    arrived_.notify_one();
+  }
+
+  /// Nothing when none has come by `deadline`.
+  std::optional<Item> pop(std::chrono::steady_clock::time_point deadline) {
+    std::unique_lock lock(mutex_);
+    if (!arrived_.wait_until(lock, deadline, [this] { return !items_.empty(); })) return std::nullopt;
+    Entry entry = std::move(items_.front());
+    items_.pop_front();
+    bytes_ -= entry.bytes;
+    return std::move(entry.item);
+  }
+
+  /// Most items that were in it at once.
+  std::size_t longest() const {
+    const std::lock_guard lock(mutex_);
+    return longest_;
+  }
+
+ private:
+  struct Entry {
+    Item item;
+    std::size_t bytes;
+  };
+
+  void append(Item item, std::size_t bytes) {
+    items_.push_back({std::move(item), bytes});
+    bytes_ += bytes;
+    if (items_.size() > longest_) longest_ = items_.size();
+  }
+
+  const std::size_t max_items_, max_bytes_;
+  mutable std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::deque<Entry> items_;
+  std::size_t bytes_ = 0;
+  std::size_t longest_ = 0;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph_markers.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+// Metres.
+constexpr double kColumn = 4.5, kRow = 2.7;
+constexpr double kWidth = 3.6, kHeight = 1.9, kThin = 0.02, kRim = 0.16;
+constexpr double kTextSize = 0.44, kLine = 0.55, kTitleSize = 0.7;
+// From below: arrows, rims, boxes, texts.
+constexpr double kArrowZ = 0, kHotArrowZ = 0.1, kRimZ = 0.3, kBoxZ = 0.4, kTextZ = 0.6;
+
+constexpr Color kHot{0.83F, 0.1F, 0.1F, 1};
+constexpr Color kEdge{0.55F, 0.58F, 0.62F, 1};
+constexpr Color kRimColor{0.35F, 0.38F, 0.42F, 1};
+constexpr Color kInk{0.1F, 0.1F, 0.12F, 1};
+
+class Drawing {
+ public:
+  explicit Drawing(MarkerSet& set) : set_(set) {}
+
+  void box(const std::string& group, double x, double y, double z, double width, double height, Color color) {
+    Marker& marker = add(group, Marker::Shape::box, color);
+    marker.position = {x, y, z};
+    marker.scale = {width, height, kThin};
+  }
+
+  void text(const std::string& group, double x, double y, double size, Color color, const std::string& text) {
+    Marker& marker = add(group, Marker::Shape::text, color);
+    marker.position = {x, y, kTextZ};
+    marker.scale = {0, 0, size};
+    marker.text = text;
+  }
+
+  void arrow(const std::string& group, const Point& from, const Point& to, double thickness, Color color) {
+    Marker& marker = add(group, Marker::Shape::arrow, color);
+    marker.from = from;
+    marker.to = to;
+    marker.scale = {thickness, 3.5 * thickness, 5 * thickness};
+  }
+
+ private:
+  Marker& add(const std::string& group, Marker::Shape shape, Color color) {
+    Marker& marker = set_.markers.emplace_back();
+    marker.shape = shape;
+    marker.group = group;
+    marker.id = ids_[group]++;
+    marker.color = color;
+    return marker;
+  }
+
+  MarkerSet& set_;
+  std::map<std::string, std::int32_t> ids_;  // next in each group
+};
+
+/// Ends of an arrow between two boxes: from right to left where it goes forward, otherwise on the line of
+/// centres.
+std::pair<Point, Point> arrow_ends(const Point& source, const Point& target, double z) {
+  const double dx = target[0] - source[0], dy = target[1] - source[1];
+  const double half_width = kWidth / 2 + kRim, half_height = kHeight / 2 + kRim;
+  if (dx > kWidth) return {{source[0] + half_width, source[1], z}, {target[0] - half_width, target[1], z}};
+  const double length = std::hypot(dx, dy);
+  if (length == 0) return {source, target};
+  const double share =
+      std::min({0.5, dx != 0 ? half_width / std::abs(dx) : 0.5, dy != 0 ? half_height / std::abs(dy) : 0.5});
+  return {{source[0] + share * dx, source[1] + share * dy, z},
+          {target[0] - share * dx, target[1] - share * dy, z}};
+}
+
+/// Short enough for a box.
+std::string short_milliseconds(std::int64_t ns) { return milliseconds(ns, ns < 100'000'000 ? 1 : 0); }
+
+std::string figures(const telemetry::NodeStatistics& s) {
+  if (s.response_median_ns() < 0) return "-";
+  return short_milliseconds(s.response_median_ns()) + " | " + short_milliseconds(s.response_p99_ns()) + " ms";
+}
+
+std::string title(const telemetry::RunInfo& run, const telemetry::Statistics* statistics) {
+  std::string text = run.graph() + "   " + run.executor() + "   repetition " +
+                     std::to_string(run.repetition()) + "   " + run.transport() + "   " + run.origin();
+  if (statistics != nullptr) text += "   " + decimals(statistics->run_time_s(), 0) + " s";
+  return text;
+}
+
+std::string chain_text(const telemetry::ChainInfo& chain, const telemetry::ChainStatistics& s) {
+  return chain.name() + ":  median " + milliseconds(s.latency_median_ns(), 1) + " ms   p99 " +
+         milliseconds(s.latency_p99_ns(), 1) + " ms   max " + milliseconds(s.latency_max_ns(), 1) +
+         " ms   (" + std::to_string(s.samples()) + " samples)";
+}
+
+}  // namespace
+
+Point node_position(const telemetry::NodeInfo& node) {
+  return {kColumn * node.layout_x(), -kRow * node.layout_y(), 0};
+}
+
+Point scan_position(const telemetry::NodeInfo& lidar_driver) {
+  const Point node = node_position(lidar_driver);
+  return {node[0] - kColumn * 0.75, node[1], 0};
+}
+
+Color utilization_color(double utilization) {
+  // The square root tells small shares apart; NaN is none.
+  const double share = utilization > 0 ? std::sqrt(std::min(utilization, 1.0)) : 0;
+  constexpr Color kIdle{0.88F, 0.95F, 0.90F, 1}, kHalf{1.0F, 0.90F, 0.40F, 1}, kFull{0.95F, 0.50F, 0.10F, 1};
+  const auto mix = [](const Color& a, const Color& b, double t) {
+    const auto part = [t](float x, float y) { return static_cast<float>(x + t * (y - x)); };
+    return Color{part(a.red, b.red), part(a.green, b.green), part(a.blue, b.blue), 1};
+  };
+  return share < 0.5 ? mix(kIdle, kHalf, 2 * share) : mix(kHalf, kFull, 2 * share - 1);
+}
+
+std::array<std::string, 2> two_lines(const std::string& name) {
+  constexpr std::size_t kShort = 13;
+  if (name.size() <= kShort) return {name, ""};
+  const auto is = [&](std::size_t i, int (*kind)(int)) {
+    return kind(static_cast<unsigned char>(name[i])) != 0;
+  };
+  std::size_t best = 0;
+  const auto distance = [&](std::size_t at) {
+    const std::size_t middle = name.size() / 2;
+    return at > middle ? at - middle : middle - at;
+  };
+  for (std::size_t i = 1; i + 1 < name.size(); ++i) {
+    const bool word = name[i - 1] == '_' || (is(i, std::isupper) && !is(i - 1, std::isupper));
+    if (word && (best == 0 || distance(i) < distance(best))) best = i;
+  }
+  if (best == 0) return {name, ""};
+  return {name.substr(0, best), name.substr(best)};
+}
+
+MarkerSet graph_markers(const telemetry::RunInfo& run, const telemetry::Statistics* statistics,
+                        const std::string& frame) {
+  MarkerSet set;
+  set.frame = frame;
+  if (statistics != nullptr) set.stamp_ns = statistics->stamp_ns();
+  Drawing draw(set);
+  double right = 0, top = 0;
+
+  for (std::size_t i = 0; i < run.nodes().size(); ++i) {
+    const telemetry::NodeInfo& node = run.nodes()[i];
+    const auto [x, y, z] = node_position(node);
+    right = std::max(right, x);
+    top = std::max(top, y);
+    draw.box("rims", x, y, kRimZ, kWidth + kRim, kHeight + kRim, node.hot() ? kHot : kRimColor);
+    const double utilization = statistics != nullptr ? statistics->nodes()[i].utilization() : 0;
+    draw.box("nodes", x, y, kBoxZ, kWidth, kHeight, utilization_color(utilization));
+    // RViz aligns the lines of one text to the left: one text for each.
+    const auto [first, second] = two_lines(node.name());
+    draw.text("names", x, y + (second.empty() ? kLine / 2 : kLine), kTextSize, kInk, first);
+    if (!second.empty()) draw.text("names", x, y, kTextSize, kInk, second);
+    if (statistics != nullptr) {
+      draw.text("figures", x, y - 1.1 * kLine, kTextSize, kInk, figures(statistics->nodes()[i]));
+    }
+  }
+  for (const telemetry::EdgeInfo& edge : run.edges()) {
+    const auto [from, to] =
+        arrow_ends(node_position(run.nodes()[edge.source()]), node_position(run.nodes()[edge.target()]),
+                   edge.hot() ? kHotArrowZ : kArrowZ);
+    draw.arrow("edges", from, to, edge.hot() ? 0.14 : 0.07, edge.hot() ? kHot : kEdge);
+  }
+
+  // Above the nodes, from below: legend, chains, title. Texts are centred.
+  double y = top + kRow / 2 + kTitleSize;
+  draw.text("legend", right / 2, y, kTextSize, kRimColor,
+            "in each node: response time, median | 99th percentile; colour: share of one core");
+  y += kTitleSize;
+  for (std::size_t c = run.chains().size(); statistics != nullptr && c-- > 0;) {
+    y += 1.3 * kTitleSize;
+    draw.text("chains", right / 2, y, kTitleSize, kHot, chain_text(run.chains()[c], statistics->chains()[c]));
+  }
+  draw.text("title", right / 2, y + 1.4 * kTitleSize, kTitleSize, kInk, title(run, statistics));
+  return set;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Telemetry.h>
+
+#include <string>
+
+namespace hotpath {
+
+/// What ran, as JSON, with the ROS names of nodes and chains (parallel to the run's).
+std::string run_metadata(const telemetry::RunInfo& run, const std::vector<std::string>& node_names,
+                         const std::vector<std::string>& chain_names);
+
+/// What makes a run unfit for drawing and indexing, such as an edge without a node; empty: nothing.
+std::string run_defect(const telemetry::RunInfo& run);
+
+}  // namespace hotpath

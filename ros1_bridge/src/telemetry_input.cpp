@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "telemetry_input.hpp"
+
+#include <Message4kbPubSubTypes.h>
+#include <TelemetryPubSubTypes.h>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+
+#include <algorithm>
+#include <deque>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/log/StdoutErrConsumer.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <functional>
+#include <map>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+namespace hotpath {
+
+namespace dds = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
+using eprosima::fastrtps::types::ReturnCode_t;
+
+namespace {
+
+void log_to_standard_error() {
+  dds::Log::ClearConsumers();
+  auto consumer = std::make_unique<dds::StdoutErrConsumer>();
+  consumer->stderr_threshold(dds::Log::Kind::Info);
+  dds::Log::RegisterConsumer(std::move(consumer));
+  dds::Log::SetVerbosity(dds::Log::Kind::Error);
+}
+
+dds::DomainParticipantQos participant_qos(const TelemetryOptions& options) {
+  dds::DomainParticipantQos qos;
+  qos.name("hotpath_ros1_bridge");
+  qos.transport().use_builtin_transports = false;
+  auto udp = std::make_shared<UDPv4TransportDescriptor>();
+  if (!options.all_interfaces) udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  qos.transport().user_transports.push_back(udp);
+  // The pool of send buffers is a fixed guess by default, and a sender waits for ever when it is empty.
+  qos.allocation().send_buffers.dynamic = true;
+  return qos;
+}
+
+dds::DataReaderQos reader_qos(std::int32_t depth, bool reliable, bool transient_local) {
+  dds::DataReaderQos qos;
+  qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+  qos.durability().kind =
+      transient_local ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().depth = depth;
+  qos.data_sharing().off();
+  // Sequences and texts have no largest size.
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  return qos;
+}
+
+template <class Entity>
+Entity* created(Entity* entity, const std::string& what) {
+  if (entity == nullptr) {
+    throw std::runtime_error("Fast DDS could not create " + what + "; its own message is above");
+  }
+  return entity;
+}
+
+template <class Sample>
+std::size_t size_of(const Sample& sample) {
+  if constexpr (std::is_same_v<Sample, telemetry::Statistics>) {
+    return sizeof sample + sample.nodes().size() * sizeof(telemetry::NodeStatistics) +
+           sample.chains().size() * sizeof(telemetry::ChainStatistics);
+  } else {
+    return sizeof sample;
+  }
+}
+
+}  // namespace
+
+struct TelemetryInput::Dds final : dds::DomainParticipantListener {
+  /// Hands on the samples of one topic one by one.
+  struct Reader final : dds::DataReaderListener {
+    std::function<void(dds::DataReader&)> take_all;
+    std::function<void(std::int32_t)> writers = [](std::int32_t) {};
+
+    void on_data_available(dds::DataReader* reader) override { take_all(*reader); }
+    void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
+      writers(status.current_count);
+    }
+  };
+  using Readers = std::deque<Reader>;
+
+  Dds(TelemetryInput& input, const TelemetryOptions& options) : owner(input) {
+    participant = dds::DomainParticipantFactory::get_instance()->create_participant(
+        options.domain, participant_qos(options), this, dds::StatusMask::none());
+    if (participant == nullptr) {
+      throw std::runtime_error(
+          "Fast DDS could not create a participant in domain " + std::to_string(options.domain) +
+          "; its own message is above, a usual reason is no network interface (is `lo` up?)");
+    }
+    subscriber = created(participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT), "a subscriber");
+  }
+
+  ~Dds() override {
+    participant->set_listener(nullptr, dds::StatusMask::none());
+    participant->delete_contained_entities();
+    dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+  }
+
+  /// `enqueue` gets each sample, which it may move from, and when it was published.
+  template <class PubSubType, class Enqueue>
+  void read(
+      Readers& into, dds::Subscriber& from, const std::string& topic, const dds::DataReaderQos& qos,
+      Enqueue enqueue, std::function<void(std::int32_t)> writers = [](std::int32_t) {}) {
+    dds::TypeSupport type(new PubSubType);
+    type->auto_fill_type_information(false);
+    type->auto_fill_type_object(false);
+    type.register_type(participant);
+    {
+      const std::lock_guard lock(mutex);
+      const std::string& known = types.try_emplace(topic, type.get_type_name()).first->second;
+      if (known != type.get_type_name()) {
+        owner.complain("the DDS topic " + topic + " is read as " + known + " already, and not as " +
+                       type.get_type_name() + ": take it out of ~bytes_topics");
+        return;
+      }
+    }
+    auto* description = dynamic_cast<dds::Topic*>(participant->lookup_topicdescription(topic));
+    if (description == nullptr) {
+      description = created(participant->create_topic(topic, type.get_type_name(), dds::TOPIC_QOS_DEFAULT),
+                            "the topic " + topic);
+    }
+    Reader& reader = into.emplace_back();
+    reader.writers = std::move(writers);
+    reader.take_all = [enqueue](dds::DataReader& endpoint) {
+      typename PubSubType::type sample;
+      dds::SampleInfo info;
+      while (endpoint.take_next_sample(&sample, &info) == ReturnCode_t::RETCODE_OK) {
+        if (info.valid_data) enqueue(sample, info.source_timestamp.to_ns());
+      }
+    };
+    created(
+        from.create_datareader(description, qos, &reader,
+                               dds::StatusMask::data_available() << dds::StatusMask::subscription_matched()),
+        "a reader of topic " + topic);
+  }
+
+  void forget_points() {
+    if (points_subscriber == nullptr) return;
+    points_subscriber->delete_contained_entities();
+    participant->delete_subscriber(points_subscriber);
+    points_subscriber = nullptr;
+    points_readers.clear();
+  }
+
+  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& found) override {
+    const std::string topic = found.info.topicName().to_string(), type = found.info.typeName().to_string();
+    std::string own;
+    {
+      const std::lock_guard lock(mutex);
+      const auto known = types.find(topic);
+      if (known == types.end() || known->second == type) return;
+      own = known->second;
+    }
+    owner.complain(
+        "somebody publishes the DDS topic " + topic + " as " + type + ", which the bridge reads as " + own +
+        ": build benchmark and bridge from one version, or give them a DDS domain of their own (--domain)");
+  }
+
+  TelemetryInput& owner;
+  std::mutex mutex;
+  std::map<std::string, std::string> types;  // by topic
+  // The participant calls them, and goes first.
+  Readers readers, points_readers;
+  dds::DomainParticipant* participant = nullptr;
+  dds::Subscriber* subscriber = nullptr;
+  dds::Subscriber* points_subscriber = nullptr;
+};
+
+TelemetryInput::TelemetryInput(const TelemetryOptions& options) : queue_(options.queue, options.queue_bytes) {
+  log_to_standard_error();
+  dds_ = std::make_unique<Dds>(*this, options);
+  const auto hand_on = [this](auto& sample, std::int64_t) {
+    const std::size_t bytes = size_of(sample);
+    enqueue(std::move(sample), bytes);
+  };
+  const auto read = [&]<class PubSubType>(const std::string& topic, std::int32_t depth, PubSubType*) {
+    dds_->read<PubSubType>(dds_->readers, *dds_->subscriber, topic, reader_qos(depth, true, false), hand_on);
+  };
+  read(telemetry::STATISTICS_TOPIC, 16, static_cast<telemetry::StatisticsPubSubType*>(nullptr));
+  read(telemetry::CHAIN_SAMPLES_TOPIC, 1024, static_cast<telemetry::ChainSamplePubSubType*>(nullptr));
+  read(telemetry::CLOCK_TOPIC, 16, static_cast<telemetry::ClockPubSubType*>(nullptr));
+  dds_->read<telemetry::RunInfoPubSubType>(dds_->readers, *dds_->subscriber, telemetry::RUN_TOPIC,
+                                           reader_qos(1, true, true), hand_on,
+                                           [this](std::int32_t count) { benchmarks_ = count; });
+  for (std::uint32_t i = 0; i < options.bytes_topics.size(); ++i) {
+    dds_->read<telemetry::BytesPubSubType>(dds_->readers, *dds_->subscriber, options.bytes_topics[i],
+                                           reader_qos(1024, true, false),
+                                           [this, i](telemetry::Bytes& sample, std::int64_t) {
+                                             const std::size_t bytes = sample.data().size();
+                                             enqueue(BytesSample{i, std::move(sample.data())}, bytes);
+                                           });
+  }
+  dds_->participant->set_listener(dds_.get(), dds::StatusMask::none());
+}
+
+TelemetryInput::~TelemetryInput() = default;
+
+void TelemetryInput::read_points(const std::string& partition, const std::vector<std::string>& topics) {
+  dds_->forget_points();
+  if (topics.empty()) return;
+  dds::SubscriberQos qos;
+  qos.partition().push_back(partition.c_str());
+  dds_->points_subscriber = created(dds_->participant->create_subscriber(qos), "a subscriber");
+  for (std::uint32_t i = 0; i < topics.size(); ++i) {
+    dds_->read<msg::Message4kbPubSubType>(
+        dds_->points_readers, *dds_->points_subscriber, topics[i], reader_qos(16, false, false),
+        [this, i](const msg::Message4kb& sample, std::int64_t published_ns) {
+          const std::uint64_t own = sample.size() == 0 ? 0 : std::min<std::uint64_t>(sample.size(), 63) - 1;
+          enqueue(LidarSample{i, published_ns, sample.stats()[own].sequence_number()}, sizeof(LidarSample));
+        });
+  }
+}
+
+TelemetryInput::Counts TelemetryInput::counts(std::size_t stream) const {
+  return {counters_[stream].received.load(), counters_[stream].dropped.load()};
+}
+
+std::vector<std::string> TelemetryInput::take_complaints() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(new_complaints_, {});
+}
+
+void TelemetryInput::enqueue(Event event, std::size_t bytes) {
+  Counters& counters = counters_[event.index()];
+  counters.received.fetch_add(1, std::memory_order_relaxed);
+  if (std::holds_alternative<telemetry::RunInfo>(event)) {
+    queue_.push_always(std::move(event), bytes);
+  } else if (!queue_.push(std::move(event), bytes)) {
+    counters.dropped.fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+void TelemetryInput::complain(const std::string& text) {
+  constexpr std::size_t kMost = 100;
+  const std::lock_guard lock(mutex_);
+  if (known_complaints_.size() >= kMost || !known_complaints_.insert(text).second) return;
+  new_complaints_.push_back(text);
+}
+
+}  // namespace hotpath

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Message4kb.h>
+#include <Telemetry.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "bounded_queue.hpp"
+
+namespace hotpath {
+
+/// A message of a LiDAR driver.
+struct LidarSample {
+  std::uint32_t topic = 0;     ///< Index into the topics that were asked for.
+  std::int64_t stamp_ns = 0;   ///< When it was published, nanoseconds since the Unix epoch.
+  std::uint64_t sequence = 0;  ///< Publications of that driver before this one.
+};
+
+/// A sample of one of the topics of Bytes.
+struct BytesSample {
+  std::uint32_t topic = 0;
+  std::vector<std::uint8_t> data;
+};
+
+using Event = std::variant<telemetry::RunInfo, telemetry::Statistics, telemetry::ChainSample,
+                           telemetry::Clock, LidarSample, BytesSample>;
+inline constexpr std::array<const char*, std::variant_size_v<Event>> kStreams = {
+    "run", "statistics", "chain_samples", "clock", "points", "bytes"};
+
+struct TelemetryOptions {
+  std::uint32_t domain = 0;     ///< DDS domain, 0 to 232.
+  bool all_interfaces = false;  ///< Otherwise only this machine's loopback.
+  std::size_t queue = 4096;     ///< Samples that wait for the bridge.
+  std::size_t queue_bytes = 64 << 20;
+  std::vector<std::string> bytes_topics;
+};
+
+/// Reads what a benchmark tells on Fast DDS. Its listeners run in the threads of Fast DDS and only enqueue.
+class TelemetryInput {
+ public:
+  /// Throws std::runtime_error when Fast DDS cannot create what it needs.
+  explicit TelemetryInput(const TelemetryOptions& options);
+  ~TelemetryInput();
+  TelemetryInput(const TelemetryInput&) = delete;
+  TelemetryInput& operator=(const TelemetryInput&) = delete;
+
+  std::optional<Event> pop(std::chrono::steady_clock::time_point deadline) { return queue_.pop(deadline); }
+
+  /// Reads these topics of the graph, best effort, instead of the ones before. No topics: none.
+  void read_points(const std::string& partition, const std::vector<std::string>& topics);
+
+  /// Benchmarks that are there now.
+  std::int32_t benchmarks() const { return benchmarks_.load(); }
+
+  struct Counts {
+    std::uint64_t received = 0;
+    std::uint64_t dropped = 0;  ///< Because the queue was full.
+  };
+  Counts counts(std::size_t stream) const;
+  std::size_t longest_queue() const { return queue_.longest(); }
+
+  /// What does not fit together in this domain, in sentences, each once.
+  std::vector<std::string> take_complaints();
+
+ private:
+  struct Dds;
+  struct Counters {
+    std::atomic<std::uint64_t> received{0}, dropped{0};
+  };
+
+  void enqueue(Event event, std::size_t bytes);
+  void complain(const std::string& text);
+
+  BoundedQueue<Event> queue_;
+  std::array<Counters, std::variant_size_v<Event>> counters_;
+  std::atomic<std::int32_t> benchmarks_{0};
+  std::mutex mutex_;
+  std::set<std::string> known_complaints_;
+  std::vector<std::string> new_complaints_;
+  std::unique_ptr<Dds> dds_;  // last: its threads call the members above
+};
+
+}  // namespace hotpath

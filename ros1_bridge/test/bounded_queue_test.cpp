@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bounded_queue.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace hotpath {
+
+using namespace std::chrono_literals;
+
+namespace {
+const auto kNow = std::chrono::steady_clock::time_point{};
+}
+
+TEST(BoundedQueue, GivesBackInOrder) {
+  BoundedQueue<int> queue(3, 100);
+  EXPECT_TRUE(queue.push(1, 1));
+  EXPECT_TRUE(queue.push(2, 1));
+  EXPECT_EQ(queue.pop(kNow), 1);
+  EXPECT_EQ(queue.pop(kNow), 2);
+  EXPECT_EQ(queue.pop(kNow), std::nullopt);
+}
+
+TEST(BoundedQueue, RefusesWhatIsTooMany) {
+  BoundedQueue<int> queue(2, 100);
+  EXPECT_TRUE(queue.push(1, 1));
+  EXPECT_TRUE(queue.push(2, 1));
+  EXPECT_FALSE(queue.push(3, 1));
+  queue.push_always(4, 1);
+  EXPECT_EQ(queue.longest(), 3U);
+  EXPECT_EQ(queue.pop(kNow), 1);
+  EXPECT_FALSE(queue.push(5, 1));
+  EXPECT_EQ(queue.pop(kNow), 2);
+  EXPECT_TRUE(queue.push(6, 1));
+}
+
+TEST(BoundedQueue, RefusesTooManyBytesUnlessAlone) {
+  BoundedQueue<int> queue(10, 100);
+  EXPECT_TRUE(queue.push(1, 1000));
+  EXPECT_FALSE(queue.push(2, 1));
+  EXPECT_EQ(queue.pop(kNow), 1);
+  EXPECT_TRUE(queue.push(3, 60));
+  EXPECT_FALSE(queue.push(4, 41));
+  EXPECT_TRUE(queue.push(5, 40));
+}
+
+TEST(BoundedQueue, WakesWhoWaits) {
+  BoundedQueue<int> queue(1, 100);
+  std::jthread sender([&] { queue.push(7, 1); });
+  EXPECT_EQ(queue.pop(std::chrono::steady_clock::now() + 60s), 7);
+}
+
+}  // namespace hotpath

@@ -1,0 +1,324 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""The bridge between a real benchmark and a real roscore, as a ROS 1 subscriber sees it.
+
+`bridge_test.py soak --seconds 300` is the long test of memory."""
+
+import base64
+import csv
+import json
+import math
+import os
+import signal
+import struct
+import sys
+import time
+
+import partners
+from partners import CLOCK, CLOUD, DIAGNOSTICS, FLOAT, GRAPH, TEXT, TRANSFORMS, VECTOR, BridgeTest, wait_for
+
+HOT_PATH = "hot_path"
+TOPICS = {
+    f"/hotpath/latency/{HOT_PATH}": FLOAT,
+    f"/hotpath/latency_stamped/{HOT_PATH}": VECTOR,
+    "/hotpath/response_time/ObjectCollisionEstimator": FLOAT,
+    "/hotpath/graph": GRAPH,
+    "/hotpath/run": TEXT,
+    "/diagnostics": DIAGNOSTICS,
+    "/hotpath/points/FrontLidarDriver": CLOUD,
+    "/tf_static": TRANSFORMS,
+}
+RUN = {"/hotpath/run": TEXT}
+WRONG_USE = 2
+
+
+def executor_of(run):
+    return json.loads(run["data"])["executor"]
+
+
+def values_of(diagnostics, name):
+    """{key: value} of the status whose name ends so; None when it is not in the array."""
+    for status in diagnostics["status"]:
+        if status["name"].endswith(name):
+            return {v["key"]: v["value"] for v in status["values"]}
+    return None
+
+
+class WholeRun(BridgeTest):
+    def latencies(self, output):
+        with open(self.folder / output / "chains.csv", newline="") as file:
+            return [int(row["hot_path_latency_ns"]) for row in csv.DictReader(file)]
+
+    def await_last(self, listener, expected):
+        def arrived():
+            stamped = listener.messages(f"/hotpath/latency_stamped/{HOT_PATH}")
+            return stamped and stamped[-1]["vector"]["z"] == len(expected) - 1
+
+        wait_for(arrived, "the run's last sample")
+
+    def check_latencies(self, listener, expected):
+        """Every sample of the run's result, once and in order, on both topics, from when each connection stood; their
+        stamps."""
+        stamped = listener.messages(f"/hotpath/latency_stamped/{HOT_PATH}")
+        self.assertGreater(len(stamped), len(expected) / 2)
+        first = int(stamped[0]["vector"]["z"])
+        self.assertEqual([m["vector"]["z"] for m in stamped], list(range(first, len(expected))))
+        self.assertEqual([round(m["vector"]["x"] * 1e6) for m in stamped], expected[first:])
+        plain = listener.messages(f"/hotpath/latency/{HOT_PATH}")
+        self.assertGreater(len(plain), len(expected) / 2)
+        self.assertEqual([round(m["data"] * 1e6) for m in plain], expected[-len(plain) :])
+        self.assertEqual(stamped[0]["header"]["frame_id"], HOT_PATH)
+        return [m["header"]["stamp"] for m in stamped]
+
+    def check_graph(self, listener):
+        markers = listener.messages("/hotpath/graph")[-1]["markers"]
+        groups = {}
+        for marker in markers:
+            groups.setdefault(marker["ns"], []).append(marker)
+        self.assertEqual(len(groups["nodes"]), 24)
+        self.assertEqual(len({(m["ns"], m["id"]) for m in markers}), len(markers))
+        red = [m for m in groups["edges"] if m["color"]["r"] > 0.7]
+        self.assertGreaterEqual(len(red), 7)
+        self.assertLess(len(red), len(groups["edges"]))
+        self.assertEqual(len(groups["figures"]), 24)
+        self.assertTrue(any("ms" in m["text"] for m in groups["figures"]))
+        self.assertIn("rm-ro", groups["title"][0]["text"])
+        self.assertIn("median", groups["chains"][0]["text"])
+
+    def check_points(self, listener):
+        clouds = listener.messages("/hotpath/points/FrontLidarDriver")
+        self.assertGreater(len(clouds), 10)
+        for cloud in clouds:
+            self.assertEqual([f["name"] for f in cloud["fields"]], ["x", "y", "z", "intensity"])
+            self.assertEqual(len(base64.b64decode(cloud["data"])), cloud["width"] * cloud["point_step"])
+        frames = {t["child_frame_id"] for t in listener.messages("/tf_static")[-1]["transforms"]}
+        self.assertEqual(frames, {"hotpath/FrontLidarDriver", "hotpath/RearLidarDriver"})
+        self.assertIn(clouds[0]["header"]["frame_id"], frames)
+        x, y = struct.unpack_from("<ff", base64.b64decode(clouds[0]["data"]))
+        self.assertAlmostEqual(math.hypot(x, y), 1, places=5)
+
+    def test_everything_arrives_and_can_be_recorded_and_played_back(self):
+        self.master.start()
+        bridge = self.start_bridge()
+        bridge.says("waiting for a benchmark")
+        listener = self.listen(TOPICS)
+        record = self.start_process(["rosbag", "record", "-q", "-a", "-O", "all.bag"])
+        wait_for(lambda: (self.folder / "all.bag.active").exists(), "the bag")
+        begun = time.time_ns()
+        benchmark = self.start_benchmark(4)
+        self.assertEqual(benchmark.wait(), 0, benchmark.output)
+        expected = self.latencies("run")
+        self.assertGreater(len(expected), 20)
+        self.await_last(listener, expected)
+        bridge.says("the benchmark has gone")
+        ended = time.time_ns()
+
+        self.assertEqual({t: n for t, n in self.master.topics().items() if t in TOPICS}, TOPICS)
+        stamps = self.check_latencies(listener, expected)
+        self.assertEqual(stamps, sorted(stamps))
+        self.assertTrue(begun < stamps[0] and stamps[-1] < ended)
+        self.check_graph(listener)
+        self.check_points(listener)
+        run = json.loads(listener.messages("/hotpath/run")[0]["data"])
+        self.assertEqual((run["graph"], run["executor"], run["origin"]), ("autoware", "rm-ro", "live"))
+        self.assertEqual(len(run["nodes"]), 24)
+        self.check_health(listener, expected)
+
+        self.assertEqual(record.end(), 0, record.output)
+        self.assert_ends_well(bridge)
+        self.check_playback(expected, stamps)
+        self.check_replay(expected)
+
+    def check_replay(self, expected):
+        """The stored result through the same bridge, with its time."""
+        bridge = self.start_bridge()
+        bridge.says("waiting for a benchmark")
+        listener = self.listen({**TOPICS, "/clock": CLOCK})
+        replay = self.start_process(
+            [partners.HOTPATH, "replay", "run", "--live", "--domain", self.domain, "--speed", 2]
+        )
+        self.assertEqual(replay.wait(), 0, replay.output)
+        self.await_last(listener, expected)
+        stamps = self.check_latencies(listener, expected)
+        self.assertEqual(json.loads(listener.messages("/hotpath/run")[-1]["data"])["origin"], "replay")
+        clock = [m["clock"] for m in listener.messages("/clock")]
+        self.assertEqual(clock, sorted(clock))
+        self.assertLess(clock[0], stamps[0])
+        self.assertGreater(clock[-1], stamps[-1])
+        self.assert_ends_well(bridge)
+
+    def check_health(self, listener, expected):
+        diagnostics = listener.messages("/diagnostics")
+        node = next(v for v in (values_of(d, ": FrontLidarDriver") for d in reversed(diagnostics)) if v)
+        self.assertGreater(int(node["ran"]), 10)
+        self.assertLessEqual({"skipped", "overwritten", "deadline overruns", "queue"}, node.keys())
+
+        def complete(diagnostics):
+            own = values_of(diagnostics, ": bridge")
+            return own and int(own["chain_samples received"]) + int(own["samples before the first"]) == len(expected)
+
+        own = listener.wait_for("/diagnostics", complete)
+        for key, value in values_of(own, ": bridge").items():
+            if "dropped" in key or "lost" in key or key in ("malformed", "samples of another run"):
+                self.assertEqual((key, value), (key, "0"))
+
+    def check_playback(self, expected, stamps):
+        listener = self.listen(TOPICS)
+        play = self.start_process(["rosbag", "play", "-q", "-r", "4", "-d", "2", "all.bag"])
+        self.assertEqual(play.wait(), 0, play.output)
+        self.await_last(listener, expected)
+        played = self.check_latencies(listener, expected)
+        both = min(len(played), len(stamps))
+        self.assertEqual(played[-both:], stamps[-both:])
+
+    def test_decimation_is_asked_for_and_counted(self):
+        self.master.start()
+        bridge = self.start_bridge("_graph_every:=5", "_points_every:=10")
+        bridge.says("waiting for a benchmark")
+        listener = self.listen({t: TOPICS[t] for t in ("/hotpath/graph", "/diagnostics")})
+        benchmark = self.start_benchmark(2)
+        self.assertEqual(benchmark.wait(), 0, benchmark.output)
+        bridge.says("the benchmark has gone")
+        before = len(listener.messages("/diagnostics"))
+        wait_for(lambda: len(listener.messages("/diagnostics")) > before, "diagnostics after the run")
+        own = values_of(listener.messages("/diagnostics")[-1], ": bridge")
+        self.assertGreater(int(own["left out by ~points_every"]), 10)
+        self.assertGreater(int(own["left out by ~graph_every"]), 5)
+        # One drawing at the start of the run, and one for each statistics that was not left out.
+        drawn = 1 + int(own["statistics received"]) - int(own["left out by ~graph_every"])
+        wait_for(lambda: len(listener.messages("/hotpath/graph")) >= drawn, "all drawings")
+        self.assertEqual(len(listener.messages("/hotpath/graph")), drawn, own)
+
+
+class LossOfAPartner(BridgeTest):
+    def test_bridge_first_and_each_partner_again(self):
+        bridge = self.start_bridge()
+        bridge.says("waiting for a ROS master")
+        self.master.start()
+        bridge.says("waiting for a benchmark")
+        first = self.start_benchmark(60, "rm-ro", output="first")
+        self.assertEqual(executor_of(self.listen(RUN).wait_for("/hotpath/run")), "rm-ro")
+
+        self.master.stop()
+        bridge.says("has gone; known subscribers go on")
+        self.master.start()
+        bridge.says("registered all topics with the new ROS master")
+        again = self.listen(TOPICS)  # latched and live topics through the new master
+        again.wait_for("/hotpath/run")
+        again.wait_for(f"/hotpath/latency/{HOT_PATH}")
+
+        first.end()
+        bridge.says("the benchmark has gone")
+        second = self.start_benchmark(60, "edf-ro", output="second")
+        again.wait_for("/hotpath/run", lambda run: executor_of(run) == "edf-ro")
+        before = len(again.messages(f"/hotpath/latency/{HOT_PATH}"))
+        wait_for(lambda: len(again.messages(f"/hotpath/latency/{HOT_PATH}")) > before, "samples of the second run")
+
+        self.assert_ends_well(bridge, signal.SIGTERM)
+        bridge = self.start_bridge()  # in the middle of a run
+        listener = self.listen(TOPICS)
+        self.assertEqual(executor_of(listener.wait_for("/hotpath/run")), "edf-ro")
+        listener.wait_for(f"/hotpath/latency/{HOT_PATH}")
+        second.kill()
+        third = self.start_benchmark(60, "dm-ro", output="third")
+        listener.wait_for("/hotpath/run", lambda run: executor_of(run) == "dm-ro")
+        third.end()
+        self.assert_ends_well(bridge)
+
+    def test_two_domains_do_not_mix(self):
+        self.master.start()
+        other = 100 + (self.domain - 99) % 100
+        left = self.start_bridge("__ns:=left")
+        right = self.start_bridge("__ns:=right", domain=other)
+        for bridge in (left, right):
+            bridge.says("waiting for a benchmark")
+        topics = {f"/{side}/hotpath/{name}": n for side in ("left", "right")
+                  for name, n in (("run", TEXT), (f"latency/{HOT_PATH}", FLOAT))}  # fmt: skip
+        listener = self.listen(topics)
+        self.start_benchmark(60, "rm-ro", output="a")
+        self.start_benchmark(60, "edf-ro", output="b", domain=other)
+        for side in ("left", "right"):
+            listener.wait_for(f"/{side}/hotpath/latency/{HOT_PATH}")
+        for side, executor in (("left", "rm-ro"), ("right", "edf-ro")):
+            self.assertEqual({executor_of(m) for m in listener.messages(f"/{side}/hotpath/run")}, {executor})
+        for bridge in (left, right):
+            self.assertNotIn("another run", bridge.output)
+            self.assert_ends_well(bridge)
+
+
+class WrongUse(BridgeTest):
+    def assert_refused(self, *parts, arguments=(), **environment):
+        bridge = self.start_process([partners.BRIDGE, *arguments], **environment)
+        self.assertEqual(bridge.wait(), WRONG_USE, bridge.output)
+        for part in parts:
+            self.assertIn(part, bridge.output)
+
+    def test_without_a_master(self):
+        self.assert_refused("--domain", arguments=["--domain", 300])
+        self.assert_refused("--fast", arguments=["--fast"])
+        self.assert_refused("`somewhere`", "http://localhost:11311", ROS_MASTER_URI="somewhere")
+        self.assert_refused("ROS_MASTER_URI is not set", ROS_MASTER_URI="")
+        for number in (signal.SIGINT, signal.SIGTERM):
+            bridge = self.start_bridge("_chains:=x")
+            bridge.says(f"waiting for a ROS master at {self.master.uri}")
+            bridge.says("ROS_MASTER_URI")
+            self.assert_ends_well(bridge, number)
+
+    def test_parameters_and_names(self):
+        self.master.start()
+        self.assert_refused("/hotpath_ros1_bridge/domain", "0 to 232", arguments=["_domain:=233"])
+        self.assert_refused("whole number", arguments=["_domain:=seven"])
+        self.assert_refused("skipped_warn", "more than 0", arguments=["_skipped_warn:=-1", "_domain:=0"])
+        self.master.call("deleteParam", "/hotpath_ros1_bridge")
+        bridge = self.start_bridge("_chain:=typo", "_chains:=absent,hot_path", "_bytes_topics:=EuclideanClusterSettings")
+        bridge.says("ignored unknown parameters ~chain ")
+        bridge.says("waiting for a benchmark")
+        self.assert_refused("runs already", "__ns:=", arguments=[])
+        listener = self.listen({f"/hotpath/latency/{HOT_PATH}": FLOAT})
+        self.start_benchmark(60)
+        bridge.says("~chains names `absent`, which graph autoware does not have; it has hot_path")
+        bridge.says("somebody publishes the DDS topic EuclideanClusterSettings as hotpath::msg::Message4kb")
+        listener.wait_for(f"/hotpath/latency/{HOT_PATH}")  # goes on with what is right
+        self.assert_ends_well(bridge)
+
+    def test_topic_of_another_type(self):
+        self.master.start()
+        self.start_process(["rostopic", "pub", "-r", "1", "/hotpath/graph", TEXT, "data: no graph"])
+        wait_for(lambda: "/hotpath/graph" in self.master.topics(), "the other publisher")
+        bridge = self.start_bridge()
+        bridge.says("another node publishes /hotpath/graph as std_msgs/String")
+        self.assert_ends_well(bridge)
+
+
+class Soak(BridgeTest):
+    """Only on demand: memory over many runs with subscribers."""
+
+    seconds = None
+
+    def test_memory_is_bounded(self):
+        if self.seconds is None:
+            self.skipTest("only with `soak`")
+        self.master.start()
+        bridge = self.start_bridge()
+        bridge.says("waiting for a benchmark")
+        listener = self.listen({"/hotpath/graph": GRAPH, **RUN})
+        end = time.monotonic() + self.seconds
+        warm = None
+        run = 0
+        while time.monotonic() < end:
+            run += 1
+            benchmark = self.start_benchmark(10, output=f"run{run}")
+            self.assertEqual(benchmark.wait(), 0, benchmark.output)
+            listener.forget()
+            memory = bridge.memory_kib()
+            warm = warm or memory
+            print(f"run {run}: {memory} KiB, {end - time.monotonic():.0f} s left", file=sys.stderr)
+        self.assertLessEqual(memory, 1.1 * warm)
+        self.assert_ends_well(bridge)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["soak"]:
+        Soak.seconds = float(sys.argv[sys.argv.index("--seconds") + 1]) if "--seconds" in sys.argv else 300
+        sys.argv[1:] = ["Soak"]
+    partners.main()

@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""listener.py TOPIC=PACKAGE/TYPE...: subscribes as any ROS 1 node would, prints each message as one line of JSON."""
+
+import base64
+import json
+import sys
+import threading
+
+import genpy
+import roslib.message
+import rospy
+
+
+def plain(value):
+    if isinstance(value, genpy.Message):
+        return {name: plain(getattr(value, name)) for name in value.__slots__}
+    if isinstance(value, (genpy.Time, genpy.Duration)):
+        return value.to_nsec()
+    if isinstance(value, bytes):
+        return base64.b64encode(value).decode()
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return value
+
+
+def main():
+    rospy.init_node("listener", anonymous=True, disable_signals=True)
+    lock = threading.Lock()
+
+    def say(record):
+        with lock:
+            sys.stdout.write(json.dumps(record) + "\n")
+            sys.stdout.flush()
+
+    for argument in sys.argv[1:]:
+        topic, _, name = argument.partition("=")
+
+        def callback(message, topic=topic):
+            say({"topic": topic, "message": plain(message)})
+
+        rospy.Subscriber(topic, roslib.message.get_message_class(name), callback, queue_size=None, tcp_nodelay=True)
+    say({"topic": None, "message": "subscribed"})
+    sys.stdin.read()  # until whoever started this closes it
+
+
+if __name__ == "__main__":
+    main()

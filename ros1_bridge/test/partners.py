@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bridge's real partners for a test: roscore, benchmark and subscribers, apart from all others on the machine."""
+
+import json
+import os
+import pathlib
+import random
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import xmlrpc.client
+
+BRIDGE = os.environ.get("HOTPATH_BRIDGE", "hotpath_ros1_bridge")
+HOTPATH = os.environ.get("HOTPATH", "hotpath")
+TIME_LIMIT_S = 60
+LISTENER = pathlib.Path(__file__).with_name("listener.py")
+PYTHON = "/usr/bin/python3"
+
+GRAPH = "visualization_msgs/MarkerArray"
+DIAGNOSTICS = "diagnostic_msgs/DiagnosticArray"
+FLOAT = "std_msgs/Float64"
+VECTOR = "geometry_msgs/Vector3Stamped"
+TEXT = "std_msgs/String"
+CLOUD = "sensor_msgs/PointCloud2"
+TRANSFORMS = "tf2_msgs/TFMessage"
+CLOCK = "rosgraph_msgs/Clock"
+
+
+def free_port():
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
+
+
+def wait_for(condition, what, limit=TIME_LIMIT_S):
+    """The first true value of `condition()`."""
+    end = time.monotonic() + limit
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.02)
+    raise AssertionError(f"not within {limit} s: {what}")
+
+
+class Process:
+    """A program whose output is kept while it runs."""
+
+    def __init__(self, command, environment, folder, ended_by=signal.SIGINT):
+        self.command, self.ended_by = command, ended_by
+        self.lines = []
+        self.process = subprocess.Popen(
+            [str(c) for c in command], env=environment, cwd=folder, text=True, start_new_session=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, errors="replace",
+        )  # fmt: skip
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+
+    def read(self):
+        for line in self.process.stdout:
+            self.lines.append(line.rstrip("\n"))
+
+    @property
+    def output(self):
+        return "\n".join(self.lines)
+
+    def wait(self, limit=TIME_LIMIT_S):
+        """Its exit code."""
+        code = self.process.wait(limit)
+        self.reader.join(limit)
+        return code
+
+    def end(self, number=None):
+        if self.process.poll() is None:
+            self.process.send_signal(number or self.ended_by)
+        try:
+            return self.wait()
+        except subprocess.TimeoutExpired:
+            os.killpg(self.process.pid, signal.SIGKILL)
+            raise AssertionError(f"did not end: {self.command}\n{self.output}") from None
+
+    def kill(self):
+        if self.process.poll() is None:
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def clean_up(self):
+        """In order if it can: roscore's children are not in its process group."""
+        if self.process.poll() is None:
+            self.process.send_signal(self.ended_by)
+        try:
+            self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            self.kill()
+        self.reader.join(10)
+        for stream in (self.process.stdin, self.process.stdout):
+            stream.close()
+
+    def says(self, text, limit=TIME_LIMIT_S):
+        wait_for(lambda: text in self.output, f"`{text}` from {self.command}\n{self.output}", limit)
+
+    def memory_kib(self):
+        for line in pathlib.Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
+            if line.startswith("VmRSS:"):
+                return int(line.split()[1])
+        raise AssertionError("no VmRSS")
+
+
+class Listener(Process):
+    """A ROS 1 subscriber in a process of its own."""
+
+    def __init__(self, topics, environment, folder):
+        self.by_topic = {topic: [] for topic in [None, *topics]}
+        super().__init__([PYTHON, LISTENER, *(f"{t}={n}" for t, n in topics.items())], environment, folder)
+        wait_for(lambda: self.by_topic[None], "the listener's first line")
+
+    def read(self):
+        for line in self.process.stdout:
+            if line.startswith("{"):
+                record = json.loads(line)
+                self.by_topic[record["topic"]].append(record["message"])
+            else:
+                self.lines.append(line.rstrip("\n"))
+
+    def messages(self, topic):
+        if "bad callback" in self.output:
+            raise AssertionError(self.output)
+        return list(self.by_topic[topic])
+
+    def forget(self):
+        for messages in self.by_topic.values():
+            messages.clear()
+
+    def wait_for(self, topic, condition=lambda message: True, limit=TIME_LIMIT_S):
+        """The first message of the topic for which the condition holds."""
+        seen = 0
+
+        def found():
+            nonlocal seen
+            messages = self.messages(topic)
+            new, seen = messages[seen:], len(messages)
+            return next(([m] for m in new if condition(m)), None)
+
+        return wait_for(found, f"a message on {topic}", limit)[0]
+
+
+class Master:
+    """A roscore that can be killed and started again at the same port."""
+
+    def __init__(self, test):
+        self.test, self.port = test, free_port()
+        self.uri = f"http://127.0.0.1:{self.port}"
+        self.roscore = None
+
+    def start(self):
+        self.roscore = self.test.start_process(["roscore", "-p", self.port], ended_by=signal.SIGINT)
+        wait_for(self.answers, "roscore", TIME_LIMIT_S)
+        return self
+
+    def answers(self):
+        try:
+            return self.call("getParam", "/run_id")
+        except (OSError, xmlrpc.client.Error, AssertionError):
+            return None
+
+    def call(self, method, *arguments):
+        with xmlrpc.client.ServerProxy(self.uri) as proxy:
+            code, message, value = getattr(proxy, method)("/test", *arguments)
+        if code != 1:
+            raise AssertionError(message)
+        return value
+
+    def topics(self):
+        """{topic: type} of all that is published."""
+        return dict(self.call("getPublishedTopics", ""))
+
+    def stop(self):
+        self.roscore.end()
+
+
+class BridgeTest(unittest.TestCase):
+    """A test in a folder, with a master and a DDS domain of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="hotpath_bridge_test_")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.domain = random.SystemRandom().randrange(100, 200)
+        self.master = Master(self)
+        self.environment = dict(
+            os.environ, ROS_MASTER_URI=self.master.uri, ROS_IP="127.0.0.1", ROS_HOME=str(self.folder / "ros"),
+            ROS_LOG_DIR=str(self.folder / "ros" / "log"),
+            PATH="/usr/bin:" + os.environ["PATH"],
+        )  # fmt: skip
+        self.environment.pop("ROS_NAMESPACE", None)
+
+    def start_process(self, command, ended_by=signal.SIGINT, **environment):
+        process = Process(command, {**self.environment, **environment}, self.folder, ended_by)
+        self.addCleanup(process.clean_up)
+        return process
+
+    def start_bridge(self, *arguments, domain=None, **environment):
+        domain = self.domain if domain is None else domain
+        return self.start_process([BRIDGE, "--domain", domain, *arguments], **environment)
+
+    def start_benchmark(self, duration, executor="rm-ro", domain=None, output="run"):
+        domain = self.domain if domain is None else domain
+        command = [HOTPATH, "run", "--live", "--domain", domain, "--executor", executor, "--load", 20]
+        return self.start_process([*command, "--duration", duration, "--output", output])
+
+    def listen(self, topics):
+        listener = Listener(topics, self.environment, self.folder)
+        self.addCleanup(listener.clean_up)
+        return listener
+
+    def assert_ends_well(self, process, number=signal.SIGINT):
+        self.assertEqual(process.end(number), 0, process.output)
+        for sign in ("terminate called", "Aborted", "Segmentation", "what():", "Assertion"):
+            self.assertNotIn(sign, process.output)
+
+
+def main():
+    if "--failfast" not in sys.argv:
+        sys.argv.append("--failfast")
+    unittest.main()

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// What becomes of telemetry, without DDS and ROS.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "graph_markers.hpp"
+#include "lidar.hpp"
+#include "node_health.hpp"
+#include "run_metadata.hpp"
+
+namespace hotpath {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+namespace {
+
+telemetry::NodeInfo node(const std::string& name, const std::string& type, bool hot, double x, double y) {
+  telemetry::NodeInfo info;
+  info.name(name);
+  info.type(type);
+  info.hot(hot);
+  info.layout_x(x);
+  info.layout_y(y);
+  return info;
+}
+
+telemetry::EdgeInfo edge(std::uint32_t source, std::uint32_t target, const std::string& topic, bool hot) {
+  telemetry::EdgeInfo info;
+  info.source(source);
+  info.target(target);
+  info.topic(topic);
+  info.hot(hot);
+  return info;
+}
+
+/// Two LiDARs and a map, of which one LiDAR feeds two fusions.
+telemetry::RunInfo run() {
+  telemetry::RunInfo info;
+  info.run_id("r");
+  info.graph("small");
+  info.nodes({node("FrontLidarDriver", "sensor", true, 0, 0), node("RearLidarDriver", "sensor", true, 0, 1),
+              node("Map", "sensor", false, 0, 2), node("Fusion", "fusion", true, 1, 0),
+              node("Sink", "command", true, 2, 0)});
+  info.edges({edge(0, 3, "front", true), edge(1, 3, "rear", true), edge(0, 4, "front", true),
+              edge(2, 3, "map", false)});
+  telemetry::ChainInfo chain;
+  chain.name("hot path");
+  chain.sink(4);
+  info.chains({chain});
+  return info;
+}
+
+telemetry::Statistics statistics(const telemetry::RunInfo& info) {
+  telemetry::Statistics s;
+  s.nodes().resize(info.nodes().size());
+  s.chains().resize(info.chains().size());
+  return s;
+}
+
+std::vector<Marker> of_group(const MarkerSet& set, const std::string& group) {
+  std::vector<Marker> result;
+  std::copy_if(set.markers.begin(), set.markers.end(), std::back_inserter(result),
+               [&](const Marker& m) { return m.group == group; });
+  return result;
+}
+
+bool is_red(const Color& c) { return c.red > 0.7F && c.green < 0.3F && c.blue < 0.3F; }
+
+}  // namespace
+
+TEST(GraphMarkers, DrawEachNodeAndEdgeAndTheHotPathInRed) {
+  const auto info = run();
+  const auto now = statistics(info);
+  const MarkerSet set = graph_markers(info, &now, "frame");
+  const auto rims = of_group(set, "rims"), edges = of_group(set, "edges");
+  ASSERT_EQ(rims.size(), info.nodes().size());
+  ASSERT_EQ(edges.size(), info.edges().size());
+  for (std::size_t i = 0; i < rims.size(); ++i) EXPECT_EQ(is_red(rims[i].color), info.nodes()[i].hot());
+  for (std::size_t i = 0; i < edges.size(); ++i) EXPECT_EQ(is_red(edges[i].color), info.edges()[i].hot());
+  EXPECT_EQ(of_group(set, "figures").size(), info.nodes().size());
+  ASSERT_EQ(of_group(set, "chains").size(), 1U);
+  EXPECT_THAT(of_group(set, "chains")[0].text, HasSubstr("hot path"));
+}
+
+TEST(GraphMarkers, KeepTheirIdentities) {
+  const auto info = run();
+  auto now = statistics(info);
+  const MarkerSet first = graph_markers(info, &now, "frame");
+  now.nodes()[0].utilization(0.5);
+  const MarkerSet second = graph_markers(info, &now, "frame");
+  ASSERT_EQ(first.markers.size(), second.markers.size());
+  for (std::size_t i = 0; i < first.markers.size(); ++i) {
+    EXPECT_EQ(std::pair(first.markers[i].group, first.markers[i].id),
+              std::pair(second.markers[i].group, second.markers[i].id));
+  }
+}
+
+TEST(GraphMarkers, AreThereBeforeTheFirstStatistics) {
+  const auto info = run();
+  const auto now = statistics(info);
+  const MarkerSet before = graph_markers(info, nullptr, "frame"), after = graph_markers(info, &now, "frame");
+  EXPECT_EQ(of_group(before, "nodes").size(), info.nodes().size());
+  EXPECT_TRUE(of_group(before, "figures").empty());
+  EXPECT_EQ(of_group(before, "title")[0].id, of_group(after, "title")[0].id);
+}
+
+TEST(GraphMarkers, ShowUtilizationByColour) {
+  EXPECT_GT(utilization_color(0).blue, utilization_color(0.2).blue);
+  EXPECT_GT(utilization_color(0.3).green, utilization_color(1).green);
+  EXPECT_EQ(utilization_color(5).green, utilization_color(1).green);
+  EXPECT_EQ(utilization_color(std::nan("")).green, utilization_color(0).green);
+}
+
+TEST(GraphMarkers, BreakLongNamesBetweenWords) {
+  EXPECT_THAT(two_lines("Visualizer"), ElementsAre("Visualizer", ""));
+  EXPECT_THAT(two_lines("ObjectCollisionEstimator"), ElementsAre("ObjectCollision", "Estimator"));
+  EXPECT_THAT(two_lines("lidar_of_the_front_left"), ElementsAre("lidar_of_", "the_front_left"));
+  EXPECT_THAT(two_lines("abcdefghijklmnopqrst"), ElementsAre("abcdefghijklmnopqrst", ""));
+}
+
+TEST(NodeHealth, IsOkBelowAllLimits) {
+  telemetry::NodeStatistics before, now;
+  before.skipped(5);
+  now.skipped(5);
+  const Diagnosis health = node_health("n", before, now, 1, {});
+  EXPECT_EQ(health.level, Diagnosis::Level::ok);
+  EXPECT_EQ(health.message, "OK");
+}
+
+TEST(NodeHealth, ComparesRatesAndTheQueueWithTheLimits) {
+  HealthLimits limits;
+  limits.skipped = {1, 4};
+  limits.queue = {3, 10};
+  telemetry::NodeStatistics before, now;
+  now.skipped(4);
+  EXPECT_EQ(node_health("n", before, now, 2, limits).level, Diagnosis::Level::warn);
+  EXPECT_EQ(node_health("n", before, now, 1, limits).level, Diagnosis::Level::error);
+  EXPECT_EQ(node_health("n", before, now, 5, limits).level, Diagnosis::Level::ok);
+  EXPECT_THAT(node_health("n", before, now, 2, limits).message, HasSubstr("2.0 skipped jobs per second"));
+  now.skipped(0);
+  now.queued(3);
+  EXPECT_EQ(node_health("n", before, now, 0, limits).level, Diagnosis::Level::warn);
+}
+
+TEST(Lidars, AreTheSensorsOfTheHotPathOnceEach) {
+  const auto found = lidars(run());
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].topic, "front");
+  EXPECT_EQ(found[0].node, 0U);
+  EXPECT_EQ(found[1].topic, "rear");
+}
+
+TEST(StandInScan, HasTheSizeOfTheMessageAndTurns) {
+  const PointCloud first = stand_in_scan({0, 17, 0}, "lidar"), second = stand_in_scan({0, 18, 25}, "lidar");
+  EXPECT_EQ(first.points.size() * sizeof(first.points[0]), 4096U);
+  EXPECT_EQ(first.stamp_ns, 17);
+  EXPECT_GT(first.points[0][0], 0.9F);   // x of the scan's start
+  EXPECT_GT(second.points[0][1], 0.9F);  // a quarter turn later it is y
+}
+
+TEST(RunMetadata, IsJsonWithRosNames) {
+  auto info = run();
+  info.facts(R"({"seed": 3})");
+  const auto json = nlohmann::json::parse(run_metadata(info, {"F", "R", "M", "Fu", "S"}, {"hot_path"}));
+  EXPECT_EQ(json["nodes"][0]["ros_name"], "F");
+  EXPECT_EQ(json["edges"][1]["source"], "RearLidarDriver");
+  EXPECT_EQ(json["chains"][0],
+            (nlohmann::json{{"name", "hot path"}, {"ros_name", "hot_path"}, {"sink", "Sink"}}));
+  EXPECT_EQ(json["facts"]["seed"], 3);
+  info.facts("no json \xff");
+  EXPECT_NO_THROW(nlohmann::json::parse(run_metadata(info, {"F", "R", "M", "Fu", "S"}, {"hot_path"})));
+}
+
+TEST(RunDefect, NamesIndicesOutOfRange) {
+  EXPECT_EQ(run_defect(run()), "");
+  auto info = run();
+  info.edges()[0].target(5);
+  EXPECT_THAT(run_defect(info), HasSubstr("front"));
+  info = run();
+  info.chains()[0].sink(9);
+  EXPECT_THAT(run_defect(info), HasSubstr("hot path"));
+}
+
+}  // namespace hotpath
