@@ -105,7 +105,7 @@ class WholeRun(BridgeTest):
         record = self.start_process(["rosbag", "record", "-q", "-a", "-O", "all.bag"])
         wait_for(lambda: (self.folder / "all.bag.active").exists(), "the bag")
         begun = time.time_ns()
-        benchmark = self.start_benchmark(4)
+        benchmark = self.start_benchmark(3)
         self.assertEqual(benchmark.wait(), 0, benchmark.output)
         expected = self.latencies("run")
         self.assertGreater(len(expected), 20)
@@ -135,7 +135,7 @@ class WholeRun(BridgeTest):
         bridge.says("waiting for a benchmark")
         listener = self.listen({**TOPICS, "/clock": CLOCK})
         replay = self.start_process(
-            [partners.HOTPATH, "replay", "run", "--live", "--domain", self.domain, "--speed", 2]
+            [partners.HOTPATH, "replay", "run", "--live", "--domain", self.domain, "--speed", 4]
         )
         self.assertEqual(replay.wait(), 0, replay.output)
         self.await_last(listener, expected)
@@ -163,8 +163,11 @@ class WholeRun(BridgeTest):
                 self.assertEqual((key, value), (key, "0"))
 
     def check_playback(self, expected, stamps):
-        listener = self.listen(TOPICS)
-        play = self.start_process(["rosbag", "play", "-q", "-r", "4", "-d", "2", "all.bag"])
+        topics = {topic: name for topic, name in TOPICS.items() if "latency" in topic}
+        listener = self.listen(topics)
+        play = self.start_process(
+            ["rosbag", "play", "-q", "-r", "8", "--wait-for-subscribers", "--bags=all.bag", "--topics", *topics]
+        )
         self.assertEqual(play.wait(), 0, play.output)
         self.await_last(listener, expected)
         played = self.check_latencies(listener, expected)
@@ -191,6 +194,12 @@ class WholeRun(BridgeTest):
 
 
 class LossOfAPartner(BridgeTest):
+    def await_run(self, listener, executor):
+        """Until that run is shown, with samples."""
+        listener.wait_for("/hotpath/run", lambda run: executor_of(run) == executor)
+        before = len(listener.messages(f"/hotpath/latency/{HOT_PATH}"))
+        wait_for(lambda: len(listener.messages(f"/hotpath/latency/{HOT_PATH}")) > before, f"samples of {executor}")
+
     def test_bridge_first_and_each_partner_again(self):
         bridge = self.start_bridge()
         bridge.says("waiting for a ROS master")
@@ -210,9 +219,7 @@ class LossOfAPartner(BridgeTest):
         first.end()
         bridge.says("the benchmark has gone")
         second = self.start_benchmark(60, "edf-ro", output="second")
-        again.wait_for("/hotpath/run", lambda run: executor_of(run) == "edf-ro")
-        before = len(again.messages(f"/hotpath/latency/{HOT_PATH}"))
-        wait_for(lambda: len(again.messages(f"/hotpath/latency/{HOT_PATH}")) > before, "samples of the second run")
+        self.await_run(again, "edf-ro")
 
         self.assert_ends_well(bridge, signal.SIGTERM)
         bridge = self.start_bridge()  # in the middle of a run
@@ -221,7 +228,7 @@ class LossOfAPartner(BridgeTest):
         listener.wait_for(f"/hotpath/latency/{HOT_PATH}")
         second.kill()
         third = self.start_benchmark(60, "dm-ro", output="third")
-        listener.wait_for("/hotpath/run", lambda run: executor_of(run) == "dm-ro")
+        self.await_run(listener, "dm-ro")
         third.end()
         self.assert_ends_well(bridge)
 
