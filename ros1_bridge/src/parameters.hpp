@@ -17,7 +17,7 @@ struct Parameters {
   TelemetryOptions telemetry;
   std::vector<std::string> chains;  ///< Names; empty: all.
   std::uint32_t ros_queue = 1000;
-  std::uint32_t bytes_ros_queue = 256;
+  std::uint32_t bytes_ros_queue = 512;
   std::uint32_t graph_every = 1;
   std::uint32_t points_every = 1;
   std::uint32_t diagnostics_every = 10;
