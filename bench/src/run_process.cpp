@@ -92,17 +92,18 @@ class Process {
     if (!coordinator_.send(message)) throw CoordinatorGone();
   }
 
-  /// Until `end`, or until the coordinator asks for an earlier end.
-  void wait(Time end, Executor& executor) const {
+  /// Until `end`, or, which returns false, until the coordinator asks for an earlier one.
+  bool wait(Time end, Executor& executor) const {
     while (now() < end) {
       bool closed = false;
       const auto message = coordinator_.receive(end, closed);
       if (closed) throw CoordinatorGone();
       if (message && message->kind == ChannelMessage::Kind::stop) {
         executor.stop();
-        return;
+        return false;
       }
     }
+    return true;
   }
 
   void run(const GraphTasks& tasks, std::deque<RunMemory>& memories, RunMemory& own) const {
@@ -123,9 +124,9 @@ class Process {
     executor.start(epoch, end);
     tell(ChannelMessage::Kind::begun, {},
          policies_of(executor, *plan_.executor.entry->make(tasks.set, plan_.executor.scheduler)));
-    wait(epoch, executor);
+    const bool goes_on = wait(epoch, executor);
     const rusage before = own_usage();
-    wait(end, executor);
+    if (goes_on) wait(end, executor);
     const Time ended = executor.join();
     const rusage after = own_usage();
     tell(ChannelMessage::Kind::stopped, {to_ns(ended)});

@@ -59,9 +59,13 @@ bool GraphWorkload::finish(const Job& job, Time) {
   const auto running =
       std::find_if(running_.begin(), running_.end(), [&](const Running& r) { return r.job == job.ref(); });
   assert(running != running_.end() && "a job finishes that has not started");
-  Activation<SimulatedPlatform> activation = std::move(running->activation);
+  const bool published = complete(job, running->activation);
   if (running != running_.end() - 1) *running = std::move(running_.back());
   running_.pop_back();
+  return published;
+}
+
+bool GraphWorkload::complete(const Job& job, Activation<SimulatedPlatform>& activation) {
   if (!activation.works) return false;
 
   const TaskOrigin& origin = tasks_.origin[job.task];

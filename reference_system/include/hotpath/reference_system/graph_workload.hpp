@@ -61,6 +61,8 @@ class GraphWorkload final : public Workload {
     SimulatedSample sample;
   };
 
+  /// What a job does at its end; true when it publishes.
+  bool complete(const Job& job, Activation<SimulatedPlatform>& activation);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedNode& node, const SimulatedMessage& message, const Job& job, Time start);
 

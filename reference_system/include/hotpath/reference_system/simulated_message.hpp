@@ -66,7 +66,8 @@ class SimulatedMessagePool {
     free_.pop_back();
     return message;
   }
-  void give_back(SimulatedMessage& message) { free_.push_back(&message); }
+  /// Not inline: most holders that go hold nothing, and shall find that out quickly.
+  void give_back(SimulatedMessage& message);
 
  private:
   std::deque<SimulatedMessage> all_;
