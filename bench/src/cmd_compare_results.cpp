@@ -25,8 +25,8 @@ void compare_results(const Arguments& arguments) {
 
 void add_compare_results_command(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "compare-results", "Which percentiles of NEW differ from those of OLD beyond noise");
+  CLI::App* command =
+      app.add_subcommand("compare-results", "Which percentiles of NEW differ from those of OLD beyond noise");
   command->add_option("OLD", arguments->before, "Folder of a reproduction, or of a run")->required();
   command->add_option("NEW", arguments->after, "Folder of the same kind")->required();
   command->add_option("--csv", arguments->csv, "Also write the table to this file")->type_name("FILE");
