@@ -19,6 +19,13 @@ def percentile_rows(samples, *keys):
 PERCENTILE_HEADER = ["repetitions", "samples", "percentile", "value_ms", "low_95_ms", "high_95_ms"]
 
 
+def reference_key(label):
+    """The mark of what the real ROS 2 stack measured."""
+    return plt.Line2D(
+        [], [], linestyle="", marker="D", markersize=5, markerfacecolor="none", markeredgecolor=INK, label=label
+    )
+
+
 def source_key(axes, sources, reference=False, more=()):
     """What the two halves of a row are, and the marks; `more` are the handles of further ones."""
     handles = []
@@ -28,16 +35,5 @@ def source_key(axes, sources, reference=False, more=()):
         handles.append(plt.Rectangle((0, 0), 1, 1, facecolor=FAINT, alpha=0.95, label="lower half: live"))
     handles.append(plt.Line2D([], [], color=INK, linewidth=1.6, label="median"))
     if reference:
-        handles.append(
-            plt.Line2D(
-                [],
-                [],
-                linestyle="",
-                marker="D",
-                markersize=5,
-                markerfacecolor="none",
-                markeredgecolor=INK,
-                label="worst of the real ROS 2 stack",
-            )
-        )
+        handles.append(reference_key("worst of the real ROS 2 stack"))
     add_key(axes.figure, [*handles, *more], 6)

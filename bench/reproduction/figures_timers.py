@@ -16,7 +16,7 @@ from drawing import (
     plt,
     violin_rows,
 )
-from figure_parts import DASHED, PERCENTILE_HEADER, SOURCES, percentile_rows, source_key
+from figure_parts import DASHED, PERCENTILE_HEADER, SOURCES, percentile_rows, reference_key, source_key
 
 
 def dropped_jobs(evidence, reference, width):
@@ -51,18 +51,7 @@ def dropped_jobs(evidence, reference, width):
         for a, p in zip((0.4, 0.65, 0.95), UTILISATIONS)
     ]
     handles.append(plt.Line2D([], [], linestyle="", marker="o", markersize=5, color=INK, label="live"))
-    handles.append(
-        plt.Line2D(
-            [],
-            [],
-            linestyle="",
-            marker="D",
-            markersize=5,
-            markerfacecolor="none",
-            markeredgecolor=INK,
-            label="real ROS 2 stack",
-        )
-    )
+    handles.append(reference_key("real ROS 2 stack"))
     handles.append(plt.Line2D([], [], linestyle="", marker="$✓$", markersize=7, color=INK, label="none, in any run"))
     add_key(figure, handles, 6)
     return (

@@ -3,10 +3,11 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <fastdds/dds/core/condition/StatusCondition.hpp>
+#include <fastdds/dds/core/condition/WaitSet.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
-#include <thread>
 
 #include "hotpath/fastdds/participant.hpp"
 #include "hotpath/live/transport.hpp"
@@ -47,14 +48,13 @@ class Outsider {
   Outsider(const Outsider&) = delete;
   Outsider& operator=(const Outsider&) = delete;
 
-  bool await_writer(Time limit) const {
-    dds::SubscriptionMatchedStatus status;
-    while (std::chrono::steady_clock::now() < limit) {
-      reader_->get_subscription_matched_status(status);
-      if (status.current_count > 0) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
+  bool await_writer(std::int32_t seconds) const {
+    dds::StatusCondition& matched = reader_->get_statuscondition();
+    matched.set_enabled_statuses(dds::StatusMask::subscription_matched());
+    dds::WaitSet wait_set;
+    wait_set.attach_condition(matched);
+    dds::ConditionSeq active;
+    return wait_set.wait(active, {seconds, 0}) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK;
   }
 
  private:
@@ -67,7 +67,7 @@ TEST(Partners, AnOutsideReaderIsNotOneOfTheRunsOwn) {
   publisher.register_type(message_type());
   publisher.add_writer("Lidar", 1, 1);
   const Outsider outsider("Lidar");
-  ASSERT_TRUE(outsider.await_writer(in(std::chrono::seconds(30))));
+  ASSERT_TRUE(outsider.await_writer(30));
   try {
     publisher.wait_until_matched(in(Duration::zero()));
     FAIL() << "took the outside reader for its own";
