@@ -6,6 +6,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -103,6 +104,29 @@ std::vector<std::string> other_real_time_threads() {
 }
 
 }  // namespace
+
+Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus) {
+  std::istringstream stat(proc_stat);
+  std::string line;
+  long long ticks = 0;
+  while (std::getline(stat, line) && line.rfind("cpu", 0) == 0) {
+    std::istringstream fields(line);
+    std::string cpu;
+    long long user = 0, nice = 0, system = 0, idle = 0, iowait = 0, irq = 0, softirq = 0, steal = 0;
+    fields >> cpu >> user >> nice >> system >> idle >> iowait >> irq >> softirq >> steal;
+    const bool asked_for = std::any_of(cpus.begin(), cpus.end(),
+                                       [&](int number) { return cpu == "cpu" + std::to_string(number); });
+    if (cpus.empty() ? cpu == "cpu" : asked_for) ticks += steal;
+  }
+  return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);
+}
+
+Duration stolen_time(const std::vector<int>& cpus) {
+  std::ifstream file("/proc/stat");
+  std::ostringstream content;
+  content << file.rdbuf();
+  return stolen_time(content.str(), cpus);
+}
 
 Machine read_machine(Duration watch) {
   Machine m;

@@ -8,10 +8,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 
 #include "hotpath/bench/interrupt.hpp"
+#include "hotpath/bench/machine.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "live_sender.hpp"
 #include "run_process.hpp"
@@ -24,15 +23,6 @@ namespace {
 using Kind = ChannelMessage::Kind;
 
 Time now() { return std::chrono::steady_clock::now(); }
-
-/// Time that the hypervisor has taken from all processors since boot.
-Duration stolen_time() {
-  std::ifstream stat("/proc/stat");
-  std::string cpu;
-  long long user = 0, nice = 0, system = 0, idle = 0, iowait = 0, irq = 0, softirq = 0, steal = 0;
-  stat >> cpu >> user >> nice >> system >> idle >> iowait >> irq >> softirq >> steal;
-  return std::chrono::seconds(1) * steal / sysconf(_SC_CLK_TCK);
-}
 
 RunMemory::Size memory_size(const RepetitionPlan& plan) {
   const GraphTasks& tasks = plan.tasks;
@@ -67,7 +57,7 @@ class Coordinator {
   }
 
   RepetitionResult run() {
-    const Duration stolen_before = stolen_time();
+    const Duration stolen_before = stolen_time(plan_.cpus);
     for (std::uint32_t p = 0; p < plan_.processes; ++p) start(p);
     start_sender();
     execute();
@@ -75,7 +65,7 @@ class Coordinator {
     if (sender_) sender_->stop(end_);
     collect();
     if (sender_) sender_->finish(result_.warnings);
-    result_.repetition.usage.stolen = stolen_time() - stolen_before;
+    result_.repetition.usage.stolen = stolen_time(plan_.cpus) - stolen_before;
     result_.measured = began_ && result_.failure.empty();
     return std::move(result_);
   }

@@ -2,6 +2,8 @@
 // The noise floor: what `hotpath machine` says and every result folder carries.
 #include "hotpath/bench/machine_noise.hpp"
 
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -97,6 +99,17 @@ TEST(Machine, CarriesItsNoiseIntoEveryResult) {
   for (const char* key : {"turbo", "clock_source", "timer_slack_ns", "stolen_percent", "real_time_threads"}) {
     EXPECT_TRUE(stored.contains(key)) << key;
   }
+}
+
+TEST(Machine, CountsStolenTimeOfTheProcessorsAskedForInClockTicks) {
+  const std::string stat =
+      "cpu  900 1 50 4000 7 2 3 133 0 0\ncpu0 400 1 20 2000 3 1 1 33 0 0\ncpu1 450 0 25 1500 2 1 1 97 0 0\n"
+      "cpu10 50 0 5 500 2 0 1 3 0 0\nintr 1 2 3\n";
+  const Duration tick = Duration(1s) / sysconf(_SC_CLK_TCK);
+  EXPECT_EQ(stolen_time(stat, {}), 133 * tick);
+  EXPECT_EQ(stolen_time(stat, {1}), 97 * tick);
+  EXPECT_EQ(stolen_time(stat, {0, 10}), 36 * tick);
+  EXPECT_EQ(stolen_time("", {0}), Duration::zero());
 }
 
 TEST(Machine, WarnsOfOtherRealTimeThreadsAndStolenTime) {

@@ -19,7 +19,7 @@ struct ProcessUsage {
   std::int64_t peak_memory_kib = 0;
   std::int64_t voluntary_switches = 0;
   std::int64_t involuntary_switches = 0;
-  Duration stolen{};  ///< Time that the hypervisor gave to others, summed over processors.
+  Duration stolen{};  ///< Time that the hypervisor gave to others, summed over the run's processors.
   Duration wall{};
 };
 
