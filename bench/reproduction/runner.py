@@ -86,6 +86,7 @@ class Runner:
         self.cpus = cpus  # processors for live cells, in the order of their use
         self.on_change = on_change  # called when a cell has begun or ended, and now and then
         self.running, self.done, self.failed = {}, [], []
+        self.at_once = 1
         self.stop = threading.Event()
         self.interrupted_by = 0  # number of a signal
         self.lock = threading.RLock()  # a signal may find the main thread holding it
@@ -177,6 +178,7 @@ class Runner:
             {"study": cell.study, "source": cell.source, "repetition": cell.repetition, "elapsed_s": elapsed}
         )
         if cell.source == "live":
+            facts["at_once"] = self.at_once
             facts["noise"] = noise_of(run, others)
         facts["complete"] = True
         write_json(part / "cell.json", facts)
@@ -194,6 +196,7 @@ class Runner:
     def run_all(self, cells, workers):
         """Takes the cells in their order, several at once; the rest is left alone after the first exception."""
         self.remove_unfinished()
+        self.at_once = workers
         waiting, problems = queue.SimpleQueue(), []
         for cell in cells:
             waiting.put(cell)
