@@ -56,6 +56,10 @@ class Samples:
     def quantile(self, p):
         return float(np.quantile(self.pooled(), p))
 
+    def middle_worst(self):
+        """Median of the repetitions' largest samples, which a single disturbed repetition does not move."""
+        return float(np.median([r.max() for r in self.repetitions]))
+
     def units(self):
         """What is resampled: repetitions, or blocks of the only one; empty where there is too little."""
         if len(self.repetitions) > 1:

@@ -115,7 +115,7 @@ def build_of(hotpath):
 def settle_plan(options, cells):
     """Writes the plan at the first start, and refuses to go on with another one."""
     folder = Path(options.output)
-    plan = {"mode": options.mode.name, "seed": SEED, "jobs": options.jobs, "order": [c.name for c in cells]}
+    plan = {"mode": options.mode.name, "seed": SEED, "order": [c.name for c in cells]}
     path = folder / "plan.json"
     before = read_json(path)
     if before is None:
@@ -130,10 +130,6 @@ def settle_plan(options, cells):
             f"--output {folder} holds a reproduction in mode `{before.get('mode')}`; give that mode, or another"
             " folder"
         )
-    if before.get("jobs") != plan["jobs"]:
-        plan["jobs"] = max(plan["jobs"], before.get("jobs", 1))  # the page states the most that ran at a time
-        write_json(path, plan)
-    options.jobs_ever = plan["jobs"]
 
 
 def run_cells(options, runner, todo):
@@ -193,7 +189,6 @@ def main(arguments):
         if options.list:
             list_items(options)
             return 0
-        options.jobs_ever = options.jobs
         cells = all_cells(options.mode, SEED)
         build = build_of(options.hotpath)
         settle_plan(options, cells)
@@ -216,7 +211,7 @@ def main(arguments):
         return EXIT_SIGNAL + runner.interrupted_by
     try:
         evidence = collect(options.output, complete)
-        evidence.mode, evidence.jobs = options.mode.name, options.jobs_ever
+        evidence.mode = options.mode.name
         verdicts = write_results(evidence, Reference(), mine, options.items, options.mode, options.output)
         if options.publish:
             publish.publish(options.output, options.publish)

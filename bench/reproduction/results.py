@@ -111,17 +111,14 @@ def methods(evidence, mode):
         ),
     ]
     if live:
+        beside = sum(c["at_once"] > 1 for c in live)
         pinned = sorted({c["command"][c["command"].index("--cpus") + 1] for c in live})
         texts.append(
             f"Live: {len(live)} repetitions, each in a fresh process with its own calibration, in rounds of random"
             f" order drawn from a fixed seed. Pinned to processor {' or '.join(pinned)} (two: the multi-threaded"
             f" executor). Autoware {mode.live_autoware[0]} × {mode.live_autoware[1]:g} s for each executor,"
             f" timers-only {mode.live_timers[0]} × {mode.live_timers[1]:g} s for each executor and set."
-            + (
-                f" At most {evidence.jobs} single-core repetitions ran at a time, on processors of their own."
-                if evidence.jobs > 1
-                else ""
-            )
+            + (f" {beside} of them ran beside another one, on processors of their own." if beside else "")
         )
         policies = sorted({p for c in live for p in c.get("policies", [])})
         texts.append("Scheduling classes obtained: " + "; ".join(policies) + ".")
@@ -166,6 +163,7 @@ def noise(evidence):
     rows = [
         [
             c["name"].removeprefix("live."),
+            c["at_once"],
             f"{c['noise']['stolen_percent']:.2f}",
             f"{c['noise']['others_percent']:.1f}",
             f"{c['noise']['held_up_ms']:.2f}",
@@ -173,7 +171,7 @@ def noise(evidence):
         ]
         for c in sorted(live, key=lambda c: c["name"])
     ]
-    header = ["repetition", "stolen %", "used by others %", "held up ms", "marked for"]
+    header = ["repetition", "at once", "stolen %", "used by others %", "held up ms", "marked for"]
     return {"text": text, "table": Table("All live repetitions", header, rows, folded=True)}
 
 

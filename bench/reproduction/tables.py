@@ -141,6 +141,7 @@ def hot_path(executors, study="autoware", baseline="default"):
                     continue
                 row = [executor, source, f"{len(samples)} / {len(samples.repetitions)}"]
                 row += [with_unit(samples.estimate(p)) for p in (0.5, 0.99, 1.0)]
+                row.append(f"{samples.middle_worst():.1f}")
                 if base is None or executor == baseline:
                     row += ["", "", ""]
                 else:
@@ -164,6 +165,7 @@ def hot_path(executors, study="autoware", baseline="default"):
                         "real ROS 2",
                         f"{samples} / 1",
                         *values,
+                        values[-1],
                         "" if executor == baseline else f"{worst:.2f}",
                         "",
                         "",
@@ -176,6 +178,7 @@ def hot_path(executors, study="autoware", baseline="default"):
             "median ms",
             "p99 ms",
             "worst ms",
+            "of the middle run",
             "worst-case ratio",
             "Cliff's delta",
             "rank test p",

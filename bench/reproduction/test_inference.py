@@ -53,6 +53,9 @@ class Quantiles(unittest.TestCase):
         self.assertFalse(Samples(one, exact=True).estimate(0.5).has_interval)
         self.assertFalse(Samples([one[0][:10]]).estimate(0.5).has_interval)
 
+    def test_one_disturbed_repetition_does_not_move_the_middle_worst_case(self):
+        self.assertEqual(Samples([[3, 5], [1, 9, 2], [4], [6, 2], [800, 1]]).middle_worst(), 6)
+
     def test_resamples_are_drawn(self):
         self.assertEqual(Samples(normal(10)).resampled().shape, (RESAMPLES, len(PERCENTILES)))
 

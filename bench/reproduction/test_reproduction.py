@@ -281,7 +281,7 @@ class WrongUse(ReproductionTest):
 
     def test_another_mode_does_not_go_on_in_the_same_folder(self):
         folder = self.folder()
-        (folder / "plan.json").write_text(json.dumps({"mode": "standard", "order": [], "jobs": 1}))
+        (folder / "plan.json").write_text(json.dumps({"mode": "standard", "order": []}))
         self.assert_refused(reproduce(folder, "--only", "overhead"), "standard")
 
     def test_list_names_every_item(self):
@@ -304,6 +304,7 @@ class Live(ReproductionTest):
         self.assertTrue(runner.complete(cell))
         facts = json.loads((output / "cells" / cell.name / "cell.json").read_text())
         self.assertEqual(set(facts["noise"]), {"stolen_percent", "others_percent", "held_up_ms", "marks"})
+        self.assertEqual(facts["at_once"], 1)
         self.assertIn(str(cpu), facts["command"])
         self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu], lambda: None).complete(cell))
 
