@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the numbers of README.md from results/, between `<!-- generated: NAME -->` and `<!-- end -->`.
 
-With --check it changes nothing and says which blocks do not agree with results/.
+With --check it changes nothing and says which blocks do not agree with results/, and whether the published pages say
+what their claims.json and facts.json say.
 """
 
 import argparse
+import html
 import json
 import os
 import re
@@ -117,7 +119,31 @@ def generated(text, root):
             changed.append(name)
         return opening + after + closing
 
+    for name in BLOCKS:
+        found = [match[2] for match in BLOCK.finditer(text)].count(name)
+        if found != 1 or text.count(f"<!-- generated: {name} -->") != 1:
+            raise ValueError(f"README.md holds {found} whole blocks `{name}` instead of one")
     return BLOCK.sub(block, text), changed
+
+
+def disagreements(root):
+    """What the pages of results/paper and results/README.md do not say, though their data do."""
+    claims, facts = load(root, "paper/claims.json"), load(root, "paper/facts.json")
+    for name, rows_start, verdict in (
+        ("paper/report.md", "\n| ", "**{}**"),
+        ("paper/report.html", "<tr>", ">{}</span>"),
+    ):
+        page = html.unescape((root / "results" / name).read_text(encoding="utf-8")).replace("\\|", "|")
+        rows = page.split(rows_start)
+        for claim in claims:
+            row = next((r for r in rows if claim["quote"] in r and claim["rule"] in r), "")
+            for text in [verdict.format(claim["verdict"]), *(f["text"] for f in claim["findings"].values())]:
+                if text not in row:
+                    yield f"results/{name} does not say `{text}` of the claim {claim['claim']}"
+    readme = (root / "results/README.md").read_text(encoding="utf-8")
+    for text in filter(None, (facts["where"], facts["live_runs"])):
+        if text not in readme:
+            yield f"results/README.md does not say `{text}`"
 
 
 def main():
@@ -131,6 +157,7 @@ def main():
     try:
         before = readme.read_text(encoding="utf-8")
         after, changed = generated(before, options.root)
+        differing = list(disagreements(options.root))
     except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
         print(f"check_numbers.py: {error!r}", file=sys.stderr)
         return 1
@@ -138,7 +165,9 @@ def main():
         part = readme.with_name(".README.md.part")
         part.write_text(after, encoding="utf-8")
         os.replace(part, readme)
-    elif changed:
+    for sentence in differing:
+        print(f"check_numbers.py: {sentence}; publish it again", file=sys.stderr)
+    if options.check and changed:
         print(
             (
                 f"check_numbers.py: {', '.join(changed)} in README.md do not agree with results/; run"
@@ -147,7 +176,7 @@ def main():
             file=sys.stderr,
         )
         return 1
-    return 0
+    return 1 if differing else 0
 
 
 if __name__ == "__main__":

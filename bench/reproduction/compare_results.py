@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which percentiles of NEW differ from those of OLD, with an interval of the difference, and whether beyond noise.
+"""Which percentiles of NEW differ from those of OLD, with an interval of the difference, and whether beyond noise;
+of reproductions also which drop rates and which verdicts differ.
 
 Both are folders of reproductions (data/hot_path.csv.gz), or both of runs (chains.csv, and jobs.csv where it was kept).
 """
@@ -14,10 +15,12 @@ import evidence
 from inference import PERCENTILE_NAMES, Samples, difference
 from plots import InputError, run_script
 from report import ReportedRun
+from runner import read_json
 
 COMPARED = (0.5, 0.99, 1.0)
 # Below it a difference is none: simulated values are whole nanoseconds.
 NOTHING_MS = 1e-6
+TOLD_DROP_POINTS = 0.1
 
 
 def read_reproduction(folder):
@@ -83,6 +86,48 @@ def compare(old, new):
     return rows
 
 
+def drop_rates(folder):
+    """{(study, source, setting, executor, tasks): % of the timestamps reached} of a reproduction."""
+    path = Path(folder) / "data" / evidence.TIMERS_FILE
+    totals = {}
+    for row in evidence.read_table(path) if path.exists() else []:
+        key = (row["study"], row["source"], f"{row['utilisation_percent']} %", row["executor"])
+        total = totals.setdefault((*key, evidence.group_of(row["task"]) or row["task"]), [0, 0])
+        total[0] += int(row["skipped"])
+        total[1] += int(row["reached"])
+    return {key: 100 * skipped / reached for key, (skipped, reached) in totals.items() if reached}
+
+
+def verdicts(folder):
+    return {c["claim"]: c["verdict"] for c in read_json(Path(folder) / "claims.json") or []}
+
+
+def other_differences(old, new):
+    """Lines about what has no percentiles."""
+    lines = []
+    before, after = drop_rates(old), drop_rates(new)
+    for key in sorted(before.keys() & after.keys()):
+        if abs(after[key] - before[key]) >= TOLD_DROP_POINTS:
+            lines.append(f"dropped jobs, {' '.join(key)}: {before[key]:.2f} % before, {after[key]:.2f} % now")
+    before, after = verdicts(old), verdicts(new)
+    for claim in before.keys() & after.keys():
+        if before[claim] != after[claim]:
+            lines.append(f"verdict of {claim}: {before[claim]} before, {after[claim]} now")
+    modes = [(read_json(Path(folder) / "facts.json") or {}).get("mode") for folder in (old, new)]
+    if None not in modes and modes[0] != modes[1]:
+        lines.append(f"the modes differ ({modes[0]}, {modes[1]}): runs of other lengths have other maxima")
+    return lines
+
+
+def only_in_one(old, new, names):
+    lines = []
+    for name, here, there in zip(names, (old, new), (new, old)):
+        alone = sorted({" ".join(part for part in key[:3] if part) for key in here.keys() - there.keys()})
+        if alone:
+            lines.append(f"only in {name}: {', '.join(alone)}")
+    return lines
+
+
 HEADER = [
     "quantity",
     "study",
@@ -124,6 +169,10 @@ def run(arguments):
         )
     try:
         print_table(rows)
+        for line in other_differences(arguments.old, arguments.new):
+            print(line)
+        for line in only_in_one(old, new, (arguments.old, arguments.new)):
+            print(line)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

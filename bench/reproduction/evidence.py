@@ -4,10 +4,13 @@
 Every quantity leaves out the warm-up in the same way: jobs count from the first timestamp after it, chains likewise.
 """
 
+import contextlib
 import csv
 import gzip
 import io
 import json
+import os
+import zlib
 from collections import Counter
 from pathlib import Path
 
@@ -17,7 +20,7 @@ from inference import Samples
 
 HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.gz", "timers.csv"
 COPIED_TABLES = ("waters_summary.csv", "waters_histogram.csv", "wcrt_table.csv", "release_cost.csv")
-GROUPS = {"camera": "Camera", "lidar": "LiDAR", "imu": "IMU"}
+GROUPS = ("camera", "lidar", "imu")
 
 
 class BadResults(Exception):
@@ -37,8 +40,17 @@ class Timer:
     """One timer under one executor, over all repetitions."""
 
     def __init__(self):
-        self.reached, self.skipped, self.overruns, self.deadline_ms = 0, 0, 0, None
+        self.reached, self.deadline_ms = 0, None
+        self.skipped_in, self.overruns_in = Counter(), Counter()  # by repetition
         self.responses = {}  # by repetition, ms, in the order of time
+
+    @property
+    def skipped(self):
+        return self.skipped_in.total()
+
+    @property
+    def overruns(self):
+        return self.overruns_in.total()
 
     @property
     def ran(self):
@@ -47,6 +59,12 @@ class Timer:
     @property
     def worst_ms(self):
         return max((max(r) for r in self.responses.values() if len(r)), default=float("nan"))
+
+
+def in_turns(series):
+    """Several timers' values as one series in the order of time; timers of one group have the same period."""
+    when = np.concatenate([np.arange(len(values)) / len(values) for values in series])
+    return np.concatenate(series)[np.argsort(when, kind="stable")]
 
 
 class TimerRuns:
@@ -76,8 +94,8 @@ class TimerRuns:
             merged = {}
             for timer in self.of_group(group):
                 for repetition, values in timer.responses.items():
-                    merged.setdefault(repetition, []).extend(values)
-            self._responses[group] = Samples(merged.values(), exact=self.exact)
+                    merged.setdefault(repetition, []).append(values)
+            self._responses[group] = Samples(map(in_turns, merged.values()), exact=self.exact)
         return self._responses[group]
 
 
@@ -107,6 +125,18 @@ class Evidence:
     def runs(self, source, percent, executor, study="timers"):
         return self.timers.get((study, source, percent, executor))
 
+    def marked(self, study, percent, executor):
+        """Live repetitions of a timers-only cell that are marked as noisy."""
+        return {
+            c["repetition"]
+            for c in self.cells
+            if c["study"] == study
+            and c["source"] == "live"
+            and c["noise"]["marks"]
+            and c["command"][c["command"].index("--executor") + 1] == executor
+            and f"timers_only_{percent}" in c["command"]
+        }
+
     def table(self, name):
         return self.tables.get(name, [])
 
@@ -120,20 +150,21 @@ def read_table(path):
 
 
 def csv_columns(path, names):
-    opened = (
-        gzip.open(path, "rt", newline="", encoding="utf-8")
-        if path.suffix == ".gz"
-        else open(path, newline="", encoding="utf-8")
-    )
-    with opened as file:
-        reader = csv.reader(file)
-        header = next(reader, [])
-        try:
-            places = [header.index(name) for name in names]
-        except ValueError as error:
-            raise BadResults(f"{path}: a column is missing: {error}") from None
-        for row in reader:
-            yield [row[place] for place in places]
+    opened = gzip.open if path.suffix == ".gz" else open
+    try:
+        with opened(path, "rt", newline="", encoding="utf-8") as file:
+            reader = csv.reader(file)
+            header = next(reader, [])
+            try:
+                places = [header.index(name) for name in names]
+            except ValueError as error:
+                raise BadResults(f"{path}: a column is missing: {error}") from None
+            for row in reader:
+                yield [row[place] for place in places]
+    except (EOFError, zlib.error, gzip.BadGzipFile, IndexError):
+        raise BadResults(f"{path}: ends too early, or is damaged; make it again") from None
+    except OSError as error:
+        raise BadResults(f"{path}: {error.strerror}") from None
 
 
 def add_chains(evidence, folder, study, source, load, repetition):
@@ -158,10 +189,10 @@ def add_timer_jobs(evidence, folder, study, source, run, percent, repetition):
         timer = evidence.timers[key].timer(task)
         timer.reached += 1
         if outcome == "skipped":
-            timer.skipped += 1
+            timer.skipped_in[repetition] += 1
         elif outcome == "ran":
             timer.responses.setdefault(repetition, []).append((int(finish) - released) / 1e6)
-            timer.overruns += int(finish) > int(deadline)
+            timer.overruns_in[repetition] += int(finish) > int(deadline)
             timer.deadline_ms = (int(deadline) - released) / 1e6
     for bound in run.get("bounds", []):
         runs = evidence.timers.get((study, source, percent, bound["executor"]))
@@ -196,9 +227,16 @@ def collect(output, cells):
     return evidence
 
 
-def open_csv_gz(path):
-    # No time stamp inside: the same samples give the same bytes.
-    return io.TextIOWrapper(gzip.GzipFile(path, "wb", compresslevel=6, mtime=0), encoding="utf-8", newline="")
+@contextlib.contextmanager
+def written(path):
+    """A text file that gets its name when it is whole; compressed where the name says so."""
+    part = path.with_name(f".{path.name}.part")
+    with open(part, "wb") as raw:
+        # Neither name nor time stamp inside: the same samples give the same bytes.
+        packed = gzip.GzipFile("", "wb", 6, raw, mtime=0) if path.suffix == ".gz" else raw
+        with packed, io.TextIOWrapper(packed, encoding="utf-8", newline="") as file:
+            yield file
+    os.replace(part, path)
 
 
 def counted(values, exact):
@@ -209,20 +247,20 @@ def counted(values, exact):
 
 def write(evidence, folder):
     folder.mkdir(parents=True, exist_ok=True)
-    with open_csv_gz(folder / HOT_PATH_FILE) as file:
+    with written(folder / HOT_PATH_FILE) as file:
         file.write("study,source,load_percent,executor,repetition,hot_path_ms,count\n")
         for (study, source, executor, load), repetitions in evidence.hot_path.items():
             for repetition, values in repetitions.items():
                 for text, count in counted(values, source == "simulated"):
                     file.write(f"{study},{source},{load},{executor},{repetition},{text},{count}\n")
-    with open_csv_gz(folder / RESPONSES_FILE) as file:
+    with written(folder / RESPONSES_FILE) as file:
         file.write("study,source,utilisation_percent,executor,task,repetition,response_ms,count\n")
         for (study, source, percent, executor), runs in evidence.timers.items():
             for task, timer in runs.tasks.items():
                 for repetition, values in timer.responses.items():
                     for text, count in counted(values, source == "simulated"):
                         file.write(f"{study},{source},{percent},{executor},{task},{repetition},{text},{count}\n")
-    with open(folder / TIMERS_FILE, "w", encoding="utf-8") as file:
+    with written(folder / TIMERS_FILE) as file:
         file.write(
             "study,source,utilisation_percent,executor,task,reached,ran,skipped,deadline_overruns,deadline_ms,"
             "response_max_ms,bound_ms\n"
@@ -235,7 +273,7 @@ def write(evidence, folder):
                     f"{t.deadline_ms},{t.worst_ms:.6f},{bound}\n"
                 )
     for name, rows in evidence.tables.items():
-        with open(folder / name, "w", newline="", encoding="utf-8") as file:
+        with written(folder / name) as file:
             writer = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)

@@ -31,6 +31,10 @@ class Estimate:
     def has_interval(self):
         return not math.isnan(self.low)
 
+    def text(self, digits):
+        value = f"{self.value:.{digits}f}"
+        return value + (f" [{self.low:.{digits}f}, {self.high:.{digits}f}]" if self.has_interval else "")
+
     def excludes(self, value):
         return self.has_interval and not self.low <= value <= self.high
 

@@ -40,7 +40,6 @@ class Section:
     text: str
     figures: list = field(default_factory=list)
     tables: list = field(default_factory=list)
-    commands: list = field(default_factory=list)
 
 
 def csv_text(header, rows):

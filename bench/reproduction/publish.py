@@ -19,10 +19,25 @@ def size_mb(folder):
     return sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / 1e6
 
 
+def problem_with(output, destination):
+    """Why `destination` must not be replaced, or None. What no earlier publication made is not ours to delete."""
+    output, destination = Path(output).resolve(), Path(destination).resolve()
+    if destination == output or destination in output.parents or output in destination.parents:
+        return f"lies in {output}, or contains it"
+    if not destination.exists():
+        return None
+    if not destination.is_dir():
+        return "is no folder"
+    names = {entry.name for entry in destination.iterdir()}
+    if names and not ("claims.json" in names and names <= set(PUBLISHED)):
+        return "holds something other than an earlier publication"
+    return None
+
+
 def publish(output, destination):
     """Replaces `destination` by the publishable part of `output`, and writes README.md beside it."""
-    output, destination = Path(output), Path(destination)
-    part = destination.with_name(f".{destination.name}.part")
+    output, destination = Path(output), Path(destination).resolve()
+    part, old = (destination.with_name(f".{destination.name}.{word}") for word in ("part", "old"))
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     for name in PUBLISHED:
@@ -38,9 +53,21 @@ def publish(output, destination):
             f"--publish: {size:.0f} MB are more than the {LARGEST_MB} MB that a repository should carry; nothing was"
             " copied"
         )
-    shutil.rmtree(destination, ignore_errors=True)
+    shutil.rmtree(old, ignore_errors=True)
+    if destination.exists():
+        os.replace(destination, old)
     os.replace(part, destination)
+    shutil.rmtree(old, ignore_errors=True)
+    write_readme(destination, size)
+    print(f"Published {size:.1f} MB to {destination}", file=sys.stderr)
+
+
+def write_readme(destination, size):
+    """README.md beside the publication, unless somebody else's is there."""
+    readme, mark = destination.parent / "README.md", "## How `"
+    if readme.exists() and mark not in readme.read_text(encoding="utf-8"):
+        print(f"{readme} is not ours and stays as it is", file=sys.stderr)
+        return
     facts = read_json(destination / "facts.json")
     template = environment().get_template("results_readme.md.j2")
-    write_file(destination.parent / "README.md", template.render(facts=facts, folder=destination.name, size_mb=size))
-    print(f"Published {size:.1f} MB to {destination}", file=sys.stderr)
+    write_file(readme, template.render(facts=facts, folder=destination.name, size_mb=size))

@@ -13,7 +13,7 @@ from figure_parts import PERCENTILE_HEADER, SOURCES, percentile_rows, source_key
 from inference import Samples, rank_test, ratio
 from page import Section, make_figure, write_page
 from plots import InputError, Run, milliseconds, run_script
-from tables import Table, p_text, with_unit
+from tables import Table, p_text
 
 FOOTER = "Made by `hotpath report`. Data behind each figure: one click below it; every job: jobs.csv of the run."
 
@@ -133,14 +133,14 @@ def comparison(runs, pick, name, title):
         baseline = next(iter(executors), None)
         for executor, samples in executors.items():
             row = [run.name, executor, run.source, f"{len(samples)} / {len(samples.repetitions)}"]
-            row += [with_unit(samples.estimate(p)) for p in (0.5, 0.99, 1.0)]
+            row += [samples.estimate(p).text(1) for p in (0.5, 0.99, 1.0)]
             if executor == baseline:
                 row += ["", "", ""]
             else:
                 test = rank_test(samples, executors[baseline])
                 row += [
-                    with_unit(ratio(executors[baseline], samples, 1.0), 2),
-                    f"{with_unit(test.cliffs_delta, 2)} ({test.magnitude})",
+                    ratio(executors[baseline], samples, 1.0).text(2),
+                    f"{test.cliffs_delta.text(2)} ({test.magnitude})",
                     p_text(test.p_value),
                 ]
             rows.append(row)

@@ -3,6 +3,7 @@
 """Every table and figure of the paper's evaluation, simulated and, with --live, measured."""
 
 import argparse
+import fcntl
 import hashlib
 import os
 import signal
@@ -17,7 +18,7 @@ from evidence import BadResults, collect
 from items import ITEMS, NAMES
 from reference import Reference
 from results import noise, write_results
-from runner import SIMULATIONS_AT_ONCE, Interrupted, Progress, Runner, duration_text, read_json, write_json
+from runner import SIMULATIONS_AT_ONCE, Interrupted, Progress, Rebuilt, Runner, duration_text, read_json, write_json
 
 SEED = 1
 EXIT_FAILED, EXIT_WRONG_USE, EXIT_SIGNAL = 1, 2, 128
@@ -77,6 +78,8 @@ def parse(arguments):
             raise WrongUse(f"--only: there is no item `{name}`; there are {', '.join(NAMES)}")
     if options.publish and options.only:
         raise WrongUse("--publish takes a whole reproduction; leave out --only")
+    if options.publish and (problem := publish.problem_with(options.output, options.publish)):
+        raise WrongUse(f"--publish {options.publish} {problem}; name a new folder, or that of an earlier publication")
     cpus = sorted(os.sched_getaffinity(0), reverse=True)
     if not 1 <= options.jobs <= len(cpus):
         raise WrongUse(f"--jobs {options.jobs}: from 1 to {len(cpus)}, the processors that this program may use")
@@ -125,17 +128,38 @@ def settle_plan(options, cells):
         except OSError as error:
             raise WrongUse(f"--output {folder}: cannot be written ({error.strerror})") from None
         return
-    if before.get("mode") != plan["mode"] or before.get("order") != plan["order"]:
+    if before.get("mode") != plan["mode"]:
         raise WrongUse(
             f"--output {folder} holds a reproduction in mode `{before.get('mode')}`; give that mode, or another"
             " folder"
         )
+    if before.get("order") != plan["order"]:
+        raise WrongUse(f"--output {folder} holds a reproduction by another version of this script; give another folder")
+
+
+def lock(options):
+    """Keeps others out of the folder for as long as this program lives: they would remove what is being measured."""
+    path = Path(options.output) / ".lock"
+    try:
+        file = open(path, "w", encoding="ascii")  # closed by the end of the program
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise WrongUse(
+            f"--output {options.output}: another reproduction runs there; wait for it, or give another folder"
+        ) from None
+    except OSError as error:
+        raise WrongUse(f"--output {options.output}: cannot be written ({error.strerror})") from None
+    return file
 
 
 def run_cells(options, runner, todo):
     offline = [c for c in todo if c.source != "live"]
     live = [c for c in todo if c.source == "live"]
-    runner.run_all(offline, SIMULATIONS_AT_ONCE)
+    runner.run_all([c for c in offline if not c.alone], SIMULATIONS_AT_ONCE)
+    runner.run_all([c for c in offline if c.alone], 1)
+    if options.jobs == 1:
+        runner.run_all(live, 1)
+        return
     for repetition in sorted({c.repetition for c in live}):
         cells = [c for c in live if c.repetition == repetition]
         runner.run_all([c for c in cells if c.cores == 1], options.jobs)
@@ -152,6 +176,15 @@ def measure(options, wanted, build):
     if len(todo) < len(wanted):
         print(
             f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; going on with the rest", file=sys.stderr
+        )
+    outdated = sum(c.source == "live" and runner.of_another_build(c) for c in todo)
+    if outdated:
+        print(
+            (
+                f"{outdated} live cells were measured by another build than {build}; they are measured again and kept"
+                f" in {options.output}/superseded"
+            ),
+            file=sys.stderr,
         )
 
     def stop(number, _frame):
@@ -192,29 +225,39 @@ def main(arguments):
         cells = all_cells(options.mode, SEED)
         build = build_of(options.hotpath)
         settle_plan(options, cells)
+        options.lock = lock(options)
     except WrongUse as error:
         print(f"reproduce_paper.sh: {error}", file=sys.stderr)
         return EXIT_WRONG_USE
     began = time.monotonic()
     studies = {study for item in ITEMS if item.name in options.items for study in item.studies}
-    mine = [c for c in cells if c.study in studies]
-    runner = measure(options, [c for c in mine if options.live or c.source != "live"], build)
-    complete = [c for c in mine if runner.complete(c)]
-    if runner.interrupted_by:
-        print(
-            (
-                f"Interrupted; {len(complete)} cells are complete, and the same command goes on from here (without"
-                " --live it shows what there is)."
-            ),
-            file=sys.stderr,
-        )
-        return EXIT_SIGNAL + runner.interrupted_by
+    wanted = [c for c in cells if c.study in studies and (options.live or c.source != "live")]
     try:
+        runner = measure(options, wanted, build)
+        complete = [c for c in cells if runner.complete(c)]
+        if runner.interrupted_by:
+            print(
+                (
+                    f"Interrupted; {len(complete)} cells are complete, and the same command goes on from here (without"
+                    " --live it shows what there is)."
+                ),
+                file=sys.stderr,
+            )
+            return EXIT_SIGNAL + runner.interrupted_by
         evidence = collect(options.output, complete)
         evidence.mode = options.mode.name
-        verdicts = write_results(evidence, Reference(), mine, options.items, options.mode, options.output)
+        verdicts = write_results(
+            evidence, Reference(), cells, shown_items(options, complete), options.mode, options.output
+        )
         if options.publish:
-            publish.publish(options.output, options.publish)
+            publish_whole(options, wanted, runner)
+    except Rebuilt:
+        print(
+            f"reproduce_paper.sh: {options.hotpath} was replaced while it was being measured; what is complete is kept,"
+            " and the same command measures all anew with the new one",
+            file=sys.stderr,
+        )
+        return EXIT_FAILED
     except (BadResults, OSError) as error:
         print(f"reproduce_paper.sh: {error}", file=sys.stderr)
         return EXIT_FAILED
@@ -224,6 +267,19 @@ def main(arguments):
     summary(verdicts, evidence, options)
     print(f"{duration_text(time.monotonic() - began)}", file=sys.stderr)
     return EXIT_FAILED if runner.failed else 0
+
+
+def shown_items(options, complete):
+    """What was asked for, and whatever else has results: a part that is made anew does not hide the rest."""
+    found = {c.study for c in complete}
+    return [item.name for item in ITEMS if item.name in options.items or set(item.studies) <= found]
+
+
+def publish_whole(options, wanted, runner):
+    missing = sum(not runner.complete(c) for c in wanted)
+    if missing:
+        raise BadResults(f"--publish: {missing} of {len(wanted)} cells are missing, nothing was copied; run it again")
+    publish.publish(options.output, options.publish)
 
 
 if __name__ == "__main__":

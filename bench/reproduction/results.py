@@ -2,13 +2,14 @@
 """From evidence to what a reproduction leaves: data/, figures/, claims.json, report.html, report.md."""
 
 import shlex
+from collections import Counter
 from pathlib import Path
 
 import evidence as evidence_of
 import inference
 from checks import NO_DATA, NOT, PAPER_SLOWDOWN, PARTLY, REPRODUCED
 from claims import judge
-from figure_parts import SOURCES, percentile_rows
+from figure_parts import PERCENTILE_HEADER, SOURCES, percentile_rows
 from figures import FIGURES
 from items import ITEMS
 from page import Section, csv_text, make_figure, write_file, write_page
@@ -46,16 +47,22 @@ def command_lines(cells, facts):
     return texts
 
 
-def where_it_ran(evidence):
+def where_it_ran(evidence, cells):
     machine = evidence.machine
     if machine is None:
-        return f"Simulated and computed, mode {evidence.mode}; nothing measured live."
+        return (
+            f"Simulated and computed, mode {evidence.mode}; measured was only what a release costs on the machine that"
+            " did it."
+        )
+    planned = sum(c.source == "live" for c in cells)
+    complete = sum(c["source"] == "live" for c in evidence.cells)
+    missing = f" Unfinished: {complete} of {planned} live repetitions." if complete < planned else ""
     virtual = "virtual machine" if machine.get("hypervisor") else "machine"
     return (
         f"Live: {machine['cpu_model']}, {virtual} with {machine['processors']} processors, Linux"
         f" {machine['kernel'].split('-')[0]}{', PREEMPT_RT' if machine['preempt_rt'] else ''},"
         f" {machine['distribution']}, {machine['compiler']}, transport {machine['transport']},"
-        f" {machine['date'][:10]}, mode {evidence.mode}."
+        f" {machine['date'][:10]}, mode {evidence.mode}.{missing}"
     )
 
 
@@ -95,6 +102,33 @@ def tiles(evidence, reference, verdicts):
     return shown
 
 
+STUDY_NAMES = {
+    "autoware": "Autoware",
+    "rules": "Autoware with other rules",
+    "timers": "timers-only sets",
+    "load": "other loads",
+    "phases": "random phases",
+}
+
+
+def live_runs(evidence):
+    """What was measured, study by study: as many repetitions of each executor and setting as there really are."""
+    texts = []
+    for study, name in STUDY_NAMES.items():
+        mine = [c for c in evidence.cells if c["study"] == study and c["source"] == "live"]
+        counts = Counter(c["name"].rsplit(".", 1)[0] for c in mine).values()
+        if mine:
+            times = str(min(counts)) if min(counts) == max(counts) else f"{min(counts)} to {max(counts)}"
+            lengths = " or ".join(f"{s:g}" for s in sorted({c["duration_s"] for c in mine}))
+            texts.append(f"{name} {times} × {lengths} s")
+    return ", ".join(texts)
+
+
+def coverage(repetitions):
+    """The most that an interval between the extremes of so many repetitions can cover of a true median, in percent."""
+    return 100 * (1 - 2 ** (1 - repetitions))
+
+
 def methods(evidence, mode):
     live = [c for c in evidence.cells if c["source"] == "live"]
     texts = [
@@ -106,19 +140,23 @@ def methods(evidence, mode):
             f"Simulated: the same scheduling code in virtual time. Timers-only sets {mode.simulated_timers_s:g} s,"
             f" Autoware {mode.simulated_autoware_s:g} s, {mode.simulated_draws} draws of random phases of"
             f" {mode.simulated_draw_s:g} s. Jobs take their worst-case execution time and scheduling costs nothing,"
-            " except that the bounds are checked with the paper's release cost. A deterministic simulation has no"
-            " sampling error and is shown without intervals."
+            " except that the bounds are checked with the paper's release cost; above 100 % load the queues grow for"
+            " as long as a run lasts. A deterministic simulation has no sampling error and is shown without intervals."
         ),
     ]
     if live:
-        beside = sum(c["at_once"] > 1 for c in live)
+        beside = sum(c.get("at_once", 1) > 1 for c in live)
         pinned = sorted({c["command"][c["command"].index("--cpus") + 1] for c in live})
         texts.append(
             f"Live: {len(live)} repetitions, each in a fresh process with its own calibration, in rounds of random"
             f" order drawn from a fixed seed. Pinned to processor {' or '.join(pinned)} (two: the multi-threaded"
-            f" executor). Autoware {mode.live_autoware[0]} × {mode.live_autoware[1]:g} s for each executor,"
-            f" timers-only {mode.live_timers[0]} × {mode.live_timers[1]:g} s for each executor and set."
-            + (f" {beside} of them ran beside another one, on processors of their own." if beside else "")
+            f" executor). Of each executor and setting: {live_runs(evidence)}."
+            + (
+                f" {beside} of the repetitions ran beside another one, on a processor of their own; there, the"
+                " multi-threaded executor comes last in its round, alone."
+                if beside
+                else ""
+            )
         )
         policies = sorted({p for c in live for p in c.get("policies", [])})
         texts.append("Scheduling classes obtained: " + "; ".join(policies) + ".")
@@ -128,7 +166,9 @@ def methods(evidence, mode):
             f" percentile bootstrap, {inference.RESAMPLES} resamples of whole repetitions with a fixed seed, since"
             " samples of one repetition follow one another; a single repetition is resampled in"
             f" {inference.BLOCKS} blocks of consecutive samples. An interval of a maximum cannot reach beyond the"
-            " largest sample and says how far the maximum depends on single repetitions."
+            " largest sample and says how far the maximum depends on single repetitions. An interval over few"
+            " repetitions lies between their extremes and covers the true value less often than its name says: of"
+            f" 3 repetitions at most {coverage(3):.0f} %, of 5 at most {coverage(5):.0f} %."
         ),
         (
             "“Better” is a rank test (Mann and Whitney, two-sided) with its effect size: Cliff's delta is the share"
@@ -163,7 +203,7 @@ def noise(evidence):
     rows = [
         [
             c["name"].removeprefix("live."),
-            c["at_once"],
+            c.get("at_once", 1),
             f"{c['noise']['stolen_percent']:.2f}",
             f"{c['noise']['others_percent']:.1f}",
             f"{c['noise']['held_up_ms']:.2f}",
@@ -211,12 +251,7 @@ def percentiles(evidence):
         "setting",
         "executor",
         "tasks",
-        "repetitions",
-        "samples",
-        "percentile",
-        "value_ms",
-        "low_95_ms",
-        "high_95_ms",
+        *PERCENTILE_HEADER,
     ]
     return csv_text(header, rows)
 
@@ -251,7 +286,7 @@ def write_results(evidence, reference, cells, items, mode, folder):
         "reproduction",
         title=TITLE,
         abstract=ABSTRACT,
-        where=where_it_ran(evidence),
+        where=where_it_ran(evidence, cells),
         tiles=tiles(evidence, reference, verdicts),
         verdicts=verdicts,
         sections=sections(evidence, reference, cells, items),
@@ -259,21 +294,21 @@ def write_results(evidence, reference, cells, items, mode, folder):
         noise=noise(evidence),
         footer=FOOTER,
     )
-    write_json(folder / "facts.json", result_facts(evidence, mode))
+    write_json(folder / "facts.json", result_facts(evidence, mode, cells))
     return verdicts
 
 
-def result_facts(evidence, mode):
+def result_facts(evidence, mode, cells):
     live = [c for c in evidence.cells if c["source"] == "live"]
     return {
         "mode": mode.name,
         "machine": evidence.machine,
-        "where": where_it_ran(evidence),
+        "where": where_it_ran(evidence, cells),
         "cells": len(evidence.cells),
         "live_cells": len(live),
+        "live_planned": sum(c.source == "live" for c in cells),
+        "live_runs": live_runs(evidence),
         "live_measured_s": sum(c["duration_s"] for c in live),
         "live_measured": duration_text(sum(c["duration_s"] for c in live)),
         "marked_cells": sum(bool(c["noise"]["marks"]) for c in live),
-        "autoware": list(mode.live_autoware),
-        "timers": list(mode.live_timers),
     }

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs cells: each into a folder that gets its name when the cell is whole, so that a killed reproduction goes on."""
 
+import contextlib
 import json
 import os
 import queue
@@ -29,6 +30,10 @@ NOISE_RULE = (
 
 class Interrupted(Exception):
     pass
+
+
+class Rebuilt(Exception):
+    """The measured command is no longer the one that the first cells ran."""
 
 
 def write_json(path, value):
@@ -87,9 +92,14 @@ class Runner:
         self.on_change = on_change  # called when a cell has begun or ended, and now and then
         self.running, self.done, self.failed = {}, [], []
         self.at_once = 1
+        self.command_file = self.signature()
         self.stop = threading.Event()
         self.interrupted_by = 0  # number of a signal
         self.lock = threading.RLock()  # a signal may find the main thread holding it
+
+    def signature(self):
+        found = os.stat(self.hotpath)
+        return found.st_ino, found.st_size, found.st_mtime_ns
 
     def remove_unfinished(self):
         """What killed and interrupted reproductions left behind."""
@@ -119,6 +129,10 @@ class Runner:
         options = [self.identity(cell, self.place(cell, slot)) for slot in range(max(1, len(self.cpus)))]
         return any(all(facts.get(key) == value for key, value in wanted.items()) for wanted in options)
 
+    def of_another_build(self, cell):
+        facts = read_json(self.folder / cell.name / "cell.json")
+        return facts is not None and facts.get("build") != self.build
+
     def set_aside(self, cell):
         """Keeps what another build measured; a simulation can be repeated."""
         folder = self.folder / cell.name
@@ -140,6 +154,8 @@ class Runner:
         with self.lock:
             if self.stop.is_set():
                 raise Interrupted
+            if self.signature() != self.command_file:
+                raise Rebuilt
             process = subprocess.Popen(
                 [*ENDS_WITH_US, self.hotpath, *cell.command(part, place)],
                 stdin=subprocess.DEVNULL,
@@ -171,6 +187,7 @@ class Runner:
         if code != 0 or (run is not None and run.get("complete") is not True):
             sentence = errors.strip().splitlines()[-1] if errors.strip() else f"exit code {code}"
             self.failed.append((cell, sentence))
+            shutil.rmtree(part, ignore_errors=True)
             return
         part.mkdir(parents=True, exist_ok=True)
         facts = self.identity(cell, place)
@@ -191,7 +208,9 @@ class Runner:
             self.interrupted_by = number
             self.stop.set()
             for _, process, _ in self.running.values():
-                process.send_signal(signal.SIGINT)
+                # Not Popen's own way, which might take the exit status that run() awaits.
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(process.pid, signal.SIGINT)
 
     def run_all(self, cells, workers):
         """Takes the cells in their order, several at once; the rest is left alone after the first exception."""

@@ -19,13 +19,6 @@ class Table:
     folded: bool = False  # long tables open on demand
 
 
-def with_unit(estimate, digits=1):
-    text = f"{estimate.value:.{digits}f}"
-    if estimate.has_interval:
-        text += f" [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
-    return text
-
-
 def p_text(p):
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
@@ -80,7 +73,7 @@ def response_times(group):
                     samples = runs.responses(group) if runs else None
                     if samples is None or not len(samples):
                         continue
-                    values = [with_unit(samples.estimate(p)) for p in (0.5, 0.99, 1.0)]
+                    values = [samples.estimate(p).text(1) for p in (0.5, 0.99, 1.0)]
                     rows.append(
                         [
                             executor,
@@ -140,15 +133,15 @@ def hot_path(executors, study="autoware", baseline="default"):
                 if samples is None:
                     continue
                 row = [executor, source, f"{len(samples)} / {len(samples.repetitions)}"]
-                row += [with_unit(samples.estimate(p)) for p in (0.5, 0.99, 1.0)]
+                row += [samples.estimate(p).text(1) for p in (0.5, 0.99, 1.0)]
                 row.append(f"{samples.middle_worst():.1f}")
                 if base is None or executor == baseline:
                     row += ["", "", ""]
                 else:
                     test = rank_test(samples, base)
                     row += [
-                        with_unit(ratio(base, samples, 1.0), 2),
-                        f"{with_unit(test.cliffs_delta, 2)} ({test.magnitude})",
+                        ratio(base, samples, 1.0).text(2),
+                        f"{test.cliffs_delta.text(2)} ({test.magnitude})",
                         p_text(test.p_value),
                     ]
                 rows.append(row)
@@ -215,7 +208,7 @@ def against_load(evidence, _reference):
                     source,
                     f"{load} %",
                     str(len(samples)),
-                    *[with_unit(samples.estimate(p)) for p in (0.5, 0.99, 1.0)],
+                    *[samples.estimate(p).text(1) for p in (0.5, 0.99, 1.0)],
                 ]
             )
     header = ["executor", "source", "load", "samples", "median ms", "p99 ms", "worst ms"]

@@ -111,6 +111,14 @@ class Numbers(unittest.TestCase):
             self.assertIn("hot_path_table", found.stderr)
             self.assertEqual(call().returncode, 0)
             self.assertEqual(readme.read_text(encoding="utf-8"), before)
+            readme.write_text(before.replace("<!-- generated: bench_bars -->", ""), encoding="utf-8")
+            self.assertIn("bench_bars", call("--check").stderr)
+            readme.write_text(before, encoding="utf-8")
+            page = root / "results/paper/report.md"
+            page.write_text(page.read_text(encoding="utf-8").replace("worst cases", "best cases"), encoding="utf-8")
+            found = call("--check")
+            self.assertEqual(found.returncode, 1)
+            self.assertIn("slowdown", found.stderr)
 
 
 if __name__ == "__main__":

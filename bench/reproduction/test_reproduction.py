@@ -2,6 +2,7 @@
 """The reproduction as a user runs it, on short simulations: verdicts that can fail, resumption, page in a browser."""
 
 import copy
+import fcntl
 import json
 import os
 import re
@@ -12,6 +13,7 @@ import sys
 import tempfile
 import time
 import unittest
+from collections import Counter
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -20,14 +22,14 @@ sys.path.insert(0, str(HERE))
 import cells  # noqa: E402  (needs the path)
 import evidence as evidence_of  # noqa: E402
 import runner as runner_of  # noqa: E402
-from checks import NOT, PARTLY, REPRODUCED  # noqa: E402
+from checks import NO_DATA, NOT, PARTLY, REPRODUCED  # noqa: E402
 from claims import judge  # noqa: E402
 from items import NAMES  # noqa: E402
 from reference import Reference  # noqa: E402
 
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 TIME_LIMIT_S = 100
-ITEMS = "dropped-jobs,hot-path"
+ITEMS = "dropped-jobs,wcrt-table,hot-path"
 
 
 def reproduce(output, *arguments):
@@ -83,7 +85,7 @@ class Simulated(ReproductionTest):
         wanted = [
             c
             for c in cells.all_cells(mode, 1)
-            if c.source != "live" and c.study in ("timers", "timers_with_release_cost", "autoware")
+            if c.source != "live" and c.study in ("timers", "timers_with_release_cost", "autoware", "wcrt")
         ]
         cls.evidence = evidence_of.collect(cls.output, wanted)
 
@@ -151,14 +153,32 @@ class Simulated(ReproductionTest):
         for claim in ("best-worst-case", "outperforms"):
             self.assertIn(found[claim], (NOT, PARTLY), claim)
 
-    def test_few_live_samples_are_not_beyond_noise(self):
+    def test_few_live_samples_decide_nothing(self):
         brief = copy.deepcopy(self.evidence)
         for executor in cells.PAPER_HOT_PATH:
             samples = self.evidence.hot_path[("autoware", "simulated", executor, 80)][0]
             brief.hot_path[("autoware", "live", executor, 80)] = {0: samples[:20]}
-        found = {v.claim.name: v.findings for v in judge(brief, Reference())}["best-worst-case"]
-        self.assertEqual(found["simulated"].verdict, REPRODUCED)
-        self.assertEqual(found["live"].verdict, PARTLY)
+        found = {v.claim.name: v for v in judge(brief, Reference())}["best-worst-case"]
+        self.assertEqual(found.findings["live"].verdict, NO_DATA)
+        self.assertEqual(found.verdict, REPRODUCED)
+
+    def test_live_losses_are_told_and_tolerated_only_up_to_their_share(self):
+        live = copy.deepcopy(self.evidence)
+        for percent in cells.UTILISATIONS:
+            for executor in cells.TIMER_EXECUTORS:
+                runs = copy.deepcopy(self.evidence.timers[("timers", "simulated", percent, executor)])
+                live.timers[("timers", "live", percent, executor)] = runs
+        command = ["hotpath", "run", "--executor", "rm-ro", "--graph", "timers_only_60"]
+        facts = {"study": "timers", "source": "live", "repetition": 0, "command": command, "noise": {"marks": ["x"]}}
+        live.cells = [facts]
+        imu = next(t for name, t in live.timers[("timers", "live", 60, "rm-ro")].tasks.items() if "imu" in name.lower())
+        for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (imu.reached // 2, NOT)):
+            imu.skipped_in = Counter({0: lost})
+            found = {v.claim.name: v for v in judge(live, Reference())}["no-drops"].findings
+            self.assertEqual(found["simulated"].verdict, REPRODUCED)
+            self.assertEqual(found["live"].verdict, verdict, lost)
+            if lost:
+                self.assertIn(f"{lost} of them in repetitions marked", found["live"].text)
 
     def test_samples_are_read_back_as_written(self):
         samples = evidence_of.read_samples(self.output / "data")
@@ -189,10 +209,25 @@ class Simulated(ReproductionTest):
         changed.hot_path[("autoware", "simulated", "rm-ro", 80)] = changed.hot_path[
             ("autoware", "simulated", "default", 80)
         ]
+        key = ("timers", "simulated", 90, "rm-ro")
+        changed.timers[key] = changed.timers[("timers", "simulated", 90, "default")]
         evidence_of.write(changed, other / "data")
+        claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
+        (other / "claims.json").write_text(json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8")
         result = hotpath("compare-results", self.output, other)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
+        self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)
+        self.assertIn("verdict of no-drops: reproduced before, not now", result.stdout)
+
+    def test_compare_results_refuses_a_damaged_file(self):
+        other = self.folder() / "other"
+        shutil.copytree(self.output / "data", other / "data")
+        samples = other / "data" / evidence_of.HOT_PATH_FILE
+        samples.write_bytes(samples.read_bytes()[:-100])
+        refused = hotpath("compare-results", self.output, other)
+        self.assertEqual(refused.returncode, 2, refused.stderr)
+        self.assertIn(evidence_of.HOT_PATH_FILE, refused.stderr)
 
     def test_page_in_a_browser(self):
         check_in_browser(self, self.output / "report.html")
@@ -278,6 +313,21 @@ class WrongUse(ReproductionTest):
         self.assert_refused(reproduce(folder, "--hotpath", "/nowhere"), "/nowhere", "build")
         self.assert_refused(reproduce(folder, "--fast"), "--fast")
         self.assert_refused(reproduce(folder, "--only", "load", "--publish", str(folder / "published")), "--publish")
+
+    def test_publishing_replaces_only_an_earlier_publication(self):
+        folder = self.folder()
+        mine = folder / "mine"
+        mine.mkdir()
+        (mine / "thesis.tex").write_text("years of work")
+        for destination in (folder, folder / "paper", folder / "paper" / "cells", mine):
+            self.assert_refused(reproduce(folder / "paper", "--publish", str(destination)), "--publish")
+        self.assertTrue((mine / "thesis.tex").exists())
+
+    def test_two_at_a_time_in_one_folder(self):
+        folder = self.folder()
+        with open(folder / ".lock", "w", encoding="ascii") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            self.assert_refused(reproduce(folder, "--only", "overhead"), "another reproduction")
 
     def test_another_mode_does_not_go_on_in_the_same_folder(self):
         folder = self.folder()
