@@ -55,7 +55,8 @@ def wcrt(evidence, _reference):
             cells.sort(key=lambda r: int(r["utilisation_percent"]))
             values = [f"{int(r['bound_ns']) / 1e6:.2f}" if r["bound_ns"] else "none" for r in cells]
             printed = [f"{float(r['printed_ms']):.2f}" for r in cells]
-            release = f"{delta_of} ({int(cells[0]['delta_ns']) / 1e3:.4g} µs)"
+            delta_us = int(cells[0]["delta_ns"]) / 1e3
+            release = f"{delta_of} ({delta_us:.4g} µs)" if delta_us < 1000 else f"{delta_of} ({delta_us:.0f} µs)"
             lines.append(
                 [release, task, *[f"{v} ({p})" if delta_of == "paper" else v for v, p in zip(values, printed)]]
             )
