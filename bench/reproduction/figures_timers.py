@@ -67,7 +67,9 @@ def draw_drop_rates(axes, found, reference, key, y, alpha):
     real = reference.drop_percent(percent, executor, group)
     rates = [None if runs is None else runs.drop_percent(group) for runs in (simulated, live)] + [real]
     known = [r for r in rates if r is not None]
-    if known and not any(known):
+    if not known:
+        return
+    if not any(known):
         axes.annotate("✓", (0, y), (4, 0), textcoords="offset points", va="center", fontsize=8)
         return
     if rates[0] is not None:
