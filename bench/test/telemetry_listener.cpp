@@ -8,6 +8,8 @@
 #include <TelemetryPubSubTypes.h>
 
 #include <CLI/CLI.hpp>
+#include <fastdds/dds/core/condition/StatusCondition.hpp>
+#include <fastdds/dds/core/condition/WaitSet.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
@@ -15,7 +17,6 @@
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "hotpath/fastdds/participant.hpp"
 
@@ -135,8 +136,12 @@ class Listener {
     print({{"kind", "ready"}});
     const auto limit = std::chrono::steady_clock::now() + from_ms(arguments_.seconds * 1000);
     // The last statistics may overtake samples on other topics, which come before their writer goes.
-    while ((ended_ < arguments_.runs || publisher_is_there()) && std::chrono::steady_clock::now() < limit) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    dds::ConditionSeq active;
+    while (ended_ < arguments_.runs || publisher_is_there()) {
+      const auto left = std::chrono::duration<double>(limit - std::chrono::steady_clock::now()).count();
+      if (left <= 0 ||
+          something_.wait(active, eprosima::fastrtps::Duration_t(left)) != ReturnCode_t::RETCODE_OK)
+        break;
       take_all();
     }
     take_all();
@@ -164,7 +169,18 @@ class Listener {
     qos.data_sharing().off();
     qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
     dds::Topic* topic = participant_->create_topic(topic_name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-    return subscriber->create_datareader(topic, qos);
+    dds::DataReader* reader = subscriber->create_datareader(topic, qos);
+    dds::StatusCondition& changed = reader->get_statuscondition();
+    changed.set_enabled_statuses(dds::StatusMask::data_available()
+                                 << dds::StatusMask::subscription_matched());
+    something_.attach_condition(changed);
+    return reader;
+  }
+
+  /// Reading a status ends the condition that it raised.
+  static void forget_changed_writers(dds::DataReader* reader) {
+    dds::SubscriptionMatchedStatus status;
+    reader->get_subscription_matched_status(status);
   }
 
   bool publisher_is_there() const {
@@ -183,6 +199,8 @@ class Listener {
   }
 
   void take_all() {
+    for (dds::DataReader* reader : {run_, samples_, statistics_, clock_}) forget_changed_writers(reader);
+    for (auto& [topic, messages] : messages_) forget_changed_writers(messages.reader);
     const auto show = [](const auto& message) { print(to_json(message)); };
     take<telemetry::RunInfo>(run_, show);
     take<telemetry::ChainSample>(samples_, show);
@@ -203,6 +221,7 @@ class Listener {
   dds::Subscriber* subscriber_ = nullptr;
   dds::DataReader *run_ = nullptr, *samples_ = nullptr, *statistics_ = nullptr, *clock_ = nullptr;
   std::map<std::string, Messages> messages_;
+  dds::WaitSet something_;  ///< Data at a reader, or a writer that came or went.
   std::uint32_t ended_ = 0;
 };
 
