@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "channel.hpp"
+#include "live/channel.hpp"
 
 #include <gmock/gmock.h>
 #include <signal.h>

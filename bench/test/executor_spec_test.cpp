@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/bench/executor_spec.hpp"
+#include "setup/executor_spec.hpp"
 
 #include <gmock/gmock.h>
 
-#include "hotpath/bench/errors.hpp"
+#include "program/errors.hpp"
 
 namespace hotpath {
 namespace {

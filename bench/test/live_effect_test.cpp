@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/bench/live_effect.hpp"
+#include "live/publishing_effect.hpp"
 
 #include <gmock/gmock.h>
 

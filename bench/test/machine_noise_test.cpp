@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The noise floor: what `hotpath machine` says and every result folder carries.
-#include "hotpath/bench/machine_noise.hpp"
+#include "machine/machine_noise.hpp"
 
 #include <unistd.h>
 
@@ -9,8 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "hotpath/bench/machine.hpp"
 #include "hotpath/live/thread_setup.hpp"
+#include "machine/machine.hpp"
 
 namespace hotpath {
 namespace {

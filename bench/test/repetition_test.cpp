@@ -11,9 +11,9 @@
 #include <fstream>
 #include <map>
 
-#include "channel.hpp"
-#include "hotpath/bench/repetition_runner.hpp"
-#include "shared_memory_watch.hpp"
+#include "live/channel.hpp"
+#include "live/repetition_runner.hpp"
+#include "machine/shared_memory_watch.hpp"
 
 namespace hotpath {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/bench/result_folder.hpp"
+#include "results/run_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -8,8 +8,8 @@
 #include <set>
 #include <sstream>
 
-#include "hotpath/bench/errors.hpp"
 #include "hotpath/core/trace_csv.hpp"
+#include "program/errors.hpp"
 
 namespace hotpath {
 namespace {

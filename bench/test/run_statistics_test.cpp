@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run_statistics.hpp"
+#include "telemetry/run_statistics.hpp"
 
 #include <gmock/gmock.h>
 
 #include <random>
 
-#include "hotpath/bench/statistics.hpp"
-#include "run_info.hpp"
+#include "results/statistics.hpp"
+#include "telemetry/run_info.hpp"
 
 namespace hotpath {
 namespace {

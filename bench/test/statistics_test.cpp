@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/bench/statistics.hpp"
+#include "results/statistics.hpp"
 
 #include <gmock/gmock.h>
 

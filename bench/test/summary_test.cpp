@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/bench/summary.hpp"
+#include "results/summary.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/bench/table.hpp"
+#include "results/summary_table.hpp"
 
 #include <gmock/gmock.h>
 

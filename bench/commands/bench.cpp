@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.hpp"
+#include "microbench/bench_compare.hpp"
+#include "microbench/bench_suite.hpp"
+#include "program/errors.hpp"
+
+namespace hotpath {
+
+namespace {
+
+struct Arguments {
+  SuiteOptions suite;
+  std::vector<std::string> compare;
+};
+
+BenchFigures read_folder(const std::string& folder) {
+  const std::string path = folder + "/bench.json";
+  std::ifstream in(path);
+  if (!in)
+    throw UsageError("--compare: " + path + " cannot be read; name a folder written by `hotpath bench`");
+  try {
+    return bench_figures_from_json(nlohmann::json::parse(in));
+  } catch (const std::exception& error) {
+    throw UsageError("--compare: " + path + ": " + error.what());
+  }
+}
+
+void compare(const std::string& before, const std::string& after) {
+  const BenchFigures old_figures = read_folder(before), new_figures = read_folder(after);
+  const auto comparisons = compare_figures(old_figures, new_figures);
+  if (comparisons.empty()) {
+    throw UsageError("--compare: " + before + " and " + after + " have no figure in common");
+  }
+  write_comparison(std::cout, comparisons);
+  const auto unknown = std::count_if(comparisons.begin(), comparisons.end(), [](const FigureComparison& c) {
+    return c.verdict == Verdict::not_comparable;
+  });
+  if (unknown > 0) {
+    std::cerr << "note: " << unknown << " figures are not comparable: each side needs " << kLeastRepetitions
+              << " repetitions and values above zero.\n";
+  }
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  SuiteOptions& suite = arguments->suite;
+  CLI::App* bench =
+      app.add_subcommand("bench", "Measure what executors and transports cost, or compare two such runs");
+  bench->add_flag("--quick", suite.quick, "A short look: fewer sizes, shorter runs, once");
+  bench
+      ->add_option("--repetitions", suite.repetitions,
+                   "Runs of each benchmark program, each in a process of its own")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100).description(""))
+      ->capture_default_str();
+  bench
+      ->add_option("--only", suite.programs,
+                   "Some of scheduler, simulator, executor, transport,\nhot_path; by default all")
+      ->type_name("NAMES")
+      ->delimiter(',')
+      ->check(CLI::IsMember(bench_programs()).description(""));
+  bench->add_option("--seed", suite.seed, "Decides the order of programs")
+      ->type_name("N")
+      ->capture_default_str();
+  bench
+      ->add_option("--time-out", suite.time_out_s,
+                   "A program that runs longer than this has hung and is ended")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(1.0, 86400.0).description(""))
+      ->capture_default_str();
+  bench->add_option("--output", suite.output, "Folder of the results; by default runs/DATE-bench")
+      ->type_name("FOLDER");
+  bench
+      ->add_option(
+          "--compare", arguments->compare,
+          "Measure nothing: say which figures of the folder NEW\ndiffer from those of OLD, and by how much")
+      ->type_name("OLD NEW")
+      ->expected(2);
+  bench->footer("Example:  hotpath bench --output before");
+  bench->callback([arguments] {
+    if (!arguments->compare.empty()) {
+      compare(arguments->compare[0], arguments->compare[1]);
+    } else {
+      run_suite(arguments->suite);
+    }
+  });
+}
+
+}  // namespace hotpath

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+#include "commands/commands.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_picture.hpp"
+#include "program/errors.hpp"
+
+namespace hotpath {
+
+namespace {
+
+struct GraphOptions {
+  std::string graph;
+  bool dot = false, svg = false;
+};
+
+void draw_svg(const std::string& dot) {
+  // Graphviz writes to our standard output itself.
+  std::fflush(stdout);
+  FILE* graphviz = popen("dot -Tsvg", "w");
+  if (graphviz == nullptr) throw RunError("cannot start Graphviz");
+  std::fwrite(dot.data(), 1, dot.size(), graphviz);
+  if (pclose(graphviz) != 0) {
+    throw RunError("Graphviz (`dot`) failed; is it installed? --dot prints its input");
+  }
+}
+
+void print_platform(const GraphPlatform& platform) {
+  std::printf("platform of simulations: %u core%s, timer thread %s, execution times %s", platform.cores,
+              platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
+              to_string(platform.execution_times));
+  for (const PlatformCost& cost : kPlatformCosts) {
+    const Duration value = platform.*cost.value;
+    if (value > Duration{}) std::printf(", %s %g", std::string(cost.key).c_str(), to_us(value));
+  }
+  std::printf("\n");
+}
+
+void print_graph(const GraphOptions& options) {
+  const Graph graph = load_graph(find_graph(options.graph));
+  if (options.dot || options.svg) {
+    std::ostringstream dot;
+    write_dot(dot, graph);
+    options.svg ? draw_svg(dot.str()) : void(std::cout << dot.str());
+    return;
+  }
+  const GraphTasks tasks = make_tasks(graph);
+  std::size_t timers = 0;
+  for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
+  std::printf("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
+              graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
+              tasks.set.tasks.size() - timers, timers, load_percent(graph));
+  for (const Chain& chain : graph.chains) {
+    std::printf("chain %s:", chain.name.c_str());
+    for (const std::string& node : chain.nodes) std::printf(" %s", node.c_str());
+    std::printf("\n");
+  }
+  print_platform(graph.platform);
+}
+
+}  // namespace
+
+void add_graph_command(CLI::App& app) {
+  auto options = std::make_shared<GraphOptions>();
+  CLI::App* graph = app.add_subcommand("graph", "Check a graph file and show what it describes");
+  graph->add_option("GRAPH", options->graph, "Name of a graph (`hotpath list graphs`) or path of a file")
+      ->required();
+  auto* dot = graph->add_flag("--dot", options->dot, "Print it for Graphviz, the hot path marked");
+  graph->add_flag("--svg", options->svg, "Draw it with Graphviz, to standard output")->excludes(dot);
+  graph->callback([options] { print_graph(*options); });
+}
+
+}  // namespace hotpath

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "program/errors.hpp"
+#include "program/interrupt.hpp"
+
+namespace {
+
+int report(const std::exception& error, int code) {
+  std::fprintf(stderr, "hotpath: %s\n", error.what());
+  return code;
+}
+
+/// A standard stream that the caller closed would give its number to the next file opened, and our table or
+/// messages would end up in a result.
+void occupy_standard_streams() {
+  int opened = 0;
+  do {
+    opened = open("/dev/null", O_RDWR);
+  } while (opened >= 0 && opened <= STDERR_FILENO);
+  if (opened >= 0) close(opened);
+}
+
+std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
+  std::string command = app->get_name(), what = error.what();
+  for (const CLI::App* sub : app->get_subcommands()) {
+    command += " " + sub->get_name();
+    app = sub;
+  }
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError) &&
+      app->get_require_subcommand_min() > 0) {
+    const std::vector<std::string> words = app->remaining();
+    what = words.empty() ? "a command is missing; there are"
+                         : "there is no command `" + words.front() + "`; there are";
+    const char* separator = " ";
+    for (const CLI::App* sub : app->get_subcommands({})) {
+      what += std::exchange(separator, ", ") + sub->get_name();
+    }
+  }
+  return "hotpath: " + what + "; see `" + command + " --help`\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  occupy_standard_streams();
+  // A reader that goes away, or a limit on the size of files, is an error of the write that meets it.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+
+  CLI::App app("How long does data take along the hot path of a robot's node graph, under which executor?",
+               "hotpath");
+  app.footer(
+      "A first look, half a minute:  hotpath compare --quick\n"
+      "All options of a command:     hotpath compare --help");
+  app.set_version_flag("--version", HOTPATH_VERSION);
+  app.failure_message(wrong_use);
+  app.require_subcommand(1);
+  hotpath::add_run_command(app);
+  hotpath::add_compare_command(app);
+  hotpath::add_simulate_command(app);
+  hotpath::add_timeline_command(app);
+  hotpath::add_replay_command(app);
+  hotpath::add_validate_command(app);
+  hotpath::add_list_command(app);
+  hotpath::add_graph_command(app);
+  hotpath::add_analyze_command(app);
+  hotpath::add_experiment_command(app);
+  hotpath::add_machine_command(app);
+  hotpath::add_bench_command(app);
+  hotpath::add_report_command(app);
+  hotpath::add_compare_results_command(app);
+  try {
+    app.parse(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      throw hotpath::RunError("standard output could not be written; files are not affected");
+    }
+    return hotpath::interrupted() != 0 ? 128 + hotpath::interrupted() : 0;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const hotpath::UsageError& error) {
+    return report(error, 2);
+  } catch (const hotpath::GraphError& error) {
+    return report(error, 2);
+  } catch (const std::exception& error) {
+    return report(error, 1);
+  }
+}

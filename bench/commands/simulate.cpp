@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <memory>
+
+#include "commands/commands.hpp"
+#include "setup/option_helpers.hpp"
+#include "simulated/simulated_run.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// Beyond it instants in nanoseconds would overflow.
+constexpr double kLongestSimulation_s = 1e9;
+constexpr double kLargestCost_us = 1e9;
+
+/// release_cost_us -> --release-cost-us
+std::string option_name(std::string_view key) {
+  std::string name = "--" + std::string(key);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+void add_platform_options(CLI::App& command, SimulateOptions& o) {
+  const std::string where =
+      "The simulated machine, by default as the graph's `platform` says, else without costs";
+  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1")->group(where);
+  add_choice(command, "--timer-thread", o.timer_thread,
+             named({TimerThread::by_executor, TimerThread::raised, TimerThread::equal}),
+             "Priority of the timer management thread: above the\n"
+             "executor thread or equal; else raised under the\npaper's executors only, as in live runs")
+      ->group(where);
+  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
+    const PlatformCost& cost = kPlatformCosts[i];
+    add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
+               std::string(cost.meaning))
+        ->group(where);
+  }
+  command
+      .add_option("--execution-times", o.execution_times,
+                  "worst: as the graph says; uniform: between best and worst\n"
+                  "case, at random; replay:RUN: as measured by a run of the\n"
+                  "same executors on the same graph, from its folder")
+      ->type_name("worst|uniform|replay:RUN")
+      ->group(where);
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& app) {
+  auto options = std::make_shared<SimulateOptions>();
+  SimulateOptions& o = *options;
+  o.duration_s = 60;
+  CLI::App* simulate =
+      app.add_subcommand("simulate", "Run a graph under executors in virtual time: exact, repeatable, fast");
+  simulate
+      ->add_option("--executors,--executor", o.executors,
+                   "Names of `hotpath list executors` with commas between,\n"
+                   "also variants as in rm-ro:first or multi:4; or `paper`\n"
+                   "(the paper's seven, by default) or `all`")
+      ->type_name("NAMES")
+      ->delimiter(',')
+      ->group(kWhatRuns);
+  add_graph_options(*simulate, o);
+  simulate
+      ->add_option("--phases-of", o.phases_of,
+                   "First timestamps of the same executor and repetition of\na run, from its folder")
+      ->type_name("RUN")
+      ->group(kWhatRuns);
+  add_length_options(*simulate, o, kLongestSimulation_s);
+  add_number(
+      *simulate, "--max-backlog", o.max_backlog, 1, 1e9, "JOBS",
+      "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task")
+      ->group(kHowLong);
+  add_platform_options(*simulate, o);
+  add_number(*simulate, "--threads", o.threads, 0, 1024, "N",
+             "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
+      ->capture_default_str()
+      ->group("Results");
+  simulate
+      ->add_flag("--no-trace", o.no_trace,
+                 "Keep no jobs: no jobs.csv, no quantiles of response\ntimes, and memory that hardly grows "
+                 "with time")
+      ->group("Results");
+  add_output_option(*simulate, o);
+  simulate->footer("Example:  hotpath simulate --executors all --duration 600 --output runs/simulated");
+  simulate->callback([options] {
+    auto& names = options->executors;
+    if (names.empty() || names == std::vector<std::string>{"paper"}) names = paper_executor_names();
+    if (names == std::vector<std::string>{"all"}) names = all_executor_names();
+    run_simulated_experiment(*options);
+  });
+}
+
+}  // namespace hotpath

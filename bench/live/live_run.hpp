@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "live/run_options.hpp"
+
+namespace hotpath {
+
+/// Runs all repetitions of all executors, interleaved in seeded random order, into one result folder; prints
+/// the table and draws the figures. Throws UsageError, GraphError, RunError.
+void run_experiment(const RunOptions& options);
+
+}  // namespace hotpath

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live/publisher_process.hpp"
+
+#include <pthread.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <exception>
+
+#include "telemetry/run_info.hpp"
+#include "telemetry/run_statistics.hpp"
+#include "telemetry/telemetry_writers.hpp"
+#include "telemetry/trace_tail.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using Kind = ChannelMessage::Kind;
+
+constexpr Duration kPoll = std::chrono::milliseconds(10);
+constexpr Duration kStatisticsPeriod = std::chrono::milliseconds(100);
+/// SCHED_IDLE would be kinder yet, and starve on a machine that others keep busy.
+constexpr int kNice = 19;
+/// For the last samples to reach their readers.
+constexpr Duration kFlush = std::chrono::seconds(1);
+
+UnixTime unix_time(Time epoch) {
+  const auto now = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+  return {epoch, (now.time_since_epoch() + (epoch - std::chrono::steady_clock::now())).count()};
+}
+
+telemetry::RunInfo run_info(const RepetitionPlan& plan, const UnixTime& time) {
+  telemetry::RunInfo info = make_run_info(*plan.graph);
+  info.run_id(make_run_id(time.epoch_ns, plan.executor.label, plan.repetition));
+  info.executor(plan.executor.label);
+  info.repetition(plan.repetition);
+  info.transport(to_string(plan.transport));
+  if (plan.transport == TransportKind::fastdds) info.partition(plan.fastdds.partition);
+  info.origin("live");
+  info.epoch_ns(time.epoch_ns);
+  info.speed(1);
+  info.facts(plan.live->facts);
+  return info;
+}
+
+/// What goes from the records of one repetition to the writers.
+class Sender {
+ public:
+  Sender(const RepetitionPlan& plan, const std::deque<RunMemory>& memories, TelemetryWriters& writers,
+         Time epoch, Time end)
+      : plan_(plan),
+        memories_(memories),
+        writers_(writers),
+        tail_(memories),
+        join_(*plan.graph, plan.tasks),
+        info_(run_info(plan, unix_time(epoch))),
+        statistics_(*plan.graph, plan.tasks, info_.run_id(), {epoch, info_.epoch_ns()}, plan.live->warm_up),
+        counted_from_(epoch + plan.live->warm_up),
+        end_(end) {
+    writers_.publish(info_);
+  }
+
+  void send_samples() {
+    TraceTail::News news = tail_.read();
+    for (JobRecord& record : news.jobs) {
+      if (record.outcome == Outcome::ran && record.finish > end_) record.outcome = Outcome::running;
+      statistics_.add(record);
+      join_.add(record);
+    }
+    pending_.insert(pending_.end(), news.observations.begin(), news.observations.end());
+    // The records of a chain's jobs may come a moment after what its sink observed.
+    std::erase_if(pending_, [this](const ChainObservation& o) { return send(o, false); });
+  }
+
+  void send_statistics(Time now) { writers_.publish(take_statistics(now)); }
+
+  /// Everything is recorded, and no job started at or after `end`.
+  void finish(Time end) {
+    end_ = std::min(end_, end);
+    send_samples();
+    for (const ChainObservation& o : pending_) send(o, true);
+    telemetry::Statistics statistics = take_statistics(end_);
+    statistics.last(true);
+    writers_.publish(std::move(statistics));
+  }
+
+ private:
+  /// False when a job of the chain is not known yet, unless `all` that will ever be known is.
+  bool send(const ChainObservation& observation, bool all) {
+    const ChainRecord record = join_.join(observation);
+    if (record.end_to_end_latency.count() < 0 && !all) return false;
+    const std::optional<Time> timestamp = join_.sink_timestamp(observation.sink);
+    if (!timestamp || *timestamp >= counted_from_) {
+      writers_.publish(statistics_.add(record, observation.sink_start));
+    }
+    return true;
+  }
+
+  telemetry::Statistics take_statistics(Time now) {
+    for (TaskId fed = 0; fed < plan_.tasks.set.size(); ++fed) {
+      if (plan_.tasks.set[fed].kind == TaskKind::subscription) {
+        statistics_.set_published(fed, published_for(plan_.tasks.set, memories_, fed));
+      }
+    }
+    return statistics_.take(now);
+  }
+
+  const RepetitionPlan& plan_;
+  const std::deque<RunMemory>& memories_;
+  TelemetryWriters& writers_;
+  TraceTail tail_;
+  ChainJoin join_;
+  const telemetry::RunInfo info_;
+  RunStatistics statistics_;
+  const Time counted_from_;
+  Time end_;
+  std::vector<ChainObservation> pending_;
+};
+
+/// Until the coordinator tells the end, or is gone.
+void send_until_stop(Sender& sender, const Channel& coordinator, Time epoch, Time end) {
+  Time next_statistics = epoch + kStatisticsPeriod;
+  for (;;) {
+    bool closed = false;
+    const auto message = coordinator.receive(std::chrono::steady_clock::now() + kPoll, closed);
+    if (closed) return sender.finish(std::chrono::steady_clock::now());
+    if (message && message->kind == Kind::stop) return sender.finish(from_ns(message->number[0]));
+    sender.send_samples();
+    const Time now = std::chrono::steady_clock::now();
+    if (now < next_statistics || now >= end) continue;
+    sender.send_statistics(now);
+    while (next_statistics <= now) next_statistics += kStatisticsPeriod;
+  }
+}
+
+void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories, const Channel& coordinator) {
+  FastDdsOptions options = plan.fastdds;
+  options.network = FastDdsOptions::Network::udp;  // leaves no file behind, however this process ends
+  TelemetryWriters writers(options);
+  ChannelMessage message;
+  message.kind = Kind::matched;
+  coordinator.send(message);
+
+  for (;;) {
+    bool closed = false;
+    const auto begin = coordinator.receive(std::chrono::steady_clock::now() + std::chrono::hours(1), closed);
+    if (closed || (begin && begin->kind == Kind::stop)) return;
+    if (!begin || begin->kind != Kind::begin) continue;
+    const Time epoch = from_ns(begin->number[0]), end = from_ns(begin->number[1]);
+    Sender sender(plan, memories, writers, epoch, end);
+    send_until_stop(sender, coordinator, epoch, end);
+    break;
+  }
+  writers.flush(kFlush);
+  message.kind = Kind::done;
+  message.number[0] = static_cast<std::int64_t>(writers.samples_lost());
+  coordinator.send(message);
+}
+
+}  // namespace
+
+int run_live_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
+                     const Channel& coordinator) {
+  // As the measured processes: the coordinator answers for the terminal's signals.
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+  pthread_setname_np(pthread_self(), "live_sender");
+  setpriority(PRIO_PROCESS, 0, kNice);
+  try {
+    if (!plan.live->cpus.empty()) pin_to_cpus(plan.live->cpus);
+    send_run(plan, memories, coordinator);
+    return 0;
+  } catch (const std::exception& error) {
+    ChannelMessage message;
+    message.set_text(error.what());
+    coordinator.send(message);
+    return 1;
+  }
+}
+
+}  // namespace hotpath

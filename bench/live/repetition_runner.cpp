@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live/repetition_runner.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "live/publisher.hpp"
+#include "live/run_process.hpp"
+#include "machine/machine.hpp"
+#include "machine/shared_memory_watch.hpp"
+#include "program/interrupt.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using Kind = ChannelMessage::Kind;
+
+Time now() { return std::chrono::steady_clock::now(); }
+
+RunMemory::Size memory_size(const RepetitionPlan& plan) {
+  const GraphTasks& tasks = plan.tasks;
+  const std::vector<double> rates = activation_rates(*plan.graph, tasks);
+  const std::vector<ChainIndex> chains = index_chains(*plan.graph);
+  double jobs = 0, outputs = 0;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    double rate = tasks.set[id].kind == TaskKind::timer ? rates[id] : 0;
+    for (TaskId from = 0; from < tasks.set.size(); ++from) {
+      const auto& feeds = tasks.set[from].feeds;
+      rate += rates[from] * static_cast<double>(std::count(feeds.begin(), feeds.end(), id));
+    }
+    jobs += rate;
+    for (const ChainIndex& c : chains) outputs += c.sink == tasks.origin[id].node ? rate : 0;
+  }
+  // Room for a third more than the nominal rates, which only a wrong rate could exceed.
+  const double seconds = to_ms(plan.length) / 1000 + 1;
+  RunMemory::Size size;
+  size.tasks = tasks.set.size();
+  size.workers = worker_count(*plan.executor.entry, tasks, plan.executor.scheduler);
+  size.jobs = static_cast<std::uint64_t>(jobs * seconds * 4 / 3) + 1024;
+  size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
+  return size;
+}
+
+/// The processes of one repetition as the coordinator sees them.
+class Coordinator {
+ public:
+  Coordinator(const RepetitionPlan& plan, const std::function<void(Duration)>& progress)
+      : plan_(plan), progress_(progress), process_of_node_(assign_processes(*plan.graph, plan.processes)) {
+    for (std::uint32_t p = 0; p < plan.processes; ++p) memories_.emplace_back(memory_size(plan));
+  }
+
+  RepetitionResult run() {
+    const Duration stolen_before = stolen_time(plan_.cpus);
+    for (std::uint32_t p = 0; p < plan_.processes; ++p) start(p);
+    start_sender();
+    execute();
+    end_all();
+    if (sender_) sender_->stop(end_);
+    collect();
+    if (sender_) sender_->finish(result_.warnings);
+    result_.repetition.usage.stolen = stolen_time(plan_.cpus) - stolen_before;
+    result_.measured = began_ && result_.failure.empty();
+    return std::move(result_);
+  }
+
+ private:
+  struct Child {
+    pid_t pid = -1;
+    Channel channel;
+    bool ended = false;
+  };
+
+  void start(std::uint32_t process) {
+    auto [ours, theirs] = Channel::make_pair();
+    const pid_t pid = fork();
+    if (pid < 0) {
+      fail("cannot start a process: " + std::string(std::strerror(errno)));
+      return;
+    }
+    if (pid == 0) {
+      children_.clear();  // the other processes' channels are not ours to hold open
+      ours = Channel();
+      _exit(run_process(plan_, process, process_of_node_, memories_, theirs));
+    }
+    children_.push_back({pid, std::move(ours)});
+  }
+
+  /// Without it the run goes on.
+  void start_sender() {
+    if (!plan_.live || !result_.failure.empty()) return;
+    auto [ours, theirs] = Channel::make_pair();
+    const pid_t pid = fork();
+    if (pid == 0) {
+      children_.clear();
+      ours = Channel();
+      _exit(run_live_process(plan_, memories_, theirs));
+    }
+    sender_.emplace(pid, std::move(ours));
+  }
+
+  void execute() {
+    if (!result_.failure.empty()) return;
+    // A process itself says which endpoint is missing once that time has passed.
+    if (!await_all(Kind::matched, now() + plan_.time_out + std::chrono::seconds(1))) return;
+    note_shared_memory();
+    if (sender_) sender_->await_ready(now() + plan_.time_out);
+    // Enough for all processes to start their threads before the epoch.
+    epoch_ = now() + std::chrono::milliseconds(50 + 10 * plan_.processes);
+    end_ = epoch_ + plan_.length;
+    began_ = true;
+    tell_all(Kind::begin, {to_ns(epoch_), to_ns(end_)});
+    if (sender_) sender_->begin(epoch_, end_);
+    if (!await_all(Kind::begun, end_ + plan_.time_out)) return;
+    if (!await_all(Kind::stopped, end_ + plan_.time_out)) return;
+    tell_all(Kind::settle, {});
+    await_all(Kind::done, now() + plan_.time_out);
+  }
+
+  void note_shared_memory() {
+    if (plan_.fastdds.network != FastDdsOptions::Network::shared_memory) return;
+    for (const Child& c : children_) {
+      if (!c.ended) shared_memory_.note(c.pid);
+    }
+  }
+
+  void tell_all(Kind kind, std::array<std::int64_t, 5> numbers) {
+    ChannelMessage message;
+    message.kind = kind;
+    message.number = numbers;
+    for (const Child& c : children_) c.channel.send(message);
+  }
+
+  /// Every process says `kind`; false after a failure, or an interruption before the run began.
+  bool await_all(Kind kind, Time limit) {
+    for (std::uint32_t p = 0; p < children_.size(); ++p) {
+      for (;;) {
+        if (!watch_interrupt()) return false;
+        if (began_) {
+          progress_(std::clamp(now() - epoch_, Duration::zero(), plan_.length));
+        } else {
+          note_shared_memory();  // whoever dies from now on leaves nothing unknown
+        }
+        bool closed = false;
+        const auto message =
+            children_[p].channel.receive(std::min(now() + std::chrono::milliseconds(100), limit), closed);
+        if (closed) return fail(death(p));
+        if (message && message->kind == Kind::failed) {
+          result_.setup_failed = true;
+          return fail(message->text.data());
+        }
+        if (message && message->kind == kind) {
+          note(*message);
+          break;
+        }
+        if (now() >= limit) return fail(name(p) + " did not answer in time and was ended; see --time-out");
+      }
+    }
+    return true;
+  }
+
+  bool watch_interrupt() {
+    if (interrupted() == 0 || result_.interrupted) return true;
+    result_.interrupted = true;
+    if (!began_) return false;
+    tell_all(Kind::stop, {});
+    return true;
+  }
+
+  void note(const ChannelMessage& message) {
+    ProcessUsage& usage = result_.repetition.usage;
+    switch (message.kind) {
+      case Kind::begun:
+        result_.policies.emplace_back(message.text.data());
+        break;
+      case Kind::stopped:
+        end_ = std::min(end_, from_ns(message.number[0]));
+        break;
+      case Kind::done:
+        usage.cpu_time += Duration(message.number[0]);
+        usage.peak_memory_kib += message.number[1];
+        usage.voluntary_switches += message.number[2];
+        usage.involuntary_switches += message.number[3];
+        break;
+      default:
+        break;
+    }
+  }
+
+  std::string name(std::uint32_t p) const {
+    return "process " + std::to_string(p + 1) + " of " + std::to_string(plan_.processes) + " (executor " +
+           plan_.executor.label + ", repetition " + std::to_string(plan_.repetition) + ")";
+  }
+
+  std::string death(std::uint32_t p) {
+    int status = 0;
+    children_[p].ended = waitpid(children_[p].pid, &status, 0) == children_[p].pid;
+    std::string how = " ended too early";
+    if (children_[p].ended && WIFSIGNALED(status))
+      how = std::string(" was ended by a signal (") + strsignal(WTERMSIG(status)) + ")";
+    if (began_) end_ = std::min(end_, now());
+    return name(p) + how;
+  }
+
+  bool fail(const std::string& what) {
+    if (result_.failure.empty()) result_.failure = what;
+    return false;
+  }
+
+  void end_all() {
+    const bool orderly = result_.failure.empty() && !(result_.interrupted && !began_);
+    // A process that has said `done` is only tidying up; give it a moment before it is killed.
+    const Time limit = now() + (orderly ? plan_.time_out : Duration::zero());
+    bool killed = false;
+    for (Child& c : children_) {
+      while (!c.ended) {
+        const pid_t gone = waitpid(c.pid, nullptr, WNOHANG);
+        c.ended = gone == c.pid || gone < 0;
+        if (c.ended) break;
+        if (now() >= limit && !killed) {
+          note_shared_memory();
+          for (const Child& other : children_) {
+            if (!other.ended) kill(other.pid, SIGKILL);
+          }
+          killed = true;
+        }
+        usleep(500);
+      }
+    }
+    shared_memory_.remove_orphans();
+  }
+
+  void collect() {
+    Repetition& r = result_.repetition;
+    Trace& trace = r.trace;
+    trace.executor = plan_.executor.label;
+    trace.repetition = plan_.repetition;
+    trace.published.assign(plan_.tasks.set.size(), 0);
+    if (!began_) {
+      r.accounts = account(plan_.tasks.set, trace);
+      return;
+    }
+    trace.epoch = epoch_;
+    trace.end = std::max(end_, epoch_);
+    r.usage.wall = trace.end - epoch_;
+    std::vector<ChainObservation> observations;
+    for (std::uint32_t p = 0; p < memories_.size(); ++p) {
+      for (const auto& log : memories_[p].jobs()) {
+        trace.lost_records += log.lost();
+        for (JobRecord record : log.contents()) {
+          record.process = static_cast<std::uint16_t>(p);
+          if (record.outcome == Outcome::ran && record.finish > trace.end) record.outcome = Outcome::running;
+          trace.jobs.push_back(record);
+        }
+      }
+      for (const auto& log : memories_[p].chains()) {
+        trace.lost_records += log.lost();
+        const auto found = log.contents();
+        observations.insert(observations.end(), found.begin(), found.end());
+      }
+      for (TaskId id = 0; id < trace.published.size(); ++id) {
+        trace.published[id] += memories_[p].published()[id].load();
+      }
+    }
+    const auto instant = [](const JobRecord& j) {
+      return j.outcome == Outcome::queued || j.outcome == Outcome::overwritten ? j.job.timestamp : j.start;
+    };
+    std::stable_sort(trace.jobs.begin(), trace.jobs.end(),
+                     [&](const JobRecord& a, const JobRecord& b) { return instant(a) < instant(b); });
+    std::stable_sort(
+        observations.begin(), observations.end(),
+        [](const ChainObservation& a, const ChainObservation& b) { return a.sink_start < b.sink_start; });
+    trace.chains = join_chains(*plan_.graph, plan_.tasks, trace, observations);
+    r.accounts = account(plan_.tasks.set, trace);
+    warn();
+  }
+
+  void warn() {
+    const Trace& trace = result_.repetition.trace;
+    const std::string where =
+        plan_.executor.label + ", repetition " + std::to_string(plan_.repetition) + ": ";
+    if (trace.lost_records > 0) {
+      result_.warnings.push_back(where + std::to_string(trace.lost_records) +
+                                 " records did not fit into the trace buffers");
+    }
+    if (!result_.failure.empty()) return;
+    for (const TaskAccount& a : result_.repetition.accounts) {
+      if (a.balanced()) continue;
+      result_.warnings.push_back(
+          where + plan_.tasks.set[a.task].name + " accounts for " + std::to_string(a.accounted()) + " of " +
+          std::to_string(a.expected) +
+          (plan_.tasks.set[a.task].kind == TaskKind::timer ? " timestamps" : " samples"));
+    }
+  }
+
+  const RepetitionPlan& plan_;
+  const std::function<void(Duration)>& progress_;
+  const std::vector<std::uint32_t> process_of_node_;
+  std::deque<RunMemory> memories_;
+  std::vector<Child> children_;
+  std::optional<LiveSender> sender_;
+  SharedMemoryWatch shared_memory_;
+  bool began_ = false;
+  Time epoch_{}, end_{};
+  RepetitionResult result_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes) {
+  std::vector<std::uint32_t> process(graph.nodes.size());
+  for (std::size_t i = 0; i < process.size(); ++i) {
+    process[i] = static_cast<std::uint32_t>(i * processes / process.size());
+  }
+  return process;
+}
+
+RepetitionResult run_repetition(const RepetitionPlan& plan, const std::function<void(Duration)>& progress) {
+  return Coordinator(plan, progress).run();
+}
+
+}  // namespace hotpath

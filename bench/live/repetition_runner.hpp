@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/live_system.hpp"
+#include "results/summary.hpp"
+#include "setup/executor_spec.hpp"
+
+namespace hotpath {
+
+/// How a repetition is published while it runs.
+struct LivePublishing {
+  std::vector<int> cpus;  ///< Of the process that publishes; empty: all.
+  Duration warm_up{};     ///< From the epoch; its latencies and response times are left out.
+  std::string facts;      ///< telemetry::RunInfo::facts.
+};
+
+/// Everything that one live repetition needs to know.
+struct RepetitionPlan {
+  const Graph* graph = nullptr;
+  GraphTasks tasks;  ///< With the phases of this repetition.
+  ExecutorSpec executor;
+  std::uint32_t repetition = 0;
+
+  TransportKind transport = TransportKind::fastdds;
+  FastDdsOptions fastdds;
+  std::uint32_t processes = 1;
+  std::vector<int> cpus;  ///< Empty: all.
+  bool lock_memory = false;
+  bool measure_cpu_time = false;
+  std::optional<ThreadPolicy> executor_policy,
+      timer_policy;  ///< Asked for; otherwise the executor's defaults.
+
+  Duration length{};                             ///< From the epoch to the end, warm-up included.
+  Duration time_out = std::chrono::seconds(20);  ///< For set-up, and for answers after the end.
+  Calibration calibration;
+  std::optional<LivePublishing> live;  ///< By a process of its own; none: nothing is published.
+};
+
+struct RepetitionResult {
+  Repetition repetition;  ///< What was recorded, also when something failed.
+  std::vector<std::string>
+      policies;               ///< Scheduling class obtained by each worker's thread: `timer_mgmt fifo:90`.
+  std::string failure;        ///< One sentence; empty: none.
+  bool setup_failed = false;  ///< No repetition with this plan can succeed.
+  bool interrupted = false;   ///< Ended early on request.
+  bool measured = false;      ///< Nothing failed, and what was recorded is whole up to its end.
+  std::vector<std::string> warnings;
+};
+
+/// Process of each node: contiguous shares of the creation order, of nearly equal size.
+std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes);
+
+/// Runs one repetition in fresh processes that share one epoch. The calling process must have one thread
+/// only. `progress(elapsed)` is called about ten times a second.
+RepetitionResult run_repetition(const RepetitionPlan& plan, const std::function<void(Duration)>& progress);
+
+}  // namespace hotpath

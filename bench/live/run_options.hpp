@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/live_system.hpp"
+#include "setup/common_options.hpp"
+
+namespace hotpath {
+
+/// What `run` and `compare` are told on the command line.
+struct RunOptions : CommonOptions {
+  double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
+  TransportKind transport = TransportKind::fastdds;
+  FastDdsOptions::Network network = FastDdsOptions::Network::udp;
+  bool all_interfaces = false;
+  std::uint32_t domain = 0;
+  std::uint32_t processes = 1;
+  std::string cpus;
+  bool lock_memory = false, measure_cpu_time = false;
+  std::string executor_policy, timer_policy;
+  bool live = false, live_alternate = false;
+  std::string live_cpus;
+
+  bool quick = false;
+};
+
+/// Adds the options that both commands share; `options` must outlive the parse.
+void add_run_options(CLI::App& command, RunOptions& options);
+
+/// `0,2-3` as a sorted list without duplicates of processors that this process may use. `option` is named in
+/// messages. Throws UsageError.
+std::vector<int> parse_cpus(const std::string& option, const std::string& text);
+
+}  // namespace hotpath

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+
+#include "live/channel.hpp"
+#include "live/repetition_runner.hpp"
+
+namespace hotpath {
+
+/// One of the processes of a repetition, from its fork to its end: sets the system up, runs it on the
+/// coordinator's word and reports. `memories` are those of all processes of the repetition. Returns the exit
+/// code.
+int run_process(const RepetitionPlan& plan, std::uint32_t process,
+                const std::vector<std::uint32_t>& process_of_node, std::deque<RunMemory>& memories,
+                const Channel& coordinator);
+
+}  // namespace hotpath

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "machine/release_cost.hpp"
+
+#include <algorithm>
+#include <map>
+#include <vector>
+
+#include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/core/registry.hpp"
+#include "hotpath/live/pi_mutex.hpp"
+
+namespace hotpath {
+
+namespace {
+
+TaskSet paper_timers() {
+  TaskSet set;
+  for (const int period_ms : {200, 200, 84, 84, 84, 84, 30}) {
+    Task& task = set.tasks.emplace_back();
+    task.period = task.deadline = std::chrono::milliseconds(period_ms);
+  }
+  return set;
+}
+
+}  // namespace
+
+ReleaseCost measure_release_cost() {
+  constexpr int kPasses = 50'000;
+  const TaskSet set = paper_timers();
+  const auto scheduler = find_executor("rm-ro")->make(set, {});
+  scheduler->begin(Time{});
+  PiMutex mutex;
+  std::vector<Duration> cost;
+  cost.reserve(kPasses);
+  std::map<std::uint32_t, std::vector<Duration>> passes;
+  Time virtual_now{};
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const Time before = std::chrono::steady_clock::now();
+    mutex.lock();
+    const Effect effect = scheduler->release_timers(EventsScheduler::kTimerManagement, virtual_now);
+    mutex.unlock();
+    const Duration spent = std::chrono::steady_clock::now() - before;
+    if (effect.released > 0) {
+      cost.push_back(spent / effect.released);
+      passes[effect.released].push_back(spent);
+    }
+    virtual_now = scheduler->decide(EventsScheduler::kTimerManagement, virtual_now).wake_at;
+    while (scheduler->decide(EventsScheduler::kExecutor, virtual_now).job) {
+    }
+  }
+  std::sort(cost.begin(), cost.end());
+  ReleaseCost result{cost[cost.size() / 2], cost[cost.size() * 999 / 1000], cost.back(), cost.size()};
+  for (auto& [timers, spent] : passes) {
+    std::sort(spent.begin(), spent.end());
+    result.passes.push_back(
+        {timers, spent.size(), spent[spent.size() / 2], spent[spent.size() * 99 / 100], spent.back()});
+  }
+  return result;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/statistics.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <utility>
+
+namespace hotpath {
+namespace {
+
+/// The two order statistics around a quantile, from 0, and the share of the upper one.
+struct Position {
+  std::uint64_t lower = 0;
+  double share = 0;
+};
+
+Position position(std::uint64_t n, double probability) {
+  assert(n > 0 && probability >= 0 && probability <= 1);
+  const double place = static_cast<double>(n - 1) * probability;
+  const double lower = std::floor(place);
+  return {static_cast<std::uint64_t>(lower), place - lower};
+}
+
+double interpolate(double low, double high, double share) { return low + share * (high - low); }
+
+/// Draws how often each repetition occurs in a resample.
+class Resampler {
+ public:
+  explicit Resampler(std::uint64_t seed) : random_(seed) {}
+
+  void draw(std::vector<std::uint32_t>& times) {
+    std::fill(times.begin(), times.end(), 0u);
+    for (std::size_t k = 0; k < times.size(); ++k) ++times[below(times.size())];
+  }
+
+ private:
+  // std::uniform_int_distribution differs between standard libraries; the bias here is below 2^-24.
+  std::size_t below(std::size_t n) { return static_cast<std::size_t>(((random_() >> 32) * n) >> 32); }
+
+  std::mt19937_64 random_;
+};
+
+std::optional<Interval> percentile_interval(std::vector<double> statistics, double confidence) {
+  std::erase_if(statistics, [](double s) { return !std::isfinite(s); });
+  if (statistics.empty()) return std::nullopt;
+  std::sort(statistics.begin(), statistics.end());
+  const double tail = (1 - confidence) / 2;
+  return Interval{quantile(statistics, tail), quantile(statistics, 1 - tail)};
+}
+
+template <class Combine>
+Estimate compare(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
+                 const BootstrapOptions& options, Combine combine) {
+  Estimate result;
+  result.value = combine(quantile(a.pooled(), probability), quantile(b.pooled(), probability));
+  if (a.repetitions() < 2 || b.repetitions() < 2) return result;
+  Resampler resampler(options.seed);
+  std::vector<std::uint32_t> times_a(a.repetitions()), times_b(b.repetitions());
+  std::vector<double> statistics(options.resamples);
+  for (double& statistic : statistics) {
+    resampler.draw(times_a);
+    resampler.draw(times_b);
+    statistic =
+        combine(a.resampled_quantile(times_a, probability), b.resampled_quantile(times_b, probability));
+  }
+  result.interval = percentile_interval(std::move(statistics), options.confidence);
+  return result;
+}
+
+}  // namespace
+
+double quantile(std::span<const double> ascending, double probability) {
+  if (ascending.empty()) return kNoValue;
+  const auto [lower, share] = position(ascending.size(), probability);
+  if (share == 0) return ascending[lower];
+  return interpolate(ascending[lower], ascending[lower + 1], share);
+}
+
+Quantiles quantiles(std::vector<double> samples) {
+  Quantiles q;
+  q.n = samples.size();
+  if (samples.empty()) return q;
+  std::sort(samples.begin(), samples.end());
+  q.min = samples.front();
+  q.p50 = quantile(samples, 0.5);
+  q.p90 = quantile(samples, 0.9);
+  q.p99 = quantile(samples, 0.99);
+  q.p999 = quantile(samples, 0.999);
+  q.max = samples.back();
+  q.mean = std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(q.n);
+  return q;
+}
+
+RepeatedSamples::RepeatedSamples(std::vector<std::vector<double>> repetitions) {
+  std::erase_if(repetitions, [](const auto& samples) { return samples.empty(); });
+  repetitions_ = repetitions.size();
+  std::vector<std::pair<double, std::size_t>> merged;
+  for (std::size_t r = 0; r < repetitions_; ++r) {
+    sizes_.push_back(repetitions[r].size());
+    for (const double sample : repetitions[r]) merged.emplace_back(sample, r);
+  }
+  std::sort(merged.begin(), merged.end());
+
+  pooled_.reserve(merged.size());
+  ranks_.reserve(merged.size() * repetitions_);
+  std::vector<std::uint32_t> held(repetitions_, 0);
+  for (const auto& [sample, repetition] : merged) {
+    pooled_.push_back(sample);
+    ++held[repetition];
+    ranks_.insert(ranks_.end(), held.begin(), held.end());
+  }
+}
+
+double RepeatedSamples::order_statistic(std::span<const std::uint32_t> times, std::uint64_t rank) const {
+  const auto pooled_up_to = [&](std::size_t i) {
+    const std::uint32_t* row = &ranks_[i * repetitions_];
+    return std::inner_product(times.begin(), times.end(), row, std::uint64_t{0});
+  };
+  std::size_t low = 0, high = pooled_.size() - 1;
+  while (low < high) {
+    const std::size_t middle = low + (high - low) / 2;
+    if (pooled_up_to(middle) > rank) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return pooled_[low];
+}
+
+double RepeatedSamples::resampled_quantile(std::span<const std::uint32_t> times, double probability) const {
+  assert(times.size() == repetitions_);
+  const auto n = std::inner_product(times.begin(), times.end(), sizes_.begin(), std::uint64_t{0});
+  if (n == 0) return kNoValue;
+  const auto [lower, share] = position(n, probability);
+  const double low = order_statistic(times, lower);
+  return share == 0 ? low : interpolate(low, order_statistic(times, lower + 1), share);
+}
+
+std::vector<Estimate> estimate_quantiles(const RepeatedSamples& samples,
+                                         std::span<const double> probabilities,
+                                         const BootstrapOptions& options) {
+  std::vector<Estimate> estimates(probabilities.size());
+  for (std::size_t p = 0; p < probabilities.size(); ++p) {
+    estimates[p].value = quantile(samples.pooled(), probabilities[p]);
+  }
+  if (samples.repetitions() < 2) return estimates;
+
+  Resampler resampler(options.seed);
+  std::vector<std::uint32_t> times(samples.repetitions());
+  std::vector<std::vector<double>> statistics(probabilities.size());
+  for (std::uint32_t k = 0; k < options.resamples; ++k) {
+    resampler.draw(times);
+    for (std::size_t p = 0; p < probabilities.size(); ++p) {
+      statistics[p].push_back(samples.resampled_quantile(times, probabilities[p]));
+    }
+  }
+  for (std::size_t p = 0; p < probabilities.size(); ++p) {
+    estimates[p].interval = percentile_interval(std::move(statistics[p]), options.confidence);
+  }
+  return estimates;
+}
+
+Estimate ratio_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
+                            const BootstrapOptions& options) {
+  return compare(a, b, probability, options, [](double x, double y) { return x / y; });
+}
+
+Estimate difference_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
+                                 const BootstrapOptions& options) {
+  return compare(a, b, probability, options, [](double x, double y) { return x - y; });
+}
+
+}  // namespace hotpath

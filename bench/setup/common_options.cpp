@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "setup/common_options.hpp"
+
+#include "setup/option_helpers.hpp"
+
+namespace hotpath {
+
+void add_graph_options(CLI::App& command, CommonOptions& o) {
+  command.add_option("--graph", o.graph, "A name (`hotpath list graphs`), or the path of a YAML file")
+      ->type_name("GRAPH")
+      ->capture_default_str()
+      ->group(kWhatRuns);
+  add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
+             "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says")
+      ->group(kWhatRuns);
+  add_choice<WorkMode>(
+      command, "--work", o.work,
+      {{"fixed", WorkMode::fixed}, {"wall", WorkMode::wall}, {"cpu_time", WorkMode::cpu_time}},
+      "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the graph says")
+      ->group(kWhatRuns);
+  add_choice(command, "--phases", o.phases,
+             named({Phases::creation, Phases::synchronous, Phases::given, Phases::random}),
+             "When timers start: one after another as under rclcpp,\n"
+             "all at once, as the graph file says, or at random")
+      ->default_str("creation")
+      ->group(kWhatRuns);
+  command.add_option("--phases-file", o.phases_file, "As `--phases given`, from a CSV file: see the README")
+      ->type_name("FILE")
+      ->group(kWhatRuns);
+  add_number(command, "--phase-step", o.phase_step_ms, 0, 1e6, "MS",
+             "With `--phases creation`: time from one node to the next;\n"
+             "by default what rclcpp needs for it")
+      ->group(kWhatRuns);
+  add_choice(command, "--rule", o.rule, named({SubscriptionRule::inherit, SubscriptionRule::first}),
+             "Subscriptions under the paper's executors: priority of\n"
+             "the timers upstream, or before all timers")
+      ->default_str("inherit")
+      ->group(kWhatRuns);
+  add_choice(command, "--ties", o.ties, named({Ties::lifo, Ties::fifo}),
+             "At equal priority: latest or earliest activation first")
+      ->default_str("lifo")
+      ->group(kWhatRuns);
+}
+
+void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
+  add_number(command, "--duration", o.duration_s, 0.1, longest_s, "SECONDS",
+             "Measured time of each repetition")
+      ->capture_default_str()
+      ->group(kHowLong);
+  add_number(command, "--warm-up", o.warm_up_s, 0, 3600, "SECONDS",
+             "Time before that, whose latencies do not count")
+      ->capture_default_str()
+      ->group(kHowLong);
+  add_number(command, "--repetitions", o.repetitions, 1, 10000, "N", "Repetitions per executor")
+      ->capture_default_str()
+      ->group(kHowLong);
+  command.add_option("--seed", o.seed, "Decides whatever is random, and resampling for the intervals")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kHowLong);
+}
+
+void add_output_option(CLI::App& command, CommonOptions& o) {
+  command.add_option("--output", o.output, "New folder for the results; by default runs/DATE-GRAPH")
+      ->type_name("FOLDER")
+      ->group("Results");
+}
+
+}  // namespace hotpath

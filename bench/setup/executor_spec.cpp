@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "setup/executor_spec.hpp"
+
+#include <charconv>
+
+#include "program/errors.hpp"
+
+namespace hotpath {
+
+namespace {
+
+void apply_variant(ExecutorSpec& spec, const std::string& variant) {
+  unsigned threads = 0;
+  const char* end = variant.data() + variant.size();
+  const auto number = std::from_chars(variant.data(), end, threads);
+  if (spec.entry->name == "multi" && number.ec == std::errc{} && number.ptr == end) {
+    if (threads < 1 || threads > kMaxWorkers) {
+      throw UsageError("executor `" + spec.label + "`: the number of threads must lie between 1 and " +
+                       std::to_string(kMaxWorkers));
+    }
+    spec.scheduler.workers = threads;
+  } else if (spec.entry->paper && variant == "inherit") {
+    spec.scheduler.rule = SubscriptionRule::inherit;
+  } else if (spec.entry->paper && variant == "first") {
+    spec.scheduler.rule = SubscriptionRule::first;
+  } else if (spec.entry->paper && variant == "lifo") {
+    spec.scheduler.ties = Ties::lifo;
+  } else if (spec.entry->paper && variant == "fifo") {
+    spec.scheduler.ties = Ties::fifo;
+  } else {
+    throw UsageError(
+        "executor `" + spec.label + "` has no variant `" + variant +
+        "`; the paper's executors take inherit, first, lifo, fifo, and multi takes a number of threads");
+  }
+}
+
+}  // namespace
+
+ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults) {
+  const std::string name = text.substr(0, text.find(':'));
+  ExecutorSpec spec{text, find_executor(name), defaults};
+  if (spec.entry == nullptr) {
+    std::string known;
+    for (const ExecutorEntry& e : executors()) known += (known.empty() ? "" : ", ") + std::string(e.name);
+    throw UsageError("there is no executor `" + name + "`; there are " + known);
+  }
+  for (std::size_t at = name.size(); at != std::string::npos && at < text.size();) {
+    const std::size_t next = text.find(':', at + 1);
+    apply_variant(spec, text.substr(at + 1, next == std::string::npos ? next : next - at - 1));
+    at = next;
+  }
+  return spec;
+}
+
+std::vector<std::string> paper_executor_names() {
+  return {"default", "static", "events-ro", "rm-ro", "rm-re", "edf-ro", "edf-re"};
+}
+
+std::vector<std::string> all_executor_names() {
+  std::vector<std::string> names;
+  for (const ExecutorEntry& e : executors()) names.emplace_back(e.name);
+  return names;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "results/summary.hpp"
+#include "setup/common_options.hpp"
+
+namespace hotpath {
+
+Duration seconds(double s);
+
+/// Local time by strftime's `format`.
+std::string time_stamp(const char* format);
+
+/// Where results go: what --output says, or runs/DATE-GRAPH.
+std::string output_folder(const CommonOptions& options, const Graph& graph);
+
+/// The graph of an experiment, with the work and load asked for. Throws GraphError, UsageError.
+Graph experiment_graph(const CommonOptions& options);
+
+/// The executors asked for. Throws UsageError, also for one named twice.
+std::vector<ExecutorSpec> experiment_executors(const CommonOptions& options);
+
+/// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
+/// where a file of phases tells them apart. Throws GraphError, UsageError.
+std::vector<Duration> experiment_phases(const CommonOptions& options, const Graph& graph,
+                                        const GraphTasks& tasks, const ExecutorSpec& executor,
+                                        std::uint32_t repetition);
+
+std::vector<std::string> chain_names(const Graph& graph);
+std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
+SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
+
+/// What run.json says of a live and of a simulated experiment alike.
+nlohmann::json common_facts(const CommonOptions& options, const Graph& graph,
+                            const std::vector<ExecutorSpec>& executors);
+
+/// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
+/// method bounds, with release overhead `delta`: {executor, task, ms, method}. Empty for other graphs.
+nlohmann::json bounds_json(const Graph& graph, const GraphTasks& tasks,
+                           const std::vector<ExecutorSpec>& executors, Duration delta);
+
+/// The simulated machine, and back (nlohmann's exceptions for what is none).
+nlohmann::json platform_json(const GraphPlatform& platform);
+GraphPlatform platform_from_json(const nlohmann::json& platform);
+
+/// Milliseconds by name of the timer.
+nlohmann::json first_timestamps_json(const TaskSet& set);
+
+}  // namespace hotpath

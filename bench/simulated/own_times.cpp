@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulated/own_times.hpp"
+
+#include <algorithm>
+
+#include "hotpath/core/events_scheduler.hpp"
+
+namespace hotpath {
+
+Trace with_own_times(Trace trace, unsigned cores, bool raised) {
+  struct Change {
+    Time at;
+    bool begins;
+    std::size_t job;
+  };
+  std::vector<Change> changes;
+  for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
+    const JobRecord& r = trace.jobs[i];
+    if (r.outcome != Outcome::ran || r.finish <= r.start) continue;
+    changes.push_back({r.start, true, i});
+    changes.push_back({r.finish, false, i});
+  }
+  std::sort(changes.begin(), changes.end(), [](const Change& a, const Change& b) {
+    return a.at != b.at ? a.at < b.at : a.begins < b.begins;
+  });
+  std::vector<double> own_ns(trace.jobs.size(), 0);
+  std::vector<std::size_t> begun;
+  Time now{};
+  for (const Change& change : changes) {
+    const auto elapsed = static_cast<double>((change.at - now).count());
+    const auto above = static_cast<double>(std::count_if(begun.begin(), begun.end(), [&](std::size_t i) {
+      return raised && trace.jobs[i].worker == EventsScheduler::kTimerManagement;
+    }));
+    const double others = static_cast<double>(begun.size()) - above;
+    const double share = others > 0 ? std::clamp((cores - above) / others, 0.0, 1.0) : 0;
+    for (const std::size_t i : begun) {
+      const bool is_above = raised && trace.jobs[i].worker == EventsScheduler::kTimerManagement;
+      own_ns[i] += elapsed * (is_above ? 1 : share);
+    }
+    now = change.at;
+    if (change.begins) {
+      begun.push_back(change.job);
+    } else {
+      begun.erase(std::find(begun.begin(), begun.end(), change.job));
+    }
+  }
+  for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
+    JobRecord& r = trace.jobs[i];
+    if (r.outcome != Outcome::ran) continue;
+    const bool measured = r.cpu_time >= Duration{};
+    r.finish = r.start + (measured ? r.cpu_time : Duration(static_cast<std::int64_t>(own_ns[i] + 0.5)));
+  }
+  return trace;
+}
+
+}  // namespace hotpath

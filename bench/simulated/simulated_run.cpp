@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulated/simulated_run.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "hotpath/core/simulator.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "program/errors.hpp"
+#include "program/python_tool.hpp"
+#include "results/measured_run.hpp"
+#include "results/run_folder.hpp"
+#include "results/summary_table.hpp"
+#include "setup/run_setup.hpp"
+#include "simulated/run_totals.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kBacklogPerTask = 100;
+
+const std::string kReplay = "replay:";
+
+/// With what the options override of its platform.
+Graph simulated_graph(const SimulateOptions& options) {
+  Graph graph = experiment_graph(options);
+  GraphPlatform& p = graph.platform;
+  p.cores = options.cores.value_or(p.cores);
+  p.timer_thread = options.timer_thread.value_or(p.timer_thread);
+  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
+    if (options.costs_us[i]) p.*kPlatformCosts[i].value = from_ms(*options.costs_us[i] / 1000);
+  }
+  if (options.execution_times == "worst") p.execution_times = ExecutionTimeModel::worst;
+  if (options.execution_times == "uniform") p.execution_times = ExecutionTimeModel::uniform;
+  return graph;
+}
+
+class SimulatedExperiment {
+ public:
+  explicit SimulatedExperiment(const SimulateOptions& options)
+      : options_(options),
+        graph_(simulated_graph(options)),
+        tasks_(make_tasks(graph_)),
+        executors_(experiment_executors(options)),
+        counting_(summary_options(options, graph_, tasks_)) {
+    prepare();
+  }
+
+  void run() {
+    simulate_all();
+    std::vector<ExecutorRuns> runs;
+    for (const ExecutorSpec& e : executors_) runs.push_back({e.label, {}});
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      runs[i / options_.repetitions].repetitions.push_back(std::move(results_[i].repetition));
+    }
+    Summary summary = summarize(tasks_.set, runs, counting_);
+    if (options_.no_trace) {
+      for (std::size_t i = 0; i < results_.size(); ++i) {
+        results_[i].totals->add_to(summary.executors[i / options_.repetitions]);
+      }
+    }
+    write(runs, summary);
+  }
+
+ private:
+  struct Result {
+    GraphTasks tasks;  ///< With the phases of this repetition.
+    Repetition repetition;
+    std::unique_ptr<RunTotals> totals;  ///< Without a trace.
+    std::exception_ptr failure;
+  };
+
+  void prepare() {
+    if (!options_.phases_file.empty()) options_.phases = Phases::given;
+    if (!options_.phases_of.empty()) phases_of_.emplace(options_.phases_of, "--phases-of");
+    const std::string times = execution_times_name();
+    if (times.starts_with(kReplay)) {
+      replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + kReplay);
+      replayed_->load_jobs(tasks_.set);
+    } else if (times != "worst" && times != "uniform") {
+      throw UsageError("--execution-times: `" + times + "` is none of worst, uniform and replay:RUN");
+    }
+    results_.resize(executors_.size() * options_.repetitions);
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      results_[i].tasks = tasks_;
+      const auto first = first_timestamps(executor(i), repetition(i));
+      for (TaskId id = 0; id < first.size(); ++id) results_[i].tasks.set.tasks[id].phase = first[id];
+      execution_times(i);  // so that a missing measurement stops us before anything runs
+    }
+    check_memory();
+  }
+
+  std::string execution_times_name() const {
+    return options_.execution_times.value_or(to_string(graph_.platform.execution_times));
+  }
+
+  const ExecutorSpec& executor(std::size_t i) const { return executors_[i / options_.repetitions]; }
+  std::uint32_t repetition(std::size_t i) const {
+    return static_cast<std::uint32_t>(i % options_.repetitions);
+  }
+
+  std::vector<Duration> first_timestamps(const ExecutorSpec& e, std::uint32_t r) const {
+    if (phases_of_) return phases_of_->first_timestamps(tasks_.set, e.label, r);
+    return experiment_phases(options_, graph_, tasks_, e, r);
+  }
+
+  std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
+    if (replayed_) return replayed_->execution_times(graph_, tasks_, executor(i).label, repetition(i));
+    if (graph_.platform.execution_times == ExecutionTimeModel::uniform) {
+      return std::make_unique<UniformTimes>(tasks_.set, options_.seed + repetition(i));
+    }
+    return std::make_unique<WorstCaseTimes>(tasks_.set);
+  }
+
+  /// Refuses an experiment whose traces would not fit into this machine.
+  void check_memory() const {
+    if (options_.no_trace) return;
+    double per_second = 0;
+    for (const double rate : activation_rates(graph_, tasks_)) per_second += rate;
+    const double bytes = per_second * (options_.warm_up_s + options_.duration_s) *
+                         static_cast<double>(results_.size()) * sizeof(JobRecord);
+    const double there_are =
+        static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+    if (bytes < there_are / 2) return;
+    std::ostringstream message;
+    message.precision(2);
+    message << "--duration " << options_.duration_s << ": the traces would take about " << bytes / 1e9
+            << " GB of memory, and this machine has " << there_are / 1e9
+            << "; take a shorter --duration, fewer --repetitions, or --no-trace";
+    throw UsageError(message.str());
+  }
+
+  SimulationOptions simulation_options(const ExecutorSpec& e) const {
+    SimulationOptions s;
+    s.platform = make_platform(graph_, *e.entry);
+    s.duration = seconds(options_.warm_up_s + options_.duration_s);
+    s.max_backlog = options_.max_backlog.value_or(kBacklogPerTask * tasks_.set.size());
+    return s;
+  }
+
+  void simulate_one(std::size_t i) {
+    Result& result = results_[i];
+    const TaskSet& set = result.tasks.set;
+    const ExecutorSpec& e = executor(i);
+    SchedulerOptions scheduling = e.scheduler;
+    // rclcpp's default on the simulated machine, not on this one.
+    if (scheduling.workers == 0) scheduling.workers = std::max(2U, graph_.platform.cores);
+    const auto scheduler = e.entry->make(set, scheduling);
+    const auto times = execution_times(i);
+    std::vector<ChainObservation> observations;
+    GraphWorkload workload(graph_, result.tasks, *times, &observations);
+    Trace& trace = result.repetition.trace;
+    TraceRecorder recorder(trace);
+    if (options_.no_trace) result.totals = std::make_unique<RunTotals>(set, counting_);
+    SimulationSummary summary;
+    try {
+      JobSink& sink = result.totals ? static_cast<JobSink&>(*result.totals) : recorder;
+      summary = simulate(set, *scheduler, workload, simulation_options(e), &sink);
+    } catch (const SimulationError& error) {
+      throw UsageError("executor `" + e.label + "`: " + error.what());
+    }
+    trace.executor = e.label;
+    trace.repetition = repetition(i);
+    trace.end = summary.end;
+    trace.published = std::move(summary.published);
+    result.repetition.accounts = account(set, trace);
+    if (result.totals) {
+      result.totals->count(result.repetition.accounts);
+      std::erase_if(observations, [&](const ChainObservation& o) { return result.totals->early(o.sink); });
+    }
+    trace.chains = join_chains(graph_, result.tasks, trace, observations);
+  }
+
+  /// Each simulation is a function of its index alone, so threads may take them as they come.
+  void simulate_all() {
+    std::atomic<std::size_t> next = 0;
+    const auto work = [&] {
+      for (std::size_t i = next++; i < results_.size(); i = next++) {
+        try {
+          simulate_one(i);
+        } catch (...) {
+          results_[i].failure = std::current_exception();
+        }
+      }
+    };
+    const std::size_t wanted =
+        options_.threads > 0 ? options_.threads : std::max(1U, std::thread::hardware_concurrency());
+    std::vector<std::thread> threads;
+    while (threads.size() + 1 < std::min(wanted, results_.size())) threads.emplace_back(work);
+    work();
+    for (std::thread& thread : threads) thread.join();
+    for (const Result& result : results_) {
+      if (result.failure) std::rethrow_exception(result.failure);
+    }
+  }
+
+  /// Neither the date nor this machine, so that the same input gives the same bytes.
+  json describe() const {
+    json facts = common_facts(options_, graph_, executors_);
+    facts["kind"] = "simulated";
+    if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
+    facts["platform"] = platform_json(graph_.platform);
+    facts["execution_times"] = execution_times_name();
+    facts["bounds"] = bounds_json(graph_, tasks_, executors_, graph_.platform.release_cost);
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      facts["runs"].push_back({{"executor", executor(i).label},
+                               {"repetition", repetition(i)},
+                               {"first_timestamps_ms", first_timestamps_json(results_[i].tasks.set)},
+                               {"failure", ""}});
+    }
+    return facts;
+  }
+
+  void write(const std::vector<ExecutorRuns>& runs, const Summary& summary) {
+    ResultFolder folder(output_folder(options_, graph_));
+    json facts = describe();
+    folder.write("run.json", facts);
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      const Trace& trace = runs[i / options_.repetitions].repetitions[i % options_.repetitions].trace;
+      folder.append(results_[i].tasks.set, chain_names(graph_), trace,
+                    after_warm_up(trace, counting_.chains, counting_.warm_up));
+    }
+    folder.finish();
+    if (options_.no_trace) std::filesystem::remove(folder.path() / "jobs.csv");
+    folder.write("summary.json", to_json(summary));
+    facts["complete"] = true;
+    folder.write("run.json", facts);
+    write_table(std::cout, summary);
+    if (!graph_.chains.empty()) {
+      draw_figure("hot_path.py", folder.path());
+    } else if (!options_.no_trace) {
+      draw_figure("timers_only.py", folder.path());
+    }
+    std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
+  }
+
+  SimulateOptions options_;
+  const Graph graph_;
+  const GraphTasks tasks_;
+  const std::vector<ExecutorSpec> executors_;
+  const SummaryOptions counting_;
+  std::optional<MeasuredRun> phases_of_, replayed_;
+  std::vector<Result> results_;  // executor by executor, repetition by repetition
+};
+
+}  // namespace
+
+void run_simulated_experiment(const SimulateOptions& options) { SimulatedExperiment(options).run(); }
+
+}  // namespace hotpath

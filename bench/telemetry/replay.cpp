@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "telemetry/replay.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "hotpath/reference_system/graph_file.hpp"
+#include "program/errors.hpp"
+#include "program/interrupt.hpp"
+#include "program/progress.hpp"
+#include "setup/run_setup.hpp"
+#include "telemetry/replayed_trace.hpp"
+#include "telemetry/run_info.hpp"
+#include "telemetry/run_statistics.hpp"
+#include "telemetry/telemetry_writers.hpp"
+
+namespace hotpath {
+
+namespace {
+
+constexpr Duration kClockPeriod = std::chrono::milliseconds(10);
+constexpr int kTicksPerStatistics = 10;
+/// Readers that run already are found by then.
+constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
+constexpr Duration kFlush = std::chrono::seconds(1);
+
+class Replay {
+ public:
+  explicit Replay(const ReplayOptions& options)
+      : options_(options),
+        run_(options.run, "replay"),
+        executor_(options.executor.empty() ? run_.facts().at("executors").at(0).get<std::string>()
+                                           : options.executor),
+        graph_(load_graph(find_graph(graph_name()))),
+        trace_(load()),
+        start_(Time{} + seconds(options.start_s)),
+        end_(options.duration_s ? std::min(trace_.end, start_ + seconds(*options.duration_s)) : trace_.end) {
+    if (start_ >= trace_.end) {
+      throw UsageError("--start lies behind the end of the run, which lasted " +
+                       std::to_string(std::lround(to_ms(trace_.end - Time{}) / 1000)) + " s");
+    }
+  }
+
+  void run() {
+    catch_interrupts();
+    FastDdsOptions dds;
+    dds.domain = options_.domain;
+    dds.loopback_only = !options_.all_interfaces;
+    TelemetryWriters writers(dds);
+    writers.await_reader(kDiscovery);
+
+    const auto started = std::chrono::steady_clock::now();
+    const telemetry::RunInfo info = run_info();
+    writers.publish(info);
+    RunStatistics statistics(graph_, trace_.tasks, info.run_id(), {Time{}, info.epoch_ns()},
+                             seconds(run_.facts().at("warm_up_s").get<double>()));
+    skip_to_start(statistics);
+    Progress progress(real_time(end_));
+    progress.begin("replay of " + executor_, {});
+    Time now = start_;
+    for (std::int64_t tick = 0; now < end_ && interrupted() == 0; ++tick) {
+      std::this_thread::sleep_until(started + tick * kClockPeriod);
+      const Duration elapsed = std::chrono::steady_clock::now() - started;
+      now = std::min(start_ + from_ms(to_ms(elapsed) * options_.speed), end_);
+      telemetry::Clock clock;
+      clock.run_id(info.run_id());
+      clock.time_ns(info.epoch_ns() + (now - Time{}).count());
+      writers.publish(std::move(clock));
+      publish_until(now, statistics, writers);
+      if (tick % kTicksPerStatistics == kTicksPerStatistics - 1 && now < end_) {
+        writers.publish(take(statistics, now));
+      }
+      progress.update(elapsed, real_time(end_));
+    }
+    progress.clear();
+    if (now == trace_.end) publish_until(kNever, statistics, writers);
+    telemetry::Statistics last = take(statistics, now);
+    last.last(true);
+    writers.publish(std::move(last));
+    writers.flush(kFlush);
+  }
+
+ private:
+  std::string graph_name() const {
+    return options_.graph.empty() ? run_.facts().at("graph").at("file").get<std::string>() : options_.graph;
+  }
+
+  ReplayedTrace load() {
+    run_.load_jobs(make_tasks(graph_).set);
+    return replayed_trace(run_, graph_, executor_, options_.repetition);
+  }
+
+  Duration real_time(Time until) const { return from_ms(to_ms(until - start_) / options_.speed); }
+
+  telemetry::RunInfo run_info() const {
+    const auto now = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+    const std::int64_t epoch_ns = (now.time_since_epoch() - (start_ - Time{})).count();
+    telemetry::RunInfo info = make_run_info(graph_);
+    info.run_id(make_run_id(epoch_ns, executor_, options_.repetition));
+    info.executor(executor_);
+    info.repetition(options_.repetition);
+    info.transport(run_.facts().value("transport", "simulated"));
+    info.origin("replay");
+    info.epoch_ns(epoch_ns);
+    info.speed(options_.speed);
+    nlohmann::json facts = run_.facts();
+    facts.erase("runs");
+    info.facts(facts.dump());
+    return info;
+  }
+
+  /// Jobs before the start count; chains begin there.
+  void skip_to_start(RunStatistics& statistics) {
+    for (; next_job_ < trace_.jobs.size() && known_at(trace_.jobs[next_job_]) < start_; ++next_job_) {
+      statistics.add(trace_.jobs[next_job_]);
+    }
+    while (next_chain_ < trace_.chains.size() && trace_.chains[next_chain_].sink_finish < start_)
+      ++next_chain_;
+    statistics.begin_window(start_);
+  }
+
+  void publish_until(Time now, RunStatistics& statistics, TelemetryWriters& writers) {
+    for (; next_job_ < trace_.jobs.size() && known_at(trace_.jobs[next_job_]) <= now; ++next_job_) {
+      statistics.add(trace_.jobs[next_job_]);
+    }
+    for (; next_chain_ < trace_.chains.size() && trace_.chains[next_chain_].sink_finish <= now;
+         ++next_chain_) {
+      const ReplayedChain& chain = trace_.chains[next_chain_];
+      writers.publish(statistics.add(chain.record, chain.sink_start));
+    }
+  }
+
+  telemetry::Statistics take(RunStatistics& statistics, Time now) const {
+    // Jobs that the end found running still published.
+    const Time published_by = now == trace_.end ? kNever : now;
+    for (TaskId id = 0; id < trace_.published.size(); ++id) {
+      const std::vector<Time>& instants = trace_.published[id];
+      const auto until = std::upper_bound(instants.begin(), instants.end(), published_by);
+      statistics.set_published(id, static_cast<std::uint64_t>(until - instants.begin()));
+    }
+    return statistics.take(now);
+  }
+
+  const ReplayOptions options_;
+  MeasuredRun run_;
+  const std::string executor_;
+  const Graph graph_;
+  const ReplayedTrace trace_;
+  const Time start_, end_;
+  std::size_t next_job_ = 0, next_chain_ = 0;
+};
+
+}  // namespace
+
+void replay_run(const ReplayOptions& options) {
+  if (!options.live) throw UsageError("replay publishes a stored run for whoever watches; add --live");
+  try {
+    Replay(options).run();
+  } catch (const nlohmann::json::exception& error) {
+    throw UsageError("replay " + options.run + ": its run.json is not one of `hotpath run`: " + error.what());
+  }
+}
+
+}  // namespace hotpath

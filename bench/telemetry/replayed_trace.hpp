@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/graph.hpp"
+#include "results/measured_run.hpp"
+
+namespace hotpath {
+
+/// A row of chains.csv with the instants at its sink.
+struct ReplayedChain {
+  ChainRecord record;
+  Time sink_start{}, sink_finish{};  ///< Finish: kNever when the run ended first.
+};
+
+/// One repetition of a stored run in the order in which it became known. Instants count from an epoch of
+/// zero.
+struct ReplayedTrace {
+  GraphTasks tasks;  ///< With the phases of the repetition.
+  Time end{};
+  std::vector<JobRecord> jobs;        ///< Those that ran, by finish, and overwritten samples, by publication.
+  std::vector<ReplayedChain> chains;  ///< By finish of the sink's job.
+  std::vector<std::vector<Time>> published;  ///< For each subscription, when its samples were, in order.
+};
+
+/// When a record became known.
+inline Time known_at(const JobRecord& r) { return r.outcome == Outcome::ran ? r.finish : r.job.timestamp; }
+
+/// Reads a repetition of `run`, whose jobs are loaded, and its chains.csv. Throws UsageError.
+ReplayedTrace replayed_trace(const MeasuredRun& run, const Graph& graph, const std::string& executor,
+                             std::uint32_t repetition);
+
+}  // namespace hotpath
