@@ -20,17 +20,21 @@ namespace hotpath {
 
 namespace {
 
-/// The policy of an events executor, by its name in the registry; none for wait sets.
-std::optional<Policy> policy_of(const ExecutorEntry& executor) {
-  for (const Policy p : {Policy::rm, Policy::dm, Policy::edf, Policy::fp}) {
-    if (executor.name.starts_with(to_string(p))) return p;
-  }
-  if (executor.name == "events-ro") return Policy::fifo;
-  return std::nullopt;
+ReleaseMode mode_of(const ExecutorEntry& executor) {
+  return executor.traits.timers == TimerHandling::release_and_execute ? ReleaseMode::release_and_execute
+                                                                      : ReleaseMode::release_only;
 }
 
-ReleaseMode mode_of(const ExecutorEntry& executor) {
-  return executor.name.ends_with("-re") ? ReleaseMode::release_and_execute : ReleaseMode::release_only;
+/// The stock release-and-execute executor orders timers by their next calls, which no method here analyses.
+std::optional<Policy> analysed_policy(const ExecutorEntry& executor) {
+  const ExecutorTraits& t = executor.traits;
+  const bool stock_re = t.family == Family::events && t.timers == TimerHandling::release_and_execute;
+  return stock_re ? std::nullopt : t.policy;
+}
+
+/// What Teper 2024 analyses: one worker that polls, timers before subscriptions.
+bool is_default_executor(const ExecutorTraits& t) {
+  return t.family == Family::wait_set && t.runs_first == TaskKind::timer && !t.many_workers;
 }
 
 struct NamedAnalysis {
@@ -152,11 +156,11 @@ void bound_default(const Graph& graph, const GraphTasks& tasks, BoundSet& out) {
 std::vector<BoundSet> bounds_of(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
                                 Duration delta) {
   std::vector<BoundSet> sets;
-  if (executor.name == "default") {
+  if (is_default_executor(executor.traits)) {
     sets.push_back(attempt(executor, "Teper 2024", [&](BoundSet& s) { bound_default(graph, tasks, s); }));
     return sets;
   }
-  const std::optional<Policy> policy = policy_of(executor);
+  const std::optional<Policy> policy = analysed_policy(executor);
   if (!policy) {
     sets.push_back({std::string(executor.name), "none", {}, {}, "no published bound covers this executor"});
     return sets;
@@ -189,14 +193,14 @@ std::vector<ChainBound> timer_chain_bounds(const GraphTasks& tasks, const Execut
       b.refusal = error.what();
     }
   };
-  if (executor.name == "default") {
+  if (is_default_executor(executor.traits)) {
     const ExecutorCallbacks callbacks = executor_callbacks(tasks.set);
     const PeriodicTasks in_order = periodic_tasks(tasks.set, Policy::fifo);  // by task, as the wait set
     const TaskChain chain = task_chain(in_order, names, Revisits::allowed);
     add("Teper 2024", [&] { return teper_2024(callbacks, chain); });
     return bounds;
   }
-  const std::optional<Policy> policy = policy_of(executor);
+  const std::optional<Policy> policy = analysed_policy(executor);
   if (!policy) return bounds;
   const PeriodicTasks periodic = periodic_tasks(tasks.set, *policy);
   const TaskChain chain = task_chain(periodic, names, Revisits::allowed);

@@ -234,7 +234,7 @@ class Experiment {
                             {"live", p.live.has_value()},
                             {"stolen_ms", to_ms(result.repetition.usage.stolen)},
                             {"failure", result.failure}});
-    const bool wanted_real_time = p.executor.entry->paper && !p.timer_policy;
+    const bool wanted_real_time = p.executor.entry->traits.raises_timer_thread && !p.timer_policy;
     for (const std::string& policy : result.policies) {
       if (wanted_real_time && policy.find("timer_mgmt other") != std::string::npos && !told_no_real_time_) {
         told_no_real_time_ = true;
@@ -252,8 +252,8 @@ class Experiment {
     if (told_throttling_ || machine_.rt_runtime_us < 0 || machine_.rt_period_us <= 0) return;
     const ExecutorOptions defaults = default_options(*p.executor.entry);
     const ThreadPolicy policy = p.timer_policy.value_or(defaults.timer_thread.policy);
-    const std::string name(p.executor.entry->name);
-    if (policy.scheduling_class == ThreadPolicy::Class::other || !name.ends_with("-re")) return;
+    const bool runs_timers = p.executor.entry->traits.timers == TimerHandling::release_and_execute;
+    if (policy.scheduling_class == ThreadPolicy::Class::other || !runs_timers) return;
     double timers = 0;
     for (const Task& t : p.tasks.set.tasks) {
       if (t.kind == TaskKind::timer) timers += to_ms(t.wcet) / to_ms(t.period);

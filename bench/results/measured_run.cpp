@@ -99,7 +99,7 @@ std::unique_ptr<ExecutionTimes> MeasuredRun::execution_times(const Graph& graph,
   if (graph.work == WorkMode::wall) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(graph, tasks, measured));
   }
-  const bool raised = parse_executor(executor, {}).entry->paper;
+  const bool raised = parse_executor(executor, {}).entry->traits.raises_timer_thread;
   return std::make_unique<ReplayedTimes>(
       tasks.set, working_jobs(graph, tasks, with_own_times(measured, cores_, raised)));
 }

@@ -10,22 +10,23 @@ namespace hotpath {
 namespace {
 
 void apply_variant(ExecutorSpec& spec, const std::string& variant) {
+  const bool has_rules = spec.entry->traits.family == Family::priority_events;
   unsigned threads = 0;
   const char* end = variant.data() + variant.size();
   const auto number = std::from_chars(variant.data(), end, threads);
-  if (spec.entry->name == "multi" && number.ec == std::errc{} && number.ptr == end) {
+  if (spec.entry->traits.many_workers && number.ec == std::errc{} && number.ptr == end) {
     if (threads < 1 || threads > kMaxWorkers) {
       throw UsageError("executor `" + spec.label + "`: the number of threads must lie between 1 and " +
                        std::to_string(kMaxWorkers));
     }
     spec.scheduler.workers = threads;
-  } else if (spec.entry->paper && variant == "inherit") {
+  } else if (has_rules && variant == "inherit") {
     spec.scheduler.rule = SubscriptionRule::inherit;
-  } else if (spec.entry->paper && variant == "first") {
+  } else if (has_rules && variant == "first") {
     spec.scheduler.rule = SubscriptionRule::first;
-  } else if (spec.entry->paper && variant == "lifo") {
+  } else if (has_rules && variant == "lifo") {
     spec.scheduler.ties = Ties::lifo;
-  } else if (spec.entry->paper && variant == "fifo") {
+  } else if (has_rules && variant == "fifo") {
     spec.scheduler.ties = Ties::fifo;
   } else {
     throw UsageError(
@@ -53,7 +54,11 @@ ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& def
 }
 
 std::vector<std::string> paper_executor_names() {
-  return {"default", "static", "events-ro", "rm-ro", "rm-re", "edf-ro", "edf-re"};
+  std::vector<std::string> names;
+  for (const ExecutorEntry& e : executors()) {
+    if (e.traits.compared_by_paper) names.emplace_back(e.name);
+  }
+  return names;
 }
 
 std::vector<std::string> all_executor_names() {

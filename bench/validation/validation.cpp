@@ -6,7 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "hotpath/core/reference_platform.hpp"
+#include "hotpath/core/platform.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
@@ -65,7 +65,7 @@ json validate_golden_traces(const fs::path& reference) {
       if (real.jobs.empty())
         throw UsageError("the golden trace of " + std::string(executor) + " has no jobs");
       const Duration length = real.jobs.back().start - Time{} + 1ns;
-      const Platform costs = reference_platform(executor);
+      const Platform costs = reference_platform(*find_executor(executor));
       const ScheduleComparison bare = compare(real, simulate_timers(real.set, executor, {}, length));
       const ScheduleComparison charged = compare(real, simulate_timers(real.set, executor, costs, length));
       all.push_back({{"set", set},
@@ -117,7 +117,7 @@ TimersOnly predict(const Graph& graph, const std::string& executor, Duration ste
   GraphTasks tasks = make_tasks(graph);
   const auto first = make_phases(graph, tasks, Phases::creation, {step, 1});
   for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
-  const Schedule s = simulate_timers(tasks.set, executor, reference_platform(executor), 45s);
+  const Schedule s = simulate_timers(tasks.set, executor, reference_platform(*find_executor(executor)), 45s);
   TimersOnly t;
   for (TaskId id = 0; id < s.set.size(); ++id) {
     std::vector<double> responses;
@@ -199,7 +199,7 @@ json validate_autoware(const fs::path& reference) {
     // Subscriptions before timers, and of two equals the earlier first, as the fork's heap has it.
     const ExecutorSpec executor = parse_executor(name, {SubscriptionRule::first, Ties::fifo, 2});
     SimulationOptions options;
-    options.platform = reference_platform(name);
+    options.platform = reference_platform(*executor.entry);
     options.duration = 30s;
     const WorstCaseTimes times(tasks.set);
     // The six outputs of a hyperperiod (600 ms) differ: a whole number of them counts.

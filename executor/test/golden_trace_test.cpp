@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "hotpath/core/reference_platform.hpp"
+#include "hotpath/core/platform.hpp"
 #include "reference_trace.hpp"
 #include "task_sets.hpp"
 
@@ -102,7 +102,8 @@ class SimilarWithCosts : public testing::TestWithParam<Case> {};
 
 TEST_P(SimilarWithCosts, SequenceAndLostJobs) {
   const ReferenceTrace real = reference(GetParam().level, GetParam().executor);
-  const Trace simulated = simulate_like(real, GetParam().executor, reference_platform(GetParam().executor));
+  const Trace simulated =
+      simulate_like(real, GetParam().executor, reference_platform(*find_executor(GetParam().executor)));
   Sequence expected = sequence(real), got = sequence(simulated);
   const std::string executor = GetParam().executor;
   if (executor == "rm-ro") {

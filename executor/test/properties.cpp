@@ -200,7 +200,7 @@ std::vector<Property> properties() {
     add("legal_and_nothing_lost", 1000, executor, legal_and_nothing_lost);
     add("works_while_a_job_waits", 600, executor, works_while_a_job_waits);
     add("runs_for_the_execution_time", 50, executor, runs_for_the_execution_time);
-    if (!executor.paper) continue;
+    if (executor.traits.family != Family::priority_events) continue;
     add("follows_priorities", 600, executor, follows_priorities);
     if (executor.name.ends_with("-ro")) add("skips_no_release", 300, executor, skips_no_release);
   }

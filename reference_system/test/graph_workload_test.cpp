@@ -61,7 +61,7 @@ Simulated simulate_graph(const Graph& graph, const std::string& executor, Durati
   const WorstCaseTimes times(s.tasks.set);
   GraphWorkload workload(graph, s.tasks, times, &s.observations);
   const ExecutorEntry& entry = *find_executor(executor);
-  platform.raised_releaser = entry.paper;
+  platform.raised_releaser = entry.traits.raises_timer_thread;
   SimulationOptions options;
   options.platform = platform;
   options.duration = duration;

@@ -41,7 +41,16 @@ struct Platform {
 /// Thread priorities as the executor has them in a live run by default; everything else as in Platform.
 inline Platform default_platform(const ExecutorEntry& executor) {
   Platform platform;
-  platform.raised_releaser = executor.paper;
+  platform.raised_releaser = executor.traits.raises_timer_thread;
+  return platform;
+}
+
+/// The reference machine under the real ROS 2 stack, with what this executor cost there.
+inline Platform reference_platform(const ExecutorEntry& executor) {
+  Platform platform;
+  platform.cores = executor.traits.reference.cores;
+  platform.dispatch_cost = executor.traits.reference.dispatch;
+  platform.wake_up_latency = executor.traits.reference.wake_up;
   return platform;
 }
 

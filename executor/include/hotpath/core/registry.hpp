@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -17,19 +18,65 @@ struct SchedulerOptions {
   unsigned workers = 0;  ///< Multi-threaded: number of workers; 0 takes rclcpp's default, max(2, processors).
 };
 
+/// Which design of rclcpp an executor follows.
+enum class Family : std::uint8_t {
+  wait_set,         ///< Level-triggered: polls a wait set (SingleThreaded-, Static-, MultiThreadedExecutor).
+  events,           ///< Edge-triggered: a FIFO events queue (rclcpp's experimental EventsExecutor).
+  priority_events,  ///< The paper's: priority events queue, timers released all together.
+};
+[[nodiscard]] const char* to_string(Family);
+
+/// How an executor serves timers.
+enum class TimerHandling : std::uint8_t {
+  polled,               ///< The executor thread finds them ready in its wait set.
+  release_only,         ///< The timer management thread releases them into the events queue.
+  release_and_execute,  ///< The timer management thread runs them itself.
+};
+[[nodiscard]] const char* to_string(TimerHandling);
+
+/// What an executor costs on the reference machine with the real ROS 2 stack
+/// (reference_system/ros2_reference).
+struct ReferenceCosts {
+  unsigned cores;     ///< Processors that its threads had.
+  Duration dispatch;  ///< End of a job to the start of the next that was already due, median.
+  Duration wake_up;   ///< A timer's instant to the start of its job when nothing ran, median.
+};
+
+/// What an executor is, for code that treats executors differently; nothing asks for it by their names. No
+/// member has a default: a new executor states all of them.
+struct ExecutorTraits {
+  Family family;
+  TimerHandling timers;
+  std::optional<Policy> policy;        ///< Order of the events queue; none for wait sets.
+  std::optional<TaskKind> runs_first;  ///< Wait sets: the kind of ready task that runs first.
+  bool many_workers;                   ///< Takes a number of threads (`multi:4`).
+  bool raises_timer_thread;  ///< Live by default at SCHED_FIFO 90, simulated above the executor worker.
+  bool compared_by_paper;    ///< One of the paper's comparison (Section VII).
+  ReferenceCosts reference;
+  std::string_view colour;  ///< In every figure, `#RRGGBB`; families share a hue.
+
+  /// The worker (of Scheduler::workers()) that runs timers' jobs.
+  [[nodiscard]] constexpr Worker timer_worker() const {
+    return timers == TimerHandling::release_and_execute ? 1 : 0;
+  }
+};
+
 /// One executor that a user can name.
 struct ExecutorEntry {
   std::string_view name;         ///< As on the command line and in the column `executor`.
   std::string_view class_name;   ///< rclcpp's name of the executor class.
   std::string_view description;  ///< One line.
-  bool paper;  ///< The paper's modified events executor, whose timer management thread is raised.
+  ExecutorTraits traits;
   std::unique_ptr<Scheduler> (*make)(const TaskSet&, const SchedulerOptions&);
 };
 
+/// The executor to which comparisons refer: rclcpp's own default.
+inline constexpr std::string_view kBaselineExecutor = "default";
+
 /// All executors, in the order in which they are listed. A new one is one row here.
-std::span<const ExecutorEntry> executors();
+[[nodiscard]] std::span<const ExecutorEntry> executors();
 
 /// nullptr for an unknown name.
-const ExecutorEntry* find_executor(std::string_view name);
+[[nodiscard]] const ExecutorEntry* find_executor(std::string_view name);
 
 }  // namespace hotpath
