@@ -78,6 +78,7 @@ int main(int argc, char** argv) {
   hotpath::add_experiment_command(app);
   hotpath::add_machine_command(app);
   hotpath::add_bench_command(app);
+  hotpath::add_summarize_command(app);
   hotpath::add_report_command(app);
   hotpath::add_compare_results_command(app);
   try {

@@ -18,6 +18,7 @@
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
+#include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
@@ -184,7 +185,7 @@ class Experiment {
     const auto order = schedule();
     const Duration length = seconds(options_.warm_up_s + options_.duration_s);
     Progress progress((length + kOverhead) * static_cast<std::int64_t>(order.size()));
-    const std::vector<std::string> chains = chain_names(graph_);
+    const std::vector<MeasuredChain> chains = measured_chains(graph_, tasks_);
     for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
       const auto [repetition, e] = order[i];
       progress.begin("[" + std::to_string(i + 1) + "/" + std::to_string(order.size()) + "] " +
@@ -195,13 +196,14 @@ class Experiment {
           run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length); });
       progress.clear();
       partial_ = result.interrupted;
+      Trace& trace = result.repetition.trace;
+      trace.chains = counted_chains(trace, chains, trace.epoch + counting_.warm_up);
       note(p, result);
       folder.write("run.json", run_);
       if (result.setup_failed) throw RunError(result.failure);
       // A repetition that failed is on record in run.json and counts for nothing.
       if (result.measured) {
-        const Trace& trace = result.repetition.trace;
-        folder.append(p.tasks.set, chains, trace, after_warm_up(trace, counting_.chains, counting_.warm_up));
+        folder.append(p.tasks.set, counting_.chains, trace);
         runs_[e].repetitions.push_back(std::move(result.repetition));
       }
     }
@@ -227,13 +229,9 @@ class Experiment {
       if (runs_planned() > 1 && !result.setup_failed) say(result.failure);
     }
     if (!result.measured && result.failure.empty()) return;  // interrupted before it began
-    run_["runs"].push_back({{"executor", p.executor.label},
-                            {"repetition", p.repetition},
-                            {"thread_policies", result.policies},
-                            {"first_timestamps_ms", first_timestamps_json(p.tasks.set)},
-                            {"live", p.live.has_value()},
-                            {"stolen_ms", to_ms(result.repetition.usage.stolen)},
-                            {"failure", result.failure}});
+    json& run = run_["runs"].emplace_back(repetition_json(p.tasks.set, counting_.chains, result.repetition));
+    run.update(
+        {{"thread_policies", result.policies}, {"live", p.live.has_value()}, {"failure", result.failure}});
     const bool wanted_real_time = p.executor.entry->traits.raises_timer_thread && !p.timer_policy;
     for (const std::string& policy : result.policies) {
       if (wanted_real_time && policy.find("timer_mgmt other") != std::string::npos && !told_no_real_time_) {
@@ -269,7 +267,7 @@ class Experiment {
   }
 
   void describe() {
-    run_ = common_facts(options_, graph_, executors_);
+    run_ = common_facts(options_, graph_, tasks_.set, executors_);
     run_.update({{"kind", "live"},
                  {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
                  {"transport", to_string(options_.transport)},

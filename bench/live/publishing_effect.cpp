@@ -11,13 +11,12 @@ namespace hotpath {
 namespace {
 
 /// Hot-path latencies in milliseconds of one chain in the repetitions that were published, or in the others.
-RepeatedSamples samples_of(const ExecutorRuns& runs, const SummaryOptions& options, std::size_t chain,
-                           bool published) {
+RepeatedSamples samples_of(const ExecutorRuns& runs, std::size_t chain, bool published) {
   std::vector<std::vector<double>> samples;
   for (const Repetition& repetition : runs.repetitions) {
     if (published_by_turns(repetition.trace.repetition) != published) continue;
     std::vector<double>& of_repetition = samples.emplace_back();
-    for (const ChainRecord& r : after_warm_up(repetition.trace, options.chains, options.warm_up)) {
+    for (const ChainRecord& r : repetition.trace.chains) {
       if (r.chain == chain) of_repetition.push_back(to_ms(r.hot_path_latency));
     }
   }
@@ -32,9 +31,9 @@ std::vector<LiveEffect> live_effects(const std::vector<ExecutorRuns>& runs, cons
   std::vector<LiveEffect> effects;
   for (const ExecutorRuns& of_executor : runs) {
     for (std::size_t c = 0; c < options.chains.size(); ++c) {
-      const RepeatedSamples with = samples_of(of_executor, options, c, true);
-      const RepeatedSamples without = samples_of(of_executor, options, c, false);
-      effects.push_back({of_executor.executor, options.chains[c].name, with.pooled().size(),
+      const RepeatedSamples with = samples_of(of_executor, c, true);
+      const RepeatedSamples without = samples_of(of_executor, c, false);
+      effects.push_back({of_executor.executor, options.chains[c], with.pooled().size(),
                          without.pooled().size(), ratio_of_quantiles(with, without, 0.5, options.bootstrap)});
     }
   }

@@ -47,15 +47,11 @@ void ResultFolder::write(const std::string& name, const std::string& content) co
   rename_part(name);
 }
 
-void ResultFolder::append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace,
-                          const std::vector<ChainRecord>& counted_chains) {
+void ResultFolder::append(const TaskSet& set, const std::vector<std::string>& chain_names,
+                          const Trace& trace) {
   write_jobs_csv(jobs_, set, trace);
   if (!jobs_.flush()) fail("jobs.csv.part", errno);
-  Trace counted;
-  counted.executor = trace.executor;
-  counted.repetition = trace.repetition;
-  counted.chains = counted_chains;
-  write_chains_csv(chains_, chain_names, counted);
+  write_chains_csv(chains_, chain_names, trace);
   if (!chains_.flush()) fail("chains.csv.part", errno);
 }
 

@@ -26,8 +26,7 @@ class ResultFolder {
   }
 
   /// Adds one repetition to jobs.csv and chains.csv. Throws RunError.
-  void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace,
-              const std::vector<ChainRecord>& counted_chains);
+  void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace);
 
   /// Gives jobs.csv and chains.csv their names. Throws RunError.
   void finish();

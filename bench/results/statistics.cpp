@@ -103,6 +103,8 @@ RepeatedSamples::RepeatedSamples(std::vector<std::vector<double>> repetitions) {
     for (const double sample : repetitions[r]) merged.emplace_back(sample, r);
   }
   std::sort(merged.begin(), merged.end());
+  for (auto& samples : repetitions) std::sort(samples.begin(), samples.end());
+  sorted_ = std::move(repetitions);
 
   pooled_.reserve(merged.size());
   ranks_.reserve(merged.size() * repetitions_);
@@ -172,6 +174,65 @@ Estimate ratio_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, 
 Estimate difference_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
                                  const BootstrapOptions& options) {
   return compare(a, b, probability, options, [](double x, double y) { return x - y; });
+}
+
+namespace {
+
+/// Pairs in which the sample of `a` is smaller minus those in which it is larger; both ascend.
+double wins(const std::vector<double>& a, const std::vector<double>& b) {
+  double difference = 0;
+  auto smaller = b.begin(), not_larger = b.begin();
+  for (const double sample : a) {
+    while (smaller != b.end() && *smaller < sample) ++smaller;
+    while (not_larger != b.end() && *not_larger <= sample) ++not_larger;
+    difference += static_cast<double>(b.end() - not_larger) - static_cast<double>(smaller - b.begin());
+  }
+  return difference;
+}
+
+/// Cliff's delta of resamples, from the wins of each pair of repetitions.
+class PairwiseWins {
+ public:
+  PairwiseWins(const RepeatedSamples& a, const RepeatedSamples& b) : columns_(b.repetitions()) {
+    for (std::size_t i = 0; i < a.repetitions(); ++i) {
+      for (std::size_t j = 0; j < columns_; ++j) {
+        wins_.push_back(wins(a.repetition(i), b.repetition(j)));
+        pairs_.push_back(static_cast<double>(a.repetition(i).size() * b.repetition(j).size()));
+      }
+    }
+  }
+
+  double delta(std::span<const std::uint32_t> times_a, std::span<const std::uint32_t> times_b) const {
+    double won = 0, pairs = 0;
+    for (std::size_t k = 0; k < wins_.size(); ++k) {
+      const double times = static_cast<double>(times_a[k / columns_]) * times_b[k % columns_];
+      won += times * wins_[k];
+      pairs += times * pairs_[k];
+    }
+    return pairs > 0 ? won / pairs : kNoValue;
+  }
+
+ private:
+  std::size_t columns_;
+  std::vector<double> wins_, pairs_;
+};
+
+}  // namespace
+
+Estimate cliffs_delta(const RepeatedSamples& a, const RepeatedSamples& b, const BootstrapOptions& options) {
+  const PairwiseWins wins(a, b);
+  std::vector<std::uint32_t> times_a(a.repetitions(), 1), times_b(b.repetitions(), 1);
+  Estimate result{wins.delta(times_a, times_b), std::nullopt};
+  if (a.repetitions() < 2 && b.repetitions() < 2) return result;
+  Resampler resampler(options.seed);
+  std::vector<double> statistics(options.resamples);
+  for (double& statistic : statistics) {
+    resampler.draw(times_a);
+    resampler.draw(times_b);
+    statistic = wins.delta(times_a, times_b);
+  }
+  result.interval = percentile_interval(std::move(statistics), options.confidence);
+  return result;
 }
 
 }  // namespace hotpath

@@ -54,6 +54,8 @@ class RepeatedSamples {
   explicit RepeatedSamples(std::vector<std::vector<double>> repetitions);
 
   std::size_t repetitions() const { return repetitions_; }
+  /// Samples of one repetition, ascending.
+  const std::vector<double>& repetition(std::size_t r) const { return sorted_[r]; }
   /// All samples, ascending.
   const std::vector<double>& pooled() const { return pooled_; }
   /// Quantile, as quantile(), of the pool that has each sample of repetition r `times[r]` times.
@@ -64,8 +66,9 @@ class RepeatedSamples {
 
   std::size_t repetitions_ = 0;
   std::vector<double> pooled_;
-  std::vector<std::size_t> sizes_;    ///< Samples of each repetition.
-  std::vector<std::uint32_t> ranks_;  ///< Row i: how many of pooled_[0..i] each repetition holds.
+  std::vector<std::vector<double>> sorted_;  ///< By repetition.
+  std::vector<std::size_t> sizes_;           ///< Samples of each repetition.
+  std::vector<std::uint32_t> ranks_;         ///< Row i: how many of pooled_[0..i] each repetition holds.
 };
 
 /// Quantiles of the pooled samples with bootstrap intervals (Efron's percentile method). Whole repetitions
@@ -83,5 +86,11 @@ Estimate ratio_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, 
                             const BootstrapOptions& options = {});
 Estimate difference_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
                                  const BootstrapOptions& options = {});
+
+/// Cliff's delta: the share of pairs in which the sample of `a` is the smaller one minus the share in which
+/// it is the larger one, in [-1, 1]. The interval is over repetitions of both sides; there is none when
+/// neither side has two repetitions. NaN without samples on one side.
+Estimate cliffs_delta(const RepeatedSamples& a, const RepeatedSamples& b,
+                      const BootstrapOptions& options = {});
 
 }  // namespace hotpath

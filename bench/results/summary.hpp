@@ -9,19 +9,11 @@
 
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/trace.hpp"
+#include "results/measures.hpp"
+#include "results/process_usage.hpp"
 #include "results/statistics.hpp"
 
 namespace hotpath {
-
-/// What a run used from its first release to its stop, summed over its processes.
-struct ProcessUsage {
-  Duration cpu_time{};
-  std::int64_t peak_memory_kib = 0;
-  std::int64_t voluntary_switches = 0;
-  std::int64_t involuntary_switches = 0;
-  Duration stolen{};  ///< Time that the hypervisor gave to others, summed over the run's processors.
-  Duration wall{};
-};
 
 /// One finished run of one executor.
 struct Repetition {
@@ -35,26 +27,13 @@ struct ExecutorRuns {
   std::vector<Repetition> repetitions;
 };
 
-/// A chain of the graph; a trace's ChainRecord::chain is its index.
-struct MeasuredChain {
-  std::string name;
-  std::vector<TaskId> sink_tasks;  ///< The tasks of the sink node whose jobs end the chain.
-};
-
-/// What a summary must know of the graph and of the experiment.
+/// What a summary must know of the graph and of the run.
 struct SummaryOptions {
-  std::vector<MeasuredChain> chains;
+  std::vector<std::string> chains;    ///< Names; a trace's ChainRecord::chain is an index into them.
   std::vector<TaskId> cyclic_timers;  ///< Timers of the cyclic nodes, whose period is measured.
   Duration warm_up{};                 ///< >= 0, from the epoch.
   BootstrapOptions bootstrap;
 };
-
-/// The chain records that count. One rule decides for jobs and chains alike: a sample belongs to the warm-up
-/// when its job's timestamp lies before epoch + warm_up; for a chain that is the sink's job, found by its
-/// sequence. Where several sink tasks have a job of that sequence, the earliest timestamp decides. A record
-/// whose sink job has no record counts: buffers fill up at the end of a run only.
-std::vector<ChainRecord> after_warm_up(const Trace& trace, const std::vector<MeasuredChain>& chains,
-                                       Duration warm_up);
 
 /// One latency over all repetitions of an executor, in milliseconds.
 struct LatencySummary {
@@ -77,11 +56,12 @@ struct TaskSummary {
   std::string task;
   TaskKind kind = TaskKind::timer;
   std::uint64_t ran = 0, skipped = 0, overwritten = 0, queued = 0, running = 0, empty = 0;
+  TimerCounts after_warm_up;  ///< Timers.
+  Duration deadline{};        ///< Timers: relative.
   Quantiles response_ms;
   /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's next call
   /// as read at the start, plus its period. In sets of timers alone, where it follows from the trace.
   std::optional<Quantiles> response_authors_ms;
-  std::uint64_t deadline_overruns = 0;  ///< Timers: jobs whose response time exceeds the relative deadline.
   /// Cyclic nodes: distance of the starts of consecutive executed jobs. Upstream divides it by the difference
   /// of its message numbers, which is 1 between executed jobs; a skipped timestamp thus shows as a doubled
   /// period.
@@ -102,7 +82,7 @@ struct ExecutorSummary {
   std::uint64_t executed = 0;  ///< Callbacks that ran to their end.
   std::uint64_t skipped = 0;
   std::uint64_t overwritten = 0;
-  std::uint64_t deadline_overruns = 0;
+  TimerCounts after_warm_up;  ///< Of all timers.
   std::uint64_t lost_records = 0;
   double cpu_per_callback_us = kNoValue;  ///< CPU time of all processes per executed callback.
   ProcessUsage usage;  ///< Summed over repetitions; the memory is the largest repetition's.
@@ -117,11 +97,13 @@ struct Summary {
   std::vector<ExecutorSummary> executors;  ///< In the order of the input.
 };
 
-/// A pure function of what was recorded. Every trace and account belongs to `set`.
-Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, const SummaryOptions& options);
+/// A pure function of what was recorded. Every trace and account belongs to `set`; the chain records of the
+/// traces are those that count (`counted_chains`).
+[[nodiscard]] Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs,
+                                const SummaryOptions& options);
 
 /// The content of summary.json. Units are the endings of keys (`_ms`, `_us`, `_s`, `_kib`, `_percent`) and
 /// hold for all that lies below a key; what could not be measured is null.
-nlohmann::json to_json(const Summary& summary);
+[[nodiscard]] nlohmann::json to_json(const Summary& summary);
 
 }  // namespace hotpath

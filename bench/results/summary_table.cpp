@@ -134,8 +134,8 @@ Table jobs_table(const Summary& summary) {
   auto& columns = table.columns;
   columns.push_back(counts(summary, "callbacks", "executed", [](const auto& e) { return e.executed; }));
   append_costs(summary, columns);
-  columns.push_back(
-      counts(summary, "deadline", "overruns", [](const auto& e) { return e.deadline_overruns; }));
+  columns.push_back(counts(summary, "deadline", "overruns",
+                           [](const auto& e) { return e.after_warm_up.deadline_overruns; }));
   columns.push_back(column(summary, "worst", "response ms", [](const auto& e) {
     return Cell{number(worst_response_ms(e)), ""};
   }));

@@ -11,6 +11,7 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
+#include "results/run_facts.hpp"
 
 namespace hotpath {
 
@@ -107,7 +108,7 @@ std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks&
 
 SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks) {
   SummaryOptions s;
-  s.chains = measured_chains(graph, tasks);
+  s.chains = chain_names(graph);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const bool cyclic = graph.nodes[tasks.origin[id].node].type == NodeType::cyclic;
     if (cyclic && !tasks.origin[id].input) s.cyclic_timers.push_back(id);
@@ -117,7 +118,7 @@ SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
   return s;
 }
 
-json common_facts(const CommonOptions& options, const Graph& graph,
+json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
                   const std::vector<ExecutorSpec>& executors) {
   std::vector<std::string> labels;
   for (const ExecutorSpec& e : executors) labels.push_back(e.label);
@@ -132,6 +133,8 @@ json common_facts(const CommonOptions& options, const Graph& graph,
           {"partial", false},
           {"version", HOTPATH_VERSION},
           {"graph", {{"name", graph.name}, {"nodes", graph.nodes.size()}, {"file", options.graph}}},
+          {"tasks", tasks_json(set)},
+          {"chains", chain_names(graph)},
           {"executors", labels},
           {"rule", to_string(options.rule)},
           {"ties", to_string(options.ties)},
@@ -190,14 +193,6 @@ GraphPlatform platform_from_json(const json& j) {
     platform.*cost.value = from_ms(j.at(std::string(cost.key)).get<double>() / 1000);
   }
   return platform;
-}
-
-json first_timestamps_json(const TaskSet& set) {
-  json phases = json::object();
-  for (const Task& task : set.tasks) {
-    if (task.kind == TaskKind::timer) phases[task.name] = to_ms(task.phase);
-  }
-  return phases;
 }
 
 }  // namespace hotpath

@@ -36,7 +36,7 @@ std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks&
 SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
 
 /// What run.json says of a live and of a simulated experiment alike.
-nlohmann::json common_facts(const CommonOptions& options, const Graph& graph,
+nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
                             const std::vector<ExecutorSpec>& executors);
 
 /// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
@@ -47,8 +47,5 @@ nlohmann::json bounds_json(const Graph& graph, const GraphTasks& tasks,
 /// The simulated machine, and back (nlohmann's exceptions for what is none).
 nlohmann::json platform_json(const GraphPlatform& platform);
 GraphPlatform platform_from_json(const nlohmann::json& platform);
-
-/// Milliseconds by name of the timer.
-nlohmann::json first_timestamps_json(const TaskSet& set);
 
 }  // namespace hotpath

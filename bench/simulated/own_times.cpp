@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "setup/executor_spec.hpp"
 
 namespace hotpath {
 
@@ -51,6 +53,19 @@ Trace with_own_times(Trace trace, unsigned cores, bool raised) {
     r.finish = r.start + (measured ? r.cpu_time : Duration(static_cast<std::int64_t>(own_ns[i] + 0.5)));
   }
   return trace;
+}
+
+std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph& graph,
+                                               const GraphTasks& tasks, const std::string& executor,
+                                               std::uint32_t repetition) {
+  const Trace& measured = run.trace(executor, repetition);
+  // Nodes that work until an instant of the clock count time in which they are displaced as work.
+  if (graph.work == WorkMode::wall) {
+    return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(graph, tasks, measured));
+  }
+  const bool raised = parse_executor(executor, {}).entry->traits.raises_timer_thread;
+  return std::make_unique<ReplayedTimes>(
+      tasks.set, working_jobs(graph, tasks, with_own_times(measured, run.cores(), raised)));
 }
 
 }  // namespace hotpath

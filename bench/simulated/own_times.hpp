@@ -1,13 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "hotpath/core/trace.hpp"
+#include <memory>
+
+#include "hotpath/core/workload.hpp"
+#include "hotpath/reference_system/graph.hpp"
+#include "results/stored_run.hpp"
 
 namespace hotpath {
 
 /// A measured trace in which finish - start is the time that each job had a core, for replaying jobs of fixed
 /// work: its CPU time where that was measured; else, while more jobs had begun than there are cores, those of
 /// the raised timer management thread (`raised`) count as running and the others share what is left.
-Trace with_own_times(Trace trace, unsigned cores, bool raised);
+[[nodiscard]] Trace with_own_times(Trace trace, unsigned cores, bool raised);
+
+/// Execution times that `run`, which is loaded, measured under one executor in one repetition. Throws
+/// UsageError when that did not run.
+[[nodiscard]] std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph& graph,
+                                                             const GraphTasks& tasks,
+                                                             const std::string& executor,
+                                                             std::uint32_t repetition);
 
 }  // namespace hotpath

@@ -6,9 +6,9 @@
 
 namespace hotpath {
 
-RunTotals::RunTotals(const TaskSet& set, const SummaryOptions& options)
-    : set_(set), counted_from_(Time{} + options.warm_up), is_sink_(set.size(), false), of_task_(set.size()) {
-  for (const MeasuredChain& chain : options.chains) {
+RunTotals::RunTotals(const TaskSet& set, const std::vector<MeasuredChain>& chains, Time counted_from)
+    : set_(set), counted_from_(counted_from), is_sink_(set.size(), false), of_task_(set.size()) {
+  for (const MeasuredChain& chain : chains) {
     for (const TaskId id : chain.sink_tasks) is_sink_[id] = true;
   }
 }
@@ -23,14 +23,14 @@ void RunTotals::ended(const JobRecord& record) {
   OfTask& t = of_task_[record.job.task];
   ++t.account.count[static_cast<std::size_t>(record.outcome)];
   t.account.count[static_cast<std::size_t>(Outcome::skipped)] += record.job.skipped;
-  if (record.outcome != Outcome::ran || record.job.timestamp < counted_from_) return;
   const Task& task = set_[record.job.task];
-  const Duration response = record.finish - record.job.timestamp;
+  if (task.kind == TaskKind::timer) t.counts.add(task, record, counted_from_);
+  if (!counts(record, counted_from_)) return;
+  const Duration response = response_time(record);
   ++t.responses;
   t.least = std::min(t.least, response);
   t.most = std::max(t.most, response);
   t.sum_ms += to_ms(response);
-  if (task.kind == TaskKind::timer && response > task.deadline) ++t.overruns;
 }
 
 void RunTotals::count(std::vector<TaskAccount>& accounts) const {
@@ -40,16 +40,16 @@ void RunTotals::count(std::vector<TaskAccount>& accounts) const {
 void RunTotals::add_to(ExecutorSummary& summary) const {
   for (TaskId id = 0; id < set_.size(); ++id) {
     const OfTask& t = of_task_[id];
-    if (t.responses == 0) continue;
     TaskSummary& task = summary.tasks[id];
+    task.after_warm_up += t.counts;
+    summary.after_warm_up += t.counts;
+    if (t.responses == 0) continue;
     Quantiles& q = task.response_ms;
     const double all = (q.n == 0 ? 0 : q.mean * static_cast<double>(q.n)) + t.sum_ms;
     q.n += t.responses;
     q.min = std::fmin(q.min, to_ms(t.least));
     q.max = std::fmax(q.max, to_ms(t.most));
     q.mean = all / static_cast<double>(q.n);
-    task.deadline_overruns += t.overruns;
-    summary.deadline_overruns += t.overruns;
   }
 }
 

@@ -14,7 +14,7 @@ namespace hotpath {
 /// jobs.
 class RunTotals final : public JobSink {
  public:
-  RunTotals(const TaskSet& set, const SummaryOptions& options);
+  RunTotals(const TaskSet& set, const std::vector<MeasuredChain>& chains, Time counted_from);
 
   void started(const JobRecord& record) override;
   void ended(const JobRecord& record) override;
@@ -29,7 +29,8 @@ class RunTotals final : public JobSink {
  private:
   struct OfTask {
     TaskAccount account;
-    std::uint64_t responses = 0, overruns = 0;
+    TimerCounts counts;
+    std::uint64_t responses = 0;
     Duration least = Duration::max(), most{};
     double sum_ms = 0;
   };

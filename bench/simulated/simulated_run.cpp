@@ -15,10 +15,12 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
-#include "results/measured_run.hpp"
+#include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
+#include "results/stored_run.hpp"
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
+#include "simulated/own_times.hpp"
 #include "simulated/run_totals.hpp"
 
 namespace hotpath {
@@ -52,7 +54,8 @@ class SimulatedExperiment {
         graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
         executors_(experiment_executors(options)),
-        counting_(summary_options(options, graph_, tasks_)) {
+        counting_(summary_options(options, graph_, tasks_)),
+        chains_(measured_chains(graph_, tasks_)) {
     prepare();
   }
 
@@ -86,7 +89,7 @@ class SimulatedExperiment {
     const std::string times = execution_times_name();
     if (times.starts_with(kReplay)) {
       replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + kReplay);
-      replayed_->load_jobs(tasks_.set);
+      replayed_->load(tasks_.set);
     } else if (times != "worst" && times != "uniform") {
       throw UsageError("--execution-times: `" + times + "` is none of worst, uniform and replay:RUN");
     }
@@ -115,7 +118,7 @@ class SimulatedExperiment {
   }
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
-    if (replayed_) return replayed_->execution_times(graph_, tasks_, executor(i).label, repetition(i));
+    if (replayed_) return replayed_times(*replayed_, graph_, tasks_, executor(i).label, repetition(i));
     if (graph_.platform.execution_times == ExecutionTimeModel::uniform) {
       return std::make_unique<UniformTimes>(tasks_.set, options_.seed + repetition(i));
     }
@@ -161,7 +164,8 @@ class SimulatedExperiment {
     GraphWorkload workload(graph_, result.tasks, *times, &observations);
     Trace& trace = result.repetition.trace;
     TraceRecorder recorder(trace);
-    if (options_.no_trace) result.totals = std::make_unique<RunTotals>(set, counting_);
+    if (options_.no_trace)
+      result.totals = std::make_unique<RunTotals>(set, chains_, Time{} + counting_.warm_up);
     SimulationSummary summary;
     try {
       JobSink& sink = result.totals ? static_cast<JobSink&>(*result.totals) : recorder;
@@ -179,6 +183,7 @@ class SimulatedExperiment {
       std::erase_if(observations, [&](const ChainObservation& o) { return result.totals->early(o.sink); });
     }
     trace.chains = join_chains(graph_, result.tasks, trace, observations);
+    trace.chains = counted_chains(trace, chains_, Time{} + counting_.warm_up);
   }
 
   /// Each simulation is a function of its index alone, so threads may take them as they come.
@@ -205,30 +210,28 @@ class SimulatedExperiment {
   }
 
   /// Neither the date nor this machine, so that the same input gives the same bytes.
-  json describe() const {
-    json facts = common_facts(options_, graph_, executors_);
+  json describe(const std::vector<ExecutorRuns>& runs) const {
+    json facts = common_facts(options_, graph_, tasks_.set, executors_);
     facts["kind"] = "simulated";
     if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
     facts["platform"] = platform_json(graph_.platform);
     facts["execution_times"] = execution_times_name();
     facts["bounds"] = bounds_json(graph_, tasks_, executors_, graph_.platform.release_cost);
     for (std::size_t i = 0; i < results_.size(); ++i) {
-      facts["runs"].push_back({{"executor", executor(i).label},
-                               {"repetition", repetition(i)},
-                               {"first_timestamps_ms", first_timestamps_json(results_[i].tasks.set)},
-                               {"failure", ""}});
+      const Repetition& r = runs[i / options_.repetitions].repetitions[i % options_.repetitions];
+      json& run = facts["runs"].emplace_back(repetition_json(results_[i].tasks.set, counting_.chains, r));
+      run["failure"] = "";
     }
     return facts;
   }
 
   void write(const std::vector<ExecutorRuns>& runs, const Summary& summary) {
     ResultFolder folder(output_folder(options_, graph_));
-    json facts = describe();
+    json facts = describe(runs);
     folder.write("run.json", facts);
     for (std::size_t i = 0; i < results_.size(); ++i) {
       const Trace& trace = runs[i / options_.repetitions].repetitions[i % options_.repetitions].trace;
-      folder.append(results_[i].tasks.set, chain_names(graph_), trace,
-                    after_warm_up(trace, counting_.chains, counting_.warm_up));
+      folder.append(results_[i].tasks.set, counting_.chains, trace);
     }
     folder.finish();
     if (options_.no_trace) std::filesystem::remove(folder.path() / "jobs.csv");
@@ -249,7 +252,8 @@ class SimulatedExperiment {
   const GraphTasks tasks_;
   const std::vector<ExecutorSpec> executors_;
   const SummaryOptions counting_;
-  std::optional<MeasuredRun> phases_of_, replayed_;
+  const std::vector<MeasuredChain> chains_;
+  std::optional<StoredRun> phases_of_, replayed_;
   std::vector<Result> results_;  // executor by executor, repetition by repetition
 };
 

@@ -30,8 +30,7 @@ class Replay {
   explicit Replay(const ReplayOptions& options)
       : options_(options),
         run_(options.run, "replay"),
-        executor_(options.executor.empty() ? run_.facts().at("executors").at(0).get<std::string>()
-                                           : options.executor),
+        executor_(options.executor.empty() ? run_.executors().at(0) : options.executor),
         graph_(load_graph(find_graph(graph_name()))),
         trace_(load()),
         start_(Time{} + seconds(options.start_s)),
@@ -53,8 +52,7 @@ class Replay {
     const auto started = std::chrono::steady_clock::now();
     const telemetry::RunInfo info = run_info();
     writers.publish(info);
-    RunStatistics statistics(graph_, trace_.tasks, info.run_id(), {Time{}, info.epoch_ns()},
-                             seconds(run_.facts().at("warm_up_s").get<double>()));
+    RunStatistics statistics(graph_, trace_.tasks, info.run_id(), {Time{}, info.epoch_ns()}, run_.warm_up());
     skip_to_start(statistics);
     Progress progress(real_time(end_));
     progress.begin("replay of " + executor_, {});
@@ -87,7 +85,7 @@ class Replay {
   }
 
   ReplayedTrace load() {
-    run_.load_jobs(make_tasks(graph_).set);
+    run_.load(make_tasks(graph_).set);
     return replayed_trace(run_, graph_, executor_, options_.repetition);
   }
 
@@ -143,7 +141,7 @@ class Replay {
   }
 
   const ReplayOptions options_;
-  MeasuredRun run_;
+  StoredRun run_;
   const std::string executor_;
   const Graph graph_;
   const ReplayedTrace trace_;

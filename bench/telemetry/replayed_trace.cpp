@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <map>
 
-#include "program/csv_rows.hpp"
 #include "program/errors.hpp"
 #include "setup/run_setup.hpp"
 
@@ -13,11 +12,10 @@ namespace hotpath {
 namespace {
 
 /// A whole repetition ends as planned; that of an interrupted run with its last record.
-Time end_of(const nlohmann::json& facts, const Trace& trace) {
-  const Time planned =
-      Time{} + seconds(facts.at("warm_up_s").get<double>() + facts.at("duration_s").get<double>());
-  const nlohmann::json& last = facts.at("runs").back();
-  const bool interrupted = facts.at("partial").get<bool>() && last.at("executor") == trace.executor &&
+Time end_of(const StoredRun& run, const Trace& trace) {
+  const Time planned = Time{} + run.length();
+  const nlohmann::json& last = run.facts().at("runs").back();
+  const bool interrupted = run.facts().at("partial").get<bool>() && last.at("executor") == trace.executor &&
                            last.at("repetition") == trace.repetition;
   if (!interrupted) return planned;
   Time end{};
@@ -38,34 +36,26 @@ std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const Me
   return jobs;
 }
 
-std::vector<ReplayedChain> read_chains(const std::filesystem::path& file, const Trace& trace,
-                                       const Graph& graph, const GraphTasks& tasks) {
+std::vector<ReplayedChain> replayed_chains(const StoredRun& run, const Trace& trace, const Graph& graph,
+                                           const GraphTasks& tasks) {
   const std::vector<MeasuredChain> chains = measured_chains(graph, tasks);
-  std::map<std::string, std::uint32_t> index;
   std::vector<std::map<std::uint64_t, const JobRecord*>> sinks;
-  for (const MeasuredChain& chain : chains) {
-    index[chain.name] = static_cast<std::uint32_t>(sinks.size());
-    sinks.push_back(sink_jobs(trace, chain));
-  }
+  for (const MeasuredChain& chain : chains) sinks.push_back(sink_jobs(trace, chain));
   std::vector<ReplayedChain> replayed;
-  for (const CsvRow& row : read_csv(file)) {
-    if (row.text("executor") != trace.executor || row.number("repetition") != trace.repetition) continue;
-    const auto chain = index.find(row.text("chain"));
-    if (chain == index.end()) {
-      throw UsageError(file.string() + ": the graph has no chain `" + row.text("chain") +
-                       "`; name the run's own with --graph");
+  for (const ChainRecord& record : trace.chains) {
+    const std::string& name = run.chains()[record.chain];
+    const auto chain =
+        std::find_if(chains.begin(), chains.end(), [&](const MeasuredChain& c) { return c.name == name; });
+    if (chain == chains.end()) {
+      run.fail("the graph has no chain `" + name + "`; name the run's own with --graph");
     }
     ReplayedChain& r = replayed.emplace_back();
-    r.record.chain = chain->second;
-    r.record.sequence = static_cast<std::uint64_t>(row.number("sequence"));
-    r.record.hot_path_latency = Duration(static_cast<std::int64_t>(row.number("hot_path_latency_ns")));
-    if (!row.text("end_to_end_latency_ns").empty()) {
-      r.record.end_to_end_latency = Duration(static_cast<std::int64_t>(row.number("end_to_end_latency_ns")));
-    }
-    const auto sink = sinks[chain->second].find(r.record.sequence);
-    if (sink == sinks[chain->second].end()) {
-      throw UsageError(file.string() + ": jobs.csv has no job " + row.text("sequence") +
-                       " of the sink of chain `" + row.text("chain") + "`; the files are not of one run");
+    r.record = record;
+    r.record.chain = static_cast<std::uint32_t>(chain - chains.begin());
+    const auto sink = sinks[r.record.chain].find(r.record.sequence);
+    if (sink == sinks[r.record.chain].end()) {
+      run.fail("jobs.csv has no job " + std::to_string(record.sequence) + " of the sink of chain `" + name +
+               "`; the files are not of one run");
     }
     r.sink_start = sink->second->start;
     r.sink_finish = sink->second->outcome == Outcome::ran ? sink->second->finish : kNever;
@@ -78,7 +68,7 @@ std::vector<ReplayedChain> read_chains(const std::filesystem::path& file, const 
 
 }  // namespace
 
-ReplayedTrace replayed_trace(const MeasuredRun& run, const Graph& graph, const std::string& executor,
+ReplayedTrace replayed_trace(const StoredRun& run, const Graph& graph, const std::string& executor,
                              std::uint32_t repetition) {
   ReplayedTrace replayed;
   replayed.tasks = make_tasks(graph);
@@ -86,7 +76,7 @@ ReplayedTrace replayed_trace(const MeasuredRun& run, const Graph& graph, const s
   for (TaskId id = 0; id < phases.size(); ++id) replayed.tasks.set.tasks[id].phase = phases[id];
 
   const Trace& trace = run.trace(executor, repetition);
-  replayed.end = end_of(run.facts(), trace);
+  replayed.end = end_of(run, trace);
   replayed.published.resize(replayed.tasks.set.size());
   for (const JobRecord& r : trace.jobs) {
     if (r.outcome == Outcome::ran || r.outcome == Outcome::overwritten) replayed.jobs.push_back(r);
@@ -97,7 +87,7 @@ ReplayedTrace replayed_trace(const MeasuredRun& run, const Graph& graph, const s
   std::stable_sort(replayed.jobs.begin(), replayed.jobs.end(),
                    [](const JobRecord& a, const JobRecord& b) { return known_at(a) < known_at(b); });
   for (auto& instants : replayed.published) std::sort(instants.begin(), instants.end());
-  replayed.chains = read_chains(run.folder() / "chains.csv", trace, graph, replayed.tasks);
+  replayed.chains = replayed_chains(run, trace, graph, replayed.tasks);
   return replayed;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/graph.hpp"
-#include "results/measured_run.hpp"
+#include "results/stored_run.hpp"
 
 namespace hotpath {
 
@@ -29,7 +29,7 @@ struct ReplayedTrace {
 inline Time known_at(const JobRecord& r) { return r.outcome == Outcome::ran ? r.finish : r.job.timestamp; }
 
 /// Reads a repetition of `run`, whose jobs are loaded, and its chains.csv. Throws UsageError.
-ReplayedTrace replayed_trace(const MeasuredRun& run, const Graph& graph, const std::string& executor,
+ReplayedTrace replayed_trace(const StoredRun& run, const Graph& graph, const std::string& executor,
                              std::uint32_t repetition);
 
 }  // namespace hotpath

@@ -28,7 +28,7 @@ std::vector<ExecutorRuns> runs(std::uint32_t repetitions, double slower) {
 
 SummaryOptions one_chain() {
   SummaryOptions options;
-  options.chains = {{"path", {}}};
+  options.chains = {"path"};
   return options;
 }
 

@@ -70,7 +70,7 @@ TEST_F(ResultFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
   ResultFolder folder(base_ / "deep" / "run");
   EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
   folder.write("run.json", nlohmann::json{{"complete", false}});
-  folder.append(set_, {"hot_path"}, trace(0), {});
+  folder.append(set_, {"hot_path"}, trace(0));
   EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
   folder.finish();
   EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv", "chains.csv", "run.json"));
@@ -78,18 +78,16 @@ TEST_F(ResultFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
 
 TEST_F(ResultFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
   ResultFolder folder(base_ / "run");
-  const std::vector<ChainRecord> counted = {{0, 3, 0, Duration(40), Duration(50)}};
   Trace second = trace(1);
-  second.chains = {{0, 1, 0, Duration(10), Duration(20)}, counted[0]};
-  folder.append(set_, {"hot_path"}, trace(0), {});
-  folder.append(set_, {"hot_path"}, second, counted);
+  second.chains = {{0, 3, 0, Duration(40), Duration(50)}};
+  folder.append(set_, {"hot_path"}, trace(0));
+  folder.append(set_, {"hot_path"}, second);
   folder.finish();
   EXPECT_EQ(content(base_ / "run" / "jobs.csv"), std::string(kJobsCsvHeader) +
                                                      "\nrm-ro,0,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n"
                                                      "rm-ro,1,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n");
   EXPECT_EQ(content(base_ / "run" / "chains.csv"),
-            std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50\n")
-      << "only the records that count";
+            std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50\n");
 }
 
 TEST_F(ResultFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {

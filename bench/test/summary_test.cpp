@@ -70,9 +70,11 @@ ChainRecord output(std::uint64_t sequence, double hot_path_ms, double end_to_end
   return r;
 }
 
+const std::vector<MeasuredChain> kChains = {{"hot_path", {kPoints, kClusters}}};
+
 SummaryOptions options(double warm_up_ms = 0) {
   SummaryOptions o;
-  o.chains = {{"hot_path", {kPoints, kClusters}}};
+  o.chains = {"hot_path"};
   o.cyclic_timers = {kPlanner};
   o.warm_up = from_ms(warm_up_ms);
   o.bootstrap.resamples = 200;
@@ -87,7 +89,7 @@ TEST(WarmUp, LeavesOutTheChainsWhoseSinkJobWasPublishedBeforeIt) {
   const Repetition r = repetition(
       0, {ran(kPoints, 0, 99.9, 120, 121), ran(kPoints, 1, 100, 130, 131), ran(kClusters, 1, 150, 160, 161)},
       {output(0, 10), output(1, 20)});
-  const auto counted = after_warm_up(r.trace, options().chains, milliseconds(100));
+  const auto counted = counted_chains(r.trace, kChains, at(100));
   ASSERT_EQ(counted.size(), 1u);
   EXPECT_EQ(counted[0].sequence, 1u);
 }
@@ -95,8 +97,8 @@ TEST(WarmUp, LeavesOutTheChainsWhoseSinkJobWasPublishedBeforeIt) {
 TEST(WarmUp, EarliestTimestampDecidesWhereBothSinkTasksHaveTheSequence) {
   const Repetition r =
       repetition(0, {ran(kPoints, 3, 150, 160, 161), ran(kClusters, 3, 50, 60, 61)}, {output(3, 10)});
-  EXPECT_TRUE(after_warm_up(r.trace, options().chains, milliseconds(100)).empty());
-  EXPECT_EQ(after_warm_up(r.trace, options().chains, milliseconds(50)).size(), 1u);
+  EXPECT_TRUE(counted_chains(r.trace, kChains, at(100)).empty());
+  EXPECT_EQ(counted_chains(r.trace, kChains, at(50)).size(), 1u);
 }
 
 TEST(WarmUp, JobsOfOtherTasksAndThoseThatDidNotRunDecideNothing) {
@@ -105,7 +107,7 @@ TEST(WarmUp, JobsOfOtherTasksAndThoseThatDidNotRunDecideNothing) {
       {ran(kLidar, 3, 0, 1, 2), ran(kPlanner, 3, 0, 2, 3),
        with_outcome(ran(kClusters, 3, 0, 0, 0), Outcome::overwritten), ran(kPoints, 3, 150, 160, 161)},
       {output(3, 10)});
-  EXPECT_EQ(after_warm_up(r.trace, options().chains, milliseconds(100)).size(), 1u);
+  EXPECT_EQ(counted_chains(r.trace, kChains, at(100)).size(), 1u);
 }
 
 TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
@@ -119,7 +121,7 @@ TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
   EXPECT_EQ(planner.response_ms.n, 2u);
   EXPECT_DOUBLE_EQ(planner.response_ms.max, 130);
   EXPECT_DOUBLE_EQ(planner.response_ms.min, 120);
-  EXPECT_EQ(planner.deadline_overruns, 2u);
+  EXPECT_EQ(planner.after_warm_up.deadline_overruns, 2u);
   EXPECT_EQ(planner.period_ms->n, 1u);
 }
 

@@ -111,7 +111,7 @@ TEST(Table, OfAGraphWithoutChainsShowsItsJobs) {
   for (ExecutorSummary& e : s.executors) {
     e.chains.clear();
     e.skipped = 44;
-    e.deadline_overruns = 7;
+    e.after_warm_up.deadline_overruns = 7;
     e.tasks = {TaskSummary{}, TaskSummary{}};
     e.tasks[1].response_ms = quantiles({10, 76.5});
   }

@@ -9,8 +9,9 @@
 #include "hotpath/reference_system/phases.hpp"
 #include "program/csv_rows.hpp"
 #include "program/errors.hpp"
-#include "results/measured_run.hpp"
+#include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
+#include "simulated/own_times.hpp"
 #include "validation/validation.hpp"
 #include "validation/validation_parts.hpp"
 
@@ -27,16 +28,11 @@ constexpr double kSameLoad_percent = 2;
 /// The reference's crunch of 4.22 ms at 190 crunches a second.
 constexpr double kReferenceLoad_percent = 80.2;
 
-using LatenciesOfRun = std::map<std::pair<std::string, std::uint32_t>, std::vector<double>>;
-
-/// Of the first chain, by executor and repetition.
-LatenciesOfRun read_latencies(const fs::path& run, const Graph& graph) {
-  LatenciesOfRun latencies;
-  if (graph.chains.empty()) return latencies;
-  for (const CsvRow& row : read_csv(run / "chains.csv")) {
-    if (row.text("chain") != graph.chains.front().name) continue;
-    const auto repetition = static_cast<std::uint32_t>(row.number("repetition"));
-    latencies[{row.text("executor"), repetition}].push_back(row.number("hot_path_latency_ns") / 1e6);
+/// Hot-path latencies of the graph's first chain in one repetition.
+std::vector<double> latencies_ms(const StoredRun& run, const Trace& trace, const Graph& graph) {
+  std::vector<double> latencies;
+  for (const ChainRecord& r : trace.chains) {
+    if (run.chains()[r.chain] == graph.chains.front().name) latencies.push_back(to_ms(r.hot_path_latency));
   }
   return latencies;
 }
@@ -93,13 +89,12 @@ class RunValidation {
       : folder_(run), reference_(reference), measured_(run, "RUN") {
     read_facts();
     tasks_ = make_tasks(graph_);
-    measured_.load_jobs(tasks_.set);
-    latencies_ = read_latencies(run, graph_);
+    measured_.load(tasks_.set);
   }
 
   json validate() const {
     json all = json::array();
-    for (const Trace* trace : traces_in_order()) all.push_back(validate(*trace));
+    for (const Trace& trace : measured_.traces()) all.push_back(validate(trace));
     return all;
   }
 
@@ -123,18 +118,6 @@ class RunValidation {
     }
   }
 
-  /// Live repetitions are interleaved at random.
-  std::vector<const Trace*> traces_in_order() const {
-    std::vector<const Trace*> traces;
-    for (const Trace& trace : measured_.traces()) traces.push_back(&trace);
-    const auto place = [&](const Trace* t) {
-      return std::pair(std::find(executors_.begin(), executors_.end(), t->executor), t->repetition);
-    };
-    std::sort(traces.begin(), traces.end(),
-              [&](const Trace* a, const Trace* b) { return place(a) < place(b); });
-    return traces;
-  }
-
   json validate(const Trace& trace) const {
     GraphTasks tasks = tasks_;
     const auto first = measured_.first_timestamps(tasks.set, trace.executor, trace.repetition);
@@ -143,7 +126,7 @@ class RunValidation {
     SimulationOptions options;
     options.platform = make_platform(graph_, *executor.entry);
     options.duration = length_;
-    const auto times = measured_.execution_times(graph_, tasks, trace.executor, trace.repetition);
+    const auto times = replayed_times(measured_, graph_, tasks, trace.executor, trace.repetition);
     const Prediction p = predict(graph_, tasks, executor, *times, options, warm_up_);
     const Schedule live = schedule_of(tasks.set, trace);
     const ScheduleComparison c = compare(live, schedule_of(tasks.set, p.trace));
@@ -151,9 +134,10 @@ class RunValidation {
               {"executor", trace.executor},
               {"repetition", trace.repetition},
               {"comparison", comparison_json(c, "measured", "simulated")}};
-    const auto measured = latencies_.find({trace.executor, trace.repetition});
-    if (measured != latencies_.end()) {
-      add_latencies(j, latency_json(measured->second), latency_json(p.latencies_ms.at(0)));
+    const std::vector<double> measured =
+        graph_.chains.empty() ? std::vector<double>{} : latencies_ms(measured_, trace, graph_);
+    if (!measured.empty()) {
+      add_latencies(j, latency_json(measured), latency_json(p.latencies_ms.at(0)));
       add_real_latencies(j, trace.executor, first);
     } else {
       j["verdict"] = agrees(c) ? "the schedule agrees with the simulation"
@@ -216,14 +200,13 @@ class RunValidation {
   }
 
   const fs::path folder_, reference_;
-  MeasuredRun measured_;
+  StoredRun measured_;
   Graph graph_;
   GraphTasks tasks_;
   SchedulerOptions scheduling_;
   double load_percent_ = 0;
   Duration length_{}, warm_up_{};
   std::vector<std::string> executors_;
-  LatenciesOfRun latencies_;
 };
 
 }  // namespace

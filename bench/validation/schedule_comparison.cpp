@@ -19,11 +19,6 @@ using Sequence = std::vector<TaskId>;
 /// Jobs whose order is compared: the time for it grows with their square.
 constexpr std::size_t kMostCompared = 10000;
 
-void sort_by_start(std::vector<ExecutedJob>& jobs) {
-  std::stable_sort(jobs.begin(), jobs.end(),
-                   [](const ExecutedJob& a, const ExecutedJob& b) { return a.start < b.start; });
-}
-
 Sequence sequence(const Schedule& schedule, Time until) {
   Sequence tasks;
   for (const ExecutedJob& job : schedule.jobs) {
@@ -66,7 +61,7 @@ void measure(const Schedule& schedule, Time until, Quantiles& lateness, Quantile
   for (const ExecutedJob& job : schedule.jobs) {
     if (job.start > until || !job.finished()) continue;
     late.push_back(to_ms(job.start - job.timestamp));
-    responses.push_back(to_ms(job.finish - job.timestamp));
+    responses.push_back(to_ms(response_time(job)));
     if (job.next_call != kNever) as_authors.push_back(to_ms(response_authors(schedule, job)));
   }
   lateness = quantiles(std::move(late));
@@ -75,39 +70,6 @@ void measure(const Schedule& schedule, Time until, Quantiles& lateness, Quantile
 }
 
 }  // namespace
-
-Schedule schedule_of(const TaskSet& set, const Trace& trace) {
-  Schedule schedule{set, {}};
-  std::vector<std::vector<const JobRecord*>> released(set.size());
-  for (const JobRecord& r : trace.jobs) {
-    const bool counts =
-        r.outcome == Outcome::ran || r.outcome == Outcome::running || r.outcome == Outcome::queued;
-    if (counts && set[r.job.task].kind == TaskKind::timer) released[r.job.task].push_back(&r);
-  }
-  for (auto& of_timer : released) {
-    std::stable_sort(of_timer.begin(), of_timer.end(),
-                     [](const JobRecord* a, const JobRecord* b) { return a->job.release < b->job.release; });
-  }
-  for (const JobRecord& r : trace.jobs) {
-    if (r.outcome != Outcome::ran && r.outcome != Outcome::running) continue;
-    ExecutedJob job;
-    job.task = r.job.task;
-    job.timestamp = Time{} + (r.job.timestamp - trace.epoch);
-    job.start = Time{} + (r.start - trace.epoch);
-    if (r.outcome == Outcome::ran) job.finish = Time{} + (r.finish - trace.epoch);
-    const auto& of_timer = released[r.job.task];
-    const auto later = std::upper_bound(of_timer.begin(), of_timer.end(), r.start,
-                                        [](Time t, const JobRecord* o) { return t < o->job.release; });
-    if (later != of_timer.begin()) {
-      const Job& latest = (*std::prev(later))->job;
-      job.next_call =
-          Time{} + (latest.timestamp - trace.epoch) + (1 + latest.skipped) * set[r.job.task].period;
-    }
-    schedule.jobs.push_back(job);
-  }
-  sort_by_start(schedule.jobs);
-  return schedule;
-}
 
 Schedule read_golden_trace(const std::filesystem::path& file, bool release_only) {
   std::ifstream in(file);
@@ -159,10 +121,6 @@ Schedule read_golden_trace(const std::filesystem::path& file, bool release_only)
     }
   }
   return schedule;
-}
-
-Duration response_authors(const Schedule& schedule, const ExecutedJob& job) {
-  return job.finish - (job.next_call - schedule.set[job.task].period);
 }
 
 double ScheduleComparison::largest_loss_difference() const {

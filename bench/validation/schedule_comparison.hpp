@@ -6,30 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "hotpath/core/trace.hpp"
+#include "results/schedule.hpp"
 #include "results/statistics.hpp"
 
 namespace hotpath {
-
-/// One executed job, of whatever origin.
-struct ExecutedJob {
-  TaskId task = kNoTask;
-  Time timestamp{}, start{};
-  Time finish = Time::min();  ///< Time::min(): not finished at the end of the run.
-  Time next_call = kNever;    ///< Timers: the timer's next call as read at the start of the job.
-
-  bool finished() const { return finish >= start; }
-};
-
-/// The executed jobs of one run by start, with instants since its epoch.
-struct Schedule {
-  TaskSet set;
-  std::vector<ExecutedJob> jobs;
-};
-
-/// From a trace: jobs that ran or were running. A timer's next call at the start of a job follows the latest
-/// timestamp that had been released, or skipped with it, by then.
-Schedule schedule_of(const TaskSet& set, const Trace& trace);
 
 /// A golden trace (results/ros2_reference/traces): the tasks with their periods, execution times and first
 /// releases, and every job of the real ROS 2 stack. Throws UsageError.
@@ -38,10 +18,6 @@ Schedule schedule_of(const TaskSet& set, const Trace& trace);
 /// sets, release-and-execute) has the timer's next call at the previous job; one that a releaser started has
 /// the timestamp of its number.
 Schedule read_golden_trace(const std::filesystem::path& file, bool release_only);
-
-/// The authors' response time (their sensor.hpp): finish - (next call at the start - period). Under a
-/// release-only executor with backlog that refers to a later release than the job's own.
-Duration response_authors(const Schedule& schedule, const ExecutedJob& job);
 
 struct TaskComparison {
   std::string task;

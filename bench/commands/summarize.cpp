@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.hpp"
+#include "program/errors.hpp"
+#include "program/whole_file.hpp"
+#include "results/stored_run.hpp"
+#include "results/summary_table.hpp"
+
+namespace hotpath {
+
+namespace {
+
+struct SummarizeOptions {
+  std::string run, responses;
+};
+
+void summarize_run(const SummarizeOptions& options) {
+  StoredRun run(options.run, "summarize");
+  run.load();
+  const auto responses = [&](std::ostream& out) { write_responses_csv(out, run); };
+  if (options.responses == "-") return responses(std::cout);
+  if (!options.responses.empty()) write_whole_file(options.responses, "--responses", responses);
+  const nlohmann::json summary = summarize_again(run);
+  write_whole_file(run.folder() / "summary.json", "summarize",
+                   [&](std::ostream& out) { out << summary.dump(2) << "\n"; });
+  write_table(std::cout, summarize(run.tasks(), run.runs(), run.summary_options()));
+}
+
+}  // namespace
+
+void add_summarize_command(CLI::App& app) {
+  auto options = std::make_shared<SummarizeOptions>();
+  CLI::App* command =
+      app.add_subcommand("summarize", "Make the summary of a stored run anew, so that new measures apply to it");
+  command->add_option("RUN", options->run, "Folder of `hotpath run`, `compare` or `simulate`")->required();
+  command
+      ->add_option("--responses", options->responses,
+                   "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
+                   "nothing else")
+      ->type_name("FILE");
+  command->footer("Example:  hotpath summarize runs/first");
+  command->callback([options] { summarize_run(*options); });
+}
+
+}  // namespace hotpath

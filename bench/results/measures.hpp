@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hotpath/core/trace.hpp"
+
+namespace hotpath {
+
+/// Finish of a job that ran minus its own timestamp.
+[[nodiscard]] inline Duration response_time(const JobRecord& ran) { return ran.finish - ran.job.timestamp; }
+
+/// Whether a job that ran is one of a timer and responded later than its relative deadline. Subscriptions
+/// have no deadline but what they inherit under EDF, and never overrun.
+[[nodiscard]] inline bool overruns_deadline(const Task& task, const JobRecord& ran) {
+  return task.kind == TaskKind::timer && response_time(ran) > task.deadline;
+}
+
+/// Whether a job that ran counts: it does when its timestamp lies at or after the end of the warm-up.
+[[nodiscard]] inline bool counts(const JobRecord& r, Time counted_from) {
+  return r.outcome == Outcome::ran && r.job.timestamp >= counted_from;
+}
+
+/// What became of a timer's timestamps after the warm-up.
+struct TimerCounts {
+  std::uint64_t reached = 0;  ///< Timestamps, whatever became of them.
+  std::uint64_t ran = 0;
+  std::uint64_t skipped = 0;
+  std::uint64_t deadline_overruns = 0;
+
+  /// Adds a job of the timer `task` and the timestamps that its call skipped.
+  void add(const Task& task, const JobRecord& r, Time counted_from) {
+    for (std::uint32_t k = 0; k <= r.job.skipped; ++k) {
+      if (r.job.timestamp + k * task.period < counted_from) continue;
+      ++reached;
+      skipped += k > 0;
+    }
+    if (!counts(r, counted_from)) return;
+    ++ran;
+    deadline_overruns += overruns_deadline(task, r);
+  }
+
+  TimerCounts& operator+=(const TimerCounts& other) {
+    reached += other.reached;
+    ran += other.ran;
+    skipped += other.skipped;
+    deadline_overruns += other.deadline_overruns;
+    return *this;
+  }
+
+  /// Share of the timestamps reached that were skipped (the paper's *dropped jobs*); 0 when none was reached.
+  [[nodiscard]] double dropped_percent() const {
+    return reached == 0 ? 0 : 100 * static_cast<double>(skipped) / static_cast<double>(reached);
+  }
+};
+
+/// A chain of the graph; a trace's ChainRecord::chain is its index.
+struct MeasuredChain {
+  std::string name;
+  std::vector<TaskId> sink_tasks;  ///< The tasks of the sink node whose jobs end the chain.
+};
+
+/// The chain records of a run that count. One rule decides for jobs and chains alike: a sample belongs to the
+/// warm-up when its job's timestamp lies before `counted_from`; for a chain that is the sink's job, found by
+/// its sequence. Where several sink tasks have a job of that sequence, the earliest timestamp decides. A
+/// record whose sink job has no record counts: buffers fill up at the end of a run only.
+[[nodiscard]] std::vector<ChainRecord> counted_chains(const Trace& trace,
+                                                      const std::vector<MeasuredChain>& chains,
+                                                      Time counted_from);
+
+}  // namespace hotpath

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "results/summary.hpp"
+
+namespace hotpath {
+
+/// What run.json keeps of the tasks, so that a run can be read without its graph: an array of
+/// {task, kind, period_ns, deadline_ns}, the latter two for timers. The second throws nlohmann's exceptions
+/// for what is none.
+[[nodiscard]] nlohmann::json tasks_json(const TaskSet& set);
+[[nodiscard]] TaskSet tasks_from_json(const nlohmann::json& tasks);
+
+/// What `runs` of run.json keeps of one repetition besides its rows in the CSV files: executor, repetition,
+/// first timestamps (milliseconds by timer), usage, records lost, and what the loss equations expect of each
+/// task and chain. `set` has the phases of the repetition.
+[[nodiscard]] nlohmann::json repetition_json(const TaskSet& set, const std::vector<std::string>& chains,
+                                             const Repetition& repetition);
+
+/// Fills in what the CSV files do not say of a repetition whose trace has been read from them. Runs that were
+/// written before these facts were kept get accounts that expect what was found.
+void complete_repetition(const nlohmann::json& run, const TaskSet& set,
+                         const std::vector<std::string>& chains, Repetition& repetition);
+
+}  // namespace hotpath

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/schedule.hpp"
+
+#include <algorithm>
+
+namespace hotpath {
+
+namespace {
+
+/// For each timer, the jobs that it released, by release.
+std::vector<std::vector<const Job*>> releases(const TaskSet& set, const Trace& trace) {
+  std::vector<std::vector<const Job*>> released(set.size());
+  for (const JobRecord& r : trace.jobs) {
+    const bool counts =
+        r.outcome == Outcome::ran || r.outcome == Outcome::running || r.outcome == Outcome::queued;
+    if (counts && set[r.job.task].kind == TaskKind::timer) released[r.job.task].push_back(&r.job);
+  }
+  for (auto& of_timer : released) {
+    std::stable_sort(of_timer.begin(), of_timer.end(),
+                     [](const Job* a, const Job* b) { return a->release < b->release; });
+  }
+  return released;
+}
+
+}  // namespace
+
+void sort_by_start(std::vector<ExecutedJob>& jobs) {
+  std::stable_sort(jobs.begin(), jobs.end(),
+                   [](const ExecutedJob& a, const ExecutedJob& b) { return a.start < b.start; });
+}
+
+Schedule schedule_of(const TaskSet& set, const Trace& trace) {
+  Schedule schedule{set, {}};
+  const auto since_epoch = [&](Time t) { return Time{} + (t - trace.epoch); };
+  const auto released = releases(set, trace);
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome != Outcome::ran && r.outcome != Outcome::running) continue;
+    ExecutedJob& job = schedule.jobs.emplace_back();
+    job.task = r.job.task;
+    job.timestamp = since_epoch(r.job.timestamp);
+    job.start = since_epoch(r.start);
+    if (r.outcome == Outcome::ran) job.finish = since_epoch(r.finish);
+    const auto& of_timer = released[r.job.task];
+    const auto later = std::upper_bound(of_timer.begin(), of_timer.end(), r.start,
+                                        [](Time t, const Job* other) { return t < other->release; });
+    if (later == of_timer.begin()) continue;
+    const Job& latest = **std::prev(later);
+    job.next_call = since_epoch(latest.timestamp) + (1 + latest.skipped) * set[r.job.task].period;
+  }
+  sort_by_start(schedule.jobs);
+  return schedule;
+}
+
+Duration response_authors(const Schedule& schedule, const ExecutedJob& job) {
+  return job.finish - (job.next_call - schedule.set[job.task].period);
+}
+
+}  // namespace hotpath

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hotpath/core/trace.hpp"
+
+namespace hotpath {
+
+/// One executed job, recorded by us or by the real ROS 2 stack.
+struct ExecutedJob {
+  TaskId task = kNoTask;
+  Time timestamp{}, start{};
+  Time finish = Time::min();  ///< Time::min(): not finished at the end of the run.
+  Time next_call = kNever;    ///< Timers: the timer's next call as read at the start of the job.
+
+  [[nodiscard]] bool finished() const { return finish >= start; }
+};
+
+/// The executed jobs of one run by start, with instants since its epoch.
+struct Schedule {
+  TaskSet set;
+  std::vector<ExecutedJob> jobs;
+};
+
+void sort_by_start(std::vector<ExecutedJob>& jobs);
+
+/// From a trace: jobs that ran or were running. A timer's next call at the start of a job follows the latest
+/// timestamp that had been released, or skipped with it, by then.
+[[nodiscard]] Schedule schedule_of(const TaskSet& set, const Trace& trace);
+
+/// Finish minus timestamp of a finished job.
+[[nodiscard]] inline Duration response_time(const ExecutedJob& job) { return job.finish - job.timestamp; }
+
+/// The authors' response time (their sensor.hpp): finish - (next call at the start - period). Under a
+/// release-only executor with backlog that refers to a later release than the job's own.
+[[nodiscard]] Duration response_authors(const Schedule& schedule, const ExecutedJob& job);
+
+}  // namespace hotpath

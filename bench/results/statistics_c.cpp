@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The statistics for the Python package (hotpath_report/statistics.py), which calls them by ctypes, so that
+// every number of a figure or page comes from one implementation. Estimates are {value, low, high}; NaN where
+// there is none.
+#include <array>
+#include <vector>
+
+#include "results/statistics.hpp"
+
+namespace {
+
+using hotpath::Estimate;
+using hotpath::RepeatedSamples;
+
+void store(const Estimate& estimate, double* out) {
+  out[0] = estimate.value;
+  out[1] = estimate.interval ? estimate.interval->low : hotpath::kNoValue;
+  out[2] = estimate.interval ? estimate.interval->high : hotpath::kNoValue;
+}
+
+const RepeatedSamples& samples(const void* handle) { return *static_cast<const RepeatedSamples*>(handle); }
+
+}  // namespace
+
+extern "C" {
+
+/// Samples of `repetitions` repetitions one after the other, `sizes` of each; hotpath_samples_delete() frees.
+void* hotpath_samples_new(const double* values, const std::size_t* sizes, std::size_t repetitions) {
+  std::vector<std::vector<double>> of_repetition;
+  for (std::size_t r = 0; r < repetitions; ++r) {
+    of_repetition.emplace_back(values, values + sizes[r]);
+    values += sizes[r];
+  }
+  return new RepeatedSamples(std::move(of_repetition));
+}
+
+void hotpath_samples_delete(void* handle) { delete static_cast<RepeatedSamples*>(handle); }
+
+void hotpath_quantile_estimate(const void* handle, double probability, double* out) {
+  store(hotpath::estimate_quantiles(samples(handle), std::array{probability}).front(), out);
+}
+
+void hotpath_quantile_ratio(const void* a, const void* b, double probability, double* out) {
+  store(hotpath::ratio_of_quantiles(samples(a), samples(b), probability), out);
+}
+
+void hotpath_quantile_difference(const void* a, const void* b, double probability, double* out) {
+  store(hotpath::difference_of_quantiles(samples(a), samples(b), probability), out);
+}
+
+void hotpath_cliffs_delta(const void* a, const void* b, double* out) {
+  store(hotpath::cliffs_delta(samples(a), samples(b)), out);
+}
+
+}  // extern "C"

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/stored_run.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <ostream>
+
+#include "hotpath/core/trace_csv.hpp"
+#include "program/csv_rows.hpp"
+#include "program/errors.hpp"
+#include "results/measures.hpp"
+#include "results/run_facts.hpp"
+
+namespace hotpath {
+
+using nlohmann::json;
+
+namespace {
+
+std::string named(const std::string& executor, std::uint32_t repetition) {
+  return executor + " (repetition " + std::to_string(repetition) + ")";
+}
+
+std::string named(const json& run) {
+  return named(run.at("executor").get<std::string>(), run.at("repetition").get<std::uint32_t>());
+}
+
+/// Timers of nodes that have subscriptions as well.
+std::vector<TaskId> cyclic_timers(const TaskSet& set) {
+  std::vector<TaskId> timers;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    const std::string prefix = set[id].name + "/";
+    const auto is_input = [&](const Task& t) { return t.name.starts_with(prefix); };
+    if (set[id].kind == TaskKind::timer && std::any_of(set.tasks.begin(), set.tasks.end(), is_input)) {
+      timers.push_back(id);
+    }
+  }
+  return timers;
+}
+
+}  // namespace
+
+StoredRun::StoredRun(std::filesystem::path folder, std::string option)
+    : folder_(std::move(folder)), option_(std::move(option)) {
+  std::ifstream in(folder_ / "run.json");
+  if (!in) fail("there is no run.json; name the folder of a run, as written by `hotpath run`");
+  try {
+    facts_ = json::parse(in);
+    read_facts();
+  } catch (const json::exception& error) {
+    fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
+  }
+}
+
+void StoredRun::read_facts() {
+  cores_ = facts_.contains("cpus") ? static_cast<unsigned>(facts_.at("cpus").size())
+                                   : facts_.at("platform").at("cores").get<unsigned>();
+  executors_ = facts_.at("executors").get<std::vector<std::string>>();
+  warm_up_ = from_ms(facts_.at("warm_up_s").get<double>() * 1000);
+  length_ = warm_up_ + from_ms(facts_.at("duration_s").get<double>() * 1000);
+  if (facts_.contains("chains")) chains_ = facts_["chains"].get<std::vector<std::string>>();
+  for (const json& run : facts_.at("runs")) {
+    static_cast<void>(named(run));
+    for (const auto& first : run.at("first_timestamps_ms")) static_cast<void>(first.get<double>());
+  }
+}
+
+const json* StoredRun::find_run(const std::string& executor, std::uint32_t repetition) const {
+  for (const json& run : facts_.at("runs")) {
+    if (run.at("executor") == executor && run.at("repetition") == repetition) return &run;
+  }
+  return nullptr;
+}
+
+std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std::string& executor,
+                                                  std::uint32_t repetition) const {
+  const json* const run = find_run(executor, repetition);
+  if (run == nullptr) fail_missing(executor, repetition);
+  const json& first_ms = run->at("first_timestamps_ms");
+  std::vector<Duration> first(set.size());
+  std::size_t timers = 0;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind != TaskKind::timer) continue;
+    ++timers;
+    if (!first_ms.contains(set[id].name)) {
+      fail("it has no first timestamp for timer " + set[id].name + "; was it of another graph?");
+    }
+    first[id] = from_ms(first_ms[set[id].name].get<double>());
+  }
+  if (timers != first_ms.size()) {
+    fail("it has first timestamps for " + std::to_string(first_ms.size()) + " timers, the graph has " +
+         std::to_string(timers) + "; was it of another graph?");
+  }
+  return first;
+}
+
+void StoredRun::load(const TaskSet& set) {
+  tasks_ = set;
+  read_jobs();
+  read_chains();
+}
+
+void StoredRun::load() {
+  if (!facts_.contains("tasks")) {
+    fail("version " + facts_.value("version", "unknown") + " wrote it, which does not name its tasks");
+  }
+  try {
+    load(tasks_from_json(facts_["tasks"]));
+  } catch (const json::exception& error) {
+    fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
+  }
+}
+
+void StoredRun::read_jobs() {
+  const std::filesystem::path file = folder_ / "jobs.csv";
+  std::ifstream in(file);
+  if (!in) fail("there is no jobs.csv; name the folder of a whole run, made without --no-trace");
+  try {
+    traces_ = read_jobs_csv(in, tasks_, file.string());
+  } catch (const TraceCsvError& error) {
+    throw UsageError(option_ + ": " + error.what());
+  }
+  // Live repetitions are interleaved at random.
+  const auto place = [&](const Trace& t) {
+    return std::pair(std::find(executors_.begin(), executors_.end(), t.executor), t.repetition);
+  };
+  std::sort(traces_.begin(), traces_.end(),
+            [&](const Trace& a, const Trace& b) { return place(a) < place(b); });
+}
+
+void StoredRun::read_chains() {
+  for (const CsvRow& row : read_csv(folder_ / "chains.csv")) {
+    const auto trace = std::find_if(traces_.begin(), traces_.end(), [&](const Trace& t) {
+      return t.executor == row.text("executor") && t.repetition == row.number("repetition");
+    });
+    if (trace == traces_.end()) {
+      fail("chains.csv has rows of a repetition that jobs.csv does not have; the files are not of one run");
+    }
+    auto chain = std::find(chains_.begin(), chains_.end(), row.text("chain"));
+    if (chain == chains_.end()) chain = chains_.insert(chains_.end(), row.text("chain"));
+    ChainRecord& r = trace->chains.emplace_back();
+    r.chain = static_cast<std::uint32_t>(chain - chains_.begin());
+    r.sequence = static_cast<std::uint64_t>(row.number("sequence"));
+    r.hot_path_latency = Duration(static_cast<std::int64_t>(row.number("hot_path_latency_ns")));
+    if (row.text("end_to_end_latency_ns").empty()) continue;
+    r.end_to_end_latency = Duration(static_cast<std::int64_t>(row.number("end_to_end_latency_ns")));
+  }
+}
+
+const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetition) const {
+  const auto found = std::find_if(traces_.begin(), traces_.end(), [&](const Trace& t) {
+    return t.executor == executor && t.repetition == repetition;
+  });
+  if (found == traces_.end()) fail_missing(executor, repetition);
+  return *found;
+}
+
+std::vector<ExecutorRuns> StoredRun::runs() const {
+  std::vector<ExecutorRuns> runs;
+  for (const std::string& executor : executors_) runs.push_back({executor, {}});
+  for (const Trace& trace : traces_) {
+    const auto of = std::find_if(runs.begin(), runs.end(),
+                                 [&](const ExecutorRuns& r) { return r.executor == trace.executor; });
+    const json* const run = find_run(trace.executor, trace.repetition);
+    if (of == runs.end() || run == nullptr) fail_missing(trace.executor, trace.repetition);
+    Repetition& repetition = of->repetitions.emplace_back();
+    repetition.trace = trace;
+    try {
+      complete_repetition(*run, tasks_, chains_, repetition);
+    } catch (const json::exception& error) {
+      fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
+    }
+  }
+  return runs;
+}
+
+SummaryOptions StoredRun::summary_options() const {
+  SummaryOptions options;
+  options.chains = chains_;
+  options.cyclic_timers = cyclic_timers(tasks_);
+  options.warm_up = warm_up_;
+  options.bootstrap.seed = facts_.value("seed", options.bootstrap.seed);
+  return options;
+}
+
+void StoredRun::fail(const std::string& what) const {
+  throw UsageError(option_ + " " + folder_.string() + ": " + what);
+}
+
+void StoredRun::fail_missing(const std::string& executor, std::uint32_t repetition) const {
+  std::string list;
+  for (const json& run : facts_.at("runs")) list += (list.empty() ? "" : ", ") + named(run);
+  fail(named(executor, repetition) + " did not run there; " +
+       (list.empty() ? "nothing did" : "there are " + list));
+}
+
+json summarize_again(const StoredRun& run) {
+  json summary = to_json(summarize(run.tasks(), run.runs(), run.summary_options()));
+  const json& runs = run.facts().at("runs");
+  if (!runs.empty() && runs.front().contains("expected")) return summary;
+  std::ifstream in(run.folder() / "summary.json");
+  if (!in) return summary;
+  try {
+    for (const json& old : json::parse(in).at("executors")) {
+      for (json& executor : summary["executors"]) {
+        if (executor.at("executor") != old.at("executor")) continue;
+        for (const char* key : {"usage", "cpu_per_callback_us", "lost_records", "loss_equations"}) {
+          executor[key] = old.at(key);
+        }
+        for (std::size_t c = 0; c < executor["chains"].size() && c < old.at("chains").size(); ++c) {
+          executor["chains"][c]["hot_path_drops"] = old["chains"][c].at("hot_path_drops");
+        }
+      }
+    }
+  } catch (const json::exception& error) {
+    run.fail(std::string("its summary.json is not one of `hotpath`: ") + error.what());
+  }
+  return summary;
+}
+
+void write_responses_csv(std::ostream& out, const StoredRun& run) {
+  const Time counted_from = Time{} + run.warm_up();
+  out << "executor,repetition,task,response_ns\n";
+  for (const Trace& trace : run.traces()) {
+    for (const JobRecord& r : trace.jobs) {
+      if (!counts(r, counted_from)) continue;
+      out << trace.executor << ',' << trace.repetition << ',' << run.tasks()[r.job.task].name << ','
+          << response_time(r).count() << '\n';
+    }
+  }
+}
+
+}  // namespace hotpath

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "results/summary.hpp"
+
+namespace hotpath {
+
+/// The folder of a finished run, live or simulated. Instants count from an epoch of zero.
+class StoredRun {
+ public:
+  /// Reads run.json. `option` is named in messages. Throws UsageError for a folder that holds no whole run.
+  StoredRun(std::filesystem::path folder, std::string option);
+
+  const std::filesystem::path& folder() const { return folder_; }
+  const nlohmann::json& facts() const { return facts_; }  ///< run.json.
+  unsigned cores() const { return cores_; }               ///< Processors that the run could use.
+  const std::vector<std::string>& executors() const { return executors_; }  ///< As asked for.
+  Duration warm_up() const { return warm_up_; }
+  Duration length() const { return length_; }  ///< Of each repetition as planned, warm-up included.
+
+  /// First timestamp of every timer, by task. Throws UsageError when that executor or repetition did not run,
+  /// or when the timers are not those of `set`.
+  [[nodiscard]] std::vector<Duration> first_timestamps(const TaskSet& set, const std::string& executor,
+                                                       std::uint32_t repetition) const;
+
+  /// Reads jobs.csv and chains.csv for the tasks of a graph, or for those that the run itself names. Throws
+  /// UsageError for files that are missing, malformed or of another graph.
+  void load(const TaskSet& set);
+  void load();
+
+  const TaskSet& tasks() const { return tasks_; }                     ///< After load().
+  const std::vector<std::string>& chains() const { return chains_; }  ///< After load(): their names.
+  /// After load(): by executor in the order of executors(), then by repetition.
+  const std::vector<Trace>& traces() const { return traces_; }
+  /// One of them. Throws UsageError when that executor or repetition did not run.
+  [[nodiscard]] const Trace& trace(const std::string& executor, std::uint32_t repetition) const;
+
+  /// After load(): what summarize() needs.
+  [[nodiscard]] std::vector<ExecutorRuns> runs() const;
+  [[nodiscard]] SummaryOptions summary_options() const;
+
+  /// Throws UsageError: option, folder, `what`.
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  const nlohmann::json* find_run(const std::string& executor, std::uint32_t repetition) const;
+  [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
+  void read_facts();
+  void read_jobs();
+  void read_chains();
+
+  std::filesystem::path folder_;
+  std::string option_;
+  nlohmann::json facts_;
+  unsigned cores_ = 1;
+  std::vector<std::string> executors_, chains_;
+  Duration warm_up_{}, length_{};
+  TaskSet tasks_;
+  std::vector<Trace> traces_;
+};
+
+/// The summary of a stored run made anew from its rows, as summary.json; what only the run itself could count
+/// and run.json does not keep, in runs of older versions, is taken from the summary.json that is there.
+/// Throws UsageError.
+[[nodiscard]] nlohmann::json summarize_again(const StoredRun& run);
+
+/// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, in the order of
+/// jobs.csv.
+void write_responses_csv(std::ostream& out, const StoredRun& run);
+
+}  // namespace hotpath
