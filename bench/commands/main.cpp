@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 
@@ -91,7 +91,7 @@ int main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const hotpath::UsageError& error) {
     return report(error, 2);
-  } catch (const hotpath::GraphError& error) {
+  } catch (const hotpath::InputError& error) {
     return report(error, 2);
   } catch (const std::exception& error) {
     return report(error, 1);

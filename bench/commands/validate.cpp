@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "commands/commands.hpp"
+#include "hotpath/reference_system/ros2_reference.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
@@ -28,10 +29,7 @@ struct ValidateOptions {
 
 fs::path find_reference(const std::string& given) {
   if (!given.empty()) return given;
-  std::istringstream folders(HOTPATH_REFERENCE_DIRS);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (fs::exists(fs::path(folder) / "traces")) return folder;
-  }
+  if (const auto found = find_ros2_reference()) return *found;
   throw UsageError("the reference measurements are not installed; name their folder with --reference");
 }
 

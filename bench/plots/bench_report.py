@@ -17,7 +17,7 @@ from run_data import plt, run_script, save, three_digits, write_title
 COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY_BLUE, FAINT, "#000000", "#F0E442", "#999999")
 
 
-# CPU time of one callback of the Autoware graph without work on the real ROS 2 stack (results/ros2_reference), µs.
+# CPU time of one callback of the Autoware graph without work on the real ROS 2 stack (reference_system/ros2_reference), µs.
 ROS2_CALLBACK_US = {"default": 285, "static": 215, "events-ro": 135, "rm-ro": 120}
 SIMULATED = r"simulate_600s/{}/(.+)"
 

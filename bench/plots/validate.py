@@ -189,7 +189,7 @@ def draw(arguments):
     if timers:
         draw_live_order(panels[-1][0], timers)
         draw_live_lost(panels[-1][1], timers)
-    what = "rclcpp 26 and the paper authors' fork on Fast DDS; see results/ros2_reference"
+    what = "rclcpp 26 and the paper authors' fork on Fast DDS; see reference_system/ros2_reference"
     top = write_title(figure, "The simulator against the real ROS 2 stack", what, False)
     figure.subplots_adjust(
         left=0.12,

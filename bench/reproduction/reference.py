@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the real ROS 2 stack measured on the same workloads: results/ros2_reference, in this program's names."""
+"""What the real ROS 2 stack measured on the same workloads: reference_system/ros2_reference, in this program's names."""
 
 from pathlib import Path
 
 from evidence import group_of, read_table
 
 HERE = Path(__file__).resolve().parent
-FOLDERS = (HERE.parents[1] / "results" / "ros2_reference", HERE.parent / "ros2_reference")
+FOLDERS = (
+    HERE.parents[1] / "reference_system" / "ros2_reference",
+    HERE.parents[1] / "hotpath_reference_system" / "ros2_reference",
+)
 # The fork's prioritised queues give every subscription one top priority (rule `first`).
 TIMERS_NAMES = {"default": "default", "static": "static", "events": "events-ro", "rm": "rm-ro", "edf": "edf-ro"}
 AUTOWARE_NAMES = {

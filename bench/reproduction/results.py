@@ -178,7 +178,7 @@ def methods(evidence, mode):
         ),
         (
             "The real ROS 2 stack: rclcpp and the authors' fork on the same workloads, on another machine"
-            " (results/ros2_reference). Its response times follow the authors' definition, which refers to a timer's"
+            " (reference_system/ros2_reference). Its response times follow the authors' definition, which refers to a timer's"
             " latest release, so a release-only executor's backlog does not show in them. Its rm and edf place all"
             " subscriptions before all timers (rule `first`)."
         ),

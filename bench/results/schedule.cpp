@@ -2,6 +2,7 @@
 #include "results/schedule.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace hotpath {
 
@@ -48,6 +49,20 @@ Schedule schedule_of(const TaskSet& set, const Trace& trace) {
     job.next_call = since_epoch(latest.timestamp) + (1 + latest.skipped) * set[r.job.task].period;
   }
   sort_by_start(schedule.jobs);
+  return schedule;
+}
+
+Schedule schedule_of(const GoldenTrace& trace, bool release_only) {
+  Schedule schedule{trace.set, {}};
+  std::vector<Time> next_call;
+  for (const Task& task : trace.set.tasks) next_call.push_back(Time{} + task.phase);
+  for (const GoldenJob& job : trace.jobs) {
+    const Task& task = trace.set[job.task];
+    const Time called = std::exchange(next_call[job.task], job.next_call);
+    const Time of_its_number = Time{} + task.phase + static_cast<std::int64_t>(job.count) * task.period;
+    schedule.jobs.push_back(
+        {job.task, release_only ? of_its_number : called, job.start, job.finish, job.next_call});
+  }
   return schedule;
 }
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/trace.hpp"
 
 namespace hotpath {
@@ -28,6 +29,11 @@ void sort_by_start(std::vector<ExecutedJob>& jobs);
 /// From a trace: jobs that ran or were running. A timer's next call at the start of a job follows the latest
 /// timestamp that had been released, or skipped with it, by then.
 [[nodiscard]] Schedule schedule_of(const TaskSet& set, const Trace& trace);
+
+/// From a golden trace. It holds no timestamps: they follow from the next calls. A job that the timer's own
+/// call started (wait sets, release-and-execute) has the timer's next call at the previous job; one that a
+/// releaser started (`release_only`) has the timestamp of its number.
+[[nodiscard]] Schedule schedule_of(const GoldenTrace& trace, bool release_only);
 
 /// Finish minus timestamp of a finished job.
 [[nodiscard]] inline Duration response_time(const ExecutedJob& job) { return job.finish - job.timestamp; }

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <fstream>
+#include <optional>
 #include <ostream>
 
 #include "hotpath/core/trace_csv.hpp"
-#include "program/csv_rows.hpp"
 #include "program/errors.hpp"
 #include "results/measures.hpp"
 #include "results/run_facts.hpp"
@@ -94,30 +94,30 @@ std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std:
   return first;
 }
 
-void StoredRun::load(const TaskSet& set) {
-  tasks_ = set;
-  read_jobs();
-  read_chains();
-}
-
 void StoredRun::load() {
-  if (!facts_.contains("tasks")) {
-    fail("version " + facts_.value("version", "unknown") + " wrote it, which does not name its tasks");
-  }
+  std::optional<TaskSet> set;
   try {
-    load(tasks_from_json(facts_["tasks"]));
+    if (facts_.contains("tasks")) set = tasks_from_json(facts_["tasks"]);
   } catch (const json::exception& error) {
     fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
   }
+  if (!set) set = read_jobs(nullptr);  // runs of older versions do not name their tasks
+  load(*set);
 }
 
-void StoredRun::read_jobs() {
+void StoredRun::load(const TaskSet& set) {
+  tasks_ = read_jobs(&set);
+  read_chains();
+}
+
+TaskSet StoredRun::read_jobs(const TaskSet* set) {
   const std::filesystem::path file = folder_ / "jobs.csv";
   std::ifstream in(file);
   if (!in) fail("there is no jobs.csv; name the folder of a whole run, made without --no-trace");
   try {
-    traces_ = read_jobs_csv(in, tasks_, file.string());
-  } catch (const TraceCsvError& error) {
+    if (set == nullptr) return read_jobs_csv(in, file.string()).set;
+    traces_ = read_jobs_csv(in, *set, file.string());
+  } catch (const InputError& error) {
     throw UsageError(option_ + ": " + error.what());
   }
   // Live repetitions are interleaved at random.
@@ -126,24 +126,24 @@ void StoredRun::read_jobs() {
   };
   std::sort(traces_.begin(), traces_.end(),
             [&](const Trace& a, const Trace& b) { return place(a) < place(b); });
+  return *set;
 }
 
 void StoredRun::read_chains() {
-  for (const CsvRow& row : read_csv(folder_ / "chains.csv")) {
+  const std::filesystem::path file = folder_ / "chains.csv";
+  std::ifstream in(file);
+  if (!in) fail("there is no chains.csv; name the folder of a whole run");
+  for (const ChainRow& row : read_chains_csv(in, file.string())) {
     const auto trace = std::find_if(traces_.begin(), traces_.end(), [&](const Trace& t) {
-      return t.executor == row.text("executor") && t.repetition == row.number("repetition");
+      return t.executor == row.executor && t.repetition == row.repetition;
     });
     if (trace == traces_.end()) {
       fail("chains.csv has rows of a repetition that jobs.csv does not have; the files are not of one run");
     }
-    auto chain = std::find(chains_.begin(), chains_.end(), row.text("chain"));
-    if (chain == chains_.end()) chain = chains_.insert(chains_.end(), row.text("chain"));
-    ChainRecord& r = trace->chains.emplace_back();
+    auto chain = std::find(chains_.begin(), chains_.end(), row.chain);
+    if (chain == chains_.end()) chain = chains_.insert(chains_.end(), row.chain);
+    ChainRecord& r = trace->chains.emplace_back(row.record);
     r.chain = static_cast<std::uint32_t>(chain - chains_.begin());
-    r.sequence = static_cast<std::uint64_t>(row.number("sequence"));
-    r.hot_path_latency = Duration(static_cast<std::int64_t>(row.number("hot_path_latency_ns")));
-    if (row.text("end_to_end_latency_ns").empty()) continue;
-    r.end_to_end_latency = Duration(static_cast<std::int64_t>(row.number("end_to_end_latency_ns")));
   }
 }
 

@@ -51,7 +51,8 @@ class StoredRun {
   const nlohmann::json* find_run(const std::string& executor, std::uint32_t repetition) const;
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
   void read_facts();
-  void read_jobs();
+  /// The traces of the tasks `set`, or, without, only the tasks that jobs.csv tells of.
+  TaskSet read_jobs(const TaskSet* set);
   void read_chains();
 
   std::filesystem::path folder_;

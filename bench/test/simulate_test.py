@@ -13,7 +13,7 @@ GRAPHS = (
     + [f"timers_only_{level}_authors" for level in (60, 80, 90)]
 )
 EXECUTORS = "default static multi events-ro events-re rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re".split()
-TRACES = Path(__file__).resolve().parents[2] / "results" / "ros2_reference" / "traces"
+TRACES = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "traces"
 BRIEF = ("--duration", 3, "--warm-up", 0)
 TINY = "name: tiny\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: %s}\n"
 TINY_CHAIN = """name: tiny_chain

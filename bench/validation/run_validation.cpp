@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "hotpath/core/csv.hpp"
+#include "hotpath/core/golden_trace.hpp"
+#include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "program/csv_rows.hpp"
 #include "program/errors.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
@@ -165,15 +168,16 @@ class RunValidation {
     if (graph_.name != "autoware") return;
     if (std::abs(load_percent_ - kReferenceLoad_percent) > kSameLoad_percent) return;
     const fs::path file = reference_ / "rclcpp_autoware_phases.csv";
-    for (const CsvRow& row : read_csv(file)) {
+    for (CsvReader row(file); row.next();) {
       // `rm-ro (first)` there is `rm-ro:first` here.
-      std::string name = row.text("executor");
+      const std::string label_there(row.text("executor"));
+      std::string name = label_there;
       const bool subscriptions_first = name.ends_with(" (first)");
       if (subscriptions_first) name.resize(name.find(' '));
       const bool ours_first = label.ends_with(":first") || scheduling_.rule == SubscriptionRule::first;
       if (label.substr(0, label.find(':')) != name || subscriptions_first != ours_first) continue;
       j["real_ms"] = real_latency_json(row);
-      const auto theirs = read_phases(file, graph_, row.text("executor"));
+      const auto theirs = read_phases(file, graph_, label_there);
       TaskSet set = tasks_.set;
       for (TaskId id = 0; id < theirs.size(); ++id) set.tasks[id].phase = theirs[id];
       j["phases_differ_ms"] = largest_difference_ms(set, first);
@@ -186,7 +190,8 @@ class RunValidation {
     const std::string set = graph_.name.substr(0, graph_.name.find("_authors"));
     const fs::path file = reference_ / "traces" / (set + "." + std::string(executor.name) + ".csv");
     if (!fs::exists(file)) return;
-    const Schedule real = read_golden_trace(file, executor.name.ends_with("-ro"));
+    const bool release_only = executor.traits.timers == TimerHandling::release_only;
+    const Schedule real = schedule_of(read_golden_trace(file), release_only);
     if (!same_timers(real.set, live.set)) return;
     std::vector<Duration> first;
     for (const Task& task : live.set.tasks) first.push_back(task.phase);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,13 +10,6 @@
 
 namespace hotpath {
 
-/// A golden trace (results/ros2_reference/traces): the tasks with their periods, execution times and first
-/// releases, and every job of the real ROS 2 stack. Throws UsageError.
-///
-/// It holds no timestamps: they follow from the next calls. A job that the timer's own call started (wait
-/// sets, release-and-execute) has the timer's next call at the previous job; one that a releaser started has
-/// the timestamp of its number.
-Schedule read_golden_trace(const std::filesystem::path& file, bool release_only);
 
 struct TaskComparison {
   std::string task;
@@ -27,10 +19,8 @@ struct TaskComparison {
 /// Two runs of one task set side by side: [0] what was measured, [1] what was predicted.
 struct ScheduleComparison {
   std::size_t jobs[2] = {0, 0};
-  /// Twice the length of the longest common subsequence of the tasks' names by start, over the sum of both
-  /// lengths: 1 for the same order, the best value that difflib's ratio could reach. Of the first 10000 jobs.
-  double similarity = 0;
-  /// The same with every task replaced by the first of its period: blind to the order among equal periods.
+  double similarity = 0;  ///< Of the order of the first 10000 jobs (job_order.hpp).
+  /// The same for the order by_period().
   double similarity_by_period = 0;
   struct Difference {
     std::size_t place = 0;

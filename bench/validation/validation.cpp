@@ -6,11 +6,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "hotpath/core/csv.hpp"
+#include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/platform.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "program/csv_rows.hpp"
 #include "program/errors.hpp"
 #include "setup/executor_spec.hpp"
 #include "validation/schedule_comparison.hpp"
@@ -59,9 +60,9 @@ json validate_golden_traces(const fs::path& reference) {
   json all = json::array();
   for (const char* set : {"timers_only_60", "timers_only_80", "timers_only_90"}) {
     for (const char* executor : {"default", "static", "events-ro", "events-re", "rm-ro", "edf-ro"}) {
-      const bool release_only = std::string_view(executor).ends_with("-ro");
-      const Schedule real = read_golden_trace(
-          reference / "traces" / (std::string(set) + "." + executor + ".csv"), release_only);
+      const bool release_only = find_executor(executor)->traits.timers == TimerHandling::release_only;
+      const fs::path file = reference / "traces" / (std::string(set) + "." + executor + ".csv");
+      const Schedule real = schedule_of(read_golden_trace(file), release_only);
       if (real.jobs.empty())
         throw UsageError("the golden trace of " + std::string(executor) + " has no jobs");
       const Duration length = real.jobs.back().start - Time{} + 1ns;
@@ -147,13 +148,14 @@ json validate_timers_only(const fs::path& reference) {
   using Run = std::pair<std::string, std::string>;  // utilisation, executor
   std::map<Run, std::map<std::string, std::pair<int, TimersOnly>>>
       measured;  // by repetition: tasks, their means
-  for (const CsvRow& row : read_csv(reference / "rclcpp_timers_only.csv")) {
-    auto& [tasks, t] =
-        measured[{row.text("utilisation_percent"), row.text("executor")}][row.text("repetition")];
+  for (CsvReader row(reference / "rclcpp_timers_only.csv"); row.next();) {
+    const Run run(row.text("utilisation_percent"), row.text("executor"));
+    auto& [tasks, t] = measured[run][std::string(row.text("repetition"))];
     ++tasks;
-    t.response_p50_ms += row.number("response_p50_ms");
-    t.response_p99_ms += row.number("response_p99_ms");
-    if (row.text("task") == "IMU") t.imu_lost_percent = 100 * row.number("dropped") / row.number("released");
+    t.response_p50_ms += row.number<double>("response_p50_ms");
+    t.response_p99_ms += row.number<double>("response_p99_ms");
+    if (row.text("task") == "IMU")
+      t.imu_lost_percent = 100 * row.number<double>("dropped") / row.number<double>("released");
   }
   json all = json::array();
   for (const auto& [run, repetitions] : measured) {
@@ -190,8 +192,8 @@ json validate_autoware(const fs::path& reference) {
   }
   const fs::path file = reference / "rclcpp_autoware_phases.csv";
   json all = json::array();
-  for (const CsvRow& row : read_csv(file)) {
-    const std::string label = row.text("executor");
+  for (CsvReader row(file); row.next();) {
+    const std::string label(row.text("executor"));
     const std::string name = label.substr(0, label.find(' '));
     GraphTasks tasks = make_tasks(graph);
     const auto first = read_phases(file, graph, name);
@@ -205,7 +207,7 @@ json validate_autoware(const fs::path& reference) {
     // The six outputs of a hyperperiod (600 ms) differ: a whole number of them counts.
     const Prediction p = predict(graph, tasks, executor, times, options, 1200ms);
     const json simulated = latency_json(p.latencies_ms.at(0));
-    const double measured = row.number("hot_path_p50_ms");
+    const double measured = row.number<double>("hot_path_p50_ms");
     all.push_back(
         {{"executor", label},
          {"measured_ms", real_latency_json(row)},

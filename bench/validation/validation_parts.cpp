@@ -60,12 +60,12 @@ json latency_json(std::vector<double> samples) {
   return j;
 }
 
-json real_latency_json(const CsvRow& row) {
-  return {{"p10", row.number("hot_path_p10_ms")},
-          {"p50", row.number("hot_path_p50_ms")},
-          {"p90", row.number("hot_path_p90_ms")},
-          {"p99", row.number("hot_path_p99_ms")},
-          {"max", row.number("hot_path_max_ms")}};
+json real_latency_json(const CsvReader& row) {
+  return {{"p10", row.number<double>("hot_path_p10_ms")},
+          {"p50", row.number<double>("hot_path_p50_ms")},
+          {"p90", row.number<double>("hot_path_p90_ms")},
+          {"p99", row.number<double>("hot_path_p99_ms")},
+          {"max", row.number<double>("hot_path_max_ms")}};
 }
 
 std::string median_verdict(double measured, double simulated, double tolerance,

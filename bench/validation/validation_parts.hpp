@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/core/csv.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph.hpp"
-#include "program/csv_rows.hpp"
 #include "setup/executor_spec.hpp"
 #include "validation/schedule_comparison.hpp"
 
@@ -33,7 +33,7 @@ nlohmann::json comparison_json(const ScheduleComparison& comparison, const std::
 
 nlohmann::json latency_json(std::vector<double> samples);
 /// Of a row of rclcpp_autoware_phases.csv.
-nlohmann::json real_latency_json(const CsvRow& row);
+nlohmann::json real_latency_json(const CsvReader& row);
 
 /// Whether two medians agree within a share `tolerance`; if not, `otherwise` says why.
 std::string median_verdict(double measured, double simulated, double tolerance, const std::string& otherwise);

@@ -1,64 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulator against what the real ROS 2 stack did, job by job: the golden traces of the paper's
-// timers-only sets (results/ros2_reference). Their timer thread ran at SCHED_FIFO 90, above the executor
+// timers-only sets (reference_system/ros2_reference). Their timer thread ran at SCHED_FIFO 90, above the executor
 // thread.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "hotpath/core/golden_trace.hpp"
+#include "hotpath/core/job_order.hpp"
 #include "hotpath/core/platform.hpp"
-#include "reference_trace.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {
 namespace {
 
-ReferenceTrace reference(const std::string& level, const std::string& executor) {
-  return read_reference_trace(std::string(HOTPATH_REFERENCE_DIR) + "/traces/timers_only_" + level + "." +
-                              executor + ".csv");
+GoldenTrace reference(const std::string& level, const std::string& executor) {
+  return read_golden_trace(std::string(HOTPATH_REFERENCE_DIR) + "/traces/timers_only_" + level + "." +
+                           executor + ".csv");
 }
 
 /// Simulates the trace's tasks, with its phases and execution times, up to its last start.
-Trace simulate_like(const ReferenceTrace& real, const std::string& executor, const Platform& platform = {}) {
+Trace simulate_like(const GoldenTrace& real, const std::string& executor, const Platform& platform = {}) {
   return run(real.set, executor, real.jobs.back().start - Time{} + 1ns, platform);
 }
 
-using Sequence = std::vector<TaskId>;
-
-Sequence sequence(const ReferenceTrace& real) {
-  Sequence tasks;
-  for (const ReferenceJob& job : real.jobs) tasks.push_back(job.task);
+JobOrder sequence(const GoldenTrace& real) {
+  JobOrder tasks;
+  for (const GoldenJob& job : real.jobs) tasks.push_back(job.task);
   return tasks;
 }
 
-Sequence sequence(const Trace& simulated) {
-  Sequence tasks;
+JobOrder sequence(const Trace& simulated) {
+  JobOrder tasks;
   for (const JobRecord& r : simulated.jobs) {
     if (r.outcome == Outcome::ran || r.outcome == Outcome::running) tasks.push_back(r.job.task);
   }
   return tasks;
-}
-
-/// With every task replaced by the first of its period.
-Sequence by_period(Sequence tasks, const TaskSet& set) {
-  for (TaskId& id : tasks) {
-    for (TaskId first = 0; first < id; ++first) {
-      if (set[first].period == set[id].period) id = first;
-    }
-  }
-  return tasks;
-}
-
-/// Twice the length of the longest common subsequence over the sum of the lengths.
-double similarity(const Sequence& a, const Sequence& b) {
-  std::vector<std::size_t> above(b.size() + 1), row(b.size() + 1);
-  for (const TaskId task : a) {
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      row[j + 1] = task == b[j] ? above[j] + 1 : std::max(above[j + 1], row[j]);
-    }
-    std::swap(above, row);
-  }
-  return 2.0 * static_cast<double>(above.back()) / static_cast<double>(a.size() + b.size());
 }
 
 struct Case {
@@ -76,7 +53,7 @@ std::string name(const testing::TestParamInfo<Case>& info) {
 class IdenticalOrder : public testing::TestWithParam<Case> {};
 
 TEST_P(IdenticalOrder, WithoutAnyCosts) {
-  const ReferenceTrace real = reference(GetParam().level, GetParam().executor);
+  const GoldenTrace real = reference(GetParam().level, GetParam().executor);
   ASSERT_GT(real.jobs.size(), 1500U);
   EXPECT_EQ(sequence(simulate_like(real, GetParam().executor)), sequence(real));
 }
@@ -91,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(GoldenTrace, IdenticalOrder,
 class IdenticalUpToTies : public testing::TestWithParam<const char*> {};
 
 TEST_P(IdenticalUpToTies, RateMonotonicAmongDifferentPeriods) {
-  const ReferenceTrace real = reference(GetParam(), "rm-ro");
+  const GoldenTrace real = reference(GetParam(), "rm-ro");
   ASSERT_GT(real.jobs.size(), 1500U);
   EXPECT_EQ(by_period(sequence(simulate_like(real, "rm-ro")), real.set), by_period(sequence(real), real.set));
 }
@@ -101,10 +78,10 @@ INSTANTIATE_TEST_SUITE_P(GoldenTrace, IdenticalUpToTies, testing::Values("60", "
 class SimilarWithCosts : public testing::TestWithParam<Case> {};
 
 TEST_P(SimilarWithCosts, SequenceAndLostJobs) {
-  const ReferenceTrace real = reference(GetParam().level, GetParam().executor);
+  const GoldenTrace real = reference(GetParam().level, GetParam().executor);
   const Trace simulated =
       simulate_like(real, GetParam().executor, reference_platform(*find_executor(GetParam().executor)));
-  Sequence expected = sequence(real), got = sequence(simulated);
+  JobOrder expected = sequence(real), got = sequence(simulated);
   const std::string executor = GetParam().executor;
   if (executor == "rm-ro") {
     expected = by_period(expected, real.set);
@@ -116,7 +93,7 @@ TEST_P(SimilarWithCosts, SequenceAndLostJobs) {
   for (TaskId id = 0; id < real.set.size(); ++id) {
     const double timestamps = static_cast<double>(
         1 + (simulated.end - Duration(1) - Time{} - real.set[id].phase) / real.set[id].period);
-    const auto lost_percent = [&](const Sequence& s) {
+    const auto lost_percent = [&](const JobOrder& s) {
       return 100 * (1 - static_cast<double>(std::count(s.begin(), s.end(), id)) / timestamps);
     };
     EXPECT_NEAR(lost_percent(sequence(real)), lost_percent(sequence(simulated)), 2.0) << real.set[id].name;
@@ -138,10 +115,10 @@ TEST(GoldenTraceBoundary, WakeUpLatencyAloneDecidesStaticAt60AndEventsReAt80) {
   // is together with its neighbours.
   Platform late;
   late.wake_up_latency = 100us;
-  const ReferenceTrace re = reference("80", "events-re");
+  const GoldenTrace re = reference("80", "events-re");
   EXPECT_NE(sequence(simulate_like(re, "events-re")), sequence(re));
   EXPECT_EQ(sequence(simulate_like(re, "events-re", late)), sequence(re));
-  const ReferenceTrace st = reference("60", "static");
+  const GoldenTrace st = reference("60", "static");
   EXPECT_LT(similarity(sequence(simulate_like(st, "static")), sequence(st)), 0.96);
   EXPECT_GT(similarity(sequence(simulate_like(st, "static", late)), sequence(st)), 0.99);
 }

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "hotpath/core/accounting.hpp"
@@ -165,6 +166,46 @@ TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
   std::ostringstream out;
   write_chains_csv(out, {"hot path", "other"}, trace);
   EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31\nrm-ro,0,other,8,21,\n");
+}
+
+TEST(JobsCsv, TellsItsTasksWithoutTheGraph) {
+  TaskSet set;
+  add_timer(set, 10ms, 1ms, 5ms);
+  add_subscription(set, {add_timer(set, 30ms, 1ms)}, 1ms);
+  set.tasks[0].deadline = 8ms;
+  std::istringstream in(written(set, run(set, "edf-ro", 200ms)));
+  const JobsCsv jobs = read_jobs_csv(in, "jobs.csv");
+  ASSERT_EQ(jobs.traces.size(), 1U);
+  ASSERT_EQ(jobs.set.size(), 3U);
+  for (const Task& task : jobs.set.tasks) {
+    const auto same =
+        std::find_if(set.tasks.begin(), set.tasks.end(), [&](const Task& t) { return t.name == task.name; });
+    ASSERT_NE(same, set.tasks.end());
+    EXPECT_EQ(task.kind, same->kind);
+    EXPECT_EQ(task.period, same->period);
+    EXPECT_EQ(task.deadline, same->deadline) << task.name;
+  }
+}
+
+TEST(ChainsCsv, IsReadBack) {
+  Trace trace;
+  trace.executor = "rm-ro";
+  trace.repetition = 2;
+  trace.chains.push_back({1, 8, 0, 21ns, -1ns});
+  trace.chains.push_back({0, 7, 0, 20ns, 31ns});
+  std::stringstream file;
+  file << kChainsCsvHeader << '\n';
+  write_chains_csv(file, {"hot path", "other"}, trace);
+  const std::vector<ChainRow> rows = read_chains_csv(file, "chains.csv");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].executor, "rm-ro");
+  EXPECT_EQ(rows[0].repetition, 2U);
+  EXPECT_EQ(rows[0].chain, "other");
+  EXPECT_EQ(rows[0].record.chain, 0U);
+  EXPECT_EQ(rows[1].record.chain, 1U);
+  EXPECT_EQ(rows[1].record.sequence, 7U);
+  EXPECT_EQ(rows[0].record.end_to_end_latency, -1ns);
+  EXPECT_EQ(rows[1].record.end_to_end_latency, 31ns);
 }
 
 class Accounting : public testing::Test {

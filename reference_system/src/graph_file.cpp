@@ -262,11 +262,6 @@ YAML::Node read_yaml(const std::string& file, const std::string& text) {
 
 }  // namespace
 
-GraphError::GraphError(const std::string& file, int line, const std::string& problem,
-                       const std::string& remedy)
-    : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + problem + "; " +
-                         remedy) {}
-
 GraphSource parse_graph(const std::string& file, const std::string& text) {
   GraphSource source;
   source.file = file;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "graph_text.hpp"
+#include "hotpath/core/csv.hpp"
+#include "hotpath/core/golden_trace.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
@@ -13,23 +13,6 @@ namespace hotpath {
 namespace {
 
 const std::string kWidePrefix = "created_ms_";
-const std::string kTraceHeader = "# ";
-
-struct Row {
-  int line = 0;
-  std::vector<std::string> fields;
-};
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> fields;
-  std::size_t begin = 0;
-  while (begin <= line.size()) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(line.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return fields;
-}
 
 class PhasesFile {
  public:
@@ -39,114 +22,94 @@ class PhasesFile {
     }
     first_.resize(tasks_.set.size());
     known_.resize(tasks_.set.size(), 0);
-    read_rows();
   }
 
   std::vector<Duration> read(const std::string& executor) {
-    const std::vector<std::string>& columns = header_.fields;
-    if (columns.front().starts_with(kTraceHeader)) {
-      read_trace_header();
-    } else if (columns == std::vector<std::string>{"task", "first_release_ms"}) {
-      read_tasks(false);
-    } else if (columns == std::vector<std::string>{"task", "created_ms"}) {
-      read_tasks(true);
-    } else if (std::find(columns.begin(), columns.end(), "executor") != columns.end()) {
-      read_executor(executor);
+    std::ifstream in(path_);
+    std::string first_line;
+    std::getline(in, first_line);
+    if (is_golden_trace(first_line)) {
+      read_golden_header();
     } else {
-      fail(header_.line, "these columns are no phases",
-           "begin with `task,first_release_ms`, `task,created_ms`, or columns `executor` and "
-           "`created_ms_NODE`");
+      read_csv(executor);
     }
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
       if (tasks_.set[id].kind == TaskKind::timer && known_[id] == 0) {
-        fail(last_line_, "no phase for the timer of node " + tasks_.set[id].name, "give one for each timer");
+        throw GraphError(path_, last_line_, "no phase for the timer of node " + tasks_.set[id].name,
+                         "give one for each timer");
       }
     }
     return std::move(first_);
   }
 
  private:
-  [[noreturn]] void fail(int line, const std::string& problem, const std::string& remedy) const {
-    throw GraphError(path_, line, problem, remedy);
-  }
-
-  void read_rows() {
-    std::ifstream in(path_);
-    if (!in || std::filesystem::is_directory(path_)) {
-      fail(0, "the file of phases cannot be read", "give the path of a readable CSV file");
-    }
-    std::string text;
-    for (int line = 1; std::getline(in, text); ++line) {
-      if (text.ends_with('\r')) text.pop_back();
-      // Of a golden trace only the header counts.
-      if (!rows_.empty() && rows_.front().fields.front().starts_with(kTraceHeader) &&
-          !text.starts_with(kTraceHeader)) {
-        break;
-      }
-      if (text.empty()) continue;
-      rows_.push_back({line, split(text)});
-      last_line_ = line;
-    }
-    if (rows_.empty()) fail(0, "the file of phases is empty", "begin with the line `task,first_release_ms`");
-    header_ = rows_.front();
-    rows_.erase(rows_.begin());
-    for (const Row& row : rows_) {
-      if (row.fields.size() == header_.fields.size()) continue;
-      fail(row.line, "the row has " + std::to_string(row.fields.size()) + " fields",
-           "give " + std::to_string(header_.fields.size()) + ", one for each column of the header");
+  void read_golden_header() {
+    const GoldenTrace trace = read_golden_trace(path_);
+    for (const Task& task : trace.set.tasks) {
+      set(++last_line_, task.name, format_ms(task.phase), false);
     }
   }
 
-  /// `# TASK period_ns N wcet_ns N first_release_ns N`, a line for each timer.
-  void read_trace_header() {
-    rows_.insert(rows_.begin(), header_);
-    for (const Row& row : rows_) {
-      std::istringstream words(row.fields.front().substr(kTraceHeader.size()));
-      std::string task, key;
-      std::int64_t period = 0, wcet = 0, first = 0;
-      if (!(words >> task >> key >> period >> key >> wcet >> key >> first) || key != "first_release_ns") {
-        fail(row.line, "this is no header line of a golden trace",
-             "give `# TASK period_ns N wcet_ns N first_release_ns N`");
-      }
-      set(row.line, task, format_ms(Duration(first)), false);
+  void read_csv(const std::string& executor) {
+    using Names = std::vector<std::string>;
+    CsvReader rows(std::filesystem::path(path_), CsvLayout::by_hand);
+    if (rows.header().empty()) {
+      throw GraphError(path_, 0, "the file of phases is empty",
+                       "begin with the line `task,first_release_ms`");
+    }
+    const bool created = rows.header() == Names{"task", "created_ms"};
+    if (created || rows.header() == Names{"task", "first_release_ms"}) {
+      while (rows.next()) set(rows.line(), std::string(rows.text(0)), std::string(rows.text(1)), created);
+      last_line_ = rows.line();
+    } else if (rows.find_column("executor")) {
+      last_line_ = rows.line();  // where a missing column belongs
+      read_executor(rows, executor);
+    } else {
+      rows.fail("these columns are no phases",
+                "begin with `task,first_release_ms`, `task,created_ms`, or columns `executor` and "
+                "`created_ms_NODE`");
     }
   }
 
-  void read_tasks(bool created) {
-    for (const Row& row : rows_) set(row.line, row.fields[0], row.fields[1], created);
-  }
-
-  void read_executor(const std::string& executor) {
-    const auto& columns = header_.fields;
-    const auto executor_column =
-        static_cast<std::size_t>(std::find(columns.begin(), columns.end(), "executor") - columns.begin());
-    const Row* chosen = nullptr;
-    std::vector<std::string> executors;
-    for (const Row& row : rows_) {
-      const std::string& name = row.fields[executor_column];
+  /// The row of the executor's own name, else the first of the executor under any rule.
+  void read_executor(CsvReader& rows, const std::string& executor) {
+    using Fields = std::vector<std::string>;
+    const std::size_t names = rows.column("executor"), header_line = rows.line();
+    std::size_t chosen_line = 0;
+    Fields chosen, executors;
+    while (rows.next()) {
+      const std::string name(rows.text(names));
       executors.push_back(name.substr(0, name.find(" (")));
-      if (name == executor || (!chosen && executors.back() == executor)) chosen = &row;
+      if (name != executor && (chosen_line > 0 || executors.back() != executor)) continue;
+      chosen_line = rows.line();
+      chosen.clear();
+      for (std::size_t c = 0; c < rows.header().size(); ++c) chosen.emplace_back(rows.text(c));
     }
-    if (!chosen) fail(header_.line, "no row for executor " + executor, suggest(executor, executors));
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (!columns[c].starts_with(kWidePrefix)) continue;
-      set(chosen->line, columns[c].substr(kWidePrefix.size()), chosen->fields[c], true);
+    if (chosen_line == 0) {
+      throw GraphError(path_, header_line, "no row for executor " + executor, suggest(executor, executors));
     }
-    last_line_ = header_.line;  // where a missing column belongs
+    for (std::size_t c = 0; c < chosen.size(); ++c) {
+      const std::string& column = rows.header()[c];
+      if (!column.starts_with(kWidePrefix)) continue;
+      set(chosen_line, column.substr(kWidePrefix.size()), chosen[c], true);
+    }
   }
 
-  void set(int line, const std::string& name, const std::string& number, bool created) {
+  void set(std::size_t line, const std::string& name, const std::string& number, bool created) {
+    const auto fail = [&](const std::string& problem, const std::string& remedy) {
+      throw GraphError(path_, line, problem, remedy);
+    };
     TaskId id = 0;
     while (id < tasks_.set.size() && (tasks_.set[id].name != name || tasks_.set[id].kind != TaskKind::timer))
       ++id;
-    if (id == tasks_.set.size()) fail(line, "the graph has no timer " + name, suggest(name, timers_));
+    if (id == tasks_.set.size()) fail("the graph has no timer " + name, suggest(name, timers_));
     if (known_[id] != 0) {
-      fail(line, "a second phase for timer " + name,
+      fail("a second phase for timer " + name,
            "keep one (the other is in line " + std::to_string(known_[id]) + ")");
     }
     const std::optional<Duration> instant = parse_ms(number);
     if (!instant || *instant < Duration::zero()) {
-      fail(line, "the phase of timer " + name + " is `" + number + "`",
+      fail("the phase of timer " + name + " is `" + number + "`",
            "give decimal milliseconds such as 4.2, not negative");
     }
     first_[id] = *instant + (created ? tasks_.set[id].period : Duration::zero());
@@ -156,11 +119,9 @@ class PhasesFile {
   std::string path_;
   GraphTasks tasks_;
   std::vector<std::string> timers_;
-  Row header_;
-  std::vector<Row> rows_;
-  int last_line_ = 0;
+  std::size_t last_line_ = 0;  ///< To which a missing phase would be added.
   std::vector<Duration> first_;
-  std::vector<int> known_;  ///< Line that gave the phase of each task; 0: none yet.
+  std::vector<std::size_t> known_;  ///< Line that gave the phase of each task; 0: none yet.
 };
 
 }  // namespace

@@ -207,7 +207,7 @@ std::ostream& operator<<(std::ostream& out, const Reference& r) { return out << 
 
 class RclcppAutowarePhases : public testing::TestWithParam<Reference> {};
 
-/// results/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation instants of the
+/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation instants of the
 /// timers, 30 s a run of which the first prints are skipped. Medians of the hot-path latency.
 ///
 /// `rm-ro` and `edf-ro` are the fork's: subscriptions before timers, and of two in its heap the earlier

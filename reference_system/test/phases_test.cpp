@@ -191,7 +191,7 @@ TEST_F(PhasesFile, NamesTheLineOfEachMistake) {
   EXPECT_THAT(error_of(head + "SensorA,1\nSensorA,1\n"), HasSubstr(":3: a second phase"));
   EXPECT_THAT(error_of(head + "SensorA,soon\n"), HasSubstr(":2: the phase of timer SensorA is `soon`"));
   EXPECT_THAT(error_of(head + "SensorA,-1\n"), HasSubstr(":2: "));
-  EXPECT_THAT(error_of(head + "SensorA\n"), HasSubstr(":2: the row has 1 fields"));
+  EXPECT_THAT(error_of(head + "SensorA\n"), HasSubstr(":2: 1 columns instead of 2"));
   EXPECT_THAT(error_of(kWide, "dm-ro"), HasSubstr(":1: no row for executor dm-ro"));
   EXPECT_THAT(error_of("executor,created_ms_SensorA,created_ms_SensorB\ndefault,1,2\n"),
               HasSubstr(":1: no phase for the timer of node SensorC"));

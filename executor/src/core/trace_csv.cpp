@@ -4,23 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <istream>
 #include <ostream>
 #include <string_view>
 #include <unordered_map>
 
+#include "hotpath/core/csv.hpp"
+
 namespace hotpath {
 
-const char* const kJobsCsvHeader =
-    "executor,repetition,task,kind,sequence,outcome,timestamp_ns,release_ns,start_ns,finish_ns,cpu_ns,"
-    "deadline_ns,"
-    "worker,cpu,process,parent_task,parent_sequence";
-const char* const kChainsCsvHeader =
-    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns";
-
 namespace {
-
-constexpr std::size_t kColumns = 17;
 
 /// Builds one line without a stream's formatting, which dominates otherwise.
 class Line {
@@ -52,52 +44,187 @@ class Line {
   std::string text_;
 };
 
+constexpr bool finishes(Outcome outcome) { return outcome == Outcome::ran || outcome == Outcome::empty; }
+constexpr bool starts(Outcome outcome) { return finishes(outcome) || outcome == Outcome::running; }
+
+constexpr const char* name_of(TaskKind kind) { return kind == TaskKind::timer ? "timer" : "subscription"; }
+
+/// What a row says, on its way out.
+struct RowOut {
+  const TaskSet& set;
+  const Trace& trace;
+  const JobRecord& r;
+  Line& line;
+
+  /// A number where it applies, else an empty field.
+  template <class Integer>
+  void number_if(bool applies, Integer n) const {
+    applies ? line.number(n) : line.nothing();
+  }
+  void instant_if(bool applies, Time t) const { number_if(applies, (t - trace.epoch).count()); }
+};
+
+/// Names of tasks: those of a set, or of one that grows with every new name.
+class TaskNames {
+ public:
+  explicit TaskNames(const TaskSet& set) : set_(&set) {
+    for (TaskId id = 0; id < set.size(); ++id) ids_.emplace(set[id].name, id);
+  }
+  TaskNames(const TaskSet& set, TaskSet& growing) : TaskNames(set) { growing_ = &growing; }
+
+  /// The task of a field, for which another one may tell the kind.
+  TaskId find(const CsvReader& in, std::size_t column) {
+    const auto found = ids_.find(in.text(column));
+    if (found != ids_.end()) return found->second;
+    const std::string name(in.text(column));
+    if (growing_ == nullptr)
+      in.fail("the graph has no task `" + name + "`", "is this another graph's trace?");
+    ids_.emplace(name, growing_->size());
+    growing_->tasks.emplace_back().name = name;
+    return growing_->size() - 1;
+  }
+  void check_kind(const CsvReader& in, std::size_t column, TaskId id) {
+    const bool timer = in.text(column) == name_of(TaskKind::timer);
+    if (growing_ != nullptr) growing_->tasks[id].kind = timer ? TaskKind::timer : TaskKind::subscription;
+    if (in.text(column) == name_of((*set_)[id].kind)) return;
+    in.fail("task `" + (*set_)[id].name + "` is a " + name_of((*set_)[id].kind) + ", not a `" +
+                std::string(in.text(column)) + "`",
+            "is this another graph's trace?");
+  }
+
+ private:
+  struct Hash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view name) const { return std::hash<std::string_view>{}(name); }
+  };
+  const TaskSet* set_;
+  TaskSet* growing_ = nullptr;
+  std::unordered_map<std::string, TaskId, Hash, std::equal_to<>> ids_;
+};
+
+/// What a row says, on its way in.
+struct RowIn {
+  const CsvReader& in;
+  TaskNames& tasks;
+  std::string_view executor{};
+  std::uint32_t repetition = 0;
+  JobRecord r{};
+};
+
+Outcome outcome_of(const CsvReader& in, std::size_t column) {
+  for (const Outcome o : {Outcome::ran, Outcome::skipped, Outcome::overwritten, Outcome::queued,
+                          Outcome::running, Outcome::empty}) {
+    if (in.text(column) == to_string(o)) return o;
+  }
+  in.fail("unknown outcome `" + std::string(in.text(column)) + "`", "README lists them");
+}
+
+Time instant(const RowIn& row, std::size_t column) { return from_ns(row.in.number<std::int64_t>(column)); }
+
+enum class Field { required, may_be_empty };
+
+/// A column of jobs.csv: what it is called, how its field is written and read. Empty fields are not read.
+struct JobColumn {
+  const char* name;
+  Field field;
+  void (*write)(const RowOut&);
+  void (*read)(RowIn&, std::size_t column);
+};
+
+constexpr JobColumn kJobColumns[] = {
+    {"executor", Field::required, [](const RowOut& o) { o.line.text(o.trace.executor); },
+     [](RowIn& i, std::size_t c) { i.executor = i.in.text(c); }},
+    {"repetition", Field::required, [](const RowOut& o) { o.line.number(o.trace.repetition); },
+     [](RowIn& i, std::size_t c) { i.repetition = i.in.number<std::uint32_t>(c); }},
+    {"task", Field::required, [](const RowOut& o) { o.line.text(o.set[o.r.job.task].name); },
+     [](RowIn& i, std::size_t c) { i.r.job.task = i.tasks.find(i.in, c); }},
+    {"kind", Field::required, [](const RowOut& o) { o.line.text(name_of(o.set[o.r.job.task].kind)); },
+     [](RowIn& i, std::size_t c) { i.tasks.check_kind(i.in, c, i.r.job.task); }},
+    {"sequence", Field::required, [](const RowOut& o) { o.line.number(o.r.job.sequence); },
+     [](RowIn& i, std::size_t c) { i.r.job.sequence = i.in.number<std::uint64_t>(c); }},
+    {"outcome", Field::required, [](const RowOut& o) { o.line.text(to_string(o.r.outcome)); },
+     [](RowIn& i, std::size_t c) { i.r.outcome = outcome_of(i.in, c); }},
+    {"timestamp_ns", Field::required, [](const RowOut& o) { o.instant_if(true, o.r.job.timestamp); },
+     [](RowIn& i, std::size_t c) { i.r.job.timestamp = instant(i, c); }},
+    // A sample that is still unread at the end may never have been released.
+    {"release_ns", Field::may_be_empty,
+     [](const RowOut& o) {
+       const bool never = o.r.outcome == Outcome::overwritten || o.r.outcome == Outcome::skipped;
+       o.instant_if(!never && o.r.job.release >= o.r.job.timestamp, o.r.job.release);
+     },
+     [](RowIn& i, std::size_t c) { i.r.job.release = instant(i, c); }},
+    {"start_ns", Field::may_be_empty, [](const RowOut& o) { o.instant_if(starts(o.r.outcome), o.r.start); },
+     [](RowIn& i, std::size_t c) { i.r.start = instant(i, c); }},
+    {"finish_ns", Field::may_be_empty,
+     [](const RowOut& o) { o.instant_if(finishes(o.r.outcome), o.r.finish); },
+     [](RowIn& i, std::size_t c) { i.r.finish = instant(i, c); }},
+    {"cpu_ns", Field::may_be_empty,
+     [](const RowOut& o) { o.number_if(o.r.cpu_time.count() >= 0, o.r.cpu_time.count()); },
+     [](RowIn& i, std::size_t c) { i.r.cpu_time = Duration(i.in.number<std::int64_t>(c)); }},
+    {"deadline_ns", Field::may_be_empty,
+     [](const RowOut& o) { o.instant_if(o.r.job.deadline != kNever, o.r.job.deadline); },
+     [](RowIn& i, std::size_t c) { i.r.job.deadline = instant(i, c); }},
+    {"worker", Field::may_be_empty,
+     [](const RowOut& o) { o.number_if(starts(o.r.outcome), unsigned{o.r.worker}); },
+     [](RowIn& i, std::size_t c) { i.r.worker = i.in.number<std::uint8_t>(c); }},
+    {"cpu", Field::may_be_empty, [](const RowOut& o) { o.number_if(o.r.cpu >= 0, int{o.r.cpu}); },
+     [](RowIn& i, std::size_t c) { i.r.cpu = i.in.number<std::int16_t>(c); }},
+    {"process", Field::required, [](const RowOut& o) { o.line.number(o.r.process); },
+     [](RowIn& i, std::size_t c) { i.r.process = i.in.number<std::uint16_t>(c); }},
+    {"parent_task", Field::may_be_empty,
+     [](const RowOut& o) {
+       const TaskId parent = o.r.job.parent.task;
+       parent == kNoTask ? o.line.nothing() : o.line.text(o.set[parent].name);
+     },
+     [](RowIn& i, std::size_t c) { i.r.job.parent.task = i.tasks.find(i.in, c); }},
+    {"parent_sequence", Field::may_be_empty,
+     [](const RowOut& o) { o.number_if(o.r.job.parent.task != kNoTask, o.r.job.parent.sequence); },
+     [](RowIn& i, std::size_t c) { i.r.job.parent.sequence = i.in.number<std::uint64_t>(c); }},
+};
+
+constexpr std::size_t place_of(std::string_view name) {
+  std::size_t place = 0;
+  while (kJobColumns[place].name != name) ++place;
+  return place;
+}
+
+void write_row(const RowOut& row, std::ostream& out) {
+  row.line.begin();
+  for (const JobColumn& column : kJobColumns) column.write(row);
+  row.line.write(out);
+}
+
+/// The `k`-th timestamp that the call of job `r` skipped.
+JobRecord skipped_by(const JobRecord& r, std::uint32_t k, Duration period) {
+  JobRecord skipped;
+  skipped.job.task = r.job.task;
+  skipped.job.sequence = r.job.sequence + k;
+  skipped.job.timestamp = r.job.timestamp + k * period;
+  if (r.job.deadline != kNever) skipped.job.deadline = r.job.deadline + k * period;
+  skipped.outcome = Outcome::skipped;
+  skipped.process = r.process;
+  return skipped;
+}
+
+std::string jobs_csv_header() {
+  std::string header;
+  for (const JobColumn& column : kJobColumns)
+    header += (header.empty() ? "" : ",") + std::string(column.name);
+  return header;
+}
+
 }  // namespace
+
+const std::string kJobsCsvHeader = jobs_csv_header();
+const std::string kChainsCsvHeader =
+    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns";
 
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace) {
   Line line;
-  const auto instant = [&](Time t) { line.number((t - trace.epoch).count()); };
   for (const JobRecord& r : trace.jobs) {
-    const Task& task = set[r.job.task];
-    const bool timer = task.kind == TaskKind::timer;
-    const auto head = [&](std::uint64_t sequence, Outcome outcome, Time timestamp) {
-      line.begin();
-      line.text(trace.executor)
-          .number(trace.repetition)
-          .text(task.name)
-          .text(timer ? "timer" : "subscription");
-      line.number(sequence).text(to_string(outcome));
-      instant(timestamp);
-    };
-    const auto deadline = [&](Time t) { t == kNever ? void(line.nothing()) : instant(t); };
-    const bool started =
-        r.outcome == Outcome::ran || r.outcome == Outcome::running || r.outcome == Outcome::empty;
-    const bool finished = r.outcome == Outcome::ran || r.outcome == Outcome::empty;
-
-    head(r.job.sequence, r.outcome, r.job.timestamp);
-    // A sample that is still unread at the end may never have been released.
-    const bool released = r.outcome != Outcome::overwritten && r.job.release >= r.job.timestamp;
-    released ? instant(r.job.release) : void(line.nothing());
-    started ? instant(r.start) : void(line.nothing());
-    finished ? instant(r.finish) : void(line.nothing());
-    r.cpu_time.count() >= 0 ? line.number(r.cpu_time.count()) : line.nothing();
-    deadline(r.job.deadline);
-    started ? line.number(unsigned{r.worker}) : line.nothing();
-    r.cpu >= 0 ? line.number(int{r.cpu}) : line.nothing();
-    line.number(r.process);
-    if (r.job.parent.task == kNoTask) {
-      line.nothing().nothing();
-    } else {
-      line.text(set[r.job.parent.task].name).number(r.job.parent.sequence);
-    }
-    line.write(out);
-
+    write_row({set, trace, r, line}, out);
     for (std::uint32_t k = 1; k <= r.job.skipped; ++k) {
-      head(r.job.sequence + k, Outcome::skipped, r.job.timestamp + k * task.period);
-      line.nothing().nothing().nothing().nothing();
-      deadline(r.job.deadline == kNever ? kNever : r.job.deadline + k * task.period);
-      line.nothing().nothing().number(r.process).nothing().nothing();
-      line.write(out);
+      write_row({set, trace, skipped_by(r, k, set[r.job.task].period), line}, out);
     }
   }
 }
@@ -115,143 +242,103 @@ void write_chains_csv(std::ostream& out, const std::vector<std::string>& chain_n
 
 namespace {
 
-class JobsCsvReader {
- public:
-  JobsCsvReader(const TaskSet& set, std::string file) : set_(set), file_(std::move(file)) {
-    for (TaskId id = 0; id < set.size(); ++id) ids_.emplace(set[id].name, id);
-  }
+void check_instants(const CsvReader& in, Outcome outcome) {
+  constexpr std::size_t kStart = place_of("start_ns"), kFinish = place_of("finish_ns");
+  if (in.text(kStart).empty() != starts(outcome) && in.text(kFinish).empty() != finishes(outcome)) return;
+  in.fail(std::string("a row `") + to_string(outcome) + "` must have " + (starts(outcome) ? "a" : "no") +
+              " start_ns and " + (finishes(outcome) ? "a" : "no") + " finish_ns",
+          "was the file edited?");
+}
 
-  void header(std::string_view text) {
-    line_ = 1;
-    if (text != kJobsCsvHeader) fail(std::string("the header must be `") + kJobsCsvHeader + "`");
+/// Rows of skipped timestamps follow the job whose call skipped them.
+void add_skipped(const RowIn& row, Trace& trace) {
+  if (trace.jobs.empty() || trace.jobs.back().job.task != row.r.job.task ||
+      row.r.job.sequence != trace.jobs.back().job.sequence + trace.jobs.back().job.skipped + 1) {
+    row.in.fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence",
+                "keep the order of the rows");
   }
+  ++trace.jobs.back().job.skipped;
+}
 
-  void row(std::string_view text, std::vector<Trace>& traces) {
-    ++line_;
-    split(text);
-    Trace& trace = trace_for(traces);
-    JobRecord r;
-    r.job.task = task(field_[2]);
-    check_kind(set_[r.job.task].kind);
-    r.job.sequence = number<std::uint64_t>(4);
-    r.outcome = outcome(field_[5]);
-    r.job.timestamp = instant(6);
-    if (r.outcome == Outcome::skipped) {
-      // Rows of skipped timestamps follow the job whose call skipped them.
-      if (trace.jobs.empty() || trace.jobs.back().job.task != r.job.task ||
-          r.job.sequence != trace.jobs.back().job.sequence + trace.jobs.back().job.skipped + 1) {
-        fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence");
-      }
-      ++trace.jobs.back().job.skipped;
-      return;
+Trace& trace_for(const RowIn& row, std::vector<Trace>& traces) {
+  const auto same = [&](const Trace& t) {
+    return t.repetition == row.repetition && t.executor == row.executor;
+  };
+  if (!traces.empty() && same(traces.back())) return traces.back();
+  const auto found = std::find_if(traces.begin(), traces.end(), same);
+  if (found != traces.end()) return *found;
+  Trace& added = traces.emplace_back();
+  added.executor = row.executor;
+  added.repetition = row.repetition;
+  return added;
+}
+
+std::vector<Trace> read_jobs(std::istream& stream, TaskNames tasks, const std::string& file_name) {
+  CsvReader in(stream, file_name);
+  in.require_header(kJobsCsvHeader);
+  std::vector<Trace> traces;
+  while (in.next()) {
+    RowIn row{in, tasks};
+    for (std::size_t c = 0; c < std::size(kJobColumns); ++c) {
+      if (kJobColumns[c].field == Field::may_be_empty && in.text(c).empty()) continue;
+      kJobColumns[c].read(row, c);
     }
-    check_instants(r.outcome);
-    if (!field_[7].empty()) r.job.release = instant(7);
-    if (!field_[8].empty()) r.start = instant(8);
-    if (!field_[9].empty()) r.finish = instant(9);
-    if (!field_[10].empty()) r.cpu_time = Duration(number<std::int64_t>(10));
-    if (!field_[11].empty()) r.job.deadline = instant(11);
-    if (!field_[12].empty()) r.worker = number<std::uint8_t>(12);
-    if (!field_[13].empty()) r.cpu = number<std::int16_t>(13);
-    r.process = number<std::uint16_t>(14);
-    if (!field_[15].empty()) r.job.parent = {task(field_[15]), number<std::uint64_t>(16)};
-    r.job.empty = r.outcome == Outcome::empty;
-    trace.jobs.push_back(r);
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw TraceCsvError(file_ + ":" + std::to_string(line_) + ": " + what);
-  }
-
-  void split(std::string_view text) {
-    std::size_t column = 0, from = 0;
-    for (;;) {
-      const std::size_t comma = text.find(',', from);
-      if (column == kColumns) fail("more than " + std::to_string(kColumns) + " columns");
-      field_[column++] = text.substr(from, comma == text.npos ? text.npos : comma - from);
-      if (comma == text.npos) break;
-      from = comma + 1;
-    }
-    if (column != kColumns) {
-      fail(std::to_string(column) + " columns instead of " + std::to_string(kColumns));
+    check_instants(in, row.r.outcome);
+    Trace& trace = trace_for(row, traces);
+    if (row.r.outcome == Outcome::skipped) {
+      add_skipped(row, trace);
+    } else {
+      row.r.job.empty = row.r.outcome == Outcome::empty;
+      trace.jobs.push_back(row.r);
     }
   }
+  return traces;
+}
 
-  template <class Integer>
-  Integer number(std::size_t column) const {
-    Integer value{};
-    const std::string_view f = field_[column];
-    const auto [end, error] = std::from_chars(f.data(), f.data() + f.size(), value);
-    if (error != std::errc{} || end != f.data() + f.size()) {
-      fail("column " + std::to_string(column + 1) + " is not a whole number in range: `" + std::string(f) +
-           "`");
+void derive_periods_and_deadlines(TaskSet& set, const Trace& trace) {
+  std::vector<const JobRecord*> last(set.size(), nullptr);
+  for (const JobRecord& r : trace.jobs) {
+    Task& task = set.tasks[r.job.task];
+    if (task.kind != TaskKind::timer) continue;
+    if (r.job.deadline != kNever) task.deadline = r.job.deadline - r.job.timestamp;
+    const JobRecord*& before = last[r.job.task];
+    if (before != nullptr && r.job.sequence > before->job.sequence) {
+      task.period = (r.job.timestamp - before->job.timestamp) /
+                    static_cast<std::int64_t>(r.job.sequence - before->job.sequence);
     }
-    return value;
+    before = &r;
   }
-  Time instant(std::size_t column) const { return from_ns(number<std::int64_t>(column)); }
-
-  TaskId task(std::string_view name) const {
-    const auto found = ids_.find(std::string(name));
-    if (found == ids_.end())
-      fail("the graph has no task `" + std::string(name) + "`; is this another graph's trace?");
-    return found->second;
-  }
-
-  void check_kind(TaskKind kind) const {
-    const char* const expected = kind == TaskKind::timer ? "timer" : "subscription";
-    if (field_[3] != expected) {
-      fail("task `" + std::string(field_[2]) + "` is a " + expected + ", not a `" + std::string(field_[3]) +
-           "`");
-    }
-  }
-
-  void check_instants(Outcome outcome) const {
-    const bool finished = outcome == Outcome::ran || outcome == Outcome::empty;
-    const bool started = finished || outcome == Outcome::running;
-    if (field_[8].empty() == started || field_[9].empty() == finished) {
-      fail(std::string("a row `") + to_string(outcome) + "` must have " + (started ? "a" : "no") +
-           " start_ns and " + (finished ? "a" : "no") + " finish_ns");
-    }
-  }
-
-  Outcome outcome(std::string_view name) const {
-    for (const Outcome o : {Outcome::ran, Outcome::skipped, Outcome::overwritten, Outcome::queued,
-                            Outcome::running, Outcome::empty}) {
-      if (name == to_string(o)) return o;
-    }
-    fail("unknown outcome `" + std::string(name) + "`");
-  }
-
-  Trace& trace_for(std::vector<Trace>& traces) const {
-    const auto repetition = number<std::uint32_t>(1);
-    const auto same = [&](const Trace& t) { return t.repetition == repetition && t.executor == field_[0]; };
-    if (!traces.empty() && same(traces.back())) return traces.back();
-    const auto found = std::find_if(traces.begin(), traces.end(), same);
-    if (found != traces.end()) return *found;
-    Trace& added = traces.emplace_back();
-    added.executor = field_[0];
-    added.repetition = repetition;
-    return added;
-  }
-
-  const TaskSet& set_;
-  std::string file_;
-  std::unordered_map<std::string, TaskId> ids_;
-  std::size_t line_ = 0;
-  std::array<std::string_view, kColumns> field_;
-};
+}
 
 }  // namespace
 
 std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std::string& file_name) {
-  JobsCsvReader reader(set, file_name);
-  std::vector<Trace> traces;
-  std::string text;
-  std::getline(in, text);
-  reader.header(text);
-  while (std::getline(in, text)) reader.row(text, traces);
-  return traces;
+  return read_jobs(in, TaskNames(set), file_name);
+}
+
+JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name) {
+  JobsCsv jobs;
+  jobs.traces = read_jobs(in, TaskNames(jobs.set, jobs.set), file_name);
+  for (const Trace& trace : jobs.traces) derive_periods_and_deadlines(jobs.set, trace);
+  return jobs;
+}
+
+std::vector<ChainRow> read_chains_csv(std::istream& stream, const std::string& file_name) {
+  CsvReader in(stream, file_name);
+  in.require_header(kChainsCsvHeader);
+  std::unordered_map<std::string, std::uint32_t> chains;
+  std::vector<ChainRow> rows;
+  while (in.next()) {
+    ChainRow& row = rows.emplace_back();
+    row.executor = in.text(0);
+    row.repetition = in.number<std::uint32_t>(1);
+    row.chain = in.text(2);
+    row.record.chain = chains.emplace(row.chain, static_cast<std::uint32_t>(chains.size())).first->second;
+    row.record.sequence = in.number<std::uint64_t>(3);
+    row.record.hot_path_latency = Duration(in.number<std::int64_t>(4));
+    if (!in.text(5).empty()) row.record.end_to_end_latency = Duration(in.number<std::int64_t>(5));
+  }
+  return rows;
 }
 
 }  // namespace hotpath

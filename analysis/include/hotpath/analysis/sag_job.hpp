@@ -32,7 +32,7 @@ std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy);
 /// `Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority`.
 void write_sag_csv(std::ostream& out, const std::vector<SagJob>& jobs);
 
-/// Throws AnalysisError with file, line, what is wrong and what would be right.
-std::vector<SagJob> read_sag_csv(std::istream& in, const std::string& file_name);
+/// Throws InputError.
+[[nodiscard]] std::vector<SagJob> read_sag_csv(std::istream& in, const std::string& file_name);
 
 }  // namespace hotpath

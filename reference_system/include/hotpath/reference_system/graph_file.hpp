@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath {
 
-/// What a user can correct in a file: `FILE:LINE: what is wrong; what would be right`.
-class GraphError : public std::runtime_error {
- public:
-  /// `line` counts from 1; 0 means the file as a whole and is left out.
-  GraphError(const std::string& file, int line, const std::string& problem, const std::string& remedy);
-};
+using GraphError = InputError;
 
 /// Most bytes of a node's name: the message keeps 48 with the closing NUL (upstream's TransmissionStats.idl).
 inline constexpr std::size_t kMaxNameBytes = 47;

@@ -21,7 +21,7 @@ enum class Phases : std::uint8_t {
 const char* to_string(Phases);
 
 /// What the creation of a node costs: a constant, and more for each of its publishers and subscriptions.
-/// Least squares over all rows of results/ros2_reference/rclcpp_autoware_phases.csv, that is over the
+/// Least squares over all rows of reference_system/ros2_reference/rclcpp_autoware_phases.csv, that is over the
 /// creation instants of Autoware's timers in seven runs of rclcpp 26 on Fast DDS (root mean square error 3.7
 /// ms, of which most is one row's; BehaviorPlanner's timer is created 96 ms after the first one).
 inline constexpr Duration kNodeCreation = std::chrono::microseconds(1840);
@@ -48,7 +48,7 @@ std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, P
 ///  - columns `executor` and `created_ms_NODE` for each timer: the row of that executor, where the row `NAME
 ///  (RULE)`
 ///    counts as executor NAME unless another row is called just NAME;
-///  - a golden trace (results/ros2_reference/traces): its header.
+///  - a golden trace (reference_system/ros2_reference/traces): its header.
 /// A timer's first timestamp is its creation plus its period. Blank lines are skipped.
 /// Throws GraphError.
 std::vector<Duration> read_phases(const std::string& path, const Graph& graph, const std::string& executor);

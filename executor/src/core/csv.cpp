@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/csv.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <istream>
+
+namespace hotpath {
+
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::unique_ptr<std::istream> open(const std::filesystem::path& file) {
+  auto in = std::make_unique<std::ifstream>(file);
+  if (!*in || std::filesystem::is_directory(file)) {
+    throw InputError(file.string(), 0, "the file cannot be read", "give the path of a readable CSV file");
+  }
+  return in;
+}
+
+}  // namespace
+
+CsvReader::CsvReader(const std::filesystem::path& file, CsvLayout layout)
+    : file_(open(file)), in_(file_.get()), name_(file.string()), layout_(layout) {
+  if (read_line()) header_.assign(fields_.begin(), fields_.end());
+}
+
+CsvReader::CsvReader(std::istream& in, std::string name, CsvLayout layout)
+    : in_(&in), name_(std::move(name)), layout_(layout) {
+  if (read_line()) header_.assign(fields_.begin(), fields_.end());
+}
+
+CsvReader::CsvReader(std::istream& in, std::string name, std::vector<std::string> columns, CsvLayout layout,
+                     std::size_t lines_before)
+    : in_(&in), name_(std::move(name)), layout_(layout), header_(std::move(columns)), line_(lines_before) {
+  first_line_is_row_ = read_line() && fields_.front() != header_.front();
+}
+
+CsvReader::~CsvReader() = default;
+
+void CsvReader::require_header(std::string_view expected) const {
+  std::string found;
+  for (const std::string& name : header_) found += (&name == &header_.front() ? "" : ",") + name;
+  if (found != expected) {
+    throw InputError(name_, 1, "the header must be `" + std::string(expected) + "`",
+                     "is this a file of another kind?");
+  }
+}
+
+std::optional<std::size_t> CsvReader::find_column(std::string_view name) const {
+  const auto found = std::find(header_.begin(), header_.end(), name);
+  if (found == header_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header_.begin());
+}
+
+std::size_t CsvReader::column(std::string_view name) const {
+  if (const auto found = find_column(name)) return *found;
+  throw InputError(name_, 1, "there is no column `" + std::string(name) + "`", "name it in the header");
+}
+
+bool CsvReader::next() {
+  if (first_line_is_row_) {
+    first_line_is_row_ = false;
+  } else if (!read_line()) {
+    return false;
+  }
+  const std::size_t columns = header_.size();
+  if (fields_.size() > columns) {
+    fail("more than " + std::to_string(columns) + " columns", "give one field for each column");
+  }
+  if (fields_.size() < columns) {
+    fail(std::to_string(fields_.size()) + " columns instead of " + std::to_string(columns),
+         "give one field for each column");
+  }
+  return true;
+}
+
+bool CsvReader::read_line() {
+  do {
+    if (!std::getline(*in_, text_)) return false;
+    ++line_;
+    if (text_.ends_with('\r')) text_.pop_back();
+  } while (layout_ == CsvLayout::by_hand && trimmed(text_).empty());
+  fields_.clear();
+  for (std::size_t from = 0;;) {
+    const std::size_t comma = std::min(text_.find(',', from), text_.size());
+    const std::string_view field = std::string_view(text_).substr(from, comma - from);
+    fields_.push_back(layout_ == CsvLayout::by_hand ? trimmed(field) : field);
+    if (comma == text_.size()) return true;
+    from = comma + 1;
+  }
+}
+
+void CsvReader::fail(const std::string& problem, const std::string& remedy) const {
+  throw InputError(name_, line_, problem, remedy);
+}
+
+void CsvReader::fail_number(std::size_t column, const char* kind) const {
+  fail("column " + std::to_string(column + 1) + " (" + header_[column] + ") is `" +
+           std::string(text(column)) + "`",
+       std::string("give a ") + kind + " in range");
+}
+
+}  // namespace hotpath

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/golden_trace.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "hotpath/core/csv.hpp"
+
+namespace hotpath {
+
+namespace {
+
+constexpr char kHeaderMark = '#';
+
+/// Of a header line.
+Task read_task(const std::string& line, const std::string& file, std::size_t number) {
+  std::istringstream words(line.substr(1));
+  Task task;
+  std::string keys[3];
+  std::int64_t period = 0, wcet = 0, first = 0;
+  words >> task.name >> keys[0] >> period >> keys[1] >> wcet >> keys[2] >> first;
+  if (!words || keys[2] != "first_release_ns" || period <= 0) {
+    throw InputError(file, static_cast<std::int64_t>(number), "this is no header line of a golden trace",
+                     "give `# TASK period_ns N wcet_ns N first_release_ns N`");
+  }
+  task.period = task.deadline = Duration(period);
+  task.wcet = task.bcet = Duration(wcet);
+  task.phase = Duration(first);
+  return task;
+}
+
+}  // namespace
+
+bool is_golden_trace(std::string_view first_line) { return first_line.starts_with(kHeaderMark); }
+
+GoldenTrace read_golden_trace(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw InputError(file.string(), 0, "the golden trace cannot be read", "give a readable file");
+  GoldenTrace trace;
+  std::map<std::string, TaskId, std::less<>> ids;
+  std::size_t line = 0;
+  for (std::string text; in.peek() == kHeaderMark && std::getline(in, text);) {
+    trace.set.tasks.push_back(read_task(text, file.string(), ++line));
+    ids[trace.set.tasks.back().name] = trace.set.size() - 1;
+  }
+  CsvReader jobs(in, file.string(), {"task", "count", "start_ns", "finish_ns", "next_call_ns"},
+                 CsvLayout::written, line);
+  while (jobs.next()) {
+    const auto id = ids.find(jobs.text(0));
+    if (id == ids.end()) {
+      jobs.fail("task " + std::string(jobs.text(0)) + " is not in the header", "give it a line `# TASK ...`");
+    }
+    const auto instant = [&](std::size_t column) { return from_ns(jobs.number<std::int64_t>(column)); };
+    trace.jobs.push_back({id->second, jobs.number<std::uint64_t>(1), instant(2), instant(3), instant(4)});
+  }
+  std::stable_sort(trace.jobs.begin(), trace.jobs.end(),
+                   [](const GoldenJob& a, const GoldenJob& b) { return a.start < b.start; });
+  return trace;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/csv.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace hotpath::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+template <class Action>
+std::string refusal(const Action& action) {
+  try {
+    action();
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+TEST(Csv, FieldsAreFoundByTheNamesOfTheHeader) {
+  std::istringstream in("name,count,mean\r\nIMU,12,1.5\r\n,-3,2e-3");
+  CsvReader csv(in, "a.csv");
+  EXPECT_THAT(csv.header(), ElementsAre("name", "count", "mean"));
+  ASSERT_TRUE(csv.next());
+  EXPECT_EQ(csv.line(), 2U);
+  EXPECT_EQ(csv.text("name"), "IMU");
+  EXPECT_EQ(csv.number<int>("count"), 12);
+  EXPECT_EQ(csv.number<double>("mean"), 1.5);
+  ASSERT_TRUE(csv.next());
+  EXPECT_EQ(csv.text("name"), "");
+  EXPECT_EQ(csv.number<int>(1), -3);
+  EXPECT_EQ(csv.number<double>("mean"), 0.002);
+  EXPECT_FALSE(csv.next());
+  EXPECT_FALSE(csv.find_column("median"));
+  EXPECT_THAT(refusal([&] { (void)csv.column("median"); }),
+              HasSubstr("a.csv:1: there is no column `median`"));
+}
+
+TEST(Csv, MalformedFieldsAreNamedWithLineAndColumn) {
+  std::istringstream in("name,count\nIMU,x\nIMU,300\nIMU,\n\nIMU,1,2\n");
+  CsvReader csv(in, "a.csv");
+  ASSERT_TRUE(csv.next());
+  EXPECT_EQ(refusal([&] { (void)csv.number<int>("count"); }),
+            "a.csv:2: column 2 (count) is `x`; give a whole number in range");
+  ASSERT_TRUE(csv.next());
+  EXPECT_THAT(refusal([&] { (void)csv.number<std::uint8_t>("count"); }), HasSubstr("a.csv:3: "));
+  ASSERT_TRUE(csv.next());
+  EXPECT_THAT(refusal([&] { (void)csv.number<double>("count"); }), HasSubstr("is ``; give a number"));
+  EXPECT_THAT(refusal([&] { (void)csv.next(); }), HasSubstr("a.csv:5: 1 columns instead of 2"));
+  EXPECT_THAT(refusal([&] { (void)csv.next(); }), HasSubstr("a.csv:6: more than 2 columns"));
+}
+
+TEST(Csv, FilesWrittenByHandMayHaveBlanks) {
+  std::istringstream in("\n name ,count\n\n IMU, 12 \n \n");
+  CsvReader csv(in, "a.csv", CsvLayout::by_hand);
+  EXPECT_THAT(csv.header(), ElementsAre("name", "count"));
+  ASSERT_TRUE(csv.next());
+  EXPECT_EQ(csv.line(), 4U);
+  EXPECT_EQ(csv.text(0), "IMU");
+  EXPECT_EQ(csv.number<int>(1), 12);
+  EXPECT_FALSE(csv.next());
+}
+
+TEST(Csv, AHeaderMayBeMissingWhereTheColumnsAreKnown) {
+  for (const char* text : {"name,count\nIMU,1\n", "IMU,1\n"}) {
+    std::istringstream in(text);
+    CsvReader csv(in, "a.csv", {"name", "count"}, CsvLayout::written);
+    ASSERT_TRUE(csv.next());
+    EXPECT_EQ(csv.text("name"), "IMU");
+    EXPECT_FALSE(csv.next());
+  }
+}
+
+TEST(Csv, AFileThatCannotBeReadIsNamed) {
+  EXPECT_THAT(refusal([] { CsvReader csv("/nonexistent.csv"); }),
+              HasSubstr("/nonexistent.csv: the file cannot"));
+  EXPECT_THAT(refusal([] { CsvReader csv(std::filesystem::path("/tmp")); }), HasSubstr("cannot be read"));
+}
+
+}  // namespace
+}  // namespace hotpath::test
