@@ -14,10 +14,15 @@ namespace hotpath {
 namespace {
 
 struct SummarizeOptions {
-  std::string run, responses;
+  std::string run, responses, golden;
 };
 
 void summarize_run(const SummarizeOptions& options) {
+  if (!options.golden.empty()) {
+    std::cout << summarize_golden_trace(options.golden).dump(2) << "\n";
+    return;
+  }
+  if (options.run.empty()) throw UsageError("summarize: name the folder of a run");
   StoredRun run(options.run, "summarize");
   run.load();
   const auto responses = [&](std::ostream& out) { write_responses_csv(out, run); };
@@ -35,11 +40,15 @@ void add_summarize_command(CLI::App& app) {
   auto options = std::make_shared<SummarizeOptions>();
   CLI::App* command =
       app.add_subcommand("summarize", "Make the summary of a stored run anew, so that new measures apply to it");
-  command->add_option("RUN", options->run, "Folder of `hotpath run`, `compare` or `simulate`")->required();
+  command->add_option("RUN", options->run, "Folder of `hotpath run`, `compare` or `simulate`");
   command
       ->add_option("--responses", options->responses,
                    "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
                    "nothing else")
+      ->type_name("FILE");
+  command
+      ->add_option("--golden", options->golden,
+                   "Instead: what became of each timer of a golden trace,\nas JSON to standard output")
       ->type_name("FILE");
   command->footer("Example:  hotpath summarize runs/first");
   command->callback([options] { summarize_run(*options); });

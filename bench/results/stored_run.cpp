@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <ostream>
 
@@ -10,6 +11,7 @@
 #include "program/errors.hpp"
 #include "results/measures.hpp"
 #include "results/run_facts.hpp"
+#include "results/schedule.hpp"
 
 namespace hotpath {
 
@@ -101,8 +103,23 @@ void StoredRun::load() {
   } catch (const json::exception& error) {
     fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
   }
-  if (!set) set = read_jobs(nullptr);  // runs of older versions do not name their tasks
+  if (!set) {  // runs of older versions do not name their tasks
+    set = read_jobs(nullptr);
+    order_as_in_summary(*set);
+  }
   load(*set);
+}
+
+/// The tasks of a summary are in the graph's order, which jobs.csv alone does not tell.
+void StoredRun::order_as_in_summary(TaskSet& set) const {
+  std::ifstream in(folder_ / "summary.json");
+  const json summary = json::parse(in, nullptr, false);
+  const json::json_pointer tasks("/executors/0/tasks");
+  if (!summary.is_object() || !summary.contains(tasks)) return;
+  std::map<std::string, std::size_t> place;
+  for (const json& task : summary[tasks]) place.emplace(task.value("task", ""), place.size());
+  std::stable_sort(set.tasks.begin(), set.tasks.end(),
+                   [&](const Task& a, const Task& b) { return place[a.name] < place[b.name]; });
 }
 
 void StoredRun::load(const TaskSet& set) {
@@ -216,6 +233,35 @@ json summarize_again(const StoredRun& run) {
     run.fail(std::string("its summary.json is not one of `hotpath`: ") + error.what());
   }
   return summary;
+}
+
+json summarize_golden_trace(const std::filesystem::path& file) {
+  const GoldenTrace trace = read_golden_trace(file);
+  // The authors' response times refer to next calls alone, not to timestamps.
+  const Schedule schedule = schedule_of(trace, false);
+  json tasks = json::array();
+  for (TaskId id = 0; id < trace.set.size(); ++id) {
+    const Task& task = trace.set[id];
+    std::vector<double> responses_ms;
+    Time next_call = Time{} + task.phase;
+    std::uint64_t overruns = 0;
+    for (const ExecutedJob& job : schedule.jobs) {
+      if (job.task != id) continue;
+      const Duration response = response_authors(schedule, job);
+      overruns += response > task.deadline;
+      responses_ms.push_back(to_ms(response));
+      next_call = job.next_call;
+    }
+    const std::size_t ran = responses_ms.size();
+    const auto reached = static_cast<std::size_t>((next_call - Time{} - task.phase) / task.period);
+    tasks.push_back({{"task", task.name},
+                     {"reached", reached},
+                     {"ran", ran},
+                     {"skipped", reached - ran},
+                     {"deadline_overruns", overruns},
+                     {"response_authors_ms", quantiles_json(quantiles(std::move(responses_ms)))}});
+  }
+  return {{"tasks", tasks}};
 }
 
 void write_responses_csv(std::ostream& out, const StoredRun& run) {

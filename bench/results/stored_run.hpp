@@ -54,6 +54,7 @@ class StoredRun {
   /// The traces of the tasks `set`, or, without, only the tasks that jobs.csv tells of.
   TaskSet read_jobs(const TaskSet* set);
   void read_chains();
+  void order_as_in_summary(TaskSet& set) const;
 
   std::filesystem::path folder_;
   std::string option_;
@@ -69,6 +70,10 @@ class StoredRun {
 /// and run.json does not keep, in runs of older versions, is taken from the summary.json that is there.
 /// Throws UsageError.
 [[nodiscard]] nlohmann::json summarize_again(const StoredRun& run);
+
+/// What became of each timer of a golden trace, by the authors' definition of a response time: {tasks: [{task,
+/// reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.
+[[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
 
 /// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, in the order of
 /// jobs.csv.

@@ -104,6 +104,7 @@ struct Summary {
 
 /// The content of summary.json. Units are the endings of keys (`_ms`, `_us`, `_s`, `_kib`, `_percent`) and
 /// hold for all that lies below a key; what could not be measured is null.
+[[nodiscard]] nlohmann::json quantiles_json(const Quantiles& quantiles);
 [[nodiscard]] nlohmann::json to_json(const Summary& summary);
 
 }  // namespace hotpath

@@ -7,15 +7,15 @@ namespace hotpath {
 
 using nlohmann::json;
 
+json quantiles_json(const Quantiles& q) {
+  return {{"n", q.n},     {"min", q.min},   {"p50", q.p50}, {"p90", q.p90},
+          {"p99", q.p99}, {"p999", q.p999}, {"max", q.max}, {"mean", q.mean}};
+}
+
 namespace {
 
 json interval_json(const std::optional<Interval>& interval) {
   return interval ? json::array({interval->low, interval->high}) : json(nullptr);
-}
-
-json quantiles_json(const Quantiles& q) {
-  return {{"n", q.n},     {"min", q.min},   {"p50", q.p50}, {"p90", q.p90},
-          {"p99", q.p99}, {"p999", q.p999}, {"max", q.max}, {"mean", q.mean}};
 }
 
 json latency_json(const LatencySummary& latency) {
