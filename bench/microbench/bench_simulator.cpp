@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What simulating costs, without a trace: the paper's task set and Autoware for ten minutes, and how the cost
 // grows with the number of tasks.
-#include "../gbench/program.hpp"
+#include "microbench/program.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
