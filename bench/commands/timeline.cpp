@@ -5,12 +5,12 @@
 #include <sstream>
 
 #include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
 #include "results/perfetto.hpp"
 #include "results/stored_run.hpp"
-#include "setup/option_helpers.hpp"
 
 namespace hotpath {
 
