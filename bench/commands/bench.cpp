@@ -19,30 +19,30 @@ struct Arguments {
   std::vector<std::string> compare;
 };
 
-BenchFigures read_folder(const std::string& folder) {
+BenchValues read_folder(const std::string& folder) {
   const std::string path = folder + "/bench.json";
   std::ifstream in(path);
   if (!in)
     throw UsageError("--compare: " + path + " cannot be read; name a folder written by `hotpath bench`");
   try {
-    return bench_figures_from_json(nlohmann::json::parse(in));
+    return bench_values_from_json(nlohmann::json::parse(in));
   } catch (const std::exception& error) {
     throw UsageError("--compare: " + path + ": " + error.what());
   }
 }
 
 void compare(const std::string& before, const std::string& after) {
-  const BenchFigures old_figures = read_folder(before), new_figures = read_folder(after);
-  const auto comparisons = compare_figures(old_figures, new_figures);
+  const BenchValues old_values = read_folder(before), new_values = read_folder(after);
+  const auto comparisons = compare_values(old_values, new_values);
   if (comparisons.empty()) {
-    throw UsageError("--compare: " + before + " and " + after + " have no figure in common");
+    throw UsageError("--compare: " + before + " and " + after + " have no value in common");
   }
   write_comparison(std::cout, comparisons);
-  const auto unknown = std::count_if(comparisons.begin(), comparisons.end(), [](const FigureComparison& c) {
+  const auto unknown = std::count_if(comparisons.begin(), comparisons.end(), [](const ValueComparison& c) {
     return c.verdict == Verdict::not_comparable;
   });
   if (unknown > 0) {
-    std::cerr << "note: " << unknown << " figures are not comparable: each side needs " << kLeastRepetitions
+    std::cerr << "note: " << unknown << " values are not comparable: each side needs " << kLeastRepetitions
               << " repetitions and values above zero.\n";
   }
 }
@@ -81,7 +81,7 @@ void add_bench_command(CLI::App& app) {
   bench
       ->add_option(
           "--compare", arguments->compare,
-          "Measure nothing: say which figures of the folder NEW\ndiffer from those of OLD, and by how much")
+          "Measure nothing: say which values of the folder NEW\ndiffer from those of OLD, and by how much")
       ->type_name("OLD NEW")
       ->expected(2);
   bench->footer("Example:  hotpath bench --output before");

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -8,6 +7,7 @@
 #include "commands/commands.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_picture.hpp"
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {
@@ -19,14 +19,12 @@ struct GraphOptions {
   bool dot = false, svg = false;
 };
 
+/// Graphviz writes to our standard output itself.
 void draw_svg(const std::string& dot) {
-  // Graphviz writes to our standard output itself.
   std::fflush(stdout);
-  FILE* graphviz = popen("dot -Tsvg", "w");
-  if (graphviz == nullptr) throw RunError("cannot start Graphviz");
-  std::fwrite(dot.data(), 1, dot.size(), graphviz);
-  if (pclose(graphviz) != 0) {
-    throw RunError("Graphviz (`dot`) failed; is it installed? --dot prints its input");
+  ChildProcess graphviz({.words = {"dot", "-Tsvg"}, .input = dot});
+  if (const int status = graphviz.wait(); !exited_with(status, 0)) {
+    throw RunError("Graphviz (`dot`) " + how_it_ended(status) + "; --dot prints its input");
   }
 }
 

@@ -1,30 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
 
 namespace hotpath {
 
 namespace {
 
-void list_executors() {
+void print_executors() {
+  TextTable table("", {"", "", ""}, 3);
   for (const ExecutorEntry& e : executors()) {
-    std::printf("%-10.*s %-29.*s %.*s\n", static_cast<int>(e.name.size()), e.name.data(),
-                static_cast<int>(e.class_name.size()), e.class_name.data(),
-                static_cast<int>(e.description.size()), e.description.data());
+    table.add_row({std::string(e.name), std::string(e.class_name), std::string(e.description)});
   }
+  std::cout << table;
+}
+
+/// What figures need to know of executors.
+void print_executors_json() {
+  nlohmann::json all = nlohmann::json::array();
+  for (const ExecutorEntry& e : executors()) {
+    const ExecutorTraits& t = e.traits;
+    all.push_back({{"name", e.name},
+                   {"class", e.class_name},
+                   {"description", e.description},
+                   {"family", to_string(t.family)},
+                   {"timers", to_string(t.timers)},
+                   {"policy", t.policy ? nlohmann::json(to_string(*t.policy)) : nlohmann::json()},
+                   {"colour", t.colour},
+                   {"compared_by_paper", t.compared_by_paper}});
+  }
+  std::cout << all.dump(2) << "\n";
 }
 
 void print_graphs() {
+  TextTable graphs("", {"", "", ""}, 3);
   for (const GraphListing& g : list_graphs()) {
-    if (g.error.empty()) {
-      std::printf("%-30s %3zu nodes  %s\n", g.name.c_str(), g.nodes, g.description.c_str());
-    } else {
-      std::printf("%-30s invalid: %s\n", g.name.c_str(), g.error.c_str());
-    }
+    const bool valid = g.error.empty();
+    graphs.add_row({g.name, valid ? text("%3zu nodes", g.nodes) : "",
+                    valid ? g.description : "invalid: " + g.error});
   }
+  std::cout << graphs;
 }
 
 }  // namespace
@@ -32,7 +53,10 @@ void print_graphs() {
 void add_list_command(CLI::App& app) {
   CLI::App* list = app.add_subcommand("list", "What there is to choose from");
   list->require_subcommand(1);
-  list->add_subcommand("executors", "Names, rclcpp's classes, how they schedule")->callback(list_executors);
+  auto json = std::make_shared<bool>(false);
+  CLI::App* executors = list->add_subcommand("executors", "Names, rclcpp's classes, how they schedule");
+  executors->add_flag("--json", *json, "As JSON, with family, policy and colour in figures");
+  executors->callback([json] { *json ? print_executors_json() : print_executors(); });
   list->add_subcommand("graphs", "Graphs that go by a bare name")->callback(print_graphs);
 }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
 #include "machine/machine.hpp"
-#include "program/errors.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+#include "program/whole_file.hpp"
 
 namespace hotpath {
 
@@ -18,23 +18,16 @@ struct Arguments {
   std::string output;
 };
 
-void row(const char* name, const std::string& value) {
-  std::printf("%-22s%s\n", name, value.empty() ? "unknown" : value.c_str());
-}
-
 std::string throttling(const Machine& m) {
   if (m.rt_runtime_us < 0) return "off";
   return std::to_string(m.rt_runtime_us) + " of " + std::to_string(m.rt_period_us) + " us";
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& w : words) text += (text.empty() ? "" : ", ") + w;
-  return text;
-}
-
-void print(const Machine& m) {
-  char text[160];
+TextTable facts(const Machine& m) {
+  TextTable table("", {"", ""}, 2);
+  const auto row = [&](const char* name, const std::string& value) {
+    table.add_row({name, value.empty() ? "unknown" : value});
+  };
   row("processor", m.cpu_model + ", " + std::to_string(m.processors) + " cores");
   row("kernel", m.kernel + (m.preempt_rt ? ", PREEMPT_RT" : ""));
   row("distribution", m.distribution);
@@ -44,27 +37,23 @@ void print(const Machine& m) {
   row("real-time throttling", throttling(m));
   row("real-time threads", m.real_time_threads.empty() ? "no others" : joined(m.real_time_threads));
   row("timer slack", std::to_string(m.timer_slack_ns) + " ns");
-  std::snprintf(text, sizeof(text), "%s, resolution %lld ns, a reading %.0f ns, of CPU time %.0f ns",
-                m.clock_source.c_str(), static_cast<long long>(m.noise.clock_resolution.count()),
-                m.noise.clock_cost_ns, m.noise.cpu_clock_cost_ns);
-  row("clock", text);
-  std::snprintf(text, sizeof(text), "%.2f", m.load_average);
-  row("load average", text);
-  std::snprintf(text, sizeof(text), "%.2f %% since boot", m.stolen_percent);
-  row("stolen time", text);
-  std::printf("\nHiccups of a busy thread in %.1f s, in microseconds:\n", to_ms(m.noise.length) / 1000);
-  std::printf("%6s %10s %10s %10s %8s\n", "core", "p99", "p99.9", "max", "lost");
-  for (const Hiccups& h : m.noise.cores) {
-    std::printf("%6d %10.2f %10.2f %10.1f %6.2f %%\n", h.cpu, to_ms(h.p99) * 1000, to_ms(h.p999) * 1000,
-                to_ms(h.max) * 1000, h.lost_percent);
-  }
-  std::fflush(stdout);
+  row("clock", m.clock_source + text(", resolution %lld ns, a reading %.0f ns, of CPU time %.0f ns",
+                                     static_cast<long long>(m.noise.clock_resolution.count()),
+                                     m.noise.clock_cost_ns, m.noise.cpu_clock_cost_ns));
+  row("load average", fixed(m.load_average, 2));
+  row("stolen time", fixed(m.stolen_percent, 2) + " % since boot");
+  return table;
 }
 
-void write_json(const std::string& path, const Machine& machine) {
-  std::ofstream out(path);
-  out << to_json(machine).dump(2) << "\n" << std::flush;
-  if (!out) throw UsageError("--output: " + path + " cannot be written");
+TextTable hiccups(const MachineNoise& noise) {
+  TextTable table(
+      "Hiccups of a busy thread in " + fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
+      {"core", "p99", "p99.9", "max", "lost"});
+  for (const Hiccups& h : noise.cores) {
+    table.add_row({std::to_string(h.cpu), fixed(to_us(h.p99), 2), fixed(to_us(h.p999), 2),
+                   fixed(to_us(h.max), 1), fixed(h.lost_percent, 2) + " %"});
+  }
+  return table;
 }
 
 }  // namespace
@@ -81,9 +70,9 @@ void add_machine_command(CLI::App& app) {
   machine->footer("Example:  hotpath machine --duration 10 --output machine.json");
   machine->callback([arguments] {
     const Machine m = read_machine(from_ms(arguments->seconds * 1000));
-    print(m);
+    std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
     for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
-    if (!arguments->output.empty()) write_json(arguments->output, m);
+    if (!arguments->output.empty()) write_whole_file(arguments->output, "--output", to_json(m));
   });
 }
 

@@ -2,7 +2,7 @@
 #include <memory>
 
 #include "commands/commands.hpp"
-#include "setup/option_helpers.hpp"
+#include "commands/option_helpers.hpp"
 #include "telemetry/replay.hpp"
 
 namespace hotpath {

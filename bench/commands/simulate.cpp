@@ -3,7 +3,8 @@
 #include <memory>
 
 #include "commands/commands.hpp"
-#include "setup/option_helpers.hpp"
+#include "commands/common_options.hpp"
+#include "commands/option_helpers.hpp"
 #include "simulated/simulated_run.hpp"
 
 namespace hotpath {
@@ -53,14 +54,7 @@ void add_simulate_command(CLI::App& app) {
   o.duration_s = 60;
   CLI::App* simulate =
       app.add_subcommand("simulate", "Run a graph under executors in virtual time: exact, repeatable, fast");
-  simulate
-      ->add_option("--executors,--executor", o.executors,
-                   "Names of `hotpath list executors` with commas between,\n"
-                   "also variants as in rm-ro:first or multi:4; or `paper`\n"
-                   "(the paper's seven, by default) or `all`")
-      ->type_name("NAMES")
-      ->delimiter(',')
-      ->group(kWhatRuns);
+  add_executors_option(*simulate, "--executors,--executor", o);
   add_graph_options(*simulate, o);
   simulate
       ->add_option("--phases-of", o.phases_of,
@@ -85,9 +79,7 @@ void add_simulate_command(CLI::App& app) {
   add_output_option(*simulate, o);
   simulate->footer("Example:  hotpath simulate --executors all --duration 600 --output runs/simulated");
   simulate->callback([options] {
-    auto& names = options->executors;
-    if (names.empty() || names == std::vector<std::string>{"paper"}) names = paper_executor_names();
-    if (names == std::vector<std::string>{"all"}) names = all_executor_names();
+    options->executors = executors_of(options->executors);
     run_simulated_experiment(*options);
   });
 }

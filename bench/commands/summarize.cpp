@@ -28,9 +28,7 @@ void summarize_run(const SummarizeOptions& options) {
   const auto responses = [&](std::ostream& out) { write_responses_csv(out, run); };
   if (options.responses == "-") return responses(std::cout);
   if (!options.responses.empty()) write_whole_file(options.responses, "--responses", responses);
-  const nlohmann::json summary = summarize_again(run);
-  write_whole_file(run.folder() / "summary.json", "summarize",
-                   [&](std::ostream& out) { out << summary.dump(2) << "\n"; });
+  write_whole_file(run.folder() / "summary.json", summarize_again(run));
   write_table(std::cout, summarize(run.tasks(), run.runs(), run.summary_options()));
 }
 

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "commands/commands.hpp"
-#include "hotpath/core/trace_csv.hpp"
+#include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
 #include "results/perfetto.hpp"
-#include "setup/option_helpers.hpp"
+#include "results/stored_run.hpp"
 
 namespace hotpath {
 
@@ -29,77 +25,11 @@ struct TimelineOptions {
   std::optional<double> to_ms;
 };
 
-/// The tasks that a jobs.csv names, so that a trace can be shown without its graph.
-TaskSet tasks_of(const fs::path& file) {
-  std::ifstream in(file);
-  if (!in) throw UsageError(file.string() + " cannot be read; name the folder of a run");
-  TaskSet set;
-  std::map<std::string, TaskId> ids;
-  std::string line;
-  std::getline(in, line);
-  while (std::getline(in, line)) {
-    std::istringstream fields(line);
-    std::string executor, repetition, task, kind;
-    std::getline(fields, executor, ',');
-    std::getline(fields, repetition, ',');
-    std::getline(fields, task, ',');
-    std::getline(fields, kind, ',');
-    if (!ids.emplace(task, set.size()).second) continue;
-    Task& added = set.tasks.emplace_back();
-    added.name = task;
-    added.kind = kind == "timer" ? TaskKind::timer : TaskKind::subscription;
-  }
-  return set;
-}
-
-/// Timers tell their period by the timestamps of two jobs.
-void find_periods(TaskSet& set, const Trace& trace) {
-  std::vector<const JobRecord*> last(set.size(), nullptr);
-  for (const JobRecord& r : trace.jobs) {
-    const JobRecord*& before = last[r.job.task];
-    if (before != nullptr && r.job.sequence > before->job.sequence) {
-      set.tasks[r.job.task].period = (r.job.timestamp - before->job.timestamp) /
-                                     static_cast<std::int64_t>(r.job.sequence - before->job.sequence);
-    }
-    before = &r;
-  }
-}
-
-std::string first_executor(const fs::path& run) {
-  std::ifstream in(run / "run.json");
-  try {
-    return nlohmann::json::parse(in).at("executors").at(0).get<std::string>();
-  } catch (const nlohmann::json::exception&) {
-    throw UsageError((run / "run.json").string() + " is not that of a run; name the folder of a run");
-  }
-}
-
-void write_perfetto_file(const TimelineOptions& o) {
-  const fs::path jobs = fs::path(o.run) / "jobs.csv";
-  TaskSet set = tasks_of(jobs);
-  std::ifstream in(jobs);
-  std::vector<Trace> traces;
-  try {
-    traces = read_jobs_csv(in, set, jobs.string());
-  } catch (const TraceCsvError& error) {
-    throw UsageError(error.what());
-  }
-  const auto trace = std::find_if(traces.begin(), traces.end(), [&](const Trace& t) {
-    return t.executor == o.executor && t.repetition == o.repetition;
-  });
-  if (trace == traces.end()) {
-    std::string there_are;
-    for (const Trace& t : traces) {
-      there_are +=
-          (there_are.empty() ? "" : ", ") + t.executor + " (repetition " + std::to_string(t.repetition) + ")";
-    }
-    throw UsageError("executor " + o.executor + ", repetition " + std::to_string(o.repetition) +
-                     " is not in " + jobs.string() + "; there are " + there_are);
-  }
-  find_periods(set, *trace);
+void write_perfetto_file(const StoredRun& run, const TimelineOptions& o) {
+  const Trace& trace = run.trace(o.executor, o.repetition);
   const Time to = o.to_ms ? Time{} + from_ms(*o.to_ms) : kNever;
   write_whole_file(o.perfetto, "--perfetto", [&](std::ostream& out) {
-    write_perfetto(out, set, *trace, Time{} + from_ms(o.from_ms), to);
+    write_perfetto(out, run.tasks(), trace, Time{} + from_ms(o.from_ms), to);
   });
   std::cout << o.perfetto << "\n";
 }
@@ -118,9 +48,13 @@ void draw(const TimelineOptions& o) {
 }
 
 void show_timeline(TimelineOptions o) {
-  if (o.executor.empty()) o.executor = first_executor(o.run);
   if (o.to_ms && *o.to_ms <= o.from_ms) throw UsageError("--to must lie after --from");
-  if (!o.perfetto.empty()) write_perfetto_file(o);
+  StoredRun run(o.run, "timeline");
+  if (o.executor.empty() && !run.executors().empty()) o.executor = run.executors().front();
+  if (!o.perfetto.empty()) {
+    run.load();
+    write_perfetto_file(run, o);
+  }
   if (!o.svg.empty() || o.perfetto.empty()) draw(o);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -27,9 +26,6 @@ struct RunOptions : CommonOptions {
 
   bool quick = false;
 };
-
-/// Adds the options that both commands share; `options` must outlive the parse.
-void add_run_options(CLI::App& command, RunOptions& options);
 
 /// `0,2-3` as a sorted list without duplicates of processors that this process may use. `option` is named in
 /// messages. Throws UsageError.

@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <tuple>
+
+#include "program/text.hpp"
+#include "program/text_table.hpp"
 
 namespace hotpath {
 
@@ -22,11 +23,11 @@ bool comparable(const std::vector<double>& values) {
          std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v) && v > 0; });
 }
 
-bool beyond_noise(const FigureComparison& c) {
+bool beyond_noise(const ValueComparison& c) {
   return c.verdict == Verdict::smaller || c.verdict == Verdict::larger;
 }
 
-double effect(const FigureComparison& c) { return std::abs(std::log(c.ratio.value)); }
+double effect(const ValueComparison& c) { return std::abs(std::log(c.ratio.value)); }
 
 }  // namespace
 
@@ -44,16 +45,16 @@ const char* to_string(Verdict verdict) {
   return "?";
 }
 
-std::vector<FigureComparison> compare_figures(const BenchFigures& before, const BenchFigures& after,
+std::vector<ValueComparison> compare_values(const BenchValues& before, const BenchValues& after,
                                               std::uint64_t seed) {
   BootstrapOptions options;
   options.confidence = kCompareConfidence;
   options.seed = seed;
-  std::vector<FigureComparison> comparisons;
+  std::vector<ValueComparison> comparisons;
   for (const auto& [key, old_values] : before.values) {
     const auto found = after.values.find(key);
     if (found == after.values.end()) continue;
-    FigureComparison c{key.first, key.second, kNoValue, kNoValue, {}, Verdict::not_comparable};
+    ValueComparison c{key.first, key.second, kNoValue, kNoValue, {}, Verdict::not_comparable};
     const RepeatedSamples old_samples = repetitions(old_values), new_samples = repetitions(found->second);
     c.before = quantile(old_samples.pooled(), 0.5);
     c.after = quantile(new_samples.pooled(), 0.5);
@@ -68,30 +69,21 @@ std::vector<FigureComparison> compare_figures(const BenchFigures& before, const 
   return comparisons;
 }
 
-void write_comparison(std::ostream& out, const std::vector<FigureComparison>& comparisons) {
-  std::vector<FigureComparison> rows = comparisons;
-  std::stable_sort(rows.begin(), rows.end(), [](const FigureComparison& a, const FigureComparison& b) {
+void write_comparison(std::ostream& out, const std::vector<ValueComparison>& comparisons) {
+  std::vector<ValueComparison> rows = comparisons;
+  std::stable_sort(rows.begin(), rows.end(), [](const ValueComparison& a, const ValueComparison& b) {
     if (beyond_noise(a) != beyond_noise(b)) return beyond_noise(a);
     return beyond_noise(a) && effect(a) > effect(b);
   });
-  std::size_t width = 0;
-  for (const FigureComparison& c : rows) width = std::max(width, c.benchmark.size() + 1 + c.metric.size());
-  const auto columns = out.flags();
-  out << std::left << std::setw(static_cast<int>(width)) << "figure" << std::right << std::setw(14)
-      << "before" << std::setw(14) << "after"
-      << "   ratio  [99 % interval]\n";
-  for (const FigureComparison& c : rows) {
-    out << std::left << std::setw(static_cast<int>(width)) << (c.benchmark + " " + c.metric) << std::right
-        << std::fixed << std::setprecision(1) << std::setw(14) << c.before << std::setw(14) << c.after;
-    if (c.ratio.interval) {
-      out << std::setprecision(3) << std::setw(8) << c.ratio.value << "  [" << c.ratio.interval->low << ", "
-          << c.ratio.interval->high << "]";
-    }
-    out << "  " << to_string(c.verdict) << "\n";
+  TextTable table("", {"value", "before", "after", "ratio", "[99 % interval]", ""});
+  for (const ValueComparison& c : rows) {
+    const auto& interval = c.ratio.interval;
+    table.add_row({c.benchmark + " " + c.metric, fixed(c.before, 1), fixed(c.after, 1),
+                   interval ? fixed(c.ratio.value, 3) : "",
+                   interval ? text("[%.3f, %.3f]", interval->low, interval->high) : "", to_string(c.verdict)});
   }
-  const auto changed = std::count_if(rows.begin(), rows.end(), beyond_noise);
-  out << changed << " of " << rows.size() << " figures differ beyond noise.\n";
-  out.flags(columns);
+  out << table << std::count_if(rows.begin(), rows.end(), beyond_noise) << " of " << rows.size()
+      << " values differ beyond noise.\n";
 }
 
 }  // namespace hotpath

@@ -14,7 +14,7 @@ namespace hotpath {
 /// name.
 inline constexpr std::size_t kLeastRepetitions = 3;
 
-/// Confidence of the intervals: of a thousand figures that have not changed, a few still seem to.
+/// Confidence of the intervals: of a thousand values that have not changed, a few still seem to.
 inline constexpr double kCompareConfidence = 0.99;
 
 enum class Verdict : std::uint8_t {
@@ -25,19 +25,19 @@ enum class Verdict : std::uint8_t {
 };
 const char* to_string(Verdict);
 
-/// One figure before and after a change.
-struct FigureComparison {
+/// One value before and after a change.
+struct ValueComparison {
   std::string benchmark, metric;
   double before = kNoValue, after = kNoValue;  ///< Medians over repetitions.
   Estimate ratio;                              ///< after / before, with its bootstrap interval.
   Verdict verdict = Verdict::not_comparable;
 };
 
-/// All figures that both have. The same seed gives the same intervals.
-std::vector<FigureComparison> compare_figures(const BenchFigures& before, const BenchFigures& after,
+/// All values that both have. The same seed gives the same intervals.
+std::vector<ValueComparison> compare_values(const BenchValues& before, const BenchValues& after,
                                               std::uint64_t seed = 1);
 
-/// A line for each figure, those beyond noise first and the largest effects first among them, and a count.
-void write_comparison(std::ostream& out, const std::vector<FigureComparison>& comparisons);
+/// A line for each value, those beyond noise first and the largest effects first among them, and a count.
+void write_comparison(std::ostream& out, const std::vector<ValueComparison>& comparisons);
 
 }  // namespace hotpath

@@ -15,12 +15,11 @@ namespace {
 
 using namespace hotpath;
 using namespace std::chrono_literals;
-using gbench::Figures;
+using gbench::Measurement;
+using gbench::now;
 using gbench::ns;
 
 constexpr Worker kExecutor = EventsScheduler::kExecutor, kTimerManagement = EventsScheduler::kTimerManagement;
-
-Time now() { return std::chrono::steady_clock::now(); }
 
 /// Another scheduler whose releases are timed.
 class TimedReleases final : public Scheduler {
@@ -107,7 +106,7 @@ class ParkedWorker {
 
 /// Passes of the timer management thread, each with `due` timers due: its turn under the lock, and the
 /// wake-up of a sleeping executor thread after it.
-Figures release_passes(const ExecutorEntry& entry, std::uint32_t due, bool wake, int passes) {
+Measurement release_passes(const ExecutorEntry& entry, std::uint32_t due, bool wake, int passes) {
   TaskSet set = gbench::staggered_timers(due, 1ms);
   for (Task& t : set.tasks) t.phase = Duration{};
   std::vector<double> delta, k;
@@ -136,19 +135,14 @@ Figures release_passes(const ExecutorEntry& entry, std::uint32_t due, bool wake,
     while (!wake && scheduler.decide(kExecutor, virtual_now).job) {
     }
   }
-  const auto warm = [](std::vector<double>& samples) {
-    samples.erase(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 10));
-  };
-  warm(delta);
-  warm(k);
-  Figures figures;
-  figures.add_samples("delta", std::move(delta));
-  figures.add_samples("k", std::move(k));
-  return figures;
+  Measurement found;
+  found.add_samples("delta", gbench::warm(std::move(delta)));
+  found.add_samples("k", gbench::warm(std::move(k)));
+  return found;
 }
 
 /// delta in a running executor, whose timer management thread sleeps between two passes.
-Figures live_releases(const ExecutorEntry& entry, bool executor_busy, Duration length) {
+Measurement live_releases(const ExecutorEntry& entry, bool executor_busy, Duration length) {
   class Busy final : public JobHandler {
    public:
     explicit Busy(bool busy) : busy_(busy) {}
@@ -167,31 +161,27 @@ Figures live_releases(const ExecutorEntry& entry, bool executor_busy, Duration l
   gbench::LiveRun live(set, std::make_unique<TimedReleases>(entry.make(set, {}), delta), handler,
                        default_options(entry), 1'000'000);
   live.run(length);
-  Figures figures;
-  delta.erase(delta.begin(), delta.begin() + static_cast<std::ptrdiff_t>(delta.size() / 10));
-  figures.add_samples("delta", std::move(delta));
-  return figures;
+  Measurement found;
+  found.add_samples("delta", gbench::warm(std::move(delta)));
+  return found;
 }
 
 void register_all(bool quick) {
-  const auto add = [](const std::string& name, const std::function<Figures()>& measure) {
-    benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& s) { gbench::run_isolated(s, measure); })
-        ->Iterations(1)
-        ->UseManualTime();
-  };
   const Duration length = quick ? 200ms : 1s;
   for (const char* name : {"events-ro", "rm-ro", "edf-ro"}) {
     const ExecutorEntry& e = *find_executor(name);
     for (const std::uint32_t due : {1U, 8U, 64U}) {
       for (const bool wake : {false, true}) {
         const int passes = (quick ? 1000 : 5000) * (wake ? 1 : 4);
-        add("release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
+        gbench::register_isolated(
+            "release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
                 "/wake:" + (wake ? "1" : "0"),
             [=, &e] { return release_passes(e, due, wake, passes); });
       }
     }
     for (const bool busy : {false, true}) {
-      add("live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
+      gbench::register_isolated(
+          "live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
           [=, &e] { return live_releases(e, busy, length); });
     }
   }

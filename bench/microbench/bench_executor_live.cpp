@@ -16,32 +16,24 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Time now() { return std::chrono::steady_clock::now(); }
-
-void sleep_until(Time instant) {
-  const timespec t{to_ns(instant) / 1'000'000'000, to_ns(instant) % 1'000'000'000};
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
-  }
-}
-
 double since_release(const JobRecord& r) { return ns(r.start - r.job.release); }
 double since_timestamp(const JobRecord& r) { return ns(r.start - r.job.timestamp); }
 
 /// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so that theirs
 /// leaves the wake-up out: the lateness holds for all.
-Figures dispatch_timers(const ExecutorEntry& entry, Duration length) {
+Measurement dispatch_timers(const ExecutorEntry& entry, Duration length) {
   const TaskSet set = staggered_timers(1, 1ms);
   NoWork handler;
   LiveRun live(set, entry.make(set, {}), handler, default_options(entry), 100'000);
   live.run(length);
-  Figures figures;
-  figures.add_samples("release_to_start", live.of_jobs(since_release));
-  figures.add_samples("lateness", live.of_jobs(since_timestamp));
-  return figures;
+  Measurement found;
+  found.add_samples("release_to_start", live.of_jobs(since_release));
+  found.add_samples("lateness", live.of_jobs(since_timestamp));
+  return found;
 }
 
 /// Samples from another thread, one every millisecond, on an otherwise idle executor.
-Figures dispatch_samples(const ExecutorEntry& entry, Duration length) {
+Measurement dispatch_samples(const ExecutorEntry& entry, Duration length) {
   const TaskSet set = subscriptions(1);
   NoWork handler;
   LiveRun live(set, entry.make(set, {}), handler, default_options(entry), 100'000);
@@ -56,13 +48,13 @@ Figures dispatch_samples(const ExecutorEntry& entry, Duration length) {
   live.run(length);
   stop = true;
   publisher.join();
-  Figures figures;
-  figures.add_samples("arrival_to_start", live.of_jobs(since_timestamp));
-  return figures;
+  Measurement found;
+  found.add_samples("arrival_to_start", live.of_jobs(since_timestamp));
+  return found;
 }
 
 /// The yardstick of that: a value from one thread to another with a condition variable.
-Figures hand_over(Duration length) {
+Measurement hand_over(Duration length) {
   std::mutex mutex;
   std::condition_variable arrived;
   Time sent{};
@@ -98,9 +90,9 @@ Figures hand_over(Duration length) {
   }
   arrived.notify_one();
   taker.join();
-  Figures figures;
-  figures.add_samples("arrival_to_start", std::move(latencies));
-  return figures;
+  Measurement found;
+  found.add_samples("arrival_to_start", std::move(latencies));
+  return found;
 }
 
 /// Lateness of a bare loop of absolute sleeps, in a thread with this policy and minimal timer slack.
@@ -117,38 +109,38 @@ std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
     }
   });
   sleeper.join();
-  return late;
+  return warm(std::move(late));
 }
 
 /// Lateness of the timer management thread's releases and of a bare loop, in turns.
-Figures wake_up(const std::string& policy, Duration length) {
+Measurement wake_up(const std::string& policy, Duration length) {
   constexpr int kTurns = 4;
   const TaskSet set = staggered_timers(1, 1ms);
   NoWork handler;
   std::vector<double> executor, bare;
   for (int turn = 0; turn < kTurns; ++turn) {
     const std::vector<double> sleeps = bare_sleeps(policy, length / kTurns);
-    bare.insert(bare.end(), sleeps.begin() + static_cast<std::ptrdiff_t>(sleeps.size() / 10), sleeps.end());
+    bare.insert(bare.end(), sleeps.begin(), sleeps.end());
     LiveRun live(set, find_executor("rm-ro")->make(set, {}), handler, with_timer_policy(policy), 100'000);
     live.run(length / kTurns);
     const std::vector<double> releases =
         live.of_jobs([](const JobRecord& r) { return ns(r.job.release - r.job.timestamp); });
     executor.insert(executor.end(), releases.begin(), releases.end());
   }
-  Figures figures;
-  figures.add_samples("wake_up", std::move(executor));
-  const double median = figures.time_ns;
-  figures.add_samples("bare_sleep", std::move(bare));
-  for (const auto& [name, value] : figures.counters) {
+  Measurement found;
+  found.add_samples("wake_up", std::move(executor));
+  const double median = found.time_ns;
+  found.add_samples("bare_sleep", std::move(bare));
+  for (const auto& [name, value] : found.counters) {
     if (name != "bare_sleep_p50_ns") continue;
-    figures.counters.emplace_back("ratio_to_bare_sleep", median / value);
+    found.counters.emplace_back("ratio_to_bare_sleep", median / value);
     break;
   }
-  return figures;
+  return found;
 }
 
 /// Every job makes its own task ready again: as many jobs as there are tasks are ready at all times.
-Figures throughput(const ExecutorSpec& executor, std::uint32_t ready, Duration length) {
+Measurement throughput(const ExecutorSpec& executor, std::uint32_t ready, Duration length) {
   class Refill final : public JobHandler {
    public:
     void run(const Job& job, Time start, Sample, Worker) override {
@@ -164,67 +156,62 @@ Figures throughput(const ExecutorSpec& executor, std::uint32_t ready, Duration l
   const Time before = now();
   live.run(length);
   const Duration wall = now() - before;
-  Figures figures;
+  Measurement found;
   const auto jobs = static_cast<double>(live.jobs_run());
-  figures.time_ns = ns(wall) / jobs;
-  figures.counters = {{"jobs_per_s", jobs / ns(wall) * 1e9}};
-  return figures;
+  found.time_ns = ns(wall) / jobs;
+  found.counters = {{"jobs_per_s", jobs / ns(wall) * 1e9}};
+  return found;
 }
 
-Figures cpu_figures(Duration cpu, double callbacks, Duration length) {
-  Figures figures;
-  figures.time_ns = ns(cpu) / callbacks;
-  figures.counters = {{"cpu_per_callback_ns", figures.time_ns}, {"cpu_percent", 100 * ns(cpu) / ns(length)}};
-  return figures;
+Measurement cpu_time_per(Duration cpu, double callbacks, Duration length) {
+  Measurement found;
+  found.time_ns = ns(cpu) / callbacks;
+  found.counters = {{"cpu_per_callback_ns", found.time_ns}, {"cpu_percent", 100 * ns(cpu) / ns(length)}};
+  return found;
 }
 
 /// CPU time of an executor whose ten timers do nothing.
-Figures timers_only(const ExecutorEntry& entry, int callbacks_per_s, Duration length) {
+Measurement timers_only(const ExecutorEntry& entry, int callbacks_per_s, Duration length) {
   const TaskSet set = staggered_timers(10, Duration(10s) / callbacks_per_s);
   NoWork handler;
   LiveRun live(set, entry.make(set, {}), handler, default_options(entry), 100'000);
   const Duration cpu = live.run(length);
-  return cpu_figures(cpu, static_cast<double>(live.jobs_run()), length);
+  return cpu_time_per(cpu, static_cast<double>(live.jobs_run()), length);
 }
 
-Figures bare_timer(int callbacks_per_s, Duration length) {
+Measurement bare_timer(int callbacks_per_s, Duration length) {
   const Duration before = process_cpu_time();
   const Time first = now();
   double wake_ups = 0;
   for (Time next = first; next < first + length; next += Duration(1s) / callbacks_per_s, ++wake_ups)
     sleep_until(next);
-  return cpu_figures(process_cpu_time() - before, wake_ups, length);
+  return cpu_time_per(process_cpu_time() - before, wake_ups, length);
 }
 
 }  // namespace
 
 void register_live_benchmarks(bool quick) {
   const Duration length = quick ? 200ms : 1s;
-  const auto add = [](const std::string& name, const std::function<Figures()>& measure) {
-    benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& s) { run_isolated(s, measure); })
-        ->Iterations(1)
-        ->UseManualTime();
-  };
   for (const char* policy : {"other", "fifo:90"}) {
-    add(std::string("wake_up/policy:") + policy, [=] { return wake_up(policy, 2 * length); });
+    register_isolated(std::string("wake_up/policy:") + policy, [=] { return wake_up(policy, 2 * length); });
   }
-  add("dispatch_sample/condition_variable", [=] { return hand_over(length); });
+  register_isolated("dispatch_sample/condition_variable", [=] { return hand_over(length); });
   for (const int rate : {100, 1000}) {
-    add("timers_only/bare_sleep/per_s:" + std::to_string(rate), [=] { return bare_timer(rate, length); });
+    register_isolated("timers_only/bare_sleep/per_s:" + std::to_string(rate), [=] { return bare_timer(rate, length); });
   }
   for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "events-ro",
                                  "events-re", "rm-ro", "rm-re"}) {
     for (const std::uint32_t ready : {1U, 100U}) {
-      add("throughput/" + name + "/ready:" + std::to_string(ready),
+      register_isolated("throughput/" + name + "/ready:" + std::to_string(ready),
           [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
     }
   }
   for (const std::string name : {"default", "static", "multi", "events-ro", "events-re", "rm-ro", "rm-re"}) {
     const ExecutorEntry& e = *find_executor(name);
-    add("dispatch_timer/" + name, [=, &e] { return dispatch_timers(e, length); });
-    add("dispatch_sample/" + name, [=, &e] { return dispatch_samples(e, length); });
+    register_isolated("dispatch_timer/" + name, [=, &e] { return dispatch_timers(e, length); });
+    register_isolated("dispatch_sample/" + name, [=, &e] { return dispatch_samples(e, length); });
     for (const int rate : {100, 1000}) {
-      add("timers_only/" + name + "/per_s:" + std::to_string(rate),
+      register_isolated("timers_only/" + name + "/per_s:" + std::to_string(rate),
           [=, &e] { return timers_only(e, rate, length); });
     }
   }

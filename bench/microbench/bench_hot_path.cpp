@@ -47,9 +47,9 @@ class Runs {
       // The warm-up's share of them: outputs come at a constant rate.
       const auto skipped = static_cast<std::ptrdiff_t>(latencies.size()) * kWarmUp / (kWarmUp + measured_);
       latencies.erase(latencies.begin(), latencies.begin() + skipped);
-      gbench::Figures figures;
-      figures.add_samples("hot_path", std::move(latencies));
-      return figures;
+      gbench::Measurement found;
+      found.add_samples("hot_path", std::move(latencies));
+      return found;
     });
   }
 
@@ -61,7 +61,7 @@ class Runs {
     });
   }
 
-  gbench::Figures raw_callback() const {
+  gbench::Measurement raw_callback() const {
     const Time epoch = std::chrono::steady_clock::now() + 500ms;
     gbench::RawGraph raw(graph_, tasks_, fastdds_options(), epoch);
     std::this_thread::sleep_until(epoch);
@@ -73,12 +73,12 @@ class Runs {
   }
 
  private:
-  static gbench::Figures cpu_per_callback(Duration cpu, std::uint64_t callbacks) {
-    gbench::Figures figures;
-    figures.time_ns = static_cast<double>(cpu.count()) / static_cast<double>(callbacks);
-    figures.counters = {{"cpu_per_callback_ns", figures.time_ns},
+  static gbench::Measurement cpu_per_callback(Duration cpu, std::uint64_t callbacks) {
+    gbench::Measurement found;
+    found.time_ns = static_cast<double>(cpu.count()) / static_cast<double>(callbacks);
+    found.counters = {{"cpu_per_callback_ns", found.time_ns},
                         {"callbacks", static_cast<double>(callbacks)}};
-    return figures;
+    return found;
   }
 
   static FastDdsOptions fastdds_options() {
@@ -88,7 +88,7 @@ class Runs {
   }
 
   void repeat(benchmark::State& state, const std::string& executor, TransportKind transport,
-              const std::function<gbench::Figures(const Repetition&)>& measure) const {
+              const std::function<gbench::Measurement(const Repetition&)>& measure) const {
     RepetitionPlan plan;
     plan.graph = &graph_;
     plan.tasks = tasks_;
@@ -100,9 +100,9 @@ class Runs {
     for (auto _ : state) {
       const RepetitionResult result = run_repetition(plan, [](Duration) {});
       if (!result.measured) return state.SkipWithError(("no result: " + result.failure).c_str());
-      const gbench::Figures figures = measure(result.repetition);
-      state.SetIterationTime(figures.time_ns / 1e9);
-      for (const auto& [name, value] : figures.counters) state.counters[name] = value;
+      const gbench::Measurement found = measure(result.repetition);
+      state.SetIterationTime(found.time_ns / 1e9);
+      for (const auto& [name, value] : found.counters) state.counters[name] = value;
     }
   }
 
@@ -133,8 +133,6 @@ int main(int argc, char** argv) {
         })->Unit(benchmark::kMicrosecond);
       }
     }
-    add("callback/raw_fastdds", [=](benchmark::State& s) {
-      gbench::run_isolated(s, [=] { return idle->raw_callback(); });
-    })->Unit(benchmark::kMicrosecond);
+    gbench::register_isolated("callback/raw_fastdds", [=] { return idle->raw_callback(); })->Unit(benchmark::kMicrosecond);
   });
 }

@@ -1,30 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "microbench/bench_suite.hpp"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <thread>
 
 #include "machine/machine.hpp"
 #include "machine/shared_memory_watch.hpp"
 #include "microbench/bench_values.hpp"
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
-
-extern char** environ;
+#include "program/whole_file.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath {
 
@@ -32,15 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-Time now() { return std::chrono::steady_clock::now(); }
-
-std::string time_stamp(const char* format) {
-  const std::time_t t = std::time(nullptr);
-  char text[64];
-  std::strftime(text, sizeof(text), format, std::localtime(&t));
-  return text;
-}
 
 /// The program's path: next to the command in a build tree, in lib/hotpath_bench when installed.
 fs::path find_program(const std::string& name) {
@@ -59,13 +43,8 @@ class Suite {
     if (options_.quick) options_.repetitions = 1;
     for (const std::string& name : options_.programs) paths_.push_back(find_program("bench_" + name));
     folder_ = options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-bench" : options_.output;
-    std::error_code error;
-    fs::create_directories(folder_ / "raw", error);
-    if (error) {
-      throw UsageError("the output folder " + folder_.string() + " cannot be created (" + error.message() +
-                       "); name another with --output");
-    }
-    if (fs::exists(folder_ / "bench.json", error)) {
+    create_folder(folder_ / "raw");
+    if (fs::exists(folder_ / "bench.json")) {
       throw UsageError("the output folder " + folder_.string() +
                        " holds a run already; name another with --output, or remove it");
     }
@@ -85,9 +64,9 @@ class Suite {
         measure(program, repetition, progress);
       }
     }
-    if (figures_.values.empty() && !failures_.empty()) throw RunError(failures_.front());
+    if (values_.values.empty() && !failures_.empty()) throw RunError(failures_.front());
     write();
-    if (figures_.values.empty()) {
+    if (values_.values.empty()) {
       std::cerr << "note: Interrupted before anything was measured.\n";
       return;
     }
@@ -127,10 +106,10 @@ class Suite {
     }
     try {
       std::ifstream in(output);
-      const std::size_t errors_before = figures_.errors.size();
-      add_google_benchmark_output(figures_, json::parse(in));
-      failures_.insert(failures_.end(), figures_.errors.begin() + static_cast<std::ptrdiff_t>(errors_before),
-                       figures_.errors.end());
+      const std::size_t errors_before = values_.errors.size();
+      add_google_benchmark_output(values_, json::parse(in));
+      failures_.insert(failures_.end(), values_.errors.begin() + static_cast<std::ptrdiff_t>(errors_before),
+                       values_.errors.end());
     } catch (const std::exception& error) {
       failures_.push_back(output.string() + ": " + error.what());
     }
@@ -143,52 +122,26 @@ class Suite {
                                       "--benchmark_out_format=json",
                                       "--benchmark_enable_random_interleaving=true"};
     if (options_.quick) words.push_back("--quick");
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-    // A group of its own, so that the measuring processes it starts can be ended with it.
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    pid_t pid = 0;
-    const int refused = posix_spawn(&pid, program.c_str(), &files, &attributes, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&files);
-    posix_spawnattr_destroy(&attributes);
-    if (refused != 0) return "could not be started";
-    return watch(pid, progress);
-  }
-
-  std::string watch(pid_t pid, Progress& progress) const {
-    const Time begin = now(), limit = begin + from_ms(options_.time_out_s * 1000);
-    for (int status = 0;;) {
-      if (waitpid(pid, &status, WNOHANG) == pid) return status == 0 ? "" : "failed; see its .txt in raw/";
-      if (interrupted() != 0 || now() > limit) {
-        end_group(pid);
-        return "did not end in time; see --time-out";
+    ChildProcess child({.words = words, .log = log, .own_group = true});
+    const Time begin = std::chrono::steady_clock::now();
+    for (;;) {
+      if (const auto status = child.wait(std::chrono::milliseconds(50))) {
+        return exited_with(*status, 0) ? "" : how_it_ended(*status) + "; see its .txt in raw/";
       }
-      progress.update(now() - begin, kExpected);
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      const Duration elapsed = std::chrono::steady_clock::now() - begin;
+      if (interrupted() != 0 || elapsed > from_ms(options_.time_out_s * 1000)) break;
+      progress.update(elapsed, kExpected);
     }
-  }
-
-  /// Ends a program and all that it started, which can no longer remove Fast DDS's files itself.
-  static void end_group(pid_t pid) {
+    // What it and those it started leave of Fast DDS's files they can no longer remove themselves.
     SharedMemoryWatch files;
-    files.note_group(pid);
-    kill(-pid, SIGKILL);
-    waitpid(pid, nullptr, 0);
-    const Time limit = now() + std::chrono::seconds(2);
-    while (kill(-pid, 0) == 0 && now() < limit) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    files.note_group(child.id());
+    child.kill_group();
     files.remove_orphans();
+    return "did not end in time; see --time-out";
   }
 
   void write() const {
-    json content = to_json(figures_);
+    json content = to_json(values_);
     content["complete"] = failures_.empty() && interrupted() == 0;
     content["version"] = HOTPATH_VERSION;
     content["date"] = time_stamp("%Y-%m-%dT%H:%M:%S%z");
@@ -198,18 +151,14 @@ class Suite {
     content["seed"] = options_.seed;
     content["machine"] = to_json(machine_);
     content["failures"] = failures_;
-    const fs::path part = folder_ / "bench.json.part";
-    std::ofstream out(part);
-    out << content.dump(1) << "\n" << std::flush;
-    if (!out) throw RunError("cannot write " + part.string());
-    fs::rename(part, folder_ / "bench.json");
+    write_whole_file(folder_ / "bench.json", content);
   }
 
   SuiteOptions options_;
   std::vector<fs::path> paths_;
   fs::path folder_;
   const Machine machine_ = read_machine();
-  BenchFigures figures_;
+  BenchValues values_;
   std::vector<std::string> failures_;
 };
 

@@ -1,157 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // One-way latency, publication to start of the callback, and CPU time per message of every transport; beside
 // each path over Fast DDS, Fast DDS with the same threads and none of our code.
-#include <PayloadPubSubTypes.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <ctime>
 #include <stdexcept>
 
-#include "hotpath/fastdds/fastdds_transport.hpp"
-#include "hotpath/live/intra_process_transport.hpp"
 #include "microbench/counters.hpp"
-#include "microbench/executor_run.hpp"
 #include "microbench/program.hpp"
-#include "microbench/raw_executor.hpp"
+#include "microbench/transport_sides.hpp"
 
 namespace {
 
 using namespace hotpath;
 using namespace std::chrono_literals;
-using gbench::Figures;
+using gbench::Measurement;
+using gbench::now;
 using gbench::ns;
-
-constexpr const char* kTopic = "payload";
-constexpr Duration kDiscovery = 10s;
-constexpr std::uint32_t kDepth = 10;  ///< Enough for a disturbed machine to lose nothing.
-
-Time now() { return std::chrono::steady_clock::now(); }
-
-template <class M, class P>
-struct PayloadTraits {
-  using Message = M;
-  using PubSubType = P;
-  static SampleInfo info(const M& m) { return {from_ns(m.published()), kNever, {0, m.number()}}; }
-};
-using Payload4k = PayloadTraits<msg::Payload4k, msg::Payload4kPubSubType>;
-using Payload64k = PayloadTraits<msg::Payload64k, msg::Payload64kPubSubType>;
-using Payload256k = PayloadTraits<msg::Payload256k, msg::Payload256kPubSubType>;
-using Payload1m = PayloadTraits<msg::Payload1m, msg::Payload1mPubSubType>;
-
-enum class Path { intra_process, fastdds_in_process, fastdds_shared_memory, fastdds_udp };
-
-struct Plan {
-  Path path = Path::intra_process;
-  std::uint32_t subscribers = 1;
-  int messages = 0;
-  Duration period = 1ms;
-
-  int warm_up() const { return messages / 5; }
-  std::size_t samples() const { return static_cast<std::size_t>(messages + warm_up()) * subscribers; }
-  FastDdsOptions fastdds() const {
-    FastDdsOptions options;
-    options.partition = "bench-transport";
-    if (path == Path::fastdds_shared_memory) options.network = FastDdsOptions::Network::shared_memory;
-    return options;
-  }
-};
-
-/// This process's share of a path through hotpath: its transport, and an executor for its subscribers.
-template <class Traits>
-class HotpathSide {
- public:
-  using Message = typename Traits::Message;
-
-  explicit HotpathSide(const Plan& plan) : plan_(plan) {
-    if (plan.path == Path::intra_process) {
-      transport_ = std::make_unique<IntraProcessTransport<Message>>();
-    } else {
-      transport_ = std::make_unique<FastDdsTransport<Traits>>(plan.fastdds());
-    }
-  }
-  ~HotpathSide() {
-    if (live_) {
-      live_->executor().stop();
-      live_->executor().join();
-      live_->executor().close();
-    }
-    transport_.reset();
-  }
-
-  void add_writer() { writer_ = transport_->add_writer(kTopic, kDepth, plan_.subscribers); }
-  void add_subscribers() {
-    const TaskSet set = gbench::subscriptions(plan_.subscribers, kDepth);
-    const ExecutorEntry& entry = *find_executor("events-ro");
-    live_.emplace(set, entry.make(set, {}), handler_, default_options(entry), plan_.samples() + 1);
-    for (TaskId id = 0; id < set.size(); ++id) {
-      transport_->add_reader(kTopic, id, kDepth, 1, live_->executor());
-    }
-  }
-  void wait_until_matched() { transport_->wait_until_matched(now() + kDiscovery); }
-  void start() { live_->executor().start(now(), kNever - 1h); }
-  std::vector<double> stop() {
-    live_->executor().stop();
-    live_->executor().join();
-    return live_->of_jobs([](const JobRecord& r) { return ns(r.start - r.job.timestamp); });
-  }
-
-  Message& borrow() { return transport_->borrow(writer_); }
-  void publish(Message& message) { transport_->publish(writer_, message, Traits::info(message)); }
-
- private:
-  const Plan plan_;
-  gbench::NoWork handler_;
-  std::optional<gbench::LiveRun> live_;
-  std::unique_ptr<Transport<Message>> transport_;
-  std::uint32_t writer_ = 0;
-};
-
-/// The same share with Fast DDS alone.
-template <class Traits>
-class RawSide {
- public:
-  using Message = typename Traits::Message;
-
-  explicit RawSide(const Plan& plan) : plan_(plan), participant_(plan.fastdds()) {
-    latencies_.reserve(plan.samples());
-    participant_.register_type(eprosima::fastdds::dds::TypeSupport(new typename Traits::PubSubType));
-  }
-  void add_writer() { writer_ = participant_.add_writer(kTopic, kDepth, plan_.subscribers); }
-  void add_subscribers() {
-    for (std::uint32_t i = 0; i < plan_.subscribers; ++i) {
-      executor_.add_reader(participant_, kTopic, kDepth, 1, [this](const Message& message) {
-        const Time start = now();
-        if (latencies_.size() < latencies_.capacity()) {
-          latencies_.push_back(ns(start - Traits::info(message).published));
-        }
-      });
-    }
-  }
-  void wait_until_matched() { participant_.wait_until_matched(now() + kDiscovery); }
-  void start() { executor_.start(); }
-  std::vector<double> stop() {
-    executor_.stop();
-    return latencies_;
-  }
-
-  Message& borrow() {
-    void* message = nullptr;
-    writer_->loan_sample(message,
-                         eprosima::fastdds::dds::DataWriter::LoanInitializationKind::NO_LOAN_INITIALIZATION);
-    if (message == nullptr) throw std::runtime_error("Fast DDS lent no sample");
-    return *static_cast<Message*>(message);
-  }
-  void publish(Message& message) { writer_->write(&message); }
-
- private:
-  const Plan plan_;
-  std::vector<double> latencies_;
-  gbench::RawExecutor<Traits> executor_;
-  FastDdsParticipant participant_;
-  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
-};
+using gbench::Path;
+using gbench::Plan;
 
 /// Publishes the plan's messages at its rate; returns the CPU time that the process used after the warm-up.
 template <class Side>
@@ -164,8 +32,7 @@ Duration publish_all(Side& side, const Plan& plan, const std::function<void()>& 
       warm();
       before = gbench::process_cpu_time();
     }
-    const timespec t{to_ns(next) / 1'000'000'000, to_ns(next) % 1'000'000'000};
-    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr);
+    gbench::sleep_until(next);
     auto& message = side.borrow();
     message.number(static_cast<std::uint64_t>(i));
     message.published(to_ns(now()));
@@ -177,27 +44,27 @@ Duration publish_all(Side& side, const Plan& plan, const std::function<void()>& 
   return gbench::process_cpu_time() - before;
 }
 
-Figures figures_of(std::vector<double> latencies, Duration cpu, const Plan& plan) {
+Measurement measurement_of(std::vector<double> latencies, Duration cpu, const Plan& plan) {
   const double arrived = static_cast<double>(latencies.size()) / static_cast<double>(plan.samples());
   const auto warm =
       static_cast<std::ptrdiff_t>(latencies.size()) * plan.warm_up() / (plan.messages + plan.warm_up());
   latencies.erase(latencies.begin(), latencies.begin() + warm);
-  Figures figures;
-  figures.add_samples("latency", std::move(latencies));
-  figures.counters.emplace_back("cpu_per_message_ns", ns(cpu) / plan.messages);
-  figures.counters.emplace_back("arrived_percent", 100 * arrived);
-  return figures;
+  Measurement found;
+  found.add_samples("latency", std::move(latencies));
+  found.counters.emplace_back("cpu_per_message_ns", ns(cpu) / plan.messages);
+  found.counters.emplace_back("arrived_percent", 100 * arrived);
+  return found;
 }
 
 template <class Side>
-Figures in_one_process(const Plan& plan) {
+Measurement in_one_process(const Plan& plan) {
   Side side(plan);
   side.add_subscribers();
   side.add_writer();
   side.wait_until_matched();
   side.start();
   const Duration cpu = publish_all(side, plan, [] {});
-  return figures_of(side.stop(), cpu, plan);
+  return measurement_of(side.stop(), cpu, plan);
 }
 
 void tell(int descriptor, std::int64_t number) {
@@ -214,7 +81,7 @@ std::int64_t hear(int descriptor) {
 
 /// Subscribers in this process, the publisher in another.
 template <class Side>
-Figures in_two_processes(const Plan& plan) {
+Measurement in_two_processes(const Plan& plan) {
   std::array<int, 2> from_publisher{}, to_publisher{};
   if (pipe(from_publisher.data()) != 0 || pipe(to_publisher.data()) != 0) {
     throw std::runtime_error("no pipe to the publishing process");
@@ -237,7 +104,7 @@ Figures in_two_processes(const Plan& plan) {
   }
   close(from_publisher[1]);
   close(to_publisher[0]);
-  Figures figures;
+  Measurement found;
   {
     Side side(plan);
     side.add_subscribers();
@@ -247,25 +114,21 @@ Figures in_two_processes(const Plan& plan) {
     const Duration before = gbench::process_cpu_time();
     const Duration publishers(hear(from_publisher[0]));
     const Duration own = gbench::process_cpu_time() - before;
-    figures = figures_of(side.stop(), own + publishers, plan);
+    found = measurement_of(side.stop(), own + publishers, plan);
     tell(to_publisher[1], 0);
   }
   waitpid(publisher, nullptr, 0);
-  return figures;
+  return found;
 }
 
 template <template <class> class Side, class Traits>
 void add(const std::string& name, const Plan& plan) {
   const bool two = plan.path == Path::fastdds_shared_memory || plan.path == Path::fastdds_udp;
-  benchmark::RegisterBenchmark(name.c_str(),
-                               [=](benchmark::State& s) {
-                                 gbench::run_isolated(s, [&] {
-                                   return two ? in_two_processes<Side<Traits>>(plan)
-                                              : in_one_process<Side<Traits>>(plan);
-                                 });
-                               })
-      ->Iterations(1)
-      ->UseManualTime()
+  gbench::register_isolated(name,
+                            [=] {
+                              return two ? in_two_processes<Side<Traits>>(plan)
+                                         : in_one_process<Side<Traits>>(plan);
+                            })
       ->Unit(benchmark::kMicrosecond);
 }
 
@@ -280,8 +143,8 @@ void add_path(const char* path_name, Path path, std::uint32_t subscribers, bool 
   plan.messages = static_cast<int>(std::clamp<std::int64_t>((quick ? 100ms : 400ms) / plan.period, 30, 400));
   const std::string name = std::string("one_way/") + path_name + "/kib:" + std::to_string(kib) +
                            "/subscribers:" + std::to_string(subscribers);
-  add<HotpathSide, Traits>(name + "/hotpath", plan);
-  if (path != Path::intra_process) add<RawSide, Traits>(name + "/raw_fastdds", plan);
+  add<gbench::HotpathSide, Traits>(name + "/hotpath", plan);
+  if (path != Path::intra_process) add<gbench::RawSide, Traits>(name + "/raw_fastdds", plan);
 }
 
 void register_all(bool quick) {
@@ -291,10 +154,10 @@ void register_all(bool quick) {
                             std::pair{"fastdds_udp", Path::fastdds_udp}};
   for (const auto& [name, path] : paths) {
     for (const std::uint32_t subscribers : {1U, 10U, 100U})
-      add_path<Payload4k>(name, path, subscribers, quick);
-    add_path<Payload64k>(name, path, 1, quick);
-    add_path<Payload256k>(name, path, 1, quick);
-    add_path<Payload1m>(name, path, 1, quick);
+      add_path<gbench::Payload4k>(name, path, subscribers, quick);
+    add_path<gbench::Payload64k>(name, path, 1, quick);
+    add_path<gbench::Payload256k>(name, path, 1, quick);
+    add_path<gbench::Payload1m>(name, path, 1, quick);
   }
 }
 

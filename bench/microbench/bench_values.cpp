@@ -21,7 +21,7 @@ double nanoseconds(const std::string& unit) {
   throw std::invalid_argument("unknown time unit `" + unit + "`");
 }
 
-/// Numbers of Google Benchmark's own that are no figures.
+/// Numbers of Google Benchmark's own that are no bench.
 bool is_bookkeeping(std::string_view key) {
   constexpr std::array<std::string_view, 9> own = {"family_index",    "per_family_instance_index",
                                                    "repetitions",     "repetition_index",
@@ -42,12 +42,12 @@ std::string without_modifiers(std::string name) {
   return name;
 }
 
-void add_complexity(BenchFigures& figures, const json& row) {
+void add_complexity(BenchValues& bench, const json& row) {
   const std::string benchmark = without_modifiers(row.at("run_name"));
-  auto known = std::find_if(figures.complexities.begin(), figures.complexities.end(),
+  auto known = std::find_if(bench.complexities.begin(), bench.complexities.end(),
                             [&](const auto& c) { return c.benchmark == benchmark; });
-  if (known == figures.complexities.end()) {
-    known = figures.complexities.insert(figures.complexities.end(), {benchmark, "", 0, 0});
+  if (known == bench.complexities.end()) {
+    known = bench.complexities.insert(bench.complexities.end(), {benchmark, "", 0, 0});
   }
   if (row.at("aggregate_name") == "BigO") {
     known->order = row.at("big_o");
@@ -57,63 +57,63 @@ void add_complexity(BenchFigures& figures, const json& row) {
   }
 }
 
-void add_row(BenchFigures& figures, const json& row) {
+void add_row(BenchValues& bench, const json& row) {
   if (row.value("run_type", "") == "aggregate") {
-    add_complexity(figures, row);
+    add_complexity(bench, row);
     return;
   }
   const std::string benchmark = without_modifiers(row.at("name"));
   if (row.value("error_occurred", false)) {
-    figures.errors.push_back(benchmark + ": " + row.value("error_message", ""));
+    bench.errors.push_back(benchmark + ": " + row.value("error_message", ""));
     return;
   }
-  figures.values[{benchmark, "time_ns"}].push_back(row.at("real_time").get<double>() *
+  bench.values[{benchmark, "time_ns"}].push_back(row.at("real_time").get<double>() *
                                                    nanoseconds(row.at("time_unit")));
   for (const auto& [key, value] : row.items()) {
-    if (value.is_number() && !is_bookkeeping(key)) figures.values[{benchmark, key}].push_back(value);
+    if (value.is_number() && !is_bookkeeping(key)) bench.values[{benchmark, key}].push_back(value);
   }
 }
 
 }  // namespace
 
-void add_google_benchmark_output(BenchFigures& figures, const json& output) {
+void add_google_benchmark_output(BenchValues& bench, const json& output) {
   try {
-    for (const json& row : output.at("benchmarks")) add_row(figures, row);
+    for (const json& row : output.at("benchmarks")) add_row(bench, row);
   } catch (const json::exception& error) {
     throw std::invalid_argument(std::string("not the JSON of Google Benchmark: ") + error.what());
   }
 }
 
-json to_json(const BenchFigures& figures) {
+json to_json(const BenchValues& bench) {
   json rows = json::array(), complexities = json::array();
-  for (const auto& [key, values] : figures.values) {
+  for (const auto& [key, values] : bench.values) {
     rows.push_back({{"benchmark", key.first}, {"metric", key.second}, {"values", values}});
   }
-  for (const auto& c : figures.complexities) {
+  for (const auto& c : bench.complexities) {
     complexities.push_back({{"benchmark", c.benchmark},
                             {"order", c.order},
                             {"coefficient_ns", c.coefficient_ns},
                             {"rms_percent", c.rms_percent}});
   }
-  return {{"figures", rows}, {"complexities", complexities}, {"errors", figures.errors}};
+  return {{"figures", rows}, {"complexities", complexities}, {"errors", bench.errors}};
 }
 
-BenchFigures bench_figures_from_json(const json& content) {
-  BenchFigures figures;
+BenchValues bench_values_from_json(const json& content) {
+  BenchValues bench;
   try {
     for (const json& row : content.at("figures")) {
-      figures.values[{row.at("benchmark"), row.at("metric")}] = row.at("values").get<std::vector<double>>();
+      bench.values[{row.at("benchmark"), row.at("metric")}] = row.at("values").get<std::vector<double>>();
     }
     for (const json& row : content.at("complexities")) {
-      figures.complexities.push_back({row.at("benchmark"), row.at("order"),
+      bench.complexities.push_back({row.at("benchmark"), row.at("order"),
                                       row.at("coefficient_ns").get<double>(),
                                       row.at("rms_percent").get<double>()});
     }
-    figures.errors = content.at("errors").get<std::vector<std::string>>();
+    bench.errors = content.at("errors").get<std::vector<std::string>>();
   } catch (const json::exception& error) {
     throw std::invalid_argument(std::string("not written by `hotpath bench`: ") + error.what());
   }
-  return figures;
+  return bench;
 }
 
 }  // namespace hotpath

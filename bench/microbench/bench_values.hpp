@@ -11,7 +11,7 @@ namespace hotpath {
 
 /// What the benchmark programs measured: for each benchmark and metric one value per repetition. The metric
 /// `time_ns` is Google Benchmark's own time per iteration; units are the endings of names.
-struct BenchFigures {
+struct BenchValues {
   using Key = std::pair<std::string, std::string>;  ///< Benchmark, metric.
   std::map<Key, std::vector<double>> values;
 
@@ -27,10 +27,10 @@ struct BenchFigures {
 
 /// Adds what one run of a program wrote with --benchmark_out_format=json. Throws std::invalid_argument when
 /// it is not that.
-void add_google_benchmark_output(BenchFigures& figures, const nlohmann::json& output);
+void add_google_benchmark_output(BenchValues& bench, const nlohmann::json& output);
 
 /// As in bench.json; the second throws std::invalid_argument that says what is missing.
-nlohmann::json to_json(const BenchFigures& figures);
-BenchFigures bench_figures_from_json(const nlohmann::json& content);
+nlohmann::json to_json(const BenchValues& bench);
+BenchValues bench_values_from_json(const nlohmann::json& content);
 
 }  // namespace hotpath

@@ -19,11 +19,11 @@ namespace {
 
 constexpr const char* kFailed = "failed";
 
-std::string encode(const Figures& figures) {
+std::string encode(const Measurement& found) {
   std::ostringstream text;
   text.precision(std::numeric_limits<double>::max_digits10);
-  text << "time " << figures.time_ns << "\n";
-  for (const auto& [name, value] : figures.counters) text << name << " " << value << "\n";
+  text << "time " << found.time_ns << "\n";
+  for (const auto& [name, value] : found.counters) text << name << " " << value << "\n";
   return text.str();
 }
 
@@ -36,7 +36,7 @@ std::string read_all(int descriptor) {
   return text;
 }
 
-[[noreturn]] void child(int descriptor, const std::function<Figures()>& measure) {
+[[noreturn]] void child(int descriptor, const std::function<Measurement()>& measure) {
   std::string text;
   try {
     text = encode(measure());
@@ -49,7 +49,7 @@ std::string read_all(int descriptor) {
 
 }  // namespace
 
-void Figures::add_samples(const std::string& name, std::vector<double> samples_ns) {
+void Measurement::add_samples(const std::string& name, std::vector<double> samples_ns) {
   const Quantiles q = quantiles(std::move(samples_ns));
   if (q.n == 0) throw std::runtime_error("nothing was measured for " + name);
   if (time_ns == 0) time_ns = q.p50;
@@ -59,7 +59,7 @@ void Figures::add_samples(const std::string& name, std::vector<double> samples_n
                                    {name + "_max_ns", q.max}});
 }
 
-void run_isolated(benchmark::State& state, const std::function<Figures()>& measure) {
+void run_isolated(benchmark::State& state, const std::function<Measurement()>& measure) {
   for (auto _ : state) {
     std::array<int, 2> ends{};
     if (pipe(ends.data()) != 0) return state.SkipWithError(std::strerror(errno));
@@ -87,6 +87,18 @@ void run_isolated(benchmark::State& state, const std::function<Figures()>& measu
       }
     }
   }
+}
+
+benchmark::internal::Benchmark* register_isolated(const std::string& name,
+                                                  const std::function<Measurement()>& measure) {
+  return benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& s) { run_isolated(s, measure); })
+      ->Iterations(1)
+      ->UseManualTime();
+}
+
+std::vector<double> warm(std::vector<double> samples) {
+  samples.erase(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(samples.size() / 10));
+  return samples;
 }
 
 Duration process_cpu_time() {

@@ -12,9 +12,9 @@
 
 namespace hotpath::gbench {
 
-/// What one live measurement found: the time that stands for it, and further figures by name. Units are the
+/// What one live measurement found: the time that stands for it, and further values by name. Units are the
 /// endings of names.
-struct Figures {
+struct Measurement {
   double time_ns = 0;
   std::vector<std::pair<std::string, double>> counters;
 
@@ -24,9 +24,16 @@ struct Figures {
 };
 
 /// Runs `measure` in a process of its own, so that nothing that ran before has an influence, and makes its
-/// figures the benchmark's: manual time and counters. A measurement that throws or dies becomes the
+/// values the benchmark's: manual time and counters. A measurement that throws or dies becomes the
 /// benchmark's error. The calling process must have one thread only.
-void run_isolated(benchmark::State& state, const std::function<Figures()>& measure);
+void run_isolated(benchmark::State& state, const std::function<Measurement()>& measure);
+
+/// Registers a benchmark that run_isolated() runs once.
+benchmark::internal::Benchmark* register_isolated(const std::string& name,
+                                                  const std::function<Measurement()>& measure);
+
+/// The samples without the first tenth of them, in which a measurement warms up.
+std::vector<double> warm(std::vector<double> samples);
 
 /// CPU time of the calling process so far, all threads.
 Duration process_cpu_time();

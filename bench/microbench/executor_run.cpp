@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "microbench/executor_run.hpp"
 
+#include <cerrno>
+#include <ctime>
 #include <thread>
 
 #include "microbench/counters.hpp"
@@ -8,6 +10,12 @@
 namespace hotpath::gbench {
 
 using namespace std::chrono_literals;
+
+void sleep_until(Time instant) {
+  const timespec t{to_ns(instant) / 1'000'000'000, to_ns(instant) % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+  }
+}
 
 LiveRun::LiveRun(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler,
                  const ExecutorOptions& options, std::uint64_t records_per_worker) {
@@ -22,7 +30,7 @@ LiveRun::LiveRun(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHa
 }
 
 Duration LiveRun::run(Duration length) {
-  const Time epoch = std::chrono::steady_clock::now() + 20ms;
+  const Time epoch = now() + 20ms;
   warm_ = epoch + length / 10;
   executor_->start(epoch, epoch + length);
   std::this_thread::sleep_until(epoch);

@@ -10,6 +10,11 @@
 
 namespace hotpath::gbench {
 
+inline Time now() { return std::chrono::steady_clock::now(); }
+
+/// Sleeps by the clock's absolute time, without the slack that a relative sleep may add up.
+void sleep_until(Time instant);
+
 /// A handler whose jobs do nothing.
 class NoWork final : public JobHandler {
  public:

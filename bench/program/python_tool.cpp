@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/python_tool.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <array>
-#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <sstream>
 #include <string_view>
 
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
-
-extern char** environ;
 
 namespace hotpath {
 
@@ -33,40 +26,15 @@ std::filesystem::path find_script(const std::string& script) {
   return {};
 }
 
-std::string read_all(int descriptor) {
-  std::string text;
-  std::array<char, 4096> block;
-  for (;;) {
-    const ssize_t n = read(descriptor, block.data(), block.size());
-    if (n > 0) {
-      text.append(block.data(), static_cast<std::size_t>(n));
-    } else if (n == 0 || errno != EINTR) {
-      return text;
-    }
-  }
-}
-
 /// Exit status and standard error of `python3 SCRIPT ARGUMENTS`.
-std::pair<int, std::string> run_python(std::string script, std::vector<std::string> words) {
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) return {-1, ""};
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
-  std::string python = "/usr/bin/python3";
-  std::vector<char*> arguments = {python.data(), script.data()};
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  pid_t pid = 0;
-  const int refused = posix_spawn(&pid, python.c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  close(ends[1]);
-  const std::string errors = read_all(ends[0]);
-  close(ends[0]);
-  int status = -1;
-  while (refused == 0 && waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-  }
-  return {status, errors};
+std::pair<int, std::string> run_python(const std::string& script, const std::vector<std::string>& arguments) {
+  std::cout << std::flush;  // what the script prints comes after what we have printed
+  std::fflush(stdout);
+  ChildOptions options{.words = {"/usr/bin/python3", script}, .capture_errors = true};
+  options.words.insert(options.words.end(), arguments.begin(), arguments.end());
+  ChildProcess python(options);
+  std::string errors = python.errors();
+  return {python.wait(), std::move(errors)};
 }
 
 /// Of a Python program's complaints the last line says what went wrong.
@@ -80,11 +48,10 @@ std::string last_line(std::string text) {
 void draw_figure(const std::string& script, const std::filesystem::path& folder) {
   const char* const wanted = std::getenv("HOTPATH_FIGURES");
   if (wanted != nullptr && std::string_view(wanted) == "none") return;
-  std::cout << std::flush;  // what the script prints comes after what we have printed
   const auto [status, errors] = run_python(find_script(script), {folder.string()});
   if (status == 0) return;
   const std::string cause = last_line(errors);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kUnfitInput) {
+  if (exited_with(status, kUnfitInput)) {
     std::cerr << "note: no figure: " << cause << "\n";
     return;
   }
@@ -94,11 +61,10 @@ void draw_figure(const std::string& script, const std::filesystem::path& folder)
 
 void require_script(const std::string& script, const std::vector<std::string>& arguments,
                     const std::string& failure, const std::string& needs) {
-  std::cout << std::flush;
   const auto [status, errors] = run_python(find_script(script), arguments);
   if (status == 0) return;
   const std::string cause = last_line(errors);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kUnfitInput) throw UsageError(cause);
+  if (exited_with(status, kUnfitInput)) throw UsageError(cause);
   throw RunError(failure + (cause.empty() ? "" : " (" + cause + ")") + "; it needs Debian's " + needs +
                  " and the script " + script);
 }

@@ -2,31 +2,59 @@
 #include "program/whole_file.hpp"
 
 #include <cerrno>
-#include <cstring>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "program/errors.hpp"
 
 namespace hotpath {
 
-void write_whole_file(const std::filesystem::path& file, const std::string& option,
-                      const std::function<void(std::ostream&)>& write) {
-  const std::filesystem::path part = file.string() + ".part";
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Returns why it failed; empty: it did not.
+std::string write_and_rename(const fs::path& file, const FileContent& content) {
+  const fs::path part = file.string() + ".part";
   errno = 0;
   std::ofstream out(part, std::ios::binary);
-  if (out) write(out);
+  if (out) content.write(out);
   out.close();
-  int cause = out ? 0 : errno;
-  if (cause == 0 && out) {
-    std::error_code error;
-    std::filesystem::rename(part, file, error);
-    cause = error.value();
+  std::error_code error(errno, std::generic_category());
+  if (out) {
+    fs::rename(part, file, error);
+  } else if (!error) {
+    error = std::make_error_code(std::errc::io_error);
   }
-  if (out && cause == 0) return;
+  if (!error) return "";
   std::error_code ignored;
-  std::filesystem::remove(part, ignored);
-  throw UsageError(option + ": " + file.string() + " cannot be written (" + std::strerror(cause) +
-                   "); name another place");
+  fs::remove(part, ignored);
+  return file.string() + " cannot be written (" + error.message() + ")";
+}
+
+}  // namespace
+
+FileContent::FileContent(std::string text)
+    : write_([text = std::move(text)](std::ostream& out) { out << text; }) {}
+
+FileContent::FileContent(nlohmann::json content) : FileContent(content.dump(2) + "\n") {}
+
+void write_whole_file(const fs::path& file, const FileContent& content) {
+  if (const std::string failure = write_and_rename(file, content); !failure.empty()) throw RunError(failure);
+}
+
+void write_whole_file(const fs::path& file, const std::string& option, const FileContent& content) {
+  const std::string failure = write_and_rename(file, content);
+  if (!failure.empty()) throw UsageError(option + ": " + failure + "; name another place");
+}
+
+void create_folder(const fs::path& folder, const std::string& option) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    throw UsageError(option + ": the folder " + folder.string() + " cannot be created (" + error.message() +
+                     "); name another");
+  }
 }
 
 }  // namespace hotpath

@@ -1,16 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <concepts>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace hotpath {
 
-/// Writes a file that gets its name when it is whole. Throws UsageError, which names `option`, when it cannot
-/// be written, and leaves nothing behind.
+/// What a file holds: text, JSON (with a line break at its end), or what a function writes.
+class FileContent {
+ public:
+  using Write = std::function<void(std::ostream&)>;
+  template <std::invocable<std::ostream&> Function>
+  FileContent(Function write) : write_(std::move(write)) {}
+  FileContent(std::string text);
+  FileContent(nlohmann::json content);
+
+  void write(std::ostream& out) const { write_(out); }
+
+ private:
+  Write write_;
+};
+
+/// Writes a file, which gets its name when it is whole; one that has the name is replaced then. Leaves nothing
+/// behind when it cannot be written (disk full, for example), and throws RunError, or, where a file was asked
+/// for by an option of the command line, UsageError that names `option`.
+void write_whole_file(const std::filesystem::path& file, const FileContent& content);
 void write_whole_file(const std::filesystem::path& file, const std::string& option,
-                      const std::function<void(std::ostream&)>& write);
+                      const FileContent& content);
+
+/// Creates a folder and those above it. Throws UsageError that names `option`.
+void create_folder(const std::filesystem::path& folder, const std::string& option = "--output");
 
 }  // namespace hotpath

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -12,7 +11,7 @@
 
 namespace hotpath {
 
-/// What live and simulated experiments are told on the command line.
+/// What live and simulated runs are told alike on the command line.
 struct CommonOptions {
   std::string graph = "autoware";
   std::vector<std::string> executors;
@@ -28,17 +27,5 @@ struct CommonOptions {
   Ties ties = Ties::lifo;
   std::string output;
 };
-
-/// The names of the options' groups in the help.
-inline constexpr const char* kWhatRuns = "What runs";
-inline constexpr const char* kHowLong = "How long";
-
-/// Adds --graph, --load, --work, the phases, --rule and --ties; `options` must outlive the parse.
-void add_graph_options(CLI::App& command, CommonOptions& options);
-
-/// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
-void add_length_options(CLI::App& command, CommonOptions& options, double longest_s);
-
-void add_output_option(CLI::App& command, CommonOptions& options);
 
 }  // namespace hotpath

@@ -22,58 +22,58 @@ json row(const std::string& name, double time, const std::string& unit) {
           {"repetition_index", 0}, {"threads", 1}};
 }
 
-BenchFigures parsed(std::vector<json> rows) {
-  BenchFigures figures;
-  add_google_benchmark_output(figures, {{"context", json::object()}, {"benchmarks", rows}});
-  return figures;
+BenchValues parsed(std::vector<json> rows) {
+  BenchValues bench;
+  add_google_benchmark_output(bench, {{"context", json::object()}, {"benchmarks", rows}});
+  return bench;
 }
 
-BenchFigures figures_with(std::vector<double> values) {
-  BenchFigures figures;
-  figures.values[{"decide", "time_ns"}] = std::move(values);
-  return figures;
+BenchValues values_with(std::vector<double> values) {
+  BenchValues bench;
+  bench.values[{"decide", "time_ns"}] = std::move(values);
+  return bench;
 }
 
-FigureComparison only_figure(const BenchFigures& before, const BenchFigures& after) {
-  const auto comparisons = compare_figures(before, after);
+ValueComparison only_value(const BenchValues& before, const BenchValues& after) {
+  const auto comparisons = compare_values(before, after);
   EXPECT_EQ(comparisons.size(), 1U);
   return comparisons.at(0);
 }
 
-TEST(BenchFigures, TimesAreNanosecondsUnderTheNameOfWhatWasMeasured) {
-  const BenchFigures f = parsed({row("a/tasks:10/iterations:1/manual_time", 2, "us"),
+TEST(BenchValues, TimesAreNanosecondsUnderTheNameOfWhatWasMeasured) {
+  const BenchValues f = parsed({row("a/tasks:10/iterations:1/manual_time", 2, "us"),
                                  row("b/min_time:0.010", 3, "ns"), row("c", 1, "ms")});
   EXPECT_THAT(f.values.at({"a/tasks:10", "time_ns"}), ElementsAre(2000));
   EXPECT_THAT(f.values.at({"b", "time_ns"}), ElementsAre(3));
   EXPECT_THAT(f.values.at({"c", "time_ns"}), ElementsAre(1e6));
 }
 
-TEST(BenchFigures, EveryCounterIsAMetricAndBookkeepingIsNone) {
+TEST(BenchValues, EveryCounterIsAMetricAndBookkeepingIsNone) {
   json counted = row("a", 2, "ns");
   counted["delta_p50_ns"] = 12.5;
-  const BenchFigures f = parsed({counted});
+  const BenchValues f = parsed({counted});
   EXPECT_EQ(f.values.size(), 2U);
   EXPECT_THAT(f.values.at({"a", "delta_p50_ns"}), ElementsAre(12.5));
 }
 
-TEST(BenchFigures, RepetitionsComeTogether) {
-  BenchFigures f;
+TEST(BenchValues, RepetitionsComeTogether) {
+  BenchValues f;
   for (const double time : {3.0, 1.0, 2.0}) {
     add_google_benchmark_output(f, {{"benchmarks", {row("a", time, "ns")}}});
   }
   EXPECT_THAT(f.values.at({"a", "time_ns"}), ElementsAre(3, 1, 2));
 }
 
-TEST(BenchFigures, AFailedBenchmarkIsAnErrorAndNoFigure) {
+TEST(BenchValues, AFailedBenchmarkIsAnErrorAndNoFigure) {
   json failed = row("a", 0, "ns");
   failed["error_occurred"] = true;
   failed["error_message"] = "no result";
-  const BenchFigures f = parsed({failed});
+  const BenchValues f = parsed({failed});
   EXPECT_TRUE(f.values.empty());
   EXPECT_THAT(f.errors, ElementsAre("a: no result"));
 }
 
-TEST(BenchFigures, KeepsTheComplexityFit) {
+TEST(BenchValues, KeepsTheComplexityFit) {
   json fit = {{"name", "drain/manual_time_BigO"},
               {"run_name", "drain/manual_time"},
               {"run_type", "aggregate"},
@@ -86,7 +86,7 @@ TEST(BenchFigures, KeepsTheComplexityFit) {
               {"run_type", "aggregate"},
               {"aggregate_name", "RMS"},
               {"rms", 0.07}};
-  const BenchFigures f = parsed({fit, rms});
+  const BenchValues f = parsed({fit, rms});
   ASSERT_EQ(f.complexities.size(), 1U);
   EXPECT_EQ(f.complexities[0].benchmark, "drain");
   EXPECT_EQ(f.complexities[0].order, "NlgN");
@@ -94,76 +94,76 @@ TEST(BenchFigures, KeepsTheComplexityFit) {
   EXPECT_THAT(f.complexities[0].rms_percent, DoubleNear(7, 1e-9));
 }
 
-TEST(BenchFigures, SurviveTheirFile) {
-  BenchFigures f = figures_with({1, 2.5});
+TEST(BenchValues, SurviveTheirFile) {
+  BenchValues f = values_with({1, 2.5});
   f.complexities = {{"drain", "N", 3, 4}};
   f.errors = {"x: broken"};
-  const BenchFigures read = bench_figures_from_json(to_json(f));
+  const BenchValues read = bench_values_from_json(to_json(f));
   EXPECT_EQ(read.values, f.values);
   EXPECT_EQ(read.errors, f.errors);
   EXPECT_EQ(to_json(read), to_json(f));
 }
 
-TEST(BenchFigures, RefuseOtherFiles) {
-  BenchFigures f;
+TEST(BenchValues, RefuseOtherFiles) {
+  BenchValues f;
   EXPECT_THROW(add_google_benchmark_output(f, json::object()), std::invalid_argument);
-  EXPECT_THROW(bench_figures_from_json({{"figures", 3}}), std::invalid_argument);
+  EXPECT_THROW(bench_values_from_json({{"figures", 3}}), std::invalid_argument);
 }
 
 TEST(BenchCompare, ALargeShiftIsBeyondNoiseInItsDirection) {
-  const BenchFigures slow = figures_with({100, 101, 99, 100, 102}), fast = figures_with({50, 51, 49, 50, 52});
-  const FigureComparison faster = only_figure(slow, fast);
+  const BenchValues slow = values_with({100, 101, 99, 100, 102}), fast = values_with({50, 51, 49, 50, 52});
+  const ValueComparison faster = only_value(slow, fast);
   EXPECT_EQ(faster.verdict, Verdict::smaller);
   EXPECT_EQ(faster.before, 100);
   EXPECT_EQ(faster.after, 50);
   EXPECT_DOUBLE_EQ(faster.ratio.value, 0.5);
   EXPECT_LE(faster.ratio.interval->low, 0.5);
   EXPECT_GE(faster.ratio.interval->high, 0.5);
-  EXPECT_EQ(only_figure(fast, slow).verdict, Verdict::larger);
+  EXPECT_EQ(only_value(fast, slow).verdict, Verdict::larger);
 }
 
 TEST(BenchCompare, AShiftSmallerThanTheSpreadIsNoise) {
-  const FigureComparison c =
-      only_figure(figures_with({100, 80, 120, 95, 105}), figures_with({103, 84, 118, 99, 101}));
+  const ValueComparison c =
+      only_value(values_with({100, 80, 120, 95, 105}), values_with({103, 84, 118, 99, 101}));
   EXPECT_EQ(c.verdict, Verdict::within_noise);
   EXPECT_LT(c.ratio.interval->low, 1);
   EXPECT_GT(c.ratio.interval->high, 1);
 }
 
 TEST(BenchCompare, TheSameFiguresDoNotDiffer) {
-  const BenchFigures f = figures_with({100, 80, 120});
-  EXPECT_EQ(only_figure(f, f).verdict, Verdict::within_noise);
-  EXPECT_EQ(only_figure(figures_with({7, 7, 7}), figures_with({7, 7, 7})).verdict, Verdict::within_noise);
+  const BenchValues f = values_with({100, 80, 120});
+  EXPECT_EQ(only_value(f, f).verdict, Verdict::within_noise);
+  EXPECT_EQ(only_value(values_with({7, 7, 7}), values_with({7, 7, 7})).verdict, Verdict::within_noise);
 }
 
 TEST(BenchCompare, TooFewRepetitionsAndValuesWithoutARatioAreNotComparable) {
-  EXPECT_EQ(only_figure(figures_with({1, 1}), figures_with({9, 9, 9})).verdict, Verdict::not_comparable);
-  EXPECT_EQ(only_figure(figures_with({0, 0, 0}), figures_with({9, 9, 9})).verdict, Verdict::not_comparable);
+  EXPECT_EQ(only_value(values_with({1, 1}), values_with({9, 9, 9})).verdict, Verdict::not_comparable);
+  EXPECT_EQ(only_value(values_with({0, 0, 0}), values_with({9, 9, 9})).verdict, Verdict::not_comparable);
 }
 
 TEST(BenchCompare, LeavesOutWhatOnlyOneSideHas) {
-  BenchFigures more = figures_with({1, 2, 3});
+  BenchValues more = values_with({1, 2, 3});
   more.values[{"new", "time_ns"}] = {1, 2, 3};
-  EXPECT_EQ(compare_figures(figures_with({1, 2, 3}), more).size(), 1U);
+  EXPECT_EQ(compare_values(values_with({1, 2, 3}), more).size(), 1U);
 }
 
 TEST(BenchCompare, TheSameSeedGivesTheSameIntervals) {
-  const BenchFigures a = figures_with({100, 80, 120, 95, 105}), b = figures_with({103, 84, 118, 99, 101});
-  const auto first = compare_figures(a, b, 7), second = compare_figures(a, b, 7);
+  const BenchValues a = values_with({100, 80, 120, 95, 105}), b = values_with({103, 84, 118, 99, 101});
+  const auto first = compare_values(a, b, 7), second = compare_values(a, b, 7);
   EXPECT_EQ(first[0].ratio.interval->low, second[0].ratio.interval->low);
   EXPECT_EQ(first[0].ratio.interval->high, second[0].ratio.interval->high);
 }
 
 TEST(BenchCompare, WritesWhatChangedFirstAndCountsIt) {
-  BenchFigures before, after;
+  BenchValues before, after;
   before.values[{"a", "time_ns"}] = {100, 101, 102};
   after.values[{"a", "time_ns"}] = {100, 101, 102};
   before.values[{"b", "time_ns"}] = {100, 101, 102};
   after.values[{"b", "time_ns"}] = {200, 201, 202};
   std::ostringstream text;
-  write_comparison(text, compare_figures(before, after));
+  write_comparison(text, compare_values(before, after));
   EXPECT_LT(text.str().find("b time_ns"), text.str().find("a time_ns"));
-  EXPECT_THAT(text.str(), HasSubstr("1 of 2 figures differ beyond noise."));
+  EXPECT_THAT(text.str(), HasSubstr("1 of 2 values differ beyond noise."));
   EXPECT_THAT(text.str(), HasSubstr("larger"));
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two schedules of one task set side by side, and the authors' response time (their sensor.hpp).
-#include "../src/schedule_comparison.hpp"
+#include "validation/schedule_comparison.hpp"
 
 #include <gtest/gtest.h>
 
-#include "../src/own_times.hpp"
+#include "simulated/own_times.hpp"
 
 namespace hotpath {
 namespace {
@@ -36,10 +36,10 @@ Schedule in_order(const TaskSet& set, const std::vector<TaskId>& tasks) {
 TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
   const TaskSet set = timers({10ms, 20ms, 20ms});
   const Schedule a = in_order(set, {0, 1, 2, 0, 1, 2});
-  EXPECT_EQ(compare(a, a).similarity, 1);
-  EXPECT_FALSE(compare(a, a).first_difference);
+  EXPECT_EQ(compare_schedules(a, a).similarity, 1);
+  EXPECT_FALSE(compare_schedules(a, a).first_difference);
   // Of 0 1 2 0 1 2 and 0 1 0 2 1 2 five tasks are common in order: 0 1 2 1 2.
-  const ScheduleComparison c = compare(a, in_order(set, {0, 1, 0, 2, 1, 2}));
+  const ScheduleComparison c = compare_schedules(a, in_order(set, {0, 1, 0, 2, 1, 2}));
   EXPECT_DOUBLE_EQ(c.similarity, 10.0 / 12);
   ASSERT_TRUE(c.first_difference);
   EXPECT_EQ(c.first_difference->place, 2U);
@@ -50,7 +50,7 @@ TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
 
 TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
   const TaskSet set = timers({10ms, 20ms, 20ms});
-  const ScheduleComparison c = compare(in_order(set, {0, 1, 2, 0}), in_order(set, {0, 2, 1, 0}));
+  const ScheduleComparison c = compare_schedules(in_order(set, {0, 1, 2, 0}), in_order(set, {0, 2, 1, 0}));
   EXPECT_LT(c.similarity, 1);
   EXPECT_EQ(c.similarity_by_period, 1);
 }
@@ -59,7 +59,7 @@ TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
   const TaskSet set = timers({1ms, 100ms});
   // T0 has timestamps at 0 to 9 ms; the first schedule runs it five times, the second always.
   const ScheduleComparison c =
-      compare(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}), in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+      compare_schedules(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}), in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
   // Up to a millisecond after the last start, so at 10 ms too.
   EXPECT_NEAR(c.tasks[0].lost_percent[0], 100 * (1 - 5.0 / 11), 1e-9);
   EXPECT_NEAR(c.tasks[0].lost_percent[1], 100 * (1 - 10.0 / 11), 1e-9);

@@ -11,6 +11,9 @@ namespace hotpath {
 
 namespace {
 
+/// Similarity from here on counts as agreement.
+constexpr double kSimilar = 0.98;
+
 /// Jobs whose order is compared: the time for it grows with their square.
 constexpr std::size_t kMostCompared = 10000;
 
@@ -53,7 +56,7 @@ double ScheduleComparison::largest_loss_difference() const {
   return largest;
 }
 
-ScheduleComparison compare(const Schedule& measured, const Schedule& predicted) {
+ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& predicted) {
   ScheduleComparison c;
   if (measured.jobs.empty() || predicted.jobs.empty()) return c;
   const Time until =
@@ -79,6 +82,10 @@ ScheduleComparison compare(const Schedule& measured, const Schedule& predicted) 
   measure(measured, until, c.lateness_ms[0], c.response_ms[0], c.response_authors_ms[0]);
   measure(predicted, until, c.lateness_ms[1], c.response_ms[1], c.response_authors_ms[1]);
   return c;
+}
+
+bool agrees(const ScheduleComparison& c) {
+  return c.similarity >= kSimilar && c.largest_loss_difference() <= kSameLoss_percent;
 }
 
 }  // namespace hotpath

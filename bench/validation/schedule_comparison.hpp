@@ -10,7 +10,6 @@
 
 namespace hotpath {
 
-
 struct TaskComparison {
   std::string task;
   double lost_percent[2] = {0, 0};  ///< Of the timestamps until the shorter run's last start.
@@ -35,6 +34,12 @@ struct ScheduleComparison {
 
   double largest_loss_difference() const;
 };
-ScheduleComparison compare(const Schedule& measured, const Schedule& predicted);
+ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& predicted);
+
+/// Shares of lost jobs that differ by no more than this many points are the same.
+inline constexpr double kSameLoss_percent = 2;
+
+/// The order of jobs and the losses agree as well as the simulator is to meet the golden traces.
+bool agrees(const ScheduleComparison& comparison);
 
 }  // namespace hotpath

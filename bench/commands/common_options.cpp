@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "setup/common_options.hpp"
+#include "commands/common_options.hpp"
 
-#include "setup/option_helpers.hpp"
+#include "commands/option_helpers.hpp"
 
 namespace hotpath {
 
@@ -64,6 +64,22 @@ void add_output_option(CLI::App& command, CommonOptions& o) {
   command.add_option("--output", o.output, "New folder for the results; by default runs/DATE-GRAPH")
       ->type_name("FOLDER")
       ->group("Results");
+}
+
+void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& o) {
+  command
+      .add_option(option, o.executors,
+                  "Names of `hotpath list executors` with commas between,\n"
+                  "also variants as in rm-ro:first or multi:4; or `paper`\n"
+                  "(the paper's seven, by default) or `all`")
+      ->type_name("NAMES")
+      ->delimiter(',')
+      ->group(kWhatRuns);
+}
+
+std::vector<std::string> executors_of(const std::vector<std::string>& names) {
+  if (names.empty() || names == std::vector<std::string>{"paper"}) return paper_executor_names();
+  return names == std::vector<std::string>{"all"} ? all_executor_names() : names;
 }
 
 }  // namespace hotpath

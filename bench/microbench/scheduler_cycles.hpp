@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "hotpath/core/registry.hpp"
+
+namespace hotpath::gbench {
+
+using namespace std::chrono_literals;
+
+/// The numbers below `n` in random order.
+inline std::vector<std::uint32_t> shuffled(std::int64_t n, std::uint64_t seed) {
+  std::vector<std::uint32_t> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), 0U);
+  std::shuffle(order.begin(), order.end(), std::mt19937_64(seed));
+  return order;
+}
+
+/// `n` tasks, each in a callback group of its own. Timers: one is due every microsecond.
+inline TaskSet task_set(std::int64_t n, TaskKind kind) {
+  const std::vector<std::uint32_t> phase = shuffled(n, 1), urgency = shuffled(n, 2);
+  TaskSet set;
+  set.groups.assign(static_cast<std::size_t>(n), CallbackGroup::mutually_exclusive);
+  for (std::int64_t i = 0; i < n; ++i) {
+    Task t;
+    t.kind = kind;
+    t.group = static_cast<std::uint32_t>(i);
+    t.priority = urgency[static_cast<std::size_t>(i)];
+    if (kind == TaskKind::timer) {
+      t.period = n * 1us;
+      t.phase = phase[static_cast<std::size_t>(i)] * 1us;
+      t.deadline = urgency[static_cast<std::size_t>(i)] * 1us + 1us;
+    }
+    set.tasks.push_back(std::move(t));
+  }
+  return set;
+}
+
+/// Timers become due one after another; `ready` of them wait all the time.
+class TimerCycle {
+ public:
+  TimerCycle(const ExecutorEntry& executor, std::int64_t tasks, std::int64_t ready)
+      : scheduler_(executor.make(task_set(tasks, TaskKind::timer), {})),
+        worker_(executor.traits.timer_worker()) {
+    scheduler_->begin(Time{} + 1us);
+    for (std::int64_t i = 0; i < ready; ++i) release();
+  }
+  void prepare(std::int64_t) {}
+  void release() {
+    now_ += 1us;
+    const Worker releaser = static_cast<Worker>(scheduler_->workers().size() - 1);
+    benchmark::DoNotOptimize(scheduler_->release_timers(releaser, now_));
+  }
+  Decision decide() { return scheduler_->decide(worker_, now_); }
+  void finish(const Job& job) { benchmark::DoNotOptimize(scheduler_->finished(worker_, job, now_)); }
+
+ private:
+  std::unique_ptr<Scheduler> scheduler_;
+  const Worker worker_;
+  Time now_{};
+};
+
+/// Samples arrive for random subscriptions that have none; `ready` of them hold one all the time. Of the
+/// priorities, EDF takes the deadline that comes with the sample, and the others what the graph gives (policy
+/// fp).
+class SampleCycle {
+ public:
+  SampleCycle(const ExecutorEntry& executor, std::int64_t tasks, std::int64_t ready)
+      : scheduler_(executor.make(task_set(tasks, TaskKind::subscription), {})), idle_(shuffled(tasks, 3)) {
+    scheduler_->begin(Time{});
+    prepare(ready);
+    for (std::int64_t i = 0; i < ready; ++i) release();
+  }
+  void prepare(std::int64_t count) {
+    for (std::int64_t i = 0; i < count; ++i) {
+      std::swap(idle_[random_() % idle_.size()], idle_.back());
+      next_.push_back(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  void release() {
+    now_ += 1us;
+    const SampleInfo sample{now_, now_ + (next_.back() % 1024) * 1us, {}};
+    benchmark::DoNotOptimize(scheduler_->sample_arrived(next_.back(), sample, now_));
+    next_.pop_back();
+  }
+  Decision decide() { return scheduler_->decide(0, now_); }
+  void finish(const Job& job) {
+    benchmark::DoNotOptimize(scheduler_->finished(0, job, now_));
+    idle_.push_back(job.task);
+  }
+
+ private:
+  std::unique_ptr<Scheduler> scheduler_;
+  std::vector<std::uint32_t> idle_, next_;
+  std::mt19937 random_{4};
+  Time now_{};
+};
+
+}  // namespace hotpath::gbench

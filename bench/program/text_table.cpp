@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/text_table.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <ostream>
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::size_t kBetweenColumns = 2;
+
+/// Characters of UTF-8: all bytes but those that continue one.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+/// `over-` and `written` are one word, `CPU us/` and `callback` one fraction, the rest two words.
+std::string one_line(const std::string& upper, const std::string& lower) {
+  if (upper.empty()) return lower;
+  if (upper.back() == '-') return upper.substr(0, upper.size() - 1) + lower;
+  return upper.back() == '/' ? upper + lower : upper + " " + lower;
+}
+
+}  // namespace
+
+TextTable::TextTable(std::string title, std::vector<std::string> header, std::size_t left_aligned)
+    : title_(std::move(title)), left_aligned_(left_aligned) {
+  for (const std::string& text : header) {
+    const std::size_t end = text.find('\n');
+    header_.push_back(end == std::string::npos ? Header{"", text}
+                                               : Header{text.substr(0, end), text.substr(end + 1)});
+  }
+}
+
+std::vector<std::size_t> TextTable::widths() const {
+  std::vector<std::size_t> widest;
+  for (const Header& h : header_) widest.push_back(std::max(width(h.upper), width(h.lower)));
+  for (const auto& row : rows_) {
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      widest[c] = std::max({widest[c], width(row[c].value), width(row[c].below)});
+    }
+  }
+  return widest;
+}
+
+/// `text`: what the line holds in a column.
+template <class GetText>
+void TextTable::write_line(std::ostream& out, GetText text) const {
+  const std::vector<std::size_t> widest = widths();
+  std::string line;
+  for (std::size_t c = 0; c < header_.size(); ++c) {
+    const std::string& content = text(c);
+    const std::string padding(widest[c] - width(content), ' ');
+    if (c > 0) line.append(kBetweenColumns, ' ');
+    line += c < left_aligned_ ? content + padding : padding + content;
+  }
+  line.erase(line.find_last_not_of(' ') + 1);
+  out << line << '\n';
+}
+
+void TextTable::write_plain(std::ostream& out) const {
+  const auto any = [](const auto& of, auto has) { return std::any_of(of.begin(), of.end(), has); };
+  if (!title_.empty()) out << title_ << "\n\n";
+  if (any(header_, [](const Header& h) { return !h.upper.empty(); })) {
+    write_line(out, [&](std::size_t c) -> const std::string& { return header_[c].upper; });
+  }
+  if (any(header_, [](const Header& h) { return !h.lower.empty(); })) {
+    write_line(out, [&](std::size_t c) -> const std::string& { return header_[c].lower; });
+    const std::vector<std::size_t> widest = widths();
+    const std::size_t gaps = kBetweenColumns * (widest.size() - 1);
+    out << std::string(std::accumulate(widest.begin(), widest.end(), gaps), '-') << '\n';
+  }
+  for (const auto& row : rows_) {
+    write_line(out, [&](std::size_t c) -> const std::string& { return row[c].value; });
+    if (!any(row, [](const Cell& cell) { return !cell.below.empty(); })) continue;
+    write_line(out, [&](std::size_t c) -> const std::string& { return row[c].below; });
+  }
+}
+
+void TextTable::write_markdown(std::ostream& out) const {
+  out << "**" << title_ << "**\n\n";
+  for (const Header& h : header_) out << "| " << one_line(h.upper, h.lower) << ' ';
+  out << "|\n";
+  for (std::size_t c = 0; c < header_.size(); ++c) out << (c < left_aligned_ ? "| --- " : "| ---: ");
+  out << "|\n";
+  for (const auto& row : rows_) {
+    for (const Cell& cell : row) {
+      out << "| " << (cell.below.empty() ? cell.value : cell.value + " " + cell.below) << ' ';
+    }
+    out << "|\n";
+  }
+}
+
+std::ostream& operator<<(std::ostream& out, const TextTable& table) {
+  table.write_plain(out);
+  return out;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace hotpath {
+
+/// A table that a command prints: a title, a header of one or two lines, and rows of cells.
+class TextTable {
+ public:
+  struct Cell {
+    std::string value;
+    std::string below = {};  ///< A second line, for the interval of a value; empty: none.
+    Cell(std::string v, std::string b = {}) : value(std::move(v)), below(std::move(b)) {}
+    Cell(const char* v) : value(v) {}
+  };
+
+  /// @param header One text per column; a line break in it makes two lines. All empty: there is no header.
+  /// @param left_aligned So many columns are aligned left, as names are; the others right, as numbers are.
+  TextTable(std::string title, std::vector<std::string> header, std::size_t left_aligned = 1);
+
+  /// `cells`: one per column.
+  void add_row(std::vector<Cell> cells) { rows_.push_back(std::move(cells)); }
+
+  bool empty() const { return rows_.empty(); }
+
+  void write_plain(std::ostream& out) const;
+  /// GitHub's Markdown, each second line in the cell of its value.
+  void write_markdown(std::ostream& out) const;
+
+ private:
+  /// The upper and the lower line of a column's header.
+  struct Header {
+    std::string upper, lower;
+  };
+  std::vector<std::size_t> widths() const;
+  template <class GetText>
+  void write_line(std::ostream& out, GetText text) const;
+
+  const std::string title_;
+  const std::size_t left_aligned_;
+  std::vector<Header> header_;
+  std::vector<std::vector<Cell>> rows_;
+};
+
+/// Plain text.
+std::ostream& operator<<(std::ostream& out, const TextTable& table);
+
+}  // namespace hotpath
