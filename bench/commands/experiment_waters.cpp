@@ -45,7 +45,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
   });
   TextTable table(
       "Normalised reduction of the end-to-end bound against the default executor's, percent [95 % interval]",
-      {"util", "method", "schedulable", "chains", "median", "mean", "min", "max", "share > 0"}, 2);
+      {"util", "method", "schedulable", "chains", "median", "mean", "min", "max", "share > 0"});
   for (const WatersSummary& s : summaries) {
     table.add_row({fixed(s.utilisation, 2), to_string(s.method), text("%u/%u", s.schedulable, s.sets),
                    std::to_string(s.chains), with_interval(s.median), with_interval(s.mean),

@@ -6,7 +6,6 @@
 #include "commands/commands.hpp"
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "program/text.hpp"
 #include "program/text_table.hpp"
 
 namespace hotpath {
@@ -14,7 +13,7 @@ namespace hotpath {
 namespace {
 
 void print_executors() {
-  TextTable table("", {"", "", ""}, 3);
+  TextTable table("", {"", "", ""});
   for (const ExecutorEntry& e : executors()) {
     table.add_row({std::string(e.name), std::string(e.class_name), std::string(e.description)});
   }
@@ -39,10 +38,10 @@ void print_executors_json() {
 }
 
 void print_graphs() {
-  TextTable graphs("", {"", "", ""}, 3);
+  TextTable graphs("", {"", "", ""});
   for (const GraphListing& g : list_graphs()) {
     const bool valid = g.error.empty();
-    graphs.add_row({g.name, valid ? text("%3zu nodes", g.nodes) : "",
+    graphs.add_row({g.name, valid ? std::to_string(g.nodes) + " nodes" : "",
                     valid ? g.description : "invalid: " + g.error});
   }
   std::cout << graphs;

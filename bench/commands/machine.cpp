@@ -24,7 +24,7 @@ std::string throttling(const Machine& m) {
 }
 
 TextTable facts(const Machine& m) {
-  TextTable table("", {"", ""}, 2);
+  TextTable table("", {"", ""});
   const auto row = [&](const char* name, const std::string& value) {
     table.add_row({name, value.empty() ? "unknown" : value});
   };

@@ -21,8 +21,7 @@ TextTable golden_table(const std::vector<GoldenValidation>& rows) {
   TextTable table("Golden traces: every job of the real stack against the simulator",
                   {"set", "executor", "similarity\nno costs", "similarity\ncosts", "first\ndifference",
                    "lost IMU %\nreal", "lost IMU %\nsimulated", "response p50\nreal ms",
-                   "response p50\nsimulated ms"},
-                  2);
+                   "response p50\nsimulated ms"});
   for (const GoldenValidation& v : rows) {
     const ScheduleComparison& c = v.with_costs;
     table.add_row({v.set, v.executor, fixed(v.without_costs.similarity, 4), fixed(c.similarity, 4),
@@ -38,8 +37,7 @@ TextTable timers_only_table(const std::vector<TimersOnlyValidation>& rows) {
       "Timers only, longer runs of unrecorded phases: ranges over repetitions and over creation steps;\n"
       "response times as the authors define them, p50 in ms, mean of tasks",
       {"set", "executor", "lost IMU %\nreal", "lost IMU %\nsimulated", "response\nreal",
-       "response\nsimulated"},
-      2);
+       "response\nsimulated"});
   for (const TimersOnlyValidation& v : rows) {
     table.add_row({v.set, v.executor, range(v.measured.imu_lost_percent),
                    range(v.simulated.imu_lost_percent), range(v.measured.response_authors_p50_ms),
@@ -91,8 +89,7 @@ TextTable run_golden_table(const std::vector<RunValidation>& rows) {
       "Given runs against the golden traces, and against their own simulation (sim);\n"
       "start: how late p50, response: p50, p99, and p50 as the authors define it, in ms",
       {"set", "executor", "similarity\nreal, sim", "first\ndifference", "start\nreal, run, sim",
-       "response p50\nreal, run, sim", "response p99\nreal, run, sim", "by authors\nreal, run, sim"},
-      2);
+       "response p50\nreal, run, sim", "response p99\nreal, run, sim", "by authors\nreal, run, sim"});
   for (const RunValidation& v : rows) {
     if (!v.golden) continue;
     const ScheduleComparison& golden = v.golden->comparison;
@@ -111,7 +108,7 @@ TextTable run_golden_table(const std::vector<RunValidation>& rows) {
 }
 
 TextTable lost_jobs_table(const std::vector<RunValidation>& rows) {
-  TextTable table("Lost jobs in % of the timestamps", {"set", "executor", "task", "real", "run", "sim"}, 3);
+  TextTable table("Lost jobs in % of the timestamps", {"set", "executor", "task", "real", "run", "sim"});
   for (const RunValidation& v : rows) {
     if (!v.golden) continue;
     const auto& golden = v.golden->comparison.tasks;

@@ -14,6 +14,7 @@
 #include "live/run_process.hpp"
 #include "machine/machine.hpp"
 #include "machine/shared_memory_watch.hpp"
+#include "machine/stolen_time.hpp"
 #include "program/interrupt.hpp"
 
 namespace hotpath {

@@ -6,46 +6,17 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
 #include "hotpath/live/thread_setup.hpp"
+#include "machine/proc_files.hpp"
+#include "machine/stolen_time.hpp"
 
 namespace hotpath {
 
 namespace {
-
-std::string first_line(const std::string& path) {
-  std::ifstream in(path);
-  std::string line;
-  std::getline(in, line);
-  return line;
-}
-
-/// Value of the first `key<separator>value` line of a file.
-std::string value_of(const std::string& path, const std::string& key, char separator) {
-  std::ifstream in(path);
-  for (std::string line; std::getline(in, line);) {
-    if (line.rfind(key, 0) != 0) continue;
-    std::size_t from = line.find(separator);
-    if (from == std::string::npos) continue;
-    from = line.find_first_not_of(" \t\"", from + 1);
-    if (from == std::string::npos) return "";
-    return line.substr(from, line.find_last_not_of(" \t\"") + 1 - from);
-  }
-  return "";
-}
-
-long number_in(const std::string& path, long otherwise) {
-  std::ifstream in(path);
-  long value = otherwise;
-  in >> value;
-  return in ? value : otherwise;
-}
 
 bool has_flag(const std::string& flag) {
   return (" " + value_of("/proc/cpuinfo", "flags", ':') + " ").find(" " + flag + " ") != std::string::npos;
@@ -66,30 +37,16 @@ std::string turbo() {
   return "unknown";
 }
 
-double stolen_percent() {
-  std::istringstream fields(first_line("/proc/stat"));
-  std::string cpu;
-  fields >> cpu;
-  double total = 0, stolen = 0, field = 0;
-  // user nice system idle iowait irq softirq steal
-  for (int i = 0; i < 8 && fields >> field; ++i) {
-    total += field;
-    if (i == 7) stolen = field;
-  }
-  return total > 0 ? 100 * stolen / total : 0;
-}
-
 /// Threads at SCHED_FIFO or SCHED_RR outside of this process; the kernel's own have no memory map and do not
 /// count.
 std::vector<std::string> other_real_time_threads() {
   namespace fs = std::filesystem;
   std::vector<std::string> found;
   std::error_code gone;  // processes end while we look
-  for (const fs::directory_entry& process : fs::directory_iterator("/proc", gone)) {
-    const std::string pid = process.path().filename();
-    if (pid.find_first_not_of("0123456789") != std::string::npos || pid == std::to_string(getpid())) continue;
-    if (first_line(process.path() / "cmdline").empty()) continue;
-    for (const fs::directory_entry& thread : fs::directory_iterator(process.path() / "task", gone)) {
+  for (const std::string& pid : processes()) {
+    const std::string process = "/proc/" + pid;
+    if (pid == std::to_string(getpid()) || first_line(process + "/cmdline").empty()) continue;
+    for (const fs::directory_entry& thread : fs::directory_iterator(process + "/task", gone)) {
       const pid_t tid = std::stoi(thread.path().filename());
       const int policy = sched_getscheduler(tid);
       if (policy != SCHED_FIFO && policy != SCHED_RR) continue;
@@ -104,29 +61,6 @@ std::vector<std::string> other_real_time_threads() {
 }
 
 }  // namespace
-
-Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus) {
-  std::istringstream stat(proc_stat);
-  std::string line;
-  long long ticks = 0;
-  while (std::getline(stat, line) && line.rfind("cpu", 0) == 0) {
-    std::istringstream fields(line);
-    std::string cpu;
-    long long user = 0, nice = 0, system = 0, idle = 0, iowait = 0, irq = 0, softirq = 0, steal = 0;
-    fields >> cpu >> user >> nice >> system >> idle >> iowait >> irq >> softirq >> steal;
-    const bool asked_for = std::any_of(cpus.begin(), cpus.end(),
-                                       [&](int number) { return cpu == "cpu" + std::to_string(number); });
-    if (cpus.empty() ? cpu == "cpu" : asked_for) ticks += steal;
-  }
-  return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);
-}
-
-Duration stolen_time(const std::vector<int>& cpus) {
-  std::ifstream file("/proc/stat");
-  std::ostringstream content;
-  content << file.rdbuf();
-  return stolen_time(content.str(), cpus);
-}
 
 Machine read_machine(Duration watch) {
   Machine m;

@@ -31,12 +31,6 @@ inline constexpr Duration kBriefNoise = std::chrono::milliseconds(200);
 Machine read_machine(Duration watch = kBriefNoise);
 nlohmann::json to_json(const Machine& machine);
 
-/// Time that the hypervisor has taken since boot from these processors, or from all if none are named, in the
-/// steps of the kernel's clock ticks (10 ms). Zero where the kernel does not count it.
-Duration stolen_time(const std::vector<int>& cpus);
-/// The same from the text of /proc/stat.
-Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus);
-
 /// Whole sentences about what may disturb a measurement.
 std::vector<std::string> warnings(const Machine& machine);
 

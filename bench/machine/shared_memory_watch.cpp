@@ -3,10 +3,10 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <vector>
+
+#include "machine/proc_files.hpp"
 
 namespace hotpath {
 
@@ -31,18 +31,6 @@ std::set<std::string> used_files(const std::string& process) {
     add(fs::read_symlink(it->path(), ignored));
   }
   return files;
-}
-
-std::vector<std::string> processes() {
-  std::vector<std::string> numbers;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator("/proc", ignored)) {
-    const std::string name = entry.path().filename();
-    if (std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; })) {
-      numbers.push_back(name);
-    }
-  }
-  return numbers;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "program/text_table.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <numeric>
 #include <ostream>
 
@@ -26,13 +27,20 @@ std::string one_line(const std::string& upper, const std::string& lower) {
 
 }  // namespace
 
-TextTable::TextTable(std::string title, std::vector<std::string> header, std::size_t left_aligned)
-    : title_(std::move(title)), left_aligned_(left_aligned) {
+TextTable::TextTable(std::string title, std::vector<std::string> header) : title_(std::move(title)) {
   for (const std::string& text : header) {
     const std::size_t end = text.find('\n');
     header_.push_back(end == std::string::npos ? Header{"", text}
                                                : Header{text.substr(0, end), text.substr(end + 1)});
   }
+}
+
+bool TextTable::left_aligned(std::size_t column) const {
+  const auto is_word = [&](const std::vector<Cell>& row) {
+    const std::string& value = row[column].value;
+    return !value.empty() && std::isalpha(static_cast<unsigned char>(value.front())) != 0;
+  };
+  return column == 0 || std::any_of(rows_.begin(), rows_.end(), is_word);
 }
 
 std::vector<std::size_t> TextTable::widths() const {
@@ -55,7 +63,7 @@ void TextTable::write_line(std::ostream& out, GetText text) const {
     const std::string& content = text(c);
     const std::string padding(widest[c] - width(content), ' ');
     if (c > 0) line.append(kBetweenColumns, ' ');
-    line += c < left_aligned_ ? content + padding : padding + content;
+    line += left_aligned(c) ? content + padding : padding + content;
   }
   line.erase(line.find_last_not_of(' ') + 1);
   out << line << '\n';
@@ -84,7 +92,7 @@ void TextTable::write_markdown(std::ostream& out) const {
   out << "**" << title_ << "**\n\n";
   for (const Header& h : header_) out << "| " << one_line(h.upper, h.lower) << ' ';
   out << "|\n";
-  for (std::size_t c = 0; c < header_.size(); ++c) out << (c < left_aligned_ ? "| --- " : "| ---: ");
+  for (std::size_t c = 0; c < header_.size(); ++c) out << (left_aligned(c) ? "| --- " : "| ---: ");
   out << "|\n";
   for (const auto& row : rows_) {
     for (const Cell& cell : row) {

@@ -17,9 +17,8 @@ class TextTable {
     Cell(const char* v) : value(v) {}
   };
 
-  /// @param header One text per column; a line break in it makes two lines. All empty: there is no header.
-  /// @param left_aligned So many columns are aligned left, as names are; the others right, as numbers are.
-  TextTable(std::string title, std::vector<std::string> header, std::size_t left_aligned = 1);
+  /// `header`: one text per column; a line break in it makes two lines. All empty: there is no header.
+  TextTable(std::string title, std::vector<std::string> header);
 
   /// `cells`: one per column.
   void add_row(std::vector<Cell> cells) { rows_.push_back(std::move(cells)); }
@@ -35,12 +34,13 @@ class TextTable {
   struct Header {
     std::string upper, lower;
   };
+  /// The first column and all with words are aligned left, those with numbers alone right.
+  bool left_aligned(std::size_t column) const;
   std::vector<std::size_t> widths() const;
   template <class GetText>
   void write_line(std::ostream& out, GetText text) const;
 
   const std::string title_;
-  const std::size_t left_aligned_;
   std::vector<Header> header_;
   std::vector<std::vector<Cell>> rows_;
 };

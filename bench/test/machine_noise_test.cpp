@@ -11,6 +11,7 @@
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/machine.hpp"
+#include "machine/stolen_time.hpp"
 
 namespace hotpath {
 namespace {

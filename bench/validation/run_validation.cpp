@@ -7,8 +7,10 @@
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "program/errors.hpp"
+#include "program/text.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 #include "simulated/own_times.hpp"

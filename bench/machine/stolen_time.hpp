@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hotpath/core/time.hpp"
+
+namespace hotpath {
+
+/// Time that the hypervisor has taken since boot from these processors, or from all if none are named, in the
+/// steps of the kernel's clock ticks (10 ms). Zero where the kernel does not count it.
+Duration stolen_time(const std::vector<int>& cpus);
+/// The same from the text of /proc/stat.
+Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus);
+
+/// Of all processors' time since boot.
+double stolen_percent();
+
+}  // namespace hotpath
