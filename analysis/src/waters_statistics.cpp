@@ -3,14 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath {
 
 namespace {
 
 constexpr double kZ = 1.959963984540054;  // 97.5 % of the normal distribution
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Reductions in percent, with the limits of each task set's chains.
 struct Clustered {
@@ -36,7 +36,7 @@ Clustered reductions(const WatersResult& result, std::uint32_t level, std::size_
 /// Half width of the interval of the mean of f over all chains, whose mean is `mean`.
 template <typename Function>
 double clustered_half_width(const Clustered& c, double mean, Function&& f) {
-  if (c.clusters() < 2) return kNaN;
+  if (c.clusters() < 2) return kNoValue;
   double squares = 0;
   for (std::size_t g = 0; g < c.clusters(); ++g) {
     double residual = 0;
@@ -47,25 +47,16 @@ double clustered_half_width(const Clustered& c, double mean, Function&& f) {
   return kZ * std::sqrt(squares * clusters / (clusters - 1)) / static_cast<double>(c.value.size());
 }
 
-/// Linear interpolation between order statistics; `p` in [0, 1].
-double quantile(const std::vector<double>& sorted, double p) {
-  if (sorted.empty()) return kNaN;
-  const double position = std::clamp(p, 0.0, 1.0) * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(position);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return sorted[below] + (sorted[above] - sorted[below]) * (position - static_cast<double>(below));
-}
-
 /// Woodruff: the interval of the share of chains below the quantile, carried over to quantiles.
 ClusteredEstimate quantile_estimate(const Clustered& c, const std::vector<double>& sorted, double p) {
   const double q = quantile(sorted, p);
-  if (c.clusters() < 2) return {q, kNaN, kNaN};
+  if (c.clusters() < 2) return {q, kNoValue, kNoValue};
   const double half = clustered_half_width(c, p, [&](double x) { return x <= q ? 1.0 : 0.0; });
-  return {q, quantile(sorted, p - half), quantile(sorted, p + half)};
+  return {q, quantile(sorted, std::max(p - half, 0.0)), quantile(sorted, std::min(p + half, 1.0))};
 }
 
 ClusteredEstimate wilson(double successes, double n) {
-  if (n == 0) return {kNaN, kNaN, kNaN};
+  if (n == 0) return {kNoValue, kNoValue, kNoValue};
   const double share = successes / n;
   const double scale = 1 + kZ * kZ / n;
   const double centre = (share + kZ * kZ / (2 * n)) / scale;
@@ -82,10 +73,10 @@ void describe(const Clustered& c, WatersSummary& s) {
     sum += x;
     positive += x > 0;
   }
-  const double mean = n > 0 ? sum / n : kNaN;
-  const double share = n > 0 ? positive / n : kNaN;
+  const double mean = n > 0 ? sum / n : kNoValue;
+  const double share = n > 0 ? positive / n : kNoValue;
   for (const double x : c.value) squares += (x - mean) * (x - mean);
-  s.deviation = n > 0 ? std::sqrt(squares / n) : kNaN;
+  s.deviation = n > 0 ? std::sqrt(squares / n) : kNoValue;
   const double mean_half = clustered_half_width(c, mean, [](double x) { return x; });
   const double share_half = clustered_half_width(c, share, [](double x) { return x > 0 ? 1.0 : 0.0; });
   s.mean = {mean, mean - mean_half, mean + mean_half};

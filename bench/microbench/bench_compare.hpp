@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "microbench/bench_values.hpp"
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath {
 

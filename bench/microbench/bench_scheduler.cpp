@@ -8,7 +8,7 @@
 #include "microbench/bench_queues.hpp"
 #include "microbench/program.hpp"
 #include "microbench/scheduler_cycles.hpp"
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 namespace {
 

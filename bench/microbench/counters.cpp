@@ -11,7 +11,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath::gbench {
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include "hotpath/core/trace.hpp"
 #include "results/measures.hpp"
 #include "results/process_usage.hpp"
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath {
 

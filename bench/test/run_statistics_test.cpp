@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 #include "telemetry/run_info.hpp"
 
 namespace hotpath {

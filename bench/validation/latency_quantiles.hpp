@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hotpath/core/csv.hpp"
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "results/schedule.hpp"
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath {
 

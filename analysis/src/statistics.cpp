@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/statistics.hpp"
+#include "hotpath/analysis/statistics.hpp"
 
 #include <algorithm>
 #include <cassert>
