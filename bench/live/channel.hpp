@@ -22,8 +22,16 @@ struct ChannelMessage {
     done,     ///< Process: numbers are its usage.
     failed,   ///< Process: text says why.
   };
+  using Numbers = std::array<std::int64_t, 5>;
+
+  ChannelMessage() = default;
+  explicit ChannelMessage(Kind what, const Numbers& numbers = {}, const std::string& words = "")
+      : kind(what), number(numbers) {
+    set_text(words);
+  }
+
   Kind kind = Kind::failed;
-  std::array<std::int64_t, 5> number{};
+  Numbers number{};
   std::array<char, 1024> text{};
 
   void set_text(const std::string& s);

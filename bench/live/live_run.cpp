@@ -50,7 +50,7 @@ class Experiment {
   }
 
   void run() {
-    ResultFolder folder(output_folder(options_, graph_));
+    RunFolder folder(output_folder(options_, graph_));
     catch_interrupts();
     for (const std::string& sentence : warnings(machine_)) warn(sentence);
     calibrate_work();
@@ -66,8 +66,8 @@ class Experiment {
     folder.finish();
 
     const Summary summary = summarize(tasks_.set, runs_, counting_);
-    const std::vector<LiveEffect> effects =
-        options_.live_alternate ? live_effects(runs_, counting_) : std::vector<LiveEffect>{};
+    const std::vector<PublishingEffect> effects =
+        options_.live_alternate ? publishing_effects(runs_, counting_) : std::vector<PublishingEffect>{};
     json summary_json = to_json(summary);
     if (options_.live_alternate) summary_json["live_publishing"] = to_json(effects);
     folder.write("summary.json", summary_json);
@@ -83,7 +83,7 @@ class Experiment {
   /// Refuses what cannot run, before anything does.
   void check() {
     cpus_ = parse_cpus("--cpus", options_.cpus);
-    check_live();
+    check_publishing();
     try {
       if (!options_.executor_policy.empty()) executor_policy_ = parse_thread_policy(options_.executor_policy);
       if (!options_.timer_policy.empty()) timer_policy_ = parse_thread_policy(options_.timer_policy);
@@ -101,18 +101,18 @@ class Experiment {
     for (const ExecutorSpec& e : executors_) experiment_phases(options_, graph_, tasks_, e, 0);
   }
 
-  void check_live() {
-    live_cpus_ = parse_cpus("--live-cpus", options_.live_cpus);
-    if (!live_cpus_.empty() && !options_.live && !options_.live_alternate) {
+  void check_publishing() {
+    publisher_cpus_ = parse_cpus("--live-cpus", options_.live_cpus);
+    if (!publisher_cpus_.empty() && !options_.live && !options_.live_alternate) {
       throw UsageError("--live-cpus says where to publish; add --live");
     }
     if (options_.live_alternate && options_.repetitions < 2) {
       throw UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
     }
-    if (live_cpus_.empty() && !cpus_.empty()) {
+    if (publisher_cpus_.empty() && !cpus_.empty()) {
       const std::vector<int> available = allowed_cpus();
       std::set_difference(available.begin(), available.end(), cpus_.begin(), cpus_.end(),
-                          std::back_inserter(live_cpus_));
+                          std::back_inserter(publisher_cpus_));
     }
   }
 
@@ -120,10 +120,10 @@ class Experiment {
     return options_.live || (options_.live_alternate && published_by_turns(repetition));
   }
 
-  LivePublishing live_publishing() const {
+  Publishing publishing() const {
     json facts = run_;
     facts.erase("runs");
-    return {live_cpus_, seconds(options_.warm_up_s), facts.dump()};
+    return {publisher_cpus_, seconds(options_.warm_up_s), facts.dump()};
   }
 
   void calibrate_work() {
@@ -177,11 +177,11 @@ class Experiment {
     p.length = seconds(options_.warm_up_s + options_.duration_s);
     p.time_out = seconds(options_.time_out_s);
     p.calibration = calibration_;
-    if (published(repetition)) p.live = live_publishing();
+    if (published(repetition)) p.publishing = publishing();
     return p;
   }
 
-  void measure(ResultFolder& folder) {
+  void measure(RunFolder& folder) {
     const auto order = schedule();
     const Duration length = seconds(options_.warm_up_s + options_.duration_s);
     Progress progress((length + kOverhead) * static_cast<std::int64_t>(order.size()));
@@ -230,8 +230,9 @@ class Experiment {
     }
     if (!result.measured && result.failure.empty()) return;  // interrupted before it began
     json& run = run_["runs"].emplace_back(repetition_json(p.tasks.set, counting_.chains, result.repetition));
-    run.update(
-        {{"thread_policies", result.policies}, {"live", p.live.has_value()}, {"failure", result.failure}});
+    run.update({{"thread_policies", result.policies},
+                {"live", p.publishing.has_value()},
+                {"failure", result.failure}});
     const bool wanted_real_time = p.executor.entry->traits.raises_timer_thread && !p.timer_policy;
     for (const std::string& policy : result.policies) {
       if (wanted_real_time && policy.find("timer_mgmt other") != std::string::npos && !told_no_real_time_) {
@@ -284,13 +285,13 @@ class Experiment {
                  {"warnings", warnings_}});
   }
 
-  void report(const ResultFolder& folder, const Summary& summary, const std::vector<LiveEffect>& effects) {
+  void report(const RunFolder& folder, const Summary& summary, const std::vector<PublishingEffect>& effects) {
     if (nothing_measured()) {
       warn("Interrupted before anything was measured.");
       return;
     }
     write_table(std::cout, summary);
-    if (options_.live_alternate) write_live_effects(std::cout, effects);
+    if (options_.live_alternate) write_publishing_effects(std::cout, effects);
     draw(folder, summary);
     if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
     std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
@@ -300,7 +301,7 @@ class Experiment {
     }
   }
 
-  static void draw(const ResultFolder& folder, const Summary& summary) {
+  static void draw(const RunFolder& folder, const Summary& summary) {
     bool chains = false, outputs = false;
     for (const ExecutorSummary& executor : summary.executors) {
       for (const ChainSummary& chain : executor.chains) {
@@ -330,7 +331,7 @@ class Experiment {
   std::vector<ExecutorSpec> executors_;
   SummaryOptions counting_;
   std::vector<ExecutorRuns> runs_;
-  std::vector<int> cpus_, live_cpus_;
+  std::vector<int> cpus_, publisher_cpus_;
   std::optional<ThreadPolicy> executor_policy_, timer_policy_;
   const Machine machine_ = read_machine();
   Calibration calibration_;

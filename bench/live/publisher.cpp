@@ -5,7 +5,8 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <cstring>
+
+#include "program/child_process.hpp"
 
 namespace hotpath {
 
@@ -20,7 +21,7 @@ constexpr Duration kTimeToEnd = std::chrono::seconds(5);
 
 }  // namespace
 
-bool LiveSender::receive(Kind kind, Time limit) {
+bool Publisher::receive(Kind kind, Time limit) {
   while (process_ > 0 && failure_.empty() && now() < limit) {
     bool closed = false;
     const auto message = channel_.receive(limit, closed);
@@ -33,23 +34,15 @@ bool LiveSender::receive(Kind kind, Time limit) {
   return false;
 }
 
-void LiveSender::await_ready(Time limit) { receive(Kind::matched, limit); }
+void Publisher::await_ready(Time limit) { receive(Kind::matched, limit); }
 
-void LiveSender::begin(Time epoch, Time end) {
-  ChannelMessage message;
-  message.kind = Kind::begin;
-  message.number = {to_ns(epoch), to_ns(end)};
-  channel_.send(message);
+void Publisher::begin(Time epoch, Time end) {
+  channel_.send(ChannelMessage(Kind::begin, {to_ns(epoch), to_ns(end)}));
 }
 
-void LiveSender::stop(Time end) {
-  ChannelMessage message;
-  message.kind = Kind::stop;
-  message.number = {to_ns(end)};
-  channel_.send(message);
-}
+void Publisher::stop(Time end) { channel_.send(ChannelMessage(Kind::stop, {to_ns(end)})); }
 
-std::string LiveSender::cause_of_end() {
+std::string Publisher::cause_of_end() {
   if (process_ < 0) return "its process could not be started";
   int status = 0;
   const Time limit = now() + kTimeToEnd;
@@ -62,12 +55,10 @@ std::string LiveSender::cause_of_end() {
     waitpid(process_, nullptr, 0);
     return "its process did not end in time and was ended";
   }
-  if (WIFSIGNALED(status))
-    return std::string("its process was ended by a signal (") + strsignal(WTERMSIG(status)) + ")";
-  return status == 0 ? "" : "its process ended too early";
+  return status == 0 ? "" : "its process " + how_it_ended(status);
 }
 
-void LiveSender::finish(std::vector<std::string>& warnings) {
+void Publisher::finish(std::vector<std::string>& warnings) {
   receive(Kind::done, now() + kTimeToEnd);
   const std::string cause = cause_of_end();
   if (failure_.empty()) failure_ = cause;

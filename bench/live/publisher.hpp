@@ -12,10 +12,10 @@ namespace hotpath {
 
 /// The process that publishes a repetition, as the coordinator sees it. Whatever becomes of it, the
 /// repetition goes on.
-class LiveSender {
+class Publisher {
  public:
-  /// `process` runs run_live_process(); negative when it could not be forked.
-  LiveSender(pid_t process, Channel channel) : process_(process), channel_(std::move(channel)) {}
+  /// `process` runs run_publisher_process(); negative when it could not be forked.
+  Publisher(pid_t process, Channel channel) : process_(process), channel_(std::move(channel)) {}
 
   /// Waits until it can publish or never will, so that its set-up does not fall into the measurement.
   void await_ready(Time limit);

@@ -40,7 +40,7 @@ telemetry::RunInfo run_info(const RepetitionPlan& plan, const UnixTime& time) {
   info.origin("live");
   info.epoch_ns(time.epoch_ns);
   info.speed(1);
-  info.facts(plan.live->facts);
+  info.facts(plan.publishing->facts);
   return info;
 }
 
@@ -55,8 +55,9 @@ class Sender {
         tail_(memories),
         join_(*plan.graph, plan.tasks),
         info_(run_info(plan, unix_time(epoch))),
-        statistics_(*plan.graph, plan.tasks, info_.run_id(), {epoch, info_.epoch_ns()}, plan.live->warm_up),
-        counted_from_(epoch + plan.live->warm_up),
+        statistics_(*plan.graph, plan.tasks, info_.run_id(), {epoch, info_.epoch_ns()},
+                    plan.publishing->warm_up),
+        counted_from_(epoch + plan.publishing->warm_up),
         end_(end) {
     writers_.publish(info_);
   }
@@ -138,9 +139,7 @@ void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
   FastDdsOptions options = plan.fastdds;
   options.network = FastDdsOptions::Network::udp;  // leaves no file behind, however this process ends
   TelemetryWriters writers(options);
-  ChannelMessage message;
-  message.kind = Kind::matched;
-  coordinator.send(message);
+  coordinator.send(ChannelMessage(Kind::matched));
 
   for (;;) {
     bool closed = false;
@@ -153,28 +152,24 @@ void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
     break;
   }
   writers.flush(kFlush);
-  message.kind = Kind::done;
-  message.number[0] = static_cast<std::int64_t>(writers.samples_lost());
-  coordinator.send(message);
+  coordinator.send(ChannelMessage(Kind::done, {static_cast<std::int64_t>(writers.samples_lost())}));
 }
 
 }  // namespace
 
-int run_live_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
-                     const Channel& coordinator) {
+int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
+                          const Channel& coordinator) {
   // As the measured processes: the coordinator answers for the terminal's signals.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
   pthread_setname_np(pthread_self(), "live_sender");
   setpriority(PRIO_PROCESS, 0, kNice);
   try {
-    if (!plan.live->cpus.empty()) pin_to_cpus(plan.live->cpus);
+    if (!plan.publishing->cpus.empty()) pin_to_cpus(plan.publishing->cpus);
     send_run(plan, memories, coordinator);
     return 0;
   } catch (const std::exception& error) {
-    ChannelMessage message;
-    message.set_text(error.what());
-    coordinator.send(message);
+    coordinator.send(ChannelMessage(Kind::failed, {}, error.what()));
     return 1;
   }
 }

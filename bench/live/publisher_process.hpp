@@ -8,11 +8,11 @@
 
 namespace hotpath {
 
-/// The process that publishes a repetition while it runs (`plan.live`), from its fork to its end. It reads
-/// what the measured processes record in `memories`, gives way to all others (nice 19), and talks to the
-/// coordinator as they do: `matched` when it is ready, then `begin`, then `stop` with the end of the run,
+/// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its end. It
+/// reads what the measured processes record in `memories`, gives way to all others (nice 19), and talks to
+/// the coordinator as they do: `matched` when it is ready, then `begin`, then `stop` with the end of the run,
 /// then `done` with the number of chain samples lost. Returns the exit code.
-int run_live_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
-                     const Channel& coordinator);
+int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
+                          const Channel& coordinator);
 
 }  // namespace hotpath

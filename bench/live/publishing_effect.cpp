@@ -27,8 +27,9 @@ double percent(double ratio) { return 100 * (ratio - 1); }
 
 }  // namespace
 
-std::vector<LiveEffect> live_effects(const std::vector<ExecutorRuns>& runs, const SummaryOptions& options) {
-  std::vector<LiveEffect> effects;
+std::vector<PublishingEffect> publishing_effects(const std::vector<ExecutorRuns>& runs,
+                                                 const SummaryOptions& options) {
+  std::vector<PublishingEffect> effects;
   for (const ExecutorRuns& of_executor : runs) {
     for (std::size_t c = 0; c < options.chains.size(); ++c) {
       const RepeatedSamples with = samples_of(of_executor, c, true);
@@ -40,9 +41,9 @@ std::vector<LiveEffect> live_effects(const std::vector<ExecutorRuns>& runs, cons
   return effects;
 }
 
-void write_live_effects(std::ostream& out, const std::vector<LiveEffect>& effects) {
+void write_publishing_effects(std::ostream& out, const std::vector<PublishingEffect>& effects) {
   out << "\nMedian hot-path latency with live publishing against without:\n";
-  for (const LiveEffect& e : effects) {
+  for (const PublishingEffect& e : effects) {
     char text[128] = "no samples on one side; measure longer";
     const std::optional<Interval>& interval = e.median_ratio.interval;
     if (interval) {
@@ -56,9 +57,9 @@ void write_live_effects(std::ostream& out, const std::vector<LiveEffect>& effect
   }
 }
 
-nlohmann::json to_json(const std::vector<LiveEffect>& effects) {
+nlohmann::json to_json(const std::vector<PublishingEffect>& effects) {
   nlohmann::json list = nlohmann::json::array();
-  for (const LiveEffect& e : effects) {
+  for (const PublishingEffect& e : effects) {
     const std::optional<Interval>& interval = e.median_ratio.interval;
     list.push_back({{"executor", e.executor},
                     {"chain", e.chain},

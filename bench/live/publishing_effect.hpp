@@ -17,17 +17,18 @@ constexpr bool published_by_turns(std::uint32_t repetition) {
 
 /// What publishing does to one chain of one executor: the median hot-path latency of the repetitions that
 /// were published divided by that of the others.
-struct LiveEffect {
+struct PublishingEffect {
   std::string executor, chain;
   std::size_t samples_with = 0, samples_without = 0;
   Estimate median_ratio;  ///< NaN where one side has no samples.
 };
 
 /// Of repetitions taken by turns.
-std::vector<LiveEffect> live_effects(const std::vector<ExecutorRuns>& runs, const SummaryOptions& options);
+std::vector<PublishingEffect> publishing_effects(const std::vector<ExecutorRuns>& runs,
+                                                 const SummaryOptions& options);
 
 /// A line for each, in percent.
-void write_live_effects(std::ostream& out, const std::vector<LiveEffect>& effects);
-nlohmann::json to_json(const std::vector<LiveEffect>& effects);
+void write_publishing_effects(std::ostream& out, const std::vector<PublishingEffect>& effects);
+nlohmann::json to_json(const std::vector<PublishingEffect>& effects);
 
 }  // namespace hotpath

@@ -15,6 +15,7 @@
 #include "machine/machine.hpp"
 #include "machine/shared_memory_watch.hpp"
 #include "machine/stolen_time.hpp"
+#include "program/child_process.hpp"
 #include "program/interrupt.hpp"
 
 namespace hotpath {
@@ -60,12 +61,12 @@ class Coordinator {
   RepetitionResult run() {
     const Duration stolen_before = stolen_time(plan_.cpus);
     for (std::uint32_t p = 0; p < plan_.processes; ++p) start(p);
-    start_sender();
+    start_publisher();
     execute();
     end_all();
-    if (sender_) sender_->stop(end_);
+    if (publisher_) publisher_->stop(end_);
     collect();
-    if (sender_) sender_->finish(result_.warnings);
+    if (publisher_) publisher_->finish(result_.warnings);
     result_.repetition.usage.stolen = stolen_time(plan_.cpus) - stolen_before;
     result_.measured = began_ && result_.failure.empty();
     return std::move(result_);
@@ -94,16 +95,16 @@ class Coordinator {
   }
 
   /// Without it the run goes on.
-  void start_sender() {
-    if (!plan_.live || !result_.failure.empty()) return;
+  void start_publisher() {
+    if (!plan_.publishing || !result_.failure.empty()) return;
     auto [ours, theirs] = Channel::make_pair();
     const pid_t pid = fork();
     if (pid == 0) {
       children_.clear();
       ours = Channel();
-      _exit(run_live_process(plan_, memories_, theirs));
+      _exit(run_publisher_process(plan_, memories_, theirs));
     }
-    sender_.emplace(pid, std::move(ours));
+    publisher_.emplace(pid, std::move(ours));
   }
 
   void execute() {
@@ -111,16 +112,16 @@ class Coordinator {
     // A process itself says which endpoint is missing once that time has passed.
     if (!await_all(Kind::matched, now() + plan_.time_out + std::chrono::seconds(1))) return;
     note_shared_memory();
-    if (sender_) sender_->await_ready(now() + plan_.time_out);
+    if (publisher_) publisher_->await_ready(now() + plan_.time_out);
     // Enough for all processes to start their threads before the epoch.
     epoch_ = now() + std::chrono::milliseconds(50 + 10 * plan_.processes);
     end_ = epoch_ + plan_.length;
     began_ = true;
     tell_all(Kind::begin, {to_ns(epoch_), to_ns(end_)});
-    if (sender_) sender_->begin(epoch_, end_);
+    if (publisher_) publisher_->begin(epoch_, end_);
     if (!await_all(Kind::begun, end_ + plan_.time_out)) return;
     if (!await_all(Kind::stopped, end_ + plan_.time_out)) return;
-    tell_all(Kind::settle, {});
+    tell_all(Kind::settle);
     await_all(Kind::done, now() + plan_.time_out);
   }
 
@@ -131,11 +132,8 @@ class Coordinator {
     }
   }
 
-  void tell_all(Kind kind, std::array<std::int64_t, 5> numbers) {
-    ChannelMessage message;
-    message.kind = kind;
-    message.number = numbers;
-    for (const Child& c : children_) c.channel.send(message);
+  void tell_all(Kind kind, const ChannelMessage::Numbers& numbers = {}) {
+    for (const Child& c : children_) c.channel.send(ChannelMessage(kind, numbers));
   }
 
   /// Every process says `kind`; false after a failure, or an interruption before the run began.
@@ -170,7 +168,7 @@ class Coordinator {
     if (interrupted() == 0 || result_.interrupted) return true;
     result_.interrupted = true;
     if (!began_) return false;
-    tell_all(Kind::stop, {});
+    tell_all(Kind::stop);
     return true;
   }
 
@@ -202,11 +200,8 @@ class Coordinator {
   std::string death(std::uint32_t p) {
     int status = 0;
     children_[p].ended = waitpid(children_[p].pid, &status, 0) == children_[p].pid;
-    std::string how = " ended too early";
-    if (children_[p].ended && WIFSIGNALED(status))
-      how = std::string(" was ended by a signal (") + strsignal(WTERMSIG(status)) + ")";
     if (began_) end_ = std::min(end_, now());
-    return name(p) + how;
+    return name(p) + " " + (children_[p].ended ? how_it_ended(status) : "closed its channel");
   }
 
   bool fail(const std::string& what) {
@@ -305,7 +300,7 @@ class Coordinator {
   const std::vector<std::uint32_t> process_of_node_;
   std::deque<RunMemory> memories_;
   std::vector<Child> children_;
-  std::optional<LiveSender> sender_;
+  std::optional<Publisher> publisher_;
   SharedMemoryWatch shared_memory_;
   bool began_ = false;
   Time epoch_{}, end_{};

@@ -12,7 +12,7 @@
 namespace hotpath {
 
 /// How a repetition is published while it runs.
-struct LivePublishing {
+struct Publishing {
   std::vector<int> cpus;  ///< Of the process that publishes; empty: all.
   Duration warm_up{};     ///< From the epoch; its latencies and response times are left out.
   std::string facts;      ///< telemetry::RunInfo::facts.
@@ -37,7 +37,7 @@ struct RepetitionPlan {
   Duration length{};                             ///< From the epoch to the end, warm-up included.
   Duration time_out = std::chrono::seconds(20);  ///< For set-up, and for answers after the end.
   Calibration calibration;
-  std::optional<LivePublishing> live;  ///< By a process of its own; none: nothing is published.
+  std::optional<Publishing> publishing;  ///< By a separate process; none: nothing is published.
 };
 
 struct RepetitionResult {

@@ -28,10 +28,7 @@ rusage own_usage() {
 struct CoordinatorGone {};
 
 void tell_failure(const Channel& coordinator, const std::string& what) {
-  ChannelMessage message;
-  message.kind = ChannelMessage::Kind::failed;
-  message.set_text(what);
-  coordinator.send(message);
+  coordinator.send(ChannelMessage(ChannelMessage::Kind::failed, {}, what));
 }
 
 const Channel* last_words = nullptr;
@@ -83,13 +80,9 @@ class Process {
     }
   }
 
-  void tell(ChannelMessage::Kind kind, std::array<std::int64_t, 5> numbers = {},
+  void tell(ChannelMessage::Kind kind, const ChannelMessage::Numbers& numbers = {},
             const std::string& text = "") const {
-    ChannelMessage message;
-    message.kind = kind;
-    message.number = numbers;
-    message.set_text(text);
-    if (!coordinator_.send(message)) throw CoordinatorGone();
+    if (!coordinator_.send(ChannelMessage(kind, numbers, text))) throw CoordinatorGone();
   }
 
   /// Until `end`, or, which returns false, until the coordinator asks for an earlier one.

@@ -5,10 +5,10 @@
 #include <array>
 #include <string>
 
+#include "hotpath/analysis/statistics.hpp"
 #include "microbench/bench_queues.hpp"
 #include "microbench/program.hpp"
 #include "microbench/scheduler_cycles.hpp"
-#include "hotpath/analysis/statistics.hpp"
 
 namespace {
 

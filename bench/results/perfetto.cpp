@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hotpath/core/events_scheduler.hpp"
+#include "results/measures.hpp"
 
 namespace hotpath {
 
@@ -78,7 +79,7 @@ class PerfettoWriter {
     json args = {{"sequence", r.job.sequence},
                  {"timestamp_ms", to_ms(r.job.timestamp - trace_.epoch)},
                  {"release_ms", to_ms(r.job.release - trace_.epoch)},
-                 {"response_ms", to_ms(r.finish - r.job.timestamp)}};
+                 {"response_ms", to_ms(response_time(r))}};
     if (r.job.deadline != kNever) args["deadline_ms"] = to_ms(r.job.deadline - trace_.epoch);
     event({{"ph", "X"},
            {"name", task.name},

@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace fs = std::filesystem;
 
-ResultFolder::ResultFolder(const fs::path& path) : path_(path) {
+RunFolder::RunFolder(const fs::path& path) : path_(path) {
   std::error_code error;
   fs::create_directories(path_, error);
   if (error) {
@@ -34,7 +34,7 @@ ResultFolder::ResultFolder(const fs::path& path) : path_(path) {
   chains_ << kChainsCsvHeader << '\n';
 }
 
-void ResultFolder::write(const std::string& name, const std::string& content) const {
+void RunFolder::write(const std::string& name, const std::string& content) const {
   const fs::path part = path_ / (name + ".part");
   std::ofstream out(part, std::ios::binary);
   out << content << std::flush;
@@ -47,15 +47,14 @@ void ResultFolder::write(const std::string& name, const std::string& content) co
   rename_part(name);
 }
 
-void ResultFolder::append(const TaskSet& set, const std::vector<std::string>& chain_names,
-                          const Trace& trace) {
+void RunFolder::append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace) {
   write_jobs_csv(jobs_, set, trace);
   if (!jobs_.flush()) fail("jobs.csv.part", errno);
   write_chains_csv(chains_, chain_names, trace);
   if (!chains_.flush()) fail("chains.csv.part", errno);
 }
 
-void ResultFolder::finish() {
+void RunFolder::finish() {
   jobs_.close();
   if (!jobs_) fail("jobs.csv.part", errno);
   chains_.close();
@@ -64,13 +63,13 @@ void ResultFolder::finish() {
   rename_part("chains.csv");
 }
 
-void ResultFolder::rename_part(const std::string& name) const {
+void RunFolder::rename_part(const std::string& name) const {
   std::error_code error;
   fs::rename(path_ / (name + ".part"), path_ / name, error);
   if (error) fail(name, error.value());
 }
 
-void ResultFolder::fail(const std::string& name, int cause) const {
+void RunFolder::fail(const std::string& name, int cause) const {
   throw RunError("cannot write " + (path_ / name).string() + " (" + std::strerror(cause) +
                  "); what was written before is kept, but the run is not complete");
 }

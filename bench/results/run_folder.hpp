@@ -12,10 +12,10 @@ namespace hotpath {
 
 /// The folder of one run. Files get their names when they are whole: until then jobs.csv and chains.csv grow
 /// under names that end in `.part`, which are all that a killed run leaves of them.
-class ResultFolder {
+class RunFolder {
  public:
   /// Creates the folder. Throws UsageError when it cannot be written or holds a run already.
-  explicit ResultFolder(const std::filesystem::path& path);
+  explicit RunFolder(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
 

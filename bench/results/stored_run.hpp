@@ -71,8 +71,8 @@ class StoredRun {
 /// Throws UsageError.
 [[nodiscard]] nlohmann::json summarize_again(const StoredRun& run);
 
-/// What became of each timer of a golden trace, by the authors' definition of a response time: {tasks: [{task,
-/// reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.
+/// What became of each timer of a golden trace, by the authors' definition of a response time: {tasks:
+/// [{task, reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.
 [[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
 
 /// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, in the order of

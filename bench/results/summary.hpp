@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/trace.hpp"
 #include "results/measures.hpp"
 #include "results/process_usage.hpp"
-#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath {
 

@@ -226,7 +226,7 @@ class SimulatedExperiment {
   }
 
   void write(const std::vector<ExecutorRuns>& runs, const Summary& summary) {
-    ResultFolder folder(output_folder(options_, graph_));
+    RunFolder folder(output_folder(options_, graph_));
     json facts = describe(runs);
     folder.write("run.json", facts);
     for (std::size_t i = 0; i < results_.size(); ++i) {

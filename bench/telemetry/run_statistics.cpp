@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "results/measures.hpp"
+
 namespace hotpath {
 
 RunStatistics::RunStatistics(const Graph& graph, const GraphTasks& tasks, std::string run_id,
@@ -31,12 +33,13 @@ void RunStatistics::add(const JobRecord& r) {
   if (r.outcome != Outcome::ran) return;
   node.counts.ran(node.counts.ran() + 1);
   node.counts.skipped(node.counts.skipped() + r.job.skipped);
-  node.counts.overruns(node.counts.overruns() + (r.finish > r.job.deadline));
   node.accounted += 1 + r.job.skipped;
   node.window_busy += r.finish - r.start;
+  if (!hotpath::counts(r, counted_from_)) return;
+  node.counts.overruns(node.counts.overruns() + overruns_deadline(tasks_.set[task], r));
   // What a cyclic node's subscription does is no answer to anybody: its timer's job works on the sample.
-  if (stores_only_[task] || r.job.timestamp < counted_from_) return;
-  const Duration response = r.finish - r.job.timestamp;
+  if (stores_only_[task]) return;
+  const Duration response = response_time(r);
   node.responses.add(response);
   node.window_responses += response;
   ++node.window_jobs;

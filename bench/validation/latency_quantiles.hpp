@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "hotpath/core/csv.hpp"
 #include "hotpath/analysis/statistics.hpp"
+#include "hotpath/core/csv.hpp"
 
 namespace hotpath {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "results/schedule.hpp"
 #include "hotpath/analysis/statistics.hpp"
+#include "results/schedule.hpp"
 
 namespace hotpath {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulator against what the real ROS 2 stack did, job by job: the golden traces of the paper's
-// timers-only sets (reference_system/ros2_reference). Their timer thread ran at SCHED_FIFO 90, above the executor
-// thread.
+// timers-only sets (reference_system/ros2_reference). Their timer thread ran at SCHED_FIFO 90, above the
+// executor thread.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -207,8 +207,8 @@ std::ostream& operator<<(std::ostream& out, const Reference& r) { return out << 
 
 class RclcppAutowarePhases : public testing::TestWithParam<Reference> {};
 
-/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation instants of the
-/// timers, 30 s a run of which the first prints are skipped. Medians of the hot-path latency.
+/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation instants of
+/// the timers, 30 s a run of which the first prints are skipped. Medians of the hot-path latency.
 ///
 /// `rm-ro` and `edf-ro` are the fork's: subscriptions before timers, and of two in its heap the earlier
 /// first. Dispatch costs are those between two jobs of the golden traces; for `multi`, which has none, the

@@ -21,9 +21,9 @@ enum class Phases : std::uint8_t {
 const char* to_string(Phases);
 
 /// What the creation of a node costs: a constant, and more for each of its publishers and subscriptions.
-/// Least squares over all rows of reference_system/ros2_reference/rclcpp_autoware_phases.csv, that is over the
-/// creation instants of Autoware's timers in seven runs of rclcpp 26 on Fast DDS (root mean square error 3.7
-/// ms, of which most is one row's; BehaviorPlanner's timer is created 96 ms after the first one).
+/// Least squares over all rows of reference_system/ros2_reference/rclcpp_autoware_phases.csv, that is over
+/// the creation instants of Autoware's timers in seven runs of rclcpp 26 on Fast DDS (root mean square
+/// error 3.7 ms, of which most is one row's; BehaviorPlanner's timer is created 96 ms after the first one).
 inline constexpr Duration kNodeCreation = std::chrono::microseconds(1840);
 inline constexpr Duration kEndpointCreation = std::chrono::microseconds(1320);
 

@@ -32,14 +32,14 @@ SummaryOptions one_chain() {
   return options;
 }
 
-TEST(LiveEffect, EverySecondRepetitionIsPublishedAndDriftFavoursNeitherSide) {
+TEST(PublishingEffect, EverySecondRepetitionIsPublishedAndDriftFavoursNeitherSide) {
   int sum_of_published = 0, sum_of_others = 0;
   for (std::uint32_t r = 0; r < 8; ++r) (published_by_turns(r) ? sum_of_published : sum_of_others) += r;
   EXPECT_EQ(sum_of_published, sum_of_others);
 }
 
-TEST(LiveEffect, IsTheRatioOfTheMediansWithItsInterval) {
-  const auto effects = live_effects(runs(8, 1.03), one_chain());
+TEST(PublishingEffect, IsTheRatioOfTheMediansWithItsInterval) {
+  const auto effects = publishing_effects(runs(8, 1.03), one_chain());
   ASSERT_EQ(effects.size(), 1U);
   EXPECT_EQ(effects[0].executor, "rm-ro");
   EXPECT_EQ(effects[0].chain, "path");
@@ -50,23 +50,23 @@ TEST(LiveEffect, IsTheRatioOfTheMediansWithItsInterval) {
   EXPECT_LE(effects[0].median_ratio.interval->low, 1.03 + 1e-6);
   EXPECT_GE(effects[0].median_ratio.interval->high, 1.03 - 1e-6);
   std::ostringstream text;
-  write_live_effects(text, effects);
+  write_publishing_effects(text, effects);
   EXPECT_THAT(text.str(), testing::HasSubstr("rm-ro, path: +3.00 % [+3.00, +3.00]"));
   EXPECT_EQ(to_json(effects)[0]["n_live"], 200);
 }
 
-TEST(LiveEffect, TooFewRepetitionsHaveNoIntervalAndSayWhatToDo) {
-  const auto two = live_effects(runs(2, 1), one_chain());
+TEST(PublishingEffect, TooFewRepetitionsHaveNoIntervalAndSayWhatToDo) {
+  const auto two = publishing_effects(runs(2, 1), one_chain());
   EXPECT_FALSE(two[0].median_ratio.interval);
   std::ostringstream text;
-  write_live_effects(text, two);
+  write_publishing_effects(text, two);
   EXPECT_THAT(text.str(), testing::HasSubstr("four repetitions"));
   EXPECT_TRUE(to_json(two)[0]["median_ratio"]["interval"].is_null());
 
-  const auto one = live_effects(runs(1, 1), one_chain());
+  const auto one = publishing_effects(runs(1, 1), one_chain());
   EXPECT_TRUE(std::isnan(one[0].median_ratio.value));
   std::ostringstream nothing;
-  write_live_effects(nothing, one);
+  write_publishing_effects(nothing, one);
   EXPECT_THAT(nothing.str(), testing::HasSubstr("measure longer"));
 }
 

@@ -19,16 +19,16 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 
-class ResultFolderTest : public ::testing::Test {
+class RunFolderTest : public ::testing::Test {
  protected:
-  ResultFolderTest() {
+  RunFolderTest() {
     std::string pattern = fs::temp_directory_path() / "hotpath_result_XXXXXX";
     base_ = mkdtemp(pattern.data());
     set_.tasks.emplace_back();
     set_.tasks[0].name = "Lidar";
     set_.tasks[0].period = std::chrono::milliseconds(10);
   }
-  ~ResultFolderTest() override { fs::remove_all(base_); }
+  ~RunFolderTest() override { fs::remove_all(base_); }
 
   static std::string content(const fs::path& file) {
     std::ifstream in(file);
@@ -43,7 +43,7 @@ class ResultFolderTest : public ::testing::Test {
   }
   static std::string refusal(const fs::path& folder) {
     try {
-      const ResultFolder created(folder);
+      const RunFolder created(folder);
     } catch (const UsageError& error) {
       return error.what();
     }
@@ -66,8 +66,8 @@ class ResultFolderTest : public ::testing::Test {
   TaskSet set_;
 };
 
-TEST_F(ResultFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
-  ResultFolder folder(base_ / "deep" / "run");
+TEST_F(RunFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
+  RunFolder folder(base_ / "deep" / "run");
   EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
   folder.write("run.json", nlohmann::json{{"complete", false}});
   folder.append(set_, {"hot_path"}, trace(0));
@@ -76,8 +76,8 @@ TEST_F(ResultFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
   EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv", "chains.csv", "run.json"));
 }
 
-TEST_F(ResultFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
-  ResultFolder folder(base_ / "run");
+TEST_F(RunFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
+  RunFolder folder(base_ / "run");
   Trace second = trace(1);
   second.chains = {{0, 3, 0, Duration(40), Duration(50)}};
   folder.append(set_, {"hot_path"}, trace(0));
@@ -90,29 +90,29 @@ TEST_F(ResultFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
             std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50\n");
 }
 
-TEST_F(ResultFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
-  { ResultFolder(base_ / "killed"); }
+TEST_F(RunFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
+  { RunFolder(base_ / "killed"); }
   EXPECT_THAT(refusal(base_ / "killed"), AllOf(HasSubstr("holds a run already"), HasSubstr("--output")));
-  ResultFolder(base_ / "whole").finish();
+  RunFolder(base_ / "whole").finish();
   EXPECT_THAT(refusal(base_ / "whole"), HasSubstr("holds a run already"));
   EXPECT_THAT(files(base_ / "whole"), UnorderedElementsAre("jobs.csv", "chains.csv"));
   EXPECT_EQ(refusal(base_), "accepted") << "an existing folder without a run will do";
 }
 
-TEST_F(ResultFolderTest, FolderThatCannotBeMadeIsRefused) {
+TEST_F(RunFolderTest, FolderThatCannotBeMadeIsRefused) {
   std::ofstream(base_ / "file") << "text";
   EXPECT_THAT(refusal(base_ / "file"), HasSubstr("cannot be created"));
   EXPECT_THAT(refusal(base_ / "file" / "below"), AllOf(HasSubstr("Not a directory"), HasSubstr("--output")));
 }
 
 /// Stands for a full disk: the system refuses to let a file grow.
-class ResultFolderOnAFullDisk : public ResultFolderTest {
+class RunFolderOnAFullDisk : public RunFolderTest {
  protected:
-  ResultFolderOnAFullDisk() {
+  RunFolderOnAFullDisk() {
     std::signal(SIGXFSZ, SIG_IGN);
     getrlimit(RLIMIT_FSIZE, &before_);
   }
-  ~ResultFolderOnAFullDisk() override { setrlimit(RLIMIT_FSIZE, &before_); }
+  ~RunFolderOnAFullDisk() override { setrlimit(RLIMIT_FSIZE, &before_); }
   void fill() const {
     const rlimit limit{200, before_.rlim_max};
     setrlimit(RLIMIT_FSIZE, &limit);
@@ -120,8 +120,8 @@ class ResultFolderOnAFullDisk : public ResultFolderTest {
   rlimit before_{};
 };
 
-TEST_F(ResultFolderOnAFullDisk, KeepsTheOldFileWhole) {
-  const ResultFolder folder(base_ / "run");
+TEST_F(RunFolderOnAFullDisk, KeepsTheOldFileWhole) {
+  const RunFolder folder(base_ / "run");
   folder.write("run.json", std::string("old"));
   fill();
   try {
@@ -134,8 +134,8 @@ TEST_F(ResultFolderOnAFullDisk, KeepsTheOldFileWhole) {
   EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
 }
 
-TEST_F(ResultFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
-  ResultFolder folder(base_ / "run");
+TEST_F(RunFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
+  RunFolder folder(base_ / "run");
   Trace many = trace(0);
   many.jobs.resize(10000, many.jobs.front());
   fill();
