@@ -56,7 +56,8 @@ void BoundReport::print_chains(const BoundSet& set) {
   std::cout << rows;
 }
 
-void BoundReport::add_row(TextTable& rows, std::vector<TextTable::Cell> cells, const BoundSet& set, const Row& row) {
+void BoundReport::add_row(TextTable& rows, std::vector<TextTable::Cell> cells, const BoundSet& set,
+                          const Row& row) {
   const auto count = [](std::optional<Duration> d) {
     return d ? std::optional<std::int64_t>(d->count()) : std::nullopt;
   };
@@ -65,8 +66,8 @@ void BoundReport::add_row(TextTable& rows, std::vector<TextTable::Cell> cells, c
   if (comparable) t = compare_with_bounds({{t.name, t.bound, t.observed}}).rows.front();
   violations_ += t.violated;
   if (observed_) {
-    cells.insert(cells.end(), {in_ms(row.observed), t.ratio ? fixed(*t.ratio, 3) : "-",
-                               t.violated ? "VIOLATED" : ""});
+    cells.insert(cells.end(),
+                 {in_ms(row.observed), t.ratio ? fixed(*t.ratio, 3) : "-", t.violated ? "VIOLATED" : ""});
   }
   rows.add_row(std::move(cells));
   const auto field = [&](const auto& value) {

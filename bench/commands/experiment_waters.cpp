@@ -48,8 +48,8 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
       {"util", "method", "schedulable", "chains", "median", "mean", "min", "max", "share > 0"});
   for (const WatersSummary& s : summaries) {
     table.add_row({fixed(s.utilisation, 2), to_string(s.method), text("%u/%u", s.schedulable, s.sets),
-                   std::to_string(s.chains), with_interval(s.median), with_interval(s.mean),
-                   fixed(s.min, 2), fixed(s.max, 2), fixed(s.positive_share.value, 4)});
+                   std::to_string(s.chains), with_interval(s.median), with_interval(s.mean), fixed(s.min, 2),
+                   fixed(s.max, 2), fixed(s.positive_share.value, 4)});
   }
   std::cout << table;
   draw_figure("waters.py", folder);

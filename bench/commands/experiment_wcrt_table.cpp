@@ -72,11 +72,10 @@ std::string release_cost_csv(const ReleaseCost& measured) {
 
 void run_wcrt_table(const std::string& output) {
   const ReleaseCost measured = measure_release_cost();
-  const std::array tables = {WcrtTable{"With the paper's release cost", "paper", kPaperDelta},
-                             WcrtTable{"With this machine's, 99.9th percentile", "this machine (p99.9)",
-                                       measured.p999.count()},
-                             WcrtTable{"With this machine's, maximum", "this machine (maximum)",
-                                       measured.max.count()}};
+  const std::array tables = {
+      WcrtTable{"With the paper's release cost", "paper", kPaperDelta},
+      WcrtTable{"With this machine's, 99.9th percentile", "this machine (p99.9)", measured.p999.count()},
+      WcrtTable{"With this machine's, maximum", "this machine (maximum)", measured.max.count()}};
   std::cout << "Analytical worst-case response times in ms of the RM events executor (printed values of "
                "Table I in parentheses)\n\n";
   for (const WcrtTable& table : tables) print(table);

@@ -36,13 +36,14 @@ void summarize_run(const SummarizeOptions& options) {
 
 void add_summarize_command(CLI::App& app) {
   auto options = std::make_shared<SummarizeOptions>();
-  CLI::App* command =
-      app.add_subcommand("summarize", "Make the summary of a stored run anew, so that new measures apply to it");
+  CLI::App* command = app.add_subcommand(
+      "summarize", "Make the summary of a stored run anew, so that new measures apply to it");
   command->add_option("RUN", options->run, "Folder of `hotpath run`, `compare` or `simulate`");
   command
-      ->add_option("--responses", options->responses,
-                   "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
-                   "nothing else")
+      ->add_option(
+          "--responses", options->responses,
+          "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
+          "nothing else")
       ->type_name("FILE");
   command
       ->add_option("--golden", options->golden,

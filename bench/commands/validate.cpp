@@ -32,8 +32,8 @@ fs::path find_reference(const std::string& given) {
 
 void validate(const ValidateOptions& options) {
   const fs::path reference = find_reference(options.reference);
-  Validation validation{validate_golden_traces(reference), validate_timers_only(reference),
-                        validate_autoware(reference), {}};
+  Validation validation{
+      validate_golden_traces(reference), validate_timers_only(reference), validate_autoware(reference), {}};
   for (const std::string& run : options.runs) {
     for (RunValidation& v : validate_run(run, reference)) validation.runs.push_back(std::move(v));
   }

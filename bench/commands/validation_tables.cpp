@@ -18,10 +18,10 @@ std::string first_difference(const ScheduleComparison& c) {
 std::string range(const Range& r) { return text("%.1f-%.1f", r.low, r.high); }
 
 TextTable golden_table(const std::vector<GoldenValidation>& rows) {
-  TextTable table("Golden traces: every job of the real stack against the simulator",
-                  {"set", "executor", "similarity\nno costs", "similarity\ncosts", "first\ndifference",
-                   "lost IMU %\nreal", "lost IMU %\nsimulated", "response p50\nreal ms",
-                   "response p50\nsimulated ms"});
+  TextTable table(
+      "Golden traces: every job of the real stack against the simulator",
+      {"set", "executor", "similarity\nno costs", "similarity\ncosts", "first\ndifference",
+       "lost IMU %\nreal", "lost IMU %\nsimulated", "response p50\nreal ms", "response p50\nsimulated ms"});
   for (const GoldenValidation& v : rows) {
     const ScheduleComparison& c = v.with_costs;
     table.add_row({v.set, v.executor, fixed(v.without_costs.similarity, 4), fixed(c.similarity, 4),
@@ -39,17 +39,16 @@ TextTable timers_only_table(const std::vector<TimersOnlyValidation>& rows) {
       {"set", "executor", "lost IMU %\nreal", "lost IMU %\nsimulated", "response\nreal",
        "response\nsimulated"});
   for (const TimersOnlyValidation& v : rows) {
-    table.add_row({v.set, v.executor, range(v.measured.imu_lost_percent),
-                   range(v.simulated.imu_lost_percent), range(v.measured.response_authors_p50_ms),
-                   range(v.simulated.response_authors_p50_ms)});
+    table.add_row({v.set, v.executor, range(v.measured.imu_lost_percent), range(v.simulated.imu_lost_percent),
+                   range(v.measured.response_authors_p50_ms), range(v.simulated.response_authors_p50_ms)});
   }
   return table;
 }
 
 TextTable autoware_table(const std::vector<AutowareValidation>& rows) {
-  TextTable table("Autoware with the real stack's phases: hot-path latency in ms",
-                  {"executor", "median\nreal", "median\nsimulated", "median\ndiffers", "p90\nreal",
-                   "p90\nsimulated"});
+  TextTable table(
+      "Autoware with the real stack's phases: hot-path latency in ms",
+      {"executor", "median\nreal", "median\nsimulated", "median\ndiffers", "p90\nreal", "p90\nsimulated"});
   for (const AutowareValidation& v : rows) {
     table.add_row({v.executor, fixed(v.measured.p50, 2), fixed(v.simulated.p50, 2),
                    text("%+.1f %%", 100 * (v.simulated.p50 / v.measured.p50 - 1)), fixed(v.measured.p90, 2),
@@ -63,8 +62,7 @@ TextTable runs_table(const std::vector<RunValidation>& rows) {
                   {"executor", "jobs", "similarity", "first\ndifference", "largest loss\ndifference"});
   for (const RunValidation& v : rows) {
     table.add_row({v.name(), std::to_string(v.comparison.jobs[0]), fixed(v.comparison.similarity, 4),
-                   first_difference(v.comparison),
-                   fixed(v.comparison.largest_loss_difference(), 1) + " %"});
+                   first_difference(v.comparison), fixed(v.comparison.largest_loss_difference(), 1) + " %"});
   }
   return table;
 }
@@ -137,11 +135,10 @@ void write_verdicts(std::ostream& out, const Validation& validation) {
 }  // namespace
 
 void write_validation(std::ostream& out, const Validation& validation) {
-  for (const TextTable& table :
-       {golden_table(validation.golden), timers_only_table(validation.timers_only),
-        autoware_table(validation.autoware), runs_table(validation.runs),
-        run_latencies_table(validation.runs), run_golden_table(validation.runs),
-        lost_jobs_table(validation.runs)}) {
+  for (const TextTable& table : {golden_table(validation.golden), timers_only_table(validation.timers_only),
+                                 autoware_table(validation.autoware), runs_table(validation.runs),
+                                 run_latencies_table(validation.runs), run_golden_table(validation.runs),
+                                 lost_jobs_table(validation.runs)}) {
     if (!table.empty()) out << table << "\n";
   }
   write_verdicts(out, validation);

@@ -46,7 +46,7 @@ const char* to_string(Verdict verdict) {
 }
 
 std::vector<ValueComparison> compare_values(const BenchValues& before, const BenchValues& after,
-                                              std::uint64_t seed) {
+                                            std::uint64_t seed) {
   BootstrapOptions options;
   options.confidence = kCompareConfidence;
   options.seed = seed;
@@ -80,7 +80,8 @@ void write_comparison(std::ostream& out, const std::vector<ValueComparison>& com
     const auto& interval = c.ratio.interval;
     table.add_row({c.benchmark + " " + c.metric, fixed(c.before, 1), fixed(c.after, 1),
                    interval ? fixed(c.ratio.value, 3) : "",
-                   interval ? text("[%.3f, %.3f]", interval->low, interval->high) : "", to_string(c.verdict)});
+                   interval ? text("[%.3f, %.3f]", interval->low, interval->high) : "",
+                   to_string(c.verdict)});
   }
   out << table << std::count_if(rows.begin(), rows.end(), beyond_noise) << " of " << rows.size()
       << " values differ beyond noise.\n";

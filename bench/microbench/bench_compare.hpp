@@ -35,7 +35,7 @@ struct ValueComparison {
 
 /// All values that both have. The same seed gives the same intervals.
 std::vector<ValueComparison> compare_values(const BenchValues& before, const BenchValues& after,
-                                              std::uint64_t seed = 1);
+                                            std::uint64_t seed = 1);
 
 /// A line for each value, those beyond noise first and the largest effects first among them, and a count.
 void write_comparison(std::ostream& out, const std::vector<ValueComparison>& comparisons);

@@ -173,16 +173,14 @@ void register_all(bool quick) {
     for (const std::uint32_t due : {1U, 8U, 64U}) {
       for (const bool wake : {false, true}) {
         const int passes = (quick ? 1000 : 5000) * (wake ? 1 : 4);
-        gbench::register_isolated(
-            "release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
-                "/wake:" + (wake ? "1" : "0"),
-            [=, &e] { return release_passes(e, due, wake, passes); });
+        gbench::register_isolated("release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
+                                      "/wake:" + (wake ? "1" : "0"),
+                                  [=, &e] { return release_passes(e, due, wake, passes); });
       }
     }
     for (const bool busy : {false, true}) {
-      gbench::register_isolated(
-          "live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
-          [=, &e] { return live_releases(e, busy, length); });
+      gbench::register_isolated("live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
+                                [=, &e] { return live_releases(e, busy, length); });
     }
   }
   gbench::register_live_benchmarks(quick);

@@ -76,8 +76,7 @@ class Runs {
   static gbench::Measurement cpu_per_callback(Duration cpu, std::uint64_t callbacks) {
     gbench::Measurement found;
     found.time_ns = static_cast<double>(cpu.count()) / static_cast<double>(callbacks);
-    found.counters = {{"cpu_per_callback_ns", found.time_ns},
-                        {"callbacks", static_cast<double>(callbacks)}};
+    found.counters = {{"cpu_per_callback_ns", found.time_ns}, {"callbacks", static_cast<double>(callbacks)}};
     return found;
   }
 
@@ -133,6 +132,8 @@ int main(int argc, char** argv) {
         })->Unit(benchmark::kMicrosecond);
       }
     }
-    gbench::register_isolated("callback/raw_fastdds", [=] { return idle->raw_callback(); })->Unit(benchmark::kMicrosecond);
+    gbench::register_isolated("callback/raw_fastdds", [=] {
+      return idle->raw_callback();
+    })->Unit(benchmark::kMicrosecond);
   });
 }

@@ -109,17 +109,14 @@ void register_queues(std::int64_t most, double min_time) {
         ->MinTime(min_time)
         ->Complexity();
   };
-  yardstick(
-      "push_pop/std::priority_queue_of_keys/ready",
-      [](benchmark::State& s) { hold(s, StandardQueueOfKeys{}); });
-  yardstick(
-      "push_pop/std::priority_queue/ready", [](benchmark::State& s) { hold(s, StandardQueueOfJobs{}); });
-  yardstick(
-      "push_pop/sorted_vector/ready", [](benchmark::State& s) { hold(s, SortedVector{}); });
-  yardstick(
-      "push_pop/SimpleEventsQueue/ready", [](benchmark::State& s) { hold(s, SimpleEventsQueue{}); });
-  yardstick(
-      "push_pop/PriorityEventsQueue/ready", [](benchmark::State& s) { hold(s, edf_queue(s.range(0))); });
+  yardstick("push_pop/std::priority_queue_of_keys/ready",
+            [](benchmark::State& s) { hold(s, StandardQueueOfKeys{}); });
+  yardstick("push_pop/std::priority_queue/ready",
+            [](benchmark::State& s) { hold(s, StandardQueueOfJobs{}); });
+  yardstick("push_pop/sorted_vector/ready", [](benchmark::State& s) { hold(s, SortedVector{}); });
+  yardstick("push_pop/SimpleEventsQueue/ready", [](benchmark::State& s) { hold(s, SimpleEventsQueue{}); });
+  yardstick("push_pop/PriorityEventsQueue/ready",
+            [](benchmark::State& s) { hold(s, edf_queue(s.range(0))); });
 }
 
 }  // namespace hotpath::gbench

@@ -124,12 +124,9 @@ Measurement in_two_processes(const Plan& plan) {
 template <template <class> class Side, class Traits>
 void add(const std::string& name, const Plan& plan) {
   const bool two = plan.path == Path::fastdds_shared_memory || plan.path == Path::fastdds_udp;
-  gbench::register_isolated(name,
-                            [=] {
-                              return two ? in_two_processes<Side<Traits>>(plan)
-                                         : in_one_process<Side<Traits>>(plan);
-                            })
-      ->Unit(benchmark::kMicrosecond);
+  gbench::register_isolated(name, [=] {
+    return two ? in_two_processes<Side<Traits>>(plan) : in_one_process<Side<Traits>>(plan);
+  })->Unit(benchmark::kMicrosecond);
 }
 
 template <class Traits>

@@ -68,7 +68,7 @@ void add_row(BenchValues& bench, const json& row) {
     return;
   }
   bench.values[{benchmark, "time_ns"}].push_back(row.at("real_time").get<double>() *
-                                                   nanoseconds(row.at("time_unit")));
+                                                 nanoseconds(row.at("time_unit")));
   for (const auto& [key, value] : row.items()) {
     if (value.is_number() && !is_bookkeeping(key)) bench.values[{benchmark, key}].push_back(value);
   }
@@ -106,8 +106,8 @@ BenchValues bench_values_from_json(const json& content) {
     }
     for (const json& row : content.at("complexities")) {
       bench.complexities.push_back({row.at("benchmark"), row.at("order"),
-                                      row.at("coefficient_ns").get<double>(),
-                                      row.at("rms_percent").get<double>()});
+                                    row.at("coefficient_ns").get<double>(),
+                                    row.at("rms_percent").get<double>()});
     }
     bench.errors = content.at("errors").get<std::vector<std::string>>();
   } catch (const json::exception& error) {

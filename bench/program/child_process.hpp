@@ -14,11 +14,11 @@ namespace hotpath {
 
 /// What a child process runs, and where its streams lead; by default to ours.
 struct ChildOptions {
-  std::vector<std::string> words = {};       ///< Program (found along PATH) and arguments.
-  std::optional<std::string> input = {};    ///< Its standard input.
-  bool capture_errors = false;             ///< Its standard error is for errors().
-  std::filesystem::path log = {};           ///< If not empty: the file of its standard output and error.
-  bool own_group = false;                  ///< So that kill_group() ends all that it starts, too.
+  std::vector<std::string> words = {};    ///< Program (found along PATH) and arguments.
+  std::optional<std::string> input = {};  ///< Its standard input.
+  bool capture_errors = false;            ///< Its standard error is for errors().
+  std::filesystem::path log = {};         ///< If not empty: the file of its standard output and error.
+  bool own_group = false;                 ///< So that kill_group() ends all that it starts, too.
 };
 
 /// Another program that runs beside this one.

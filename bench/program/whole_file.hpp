@@ -25,9 +25,9 @@ class FileContent {
   Write write_;
 };
 
-/// Writes a file, which gets its name when it is whole; one that has the name is replaced then. Leaves nothing
-/// behind when it cannot be written (disk full, for example), and throws RunError, or, where a file was asked
-/// for by an option of the command line, UsageError that names `option`.
+/// Writes a file, which gets its name when it is whole; one that has the name is replaced then. Leaves
+/// nothing behind when it cannot be written (disk full, for example), and throws RunError, or, where a file
+/// was asked for by an option of the command line, UsageError that names `option`.
 void write_whole_file(const std::filesystem::path& file, const FileContent& content);
 void write_whole_file(const std::filesystem::path& file, const std::string& option,
                       const FileContent& content);

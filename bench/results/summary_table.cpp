@@ -56,11 +56,17 @@ TextTable chain_table(const Summary& summary, std::size_t chain, Form form) {
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     const LatencySummary& l = c.hot_path;
-    table.add_row({e.executor, std::to_string(l.quantiles.n), {number(l.quantiles.p50), number(l.p50)},
-                   {number(l.quantiles.p99), number(l.p99)}, {number(l.quantiles.p999), number(l.p999)},
-                   {number(l.quantiles.max), number(l.max)}, std::to_string(e.skipped),
-                   std::to_string(e.overwritten), number(e.cpu_per_callback_us),
-                   ratio_cell(c.median_to_default, form), ratio_cell(c.max_to_default, form)});
+    table.add_row({e.executor,
+                   std::to_string(l.quantiles.n),
+                   {number(l.quantiles.p50), number(l.p50)},
+                   {number(l.quantiles.p99), number(l.p99)},
+                   {number(l.quantiles.p999), number(l.p999)},
+                   {number(l.quantiles.max), number(l.max)},
+                   std::to_string(e.skipped),
+                   std::to_string(e.overwritten),
+                   number(e.cpu_per_callback_us),
+                   ratio_cell(c.median_to_default, form),
+                   ratio_cell(c.max_to_default, form)});
   }
   return table;
 }

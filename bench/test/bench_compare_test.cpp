@@ -42,7 +42,7 @@ ValueComparison only_value(const BenchValues& before, const BenchValues& after) 
 
 TEST(BenchValues, TimesAreNanosecondsUnderTheNameOfWhatWasMeasured) {
   const BenchValues f = parsed({row("a/tasks:10/iterations:1/manual_time", 2, "us"),
-                                 row("b/min_time:0.010", 3, "ns"), row("c", 1, "ms")});
+                                row("b/min_time:0.010", 3, "ns"), row("c", 1, "ms")});
   EXPECT_THAT(f.values.at({"a/tasks:10", "time_ns"}), ElementsAre(2000));
   EXPECT_THAT(f.values.at({"b", "time_ns"}), ElementsAre(3));
   EXPECT_THAT(f.values.at({"c", "time_ns"}), ElementsAre(1e6));

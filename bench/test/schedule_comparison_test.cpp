@@ -58,8 +58,8 @@ TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
 TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
   const TaskSet set = timers({1ms, 100ms});
   // T0 has timestamps at 0 to 9 ms; the first schedule runs it five times, the second always.
-  const ScheduleComparison c =
-      compare_schedules(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}), in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  const ScheduleComparison c = compare_schedules(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}),
+                                                 in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
   // Up to a millisecond after the last start, so at 10 ms too.
   EXPECT_NEAR(c.tasks[0].lost_percent[0], 100 * (1 - 5.0 / 11), 1e-9);
   EXPECT_NEAR(c.tasks[0].lost_percent[1], 100 * (1 - 10.0 / 11), 1e-9);

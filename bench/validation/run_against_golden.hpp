@@ -20,7 +20,8 @@ struct RunAgainstGolden {
   std::string verdict;
 };
 
-/// Against the golden trace of the graph's task set under the same executor, if there is one. Throws InputError.
+/// Against the golden trace of the graph's task set under the same executor, if there is one. Throws
+/// InputError.
 std::optional<RunAgainstGolden> against_golden(const std::filesystem::path& reference,
                                                const std::string& graph, const Schedule& run,
                                                const ExecutorEntry& executor);

@@ -38,7 +38,8 @@ std::vector<double> latencies_ms(const StoredRun& run, const Trace& trace, const
 /// One run's folder against simulations with its phases and execution times, and against the reference.
 class ValidatedRun {
  public:
-  ValidatedRun(const fs::path& run, const fs::path& reference) : reference_(reference), measured_(run, "RUN") {
+  ValidatedRun(const fs::path& run, const fs::path& reference)
+      : reference_(reference), measured_(run, "RUN") {
     read_facts();
     tasks_ = make_tasks(graph_);
     measured_.load(tasks_.set);
@@ -86,7 +87,8 @@ class ValidatedRun {
     const std::vector<double> measured =
         graph_.chains.empty() ? std::vector<double>{} : latencies_ms(measured_, trace, graph_);
     if (!measured.empty()) {
-      v.latencies = RunLatencies{latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}};
+      v.latencies =
+          RunLatencies{latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}};
       v.verdict = latency_verdict(*v.latencies);
       add_real_latencies(*v.latencies, trace.executor, first);
     } else {

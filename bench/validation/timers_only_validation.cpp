@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <map>
 
+#include "hotpath/core/csv.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "hotpath/core/csv.hpp"
 #include "validation/prediction.hpp"
 #include "validation/schedule_comparison.hpp"
 
@@ -41,8 +41,7 @@ TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duratio
       if (job.task == id && job.finished()) responses.push_back(to_ms(response_authors(s, job)));
     }
     if (s.set[id].name == "IMU") {
-      const double timestamps =
-          static_cast<double>(1 + (kLength - 1ns - s.set[id].phase) / s.set[id].period);
+      const double timestamps = static_cast<double>(1 + (kLength - 1ns - s.set[id].phase) / s.set[id].period);
       run.imu_lost_percent = 100 * (1 - static_cast<double>(responses.size()) / timestamps);
     }
     std::sort(responses.begin(), responses.end());
