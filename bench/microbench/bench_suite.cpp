@@ -70,7 +70,7 @@ class Suite {
       std::cerr << "note: Interrupted before anything was measured.\n";
       return;
     }
-    draw_figure("bench_report.py", folder_);
+    draw_figure("bench", folder_);
     std::cout << "Results: " << folder_.string() << "\n" << std::flush;
     for (const std::string& failure : failures_) std::cerr << "note: " << failure << "\n";
     if (!failures_.empty() && interrupted() == 0) {
