@@ -126,7 +126,8 @@ class Suite {
     const Time begin = std::chrono::steady_clock::now();
     for (;;) {
       if (const auto status = child.wait(std::chrono::milliseconds(50))) {
-        return exited_with(*status, 0) ? "" : how_it_ended(*status) + "; see its .txt in raw/";
+        return exited_with(*status, 0) ? ""
+                                       : "failed: it " + how_it_ended(*status) + "; see its .txt in raw/";
       }
       const Duration elapsed = std::chrono::steady_clock::now() - begin;
       if (interrupted() != 0 || elapsed > from_ms(options_.time_out_s * 1000)) break;
