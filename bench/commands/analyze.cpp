@@ -30,7 +30,7 @@ struct AnalyzeOptions {
 void print_chain(const AnalyzeOptions& options, const GraphTasks& tasks, const ExecutorEntry& executor) {
   TextTable table(std::string(executor.name) + ", chain " + joined(options.chain, " -> ") +
                       ": largest reaction time and data age",
-                  {"method", "ms", "why not"});
+                  {"method", "ms", ""});
   for (const ChainBound& b :
        timer_chain_bounds(tasks, executor, from_ms(options.delta_us / 1000), options.chain)) {
     table.add_row({b.method, in_ms(b.latency), b.refusal});

@@ -17,8 +17,7 @@ struct Arguments {
 void compare_results(const Arguments& arguments) {
   std::vector<std::string> words = {arguments.before, arguments.after};
   if (!arguments.csv.empty()) words.insert(words.end(), {"--csv", arguments.csv});
-  require_script("../reproduction/compare_results.py", words, "the results were not compared",
-                 "python3-matplotlib and python3-scipy");
+  run_python_tool("compare-results", words);
 }
 
 }  // namespace

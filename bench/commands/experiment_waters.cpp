@@ -52,7 +52,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
                    fixed(s.max, 2), fixed(s.positive_share.value, 4)});
   }
   std::cout << table;
-  draw_figure("waters.py", folder);
+  draw_figure("waters", folder);
   std::cout << "\nResults: " << folder.string() << "\n";
 }
 

@@ -18,8 +18,7 @@ struct Arguments {
 void write_report(const Arguments& arguments) {
   std::vector<std::string> words = arguments.runs;
   if (!arguments.output.empty()) words.insert(words.end(), {"--output", arguments.output});
-  require_script("../reproduction/report.py", words, "the page was not written",
-                 "python3-matplotlib, python3-scipy and python3-jinja2");
+  run_python_tool("report", words);
 }
 
 }  // namespace

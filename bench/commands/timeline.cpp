@@ -42,9 +42,8 @@ void draw(const TimelineOptions& o) {
   std::ostringstream from, to;
   from << o.from_ms;
   to << o.to_ms.value_or(o.from_ms + 500);
-  require_figure("timeline.py",
-                 {o.run, "--executor", o.executor, "--repetition", std::to_string(o.repetition), "--from",
-                  from.str(), "--to", to.str(), "--output", svg.string()});
+  run_python_tool("timeline", {o.run, "--executor", o.executor, "--repetition", std::to_string(o.repetition),
+                               "--from", from.str(), "--to", to.str(), "--output", svg.string()});
 }
 
 void show_timeline(TimelineOptions o) {

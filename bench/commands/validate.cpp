@@ -42,7 +42,7 @@ void validate(const ValidateOptions& options) {
   create_folder(folder);
   write_whole_file(folder / "validation.json", "--output", to_json(validation));
   write_validation(std::cout, validation);
-  draw_figure("validate.py", folder);
+  draw_figure("validate", folder);
   std::cout << "\nResults: " << folder.string() << "\n" << std::flush;
 }
 

@@ -310,9 +310,9 @@ class Experiment {
       }
     }
     if (outputs) {
-      draw_figure("hot_path.py", folder.path());
+      draw_figure("hot-path", folder.path());
     } else if (!chains) {
-      draw_figure("timers_only.py", folder.path());
+      draw_figure("timers-only", folder.path());
     } else {
       say("No output of a chain was counted, so there is no figure; measure longer.");
     }

@@ -70,7 +70,7 @@ class Suite {
       std::cerr << "note: Interrupted before anything was measured.\n";
       return;
     }
-    draw_figure("bench_report.py", folder_);
+    draw_figure("bench", folder_);
     std::cout << "Results: " << folder_.string() << "\n" << std::flush;
     for (const std::string& failure : failures_) std::cerr << "note: " << failure << "\n";
     if (!failures_.empty() && interrupted() == 0) {
@@ -126,7 +126,8 @@ class Suite {
     const Time begin = std::chrono::steady_clock::now();
     for (;;) {
       if (const auto status = child.wait(std::chrono::milliseconds(50))) {
-        return exited_with(*status, 0) ? "" : how_it_ended(*status) + "; see its .txt in raw/";
+        return exited_with(*status, 0) ? ""
+                                       : "failed: it " + how_it_ended(*status) + "; see its .txt in raw/";
       }
       const Duration elapsed = std::chrono::steady_clock::now() - begin;
       if (interrupted() != 0 || elapsed > from_ms(options_.time_out_s * 1000)) break;

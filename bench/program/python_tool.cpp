@@ -14,63 +14,66 @@ namespace hotpath {
 
 namespace {
 
-/// The scripts' exit code for input that cannot be drawn.
+namespace fs = std::filesystem;
+
+/// The package's exit code for input that it cannot use.
 constexpr int kUnfitInput = 2;
 
-std::filesystem::path find_script(const std::string& script) {
-  std::istringstream folders(HOTPATH_PLOT_DIRS);
+/// The folder of the package: the source tree's, or that of the installation.
+std::string package_folder() {
+  std::istringstream folders(HOTPATH_PYTHON_DIRS);
   for (std::string folder; std::getline(folders, folder, ':');) {
-    if (std::filesystem::exists(std::filesystem::path(folder) / script))
-      return std::filesystem::path(folder) / script;
+    if (fs::exists(fs::path(folder) / "hotpath_report")) return folder;
   }
-  return {};
+  return "";
 }
 
-/// Exit status and standard error of `python3 SCRIPT ARGUMENTS`.
-std::pair<int, std::string> run_python(const std::string& script, const std::vector<std::string>& arguments) {
-  std::cout << std::flush;  // what the script prints comes after what we have printed
+/// How the package ended, and the last line of its complaints, which says what went wrong.
+struct Outcome {
+  bool succeeded = false, unfit_input = false;
+  std::string cause;
+};
+
+Outcome run_package(const std::string& command, const std::vector<std::string>& arguments) {
+  std::cout << std::flush;  // what the package prints comes after what we have printed
   std::fflush(stdout);
-  ChildOptions options{.words = {"/usr/bin/python3", script}, .capture_errors = true};
+  const char* const path = std::getenv("PYTHONPATH");
+  ChildOptions options{
+      .words = {"/usr/bin/env",
+                "PYTHONPATH=" + package_folder() + (path == nullptr ? "" : std::string(":") + path),
+                "HOTPATH=" + fs::read_symlink("/proc/self/exe").string(), "/usr/bin/python3", "-B", "-m",
+                "hotpath_report", command},
+      .capture_errors = true};
   options.words.insert(options.words.end(), arguments.begin(), arguments.end());
   ChildProcess python(options);
   std::string errors = python.errors();
-  return {python.wait(), std::move(errors)};
+  const int status = python.wait();
+  while (errors.ends_with('\n')) errors.pop_back();
+  return {exited_with(status, 0), exited_with(status, kUnfitInput), errors.substr(errors.rfind('\n') + 1)};
 }
 
-/// Of a Python program's complaints the last line says what went wrong.
-std::string last_line(std::string text) {
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  return text.substr(text.rfind('\n') + 1);
+std::string why(const Outcome& outcome) {
+  return (outcome.cause.empty() ? "" : " (" + outcome.cause + ")") +
+         "; it needs Debian's python3-matplotlib, python3-scipy, python3-pandas and python3-jinja2, and "
+         "hotpath's Python package hotpath_report";
 }
 
 }  // namespace
 
-void draw_figure(const std::string& script, const std::filesystem::path& folder) {
+void run_python_tool(const std::string& command, const std::vector<std::string>& arguments) {
+  const Outcome outcome = run_package(command, arguments);
+  if (outcome.unfit_input) throw UsageError(outcome.cause);
+  if (!outcome.succeeded) throw RunError(command + " failed" + why(outcome));
+}
+
+void draw_figure(const std::string& command, const fs::path& folder) {
   const char* const wanted = std::getenv("HOTPATH_FIGURES");
   if (wanted != nullptr && std::string_view(wanted) == "none") return;
-  const auto [status, errors] = run_python(find_script(script), {folder.string()});
-  if (status == 0) return;
-  const std::string cause = last_line(errors);
-  if (exited_with(status, kUnfitInput)) {
-    std::cerr << "note: no figure: " << cause << "\n";
-    return;
-  }
-  std::cerr << "note: the figure was not drawn" << (cause.empty() ? "" : " (" + cause + ")")
-            << "; it needs Debian's python3-matplotlib and the script " << script << ".\n";
-}
-
-void require_script(const std::string& script, const std::vector<std::string>& arguments,
-                    const std::string& failure, const std::string& needs) {
-  const auto [status, errors] = run_python(find_script(script), arguments);
-  if (status == 0) return;
-  const std::string cause = last_line(errors);
-  if (exited_with(status, kUnfitInput)) throw UsageError(cause);
-  throw RunError(failure + (cause.empty() ? "" : " (" + cause + ")") + "; it needs Debian's " + needs +
-                 " and the script " + script);
-}
-
-void require_figure(const std::string& script, const std::vector<std::string>& arguments) {
-  require_script(script, arguments, "the figure was not drawn", "python3-matplotlib");
+  const Outcome outcome = run_package(command, {folder.string()});
+  if (outcome.succeeded) return;
+  std::cerr << (outcome.unfit_input ? "note: no figure: " + outcome.cause
+                                    : "note: the figure was not drawn" + why(outcome))
+            << "\n";
 }
 
 }  // namespace hotpath

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <numeric>
 #include <ostream>
 
 namespace hotpath {
@@ -60,9 +59,10 @@ void TextTable::write_line(std::ostream& out, GetText text) const {
   const std::vector<std::size_t> widest = widths();
   std::string line;
   for (std::size_t c = 0; c < header_.size(); ++c) {
+    if (widest[c] == 0) continue;
     const std::string& content = text(c);
     const std::string padding(widest[c] - width(content), ' ');
-    if (c > 0) line.append(kBetweenColumns, ' ');
+    if (!line.empty()) line.append(kBetweenColumns, ' ');
     line += left_aligned(c) ? content + padding : padding + content;
   }
   line.erase(line.find_last_not_of(' ') + 1);
@@ -77,9 +77,11 @@ void TextTable::write_plain(std::ostream& out) const {
   }
   if (any(header_, [](const Header& h) { return !h.lower.empty(); })) {
     write_line(out, [&](std::size_t c) -> const std::string& { return header_[c].lower; });
-    const std::vector<std::size_t> widest = widths();
-    const std::size_t gaps = kBetweenColumns * (widest.size() - 1);
-    out << std::string(std::accumulate(widest.begin(), widest.end(), gaps), '-') << '\n';
+    std::size_t total = 0;
+    for (const std::size_t characters : widths()) {
+      if (characters > 0) total += characters + (total > 0 ? kBetweenColumns : 0);
+    }
+    out << std::string(total, '-') << '\n';
   }
   for (const auto& row : rows_) {
     write_line(out, [&](std::size_t c) -> const std::string& { return row[c].value; });

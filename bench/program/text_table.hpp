@@ -18,6 +18,7 @@ class TextTable {
   };
 
   /// `header`: one text per column; a line break in it makes two lines. All empty: there is no header.
+  /// A column without any text is left out.
   TextTable(std::string title, std::vector<std::string> header);
 
   /// `cells`: one per column.

@@ -240,9 +240,9 @@ class SimulatedExperiment {
     folder.write("run.json", facts);
     write_table(std::cout, summary);
     if (!graph_.chains.empty()) {
-      draw_figure("hot_path.py", folder.path());
+      draw_figure("hot-path", folder.path());
     } else if (!options_.no_trace) {
-      draw_figure("timers_only.py", folder.path());
+      draw_figure("timers-only", folder.path());
     }
     std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
   }

@@ -107,7 +107,7 @@ class BenchCommand(CommandTest):
         code, out, err = self.command("bench", "--compare", "old", "new")
         self.assertEqual(code, 0, err)
         line = next(line for line in out.splitlines() if line.startswith("decide time_ns"))
-        self.assertRegex(line, r"100\.0 +50\.0 +0\.500  \[0\.4\d+, 0\.5\d+\]  smaller")
+        self.assertRegex(line, r"100\.0 +50\.0 +0\.500 +\[0\.4\d+, 0\.5\d+\]  smaller")
         self.assertIn("1 of 1 values differ beyond noise.", out)
 
     def test_compare_says_when_there_are_too_few_repetitions(self):

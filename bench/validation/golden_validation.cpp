@@ -51,7 +51,10 @@ std::set<std::string> recorded_sets(const fs::path& traces) {
   for (const auto& file : fs::directory_iterator(traces, error)) {
     if (file.path().extension() == ".csv") sets.insert(file.path().stem().stem());
   }
-  if (sets.empty()) throw UsageError(traces.string() + ": there are no golden traces");
+  if (sets.empty()) {
+    throw UsageError("the golden traces " + traces.string() +
+                     "/SET.EXECUTOR.csv cannot be read; name another folder with --reference");
+  }
   return sets;
 }
 

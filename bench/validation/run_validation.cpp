@@ -10,11 +10,9 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "program/errors.hpp"
-#include "program/text.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 #include "simulated/own_times.hpp"
-#include "validation/golden_validation.hpp"
 #include "validation/prediction.hpp"
 
 namespace hotpath {
@@ -24,8 +22,6 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// First releases that differ by more than this are not the same phases.
-constexpr double kSamePhases_ms = 0.1;
 constexpr double kSameLoad_percent = 2;
 /// The reference's crunch of 4.22 ms at 190 crunches a second.
 constexpr double kReferenceLoad_percent = 80.2;
@@ -37,51 +33,6 @@ std::vector<double> latencies_ms(const StoredRun& run, const Trace& trace, const
     if (run.chains()[r.chain] == graph.chains.front().name) latencies.push_back(to_ms(r.hot_path_latency));
   }
   return latencies;
-}
-
-double largest_difference_ms(const TaskSet& a, const std::vector<Duration>& first) {
-  double largest = 0;
-  for (TaskId id = 0; id < a.size(); ++id) {
-    largest = std::max(largest, std::abs(to_ms(a[id].phase - first[id])));
-  }
-  return largest;
-}
-
-bool same_timers(const TaskSet& a, const TaskSet& b) {
-  return std::equal(a.tasks.begin(), a.tasks.end(), b.tasks.begin(), b.tasks.end(),
-                    [](const Task& x, const Task& y) { return x.name == y.name && x.period == y.period; });
-}
-
-/// Share of the time until the last finish in which jobs ran.
-double busy_percent(const Schedule& schedule) {
-  Duration busy{};
-  Time end{};
-  for (const ExecutedJob& job : schedule.jobs) {
-    if (!job.finished()) continue;
-    busy += job.finish - job.start;
-    end = std::max(end, job.finish);
-  }
-  return end > Time{} ? 100 * to_ms(busy) / to_ms(end - Time{}) : 0;
-}
-
-/// How well a run meets the real stack, and why not better.
-std::string golden_verdict(const RunAgainstGolden& g, const fs::path& file) {
-  const ScheduleComparison& c = g.comparison;
-  const std::string order =
-      text("order %.3f alike, lost jobs within %.1f points", c.similarity, c.largest_loss_difference());
-  if (g.phases_differ_ms > kSamePhases_ms) {
-    return order +
-           text("; the phases differ by up to %.1f ms, and they decide the order: give the run ",
-                g.phases_differ_ms) +
-           "`--phases-file " + file.filename().string() + "`";
-  }
-  if (agrees(c)) return order;
-  if (c.similarity_by_period == 1) return order + "; the same but for the order among equal periods";
-  return order +
-         text(
-             "; jobs ran %.1f %% of the time there and %.1f %% here: execution times, costs and noise of "
-             "this machine put timers into another window, and all that follows shifts",
-             g.real_busy_percent, g.run_busy_percent);
 }
 
 /// One run's folder against simulations with its phases and execution times, and against the reference.
@@ -144,7 +95,7 @@ class ValidatedRun {
       v.verdict = agrees(v.comparison) ? "the schedule agrees with the simulation"
                                        : "it parts from the simulation where a release and the end of a job "
                                          "almost coincide";
-      v.golden = against_golden(schedule, *executor.entry);
+      v.golden = against_golden(reference_, graph_.name, schedule, *executor.entry);
     }
     return v;
   }
@@ -174,27 +125,9 @@ class ValidatedRun {
       const auto theirs = read_phases(file, graph_, label_there);
       TaskSet set = tasks_.set;
       for (TaskId id = 0; id < theirs.size(); ++id) set.tasks[id].phase = theirs[id];
-      latencies.phases_differ_ms = largest_difference_ms(set, first);
+      latencies.phases_differ_ms = largest_phase_difference_ms(set, first);
       return;
     }
-  }
-
-  /// Against the real stack's schedule of the same task set under the same executor, if there is one.
-  std::optional<RunAgainstGolden> against_golden(const Schedule& run, const ExecutorEntry& executor) const {
-    RunAgainstGolden g;
-    g.set = graph_.name.substr(0, graph_.name.find("_authors"));
-    const fs::path file = golden_trace_file(reference_, g.set, executor);
-    if (!fs::exists(file)) return std::nullopt;
-    const Schedule real = golden_schedule(file, executor);
-    if (!same_timers(real.set, run.set)) return std::nullopt;
-    std::vector<Duration> first;
-    for (const Task& task : run.set.tasks) first.push_back(task.phase);
-    g.phases_differ_ms = largest_difference_ms(real.set, first);
-    g.real_busy_percent = busy_percent(real);
-    g.run_busy_percent = busy_percent(run);
-    g.comparison = compare_schedules(real, run);
-    g.verdict = golden_verdict(g, file);
-    return g;
   }
 
   const fs::path reference_;

@@ -7,18 +7,10 @@
 #include <vector>
 
 #include "validation/latency_quantiles.hpp"
+#include "validation/run_against_golden.hpp"
 #include "validation/schedule_comparison.hpp"
 
 namespace hotpath {
-
-/// A run's schedule against the real stack's of the same task set under the same executor.
-struct RunAgainstGolden {
-  std::string set;
-  double phases_differ_ms = 0;  ///< At most, of the timers' first releases.
-  double real_busy_percent = 0, run_busy_percent = 0;
-  ScheduleComparison comparison;  ///< Real stack, run.
-  std::string verdict;
-};
 
 /// A run's hot-path latencies, after the warm-up.
 struct RunLatencies {
