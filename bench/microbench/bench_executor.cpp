@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/live/clock.hpp"
 #include "microbench/bench_executor_live.hpp"
 #include "microbench/counters.hpp"
 #include "microbench/executor_run.hpp"
@@ -16,7 +17,6 @@ namespace {
 using namespace hotpath;
 using namespace std::chrono_literals;
 using gbench::Measurement;
-using gbench::now;
 using gbench::ns;
 
 constexpr Worker kExecutor = EventsScheduler::kExecutor, kTimerManagement = EventsScheduler::kTimerManagement;
@@ -173,16 +173,14 @@ void register_all(bool quick) {
     for (const std::uint32_t due : {1U, 8U, 64U}) {
       for (const bool wake : {false, true}) {
         const int passes = (quick ? 1000 : 5000) * (wake ? 1 : 4);
-        gbench::register_isolated(
-            "release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
-                "/wake:" + (wake ? "1" : "0"),
-            [=, &e] { return release_passes(e, due, wake, passes); });
+        gbench::register_isolated("release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
+                                      "/wake:" + (wake ? "1" : "0"),
+                                  [=, &e] { return release_passes(e, due, wake, passes); });
       }
     }
     for (const bool busy : {false, true}) {
-      gbench::register_isolated(
-          "live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
-          [=, &e] { return live_releases(e, busy, length); });
+      gbench::register_isolated("live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
+                                [=, &e] { return live_releases(e, busy, length); });
     }
   }
   gbench::register_live_benchmarks(quick);

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "microbench/counters.hpp"
 #include "microbench/executor_run.hpp"
 #include "setup/executor_spec.hpp"
@@ -101,7 +102,7 @@ std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
   late.reserve(100'000);
   std::thread sleeper([&] {
     minimise_timer_slack();
-    apply_thread_policy({parse_thread_policy(policy), true});
+    static_cast<void>(apply_thread_policy({parse_thread_policy(policy), true}));
     const Time first = now() + 20ms;
     for (Time next = first; next < first + length; next += 1ms) {
       sleep_until(next);
@@ -197,13 +198,14 @@ void register_live_benchmarks(bool quick) {
   }
   register_isolated("dispatch_sample/condition_variable", [=] { return hand_over(length); });
   for (const int rate : {100, 1000}) {
-    register_isolated("timers_only/bare_sleep/per_s:" + std::to_string(rate), [=] { return bare_timer(rate, length); });
+    register_isolated("timers_only/bare_sleep/per_s:" + std::to_string(rate),
+                      [=] { return bare_timer(rate, length); });
   }
   for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "events-ro",
                                  "events-re", "rm-ro", "rm-re"}) {
     for (const std::uint32_t ready : {1U, 100U}) {
       register_isolated("throughput/" + name + "/ready:" + std::to_string(ready),
-          [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
+                        [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
     }
   }
   for (const std::string name : {"default", "static", "multi", "events-ro", "events-re", "rm-ro", "rm-re"}) {
@@ -212,7 +214,7 @@ void register_live_benchmarks(bool quick) {
     register_isolated("dispatch_sample/" + name, [=, &e] { return dispatch_samples(e, length); });
     for (const int rate : {100, 1000}) {
       register_isolated("timers_only/" + name + "/per_s:" + std::to_string(rate),
-          [=, &e] { return timers_only(e, rate, length); });
+                        [=, &e] { return timers_only(e, rate, length); });
     }
   }
 }

@@ -4,6 +4,7 @@
 // the same graph on Fast DDS alone.
 #include <unistd.h>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "live/repetition_runner.hpp"
@@ -62,7 +63,7 @@ class Runs {
   }
 
   gbench::Measurement raw_callback() const {
-    const Time epoch = std::chrono::steady_clock::now() + 500ms;
+    const Time epoch = now() + 500ms;
     gbench::RawGraph raw(graph_, tasks_, fastdds_options(), epoch);
     std::this_thread::sleep_until(epoch);
     const Duration before = gbench::process_cpu_time();
@@ -76,8 +77,7 @@ class Runs {
   static gbench::Measurement cpu_per_callback(Duration cpu, std::uint64_t callbacks) {
     gbench::Measurement found;
     found.time_ns = static_cast<double>(cpu.count()) / static_cast<double>(callbacks);
-    found.counters = {{"cpu_per_callback_ns", found.time_ns},
-                        {"callbacks", static_cast<double>(callbacks)}};
+    found.counters = {{"cpu_per_callback_ns", found.time_ns}, {"callbacks", static_cast<double>(callbacks)}};
     return found;
   }
 
@@ -133,6 +133,8 @@ int main(int argc, char** argv) {
         })->Unit(benchmark::kMicrosecond);
       }
     }
-    gbench::register_isolated("callback/raw_fastdds", [=] { return idle->raw_callback(); })->Unit(benchmark::kMicrosecond);
+    gbench::register_isolated("callback/raw_fastdds", [=] {
+      return idle->raw_callback();
+    })->Unit(benchmark::kMicrosecond);
   });
 }

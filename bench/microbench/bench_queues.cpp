@@ -63,7 +63,7 @@ struct StandardQueueOfJobs {
   void push(const Job& job) { queue.push({key_of(job), job}); }
   Job pop() {
     const Job job = queue.top().job;
-    queue.pop();
+    static_cast<void>(queue.pop());
     return job;
   }
 };
@@ -76,7 +76,7 @@ struct StandardQueueOfKeys {
     Job job;
     job.deadline = from_ns(queue.top().priority);
     job.task = static_cast<TaskId>(queue.top().tie);
-    queue.pop();
+    static_cast<void>(queue.pop());
     return job;
   }
 };
@@ -109,17 +109,14 @@ void register_queues(std::int64_t most, double min_time) {
         ->MinTime(min_time)
         ->Complexity();
   };
-  yardstick(
-      "push_pop/std::priority_queue_of_keys/ready",
-      [](benchmark::State& s) { hold(s, StandardQueueOfKeys{}); });
-  yardstick(
-      "push_pop/std::priority_queue/ready", [](benchmark::State& s) { hold(s, StandardQueueOfJobs{}); });
-  yardstick(
-      "push_pop/sorted_vector/ready", [](benchmark::State& s) { hold(s, SortedVector{}); });
-  yardstick(
-      "push_pop/SimpleEventsQueue/ready", [](benchmark::State& s) { hold(s, SimpleEventsQueue{}); });
-  yardstick(
-      "push_pop/PriorityEventsQueue/ready", [](benchmark::State& s) { hold(s, edf_queue(s.range(0))); });
+  yardstick("push_pop/std::priority_queue_of_keys/ready",
+            [](benchmark::State& s) { hold(s, StandardQueueOfKeys{}); });
+  yardstick("push_pop/std::priority_queue/ready",
+            [](benchmark::State& s) { hold(s, StandardQueueOfJobs{}); });
+  yardstick("push_pop/sorted_vector/ready", [](benchmark::State& s) { hold(s, SortedVector{}); });
+  yardstick("push_pop/SimpleEventsQueue/ready", [](benchmark::State& s) { hold(s, SimpleEventsQueue{}); });
+  yardstick("push_pop/PriorityEventsQueue/ready",
+            [](benchmark::State& s) { hold(s, edf_queue(s.range(0))); });
 }
 
 }  // namespace hotpath::gbench

@@ -16,7 +16,6 @@ namespace {
 using namespace hotpath;
 using namespace std::chrono_literals;
 using gbench::Measurement;
-using gbench::now;
 using gbench::ns;
 using gbench::Path;
 using gbench::Plan;
@@ -124,12 +123,9 @@ Measurement in_two_processes(const Plan& plan) {
 template <template <class> class Side, class Traits>
 void add(const std::string& name, const Plan& plan) {
   const bool two = plan.path == Path::fastdds_shared_memory || plan.path == Path::fastdds_udp;
-  gbench::register_isolated(name,
-                            [=] {
-                              return two ? in_two_processes<Side<Traits>>(plan)
-                                         : in_one_process<Side<Traits>>(plan);
-                            })
-      ->Unit(benchmark::kMicrosecond);
+  gbench::register_isolated(name, [=] {
+    return two ? in_two_processes<Side<Traits>>(plan) : in_one_process<Side<Traits>>(plan);
+  })->Unit(benchmark::kMicrosecond);
 }
 
 template <class Traits>

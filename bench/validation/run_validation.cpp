@@ -87,7 +87,8 @@ std::string golden_verdict(const RunAgainstGolden& g, const fs::path& file) {
 /// One run's folder against simulations with its phases and execution times, and against the reference.
 class ValidatedRun {
  public:
-  ValidatedRun(const fs::path& run, const fs::path& reference) : reference_(reference), measured_(run, "RUN") {
+  ValidatedRun(const fs::path& run, const fs::path& reference)
+      : reference_(reference), measured_(run, "RUN") {
     read_facts();
     tasks_ = make_tasks(graph_);
     measured_.load(tasks_.set);
@@ -100,16 +101,20 @@ class ValidatedRun {
   }
 
  private:
+  /// Of a key of run.json, whose first word is the default of runs that do not know it.
+  template <class Enum>
+  static Enum word(const json& facts, const char* key) {
+    return parse<Enum>(facts.at(key).get<std::string>()).value_or(Enum{});
+  }
+
   void read_facts() {
     try {
       const json& facts = measured_.facts();
       graph_ = load_graph(find_graph(facts.at("graph").at("file").get<std::string>()));
-      graph_.work = facts.at("work") == "wall" ? WorkMode::wall : WorkMode::fixed;
+      graph_.work = word<WorkMode>(facts, "work");
       if (facts.contains("platform")) graph_.platform = platform_from_json(facts.at("platform"));
       graph_.platform.cores = measured_.cores();
-      scheduling_ = {facts.at("rule") == to_string(SubscriptionRule::first) ? SubscriptionRule::first
-                                                                            : SubscriptionRule::inherit,
-                     facts.at("ties") == to_string(Ties::fifo) ? Ties::fifo : Ties::lifo, 2};
+      scheduling_ = {word<SubscriptionRule>(facts, "rule"), word<Ties>(facts, "ties"), 2};
       load_percent_ = facts.at("load_percent").get<double>();
     } catch (const json::exception& error) {
       measured_.fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
@@ -135,7 +140,8 @@ class ValidatedRun {
     const std::vector<double> measured =
         graph_.chains.empty() ? std::vector<double>{} : latencies_ms(measured_, trace, graph_);
     if (!measured.empty()) {
-      v.latencies = RunLatencies{latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}};
+      v.latencies =
+          RunLatencies{latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}};
       v.verdict = latency_verdict(*v.latencies);
       add_real_latencies(*v.latencies, trace.executor, first);
     } else {
