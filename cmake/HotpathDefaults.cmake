@@ -84,10 +84,12 @@ function(hotpath_export)
 endfunction()
 
 # hotpath_test(name LIBRARIES libs... [LABELS labels...]): test program <name> from test/<name>.cpp, GoogleTest.
+# Each program is one test of ctest. gtest_discover_tests would start a process for each of its hundreds of
+# cases, of which many take a millisecond, and run the costly fixtures of others once a case; `--gtest_filter`
+# chooses among them.
 function(hotpath_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "LIBRARIES;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
-  include(GoogleTest)
   set(target ${PROJECT_NAME}_${name})
   add_executable(${target} ${PROJECT_SOURCE_DIR}/test/${name}.cpp)
   target_link_libraries(${target} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)

@@ -3,10 +3,39 @@
 
 #include <algorithm>
 #include <queue>
+#include <utility>
 
 #include "busy_window.hpp"
 
 namespace hotpath {
+
+namespace {
+
+/// The jobs that can block others at an instant: those of tasks whose relative deadline lies behind it.
+class BlockingJobs {
+ public:
+  explicit BlockingJobs(PeriodicTasks tasks) : by_deadline_(std::move(tasks)) {
+    std::sort(by_deadline_.begin(), by_deadline_.end(),
+              [](const PeriodicTask& a, const PeriodicTask& b) { return a.deadline < b.deadline; });
+    longest_from_.resize(by_deadline_.size() + 1, 0);
+    for (std::size_t i = by_deadline_.size(); i-- > 0;) {
+      longest_from_[i] = std::max(longest_from_[i + 1], by_deadline_[i].wcet);
+    }
+  }
+
+  /// The longest one's execution time at `t`, which never decreases from call to call.
+  std::int64_t longest(std::int64_t t) {
+    while (passed_ < by_deadline_.size() && by_deadline_[passed_].deadline <= t) ++passed_;
+    return longest_from_[passed_];
+  }
+
+ private:
+  PeriodicTasks by_deadline_;
+  std::vector<std::int64_t> longest_from_;
+  std::size_t passed_ = 0;  // tasks in by_deadline_ with D <= t
+};
+
+}  // namespace
 
 DemandTest george_1996(const PeriodicTasks& tasks, TimeModel model) {
   check_tasks(tasks, {.method = "the NP-EDF demand test (george_1996)",
@@ -32,22 +61,13 @@ DemandTest george_1996(const PeriodicTasks& tasks, TimeModel model) {
     end = *busy;
   }
 
-  std::vector<std::size_t> by_deadline(tasks.size());
-  for (std::size_t i = 0; i < tasks.size(); ++i) by_deadline[i] = i;
-  std::sort(by_deadline.begin(), by_deadline.end(),
-            [&](std::size_t a, std::size_t b) { return tasks[a].deadline < tasks[b].deadline; });
-  std::vector<std::int64_t> longest_from(tasks.size() + 1, 0);
-  for (std::size_t i = tasks.size(); i-- > 0;) {
-    longest_from[i] = std::max(longest_from[i + 1], tasks[by_deadline[i]].wcet);
-  }
-
   using Point = std::pair<std::int64_t, std::size_t>;  // absolute deadline, task
   std::priority_queue<Point, std::vector<Point>, std::greater<>> points;
   for (std::size_t i = 0; i < tasks.size(); ++i) points.push({tasks[i].deadline, i});
 
   DemandTest result{true, std::numeric_limits<std::int64_t>::max(), 0};
   std::int64_t demand = 0;
-  std::size_t not_blocking = 0;  // tasks in by_deadline with D <= t
+  BlockingJobs blocking_jobs(tasks);
   // The earliest deadline is always a point, so that there is a slack to report.
   for (std::uint64_t step = 0; step == 0 || points.top().first < end; ++step) {
     if (step == exact::kMaxSteps) exact::report_slow_convergence();
@@ -58,8 +78,7 @@ DemandTest george_1996(const PeriodicTasks& tasks, TimeModel model) {
       demand = exact::add(demand, tasks[i].wcet);
       points.push({exact::add(t, tasks[i].period), i});
     }
-    while (not_blocking < tasks.size() && tasks[by_deadline[not_blocking]].deadline <= t) ++not_blocking;
-    const std::int64_t slack = t - exact::add(demand, blocking(longest_from[not_blocking], model));
+    const std::int64_t slack = t - exact::add(demand, blocking(blocking_jobs.longest(t), model));
     if (slack < result.slack) {
       result.slack = slack;
       result.t = t;

@@ -110,22 +110,6 @@ void check(const WatersOptions& options) {
 
 }  // namespace
 
-const char* to_string(WatersMethod method) {
-  switch (method) {
-    case WatersMethod::brueggen_davare:
-      return "brueggen_davare";
-    case WatersMethod::davis_davare:
-      return "davis_davare";
-    case WatersMethod::davis_duerr:
-      return "davis_duerr";
-    case WatersMethod::davis_kloda:
-      return "davis_kloda";
-    case WatersMethod::davis_guenzel:
-      return "davis_guenzel";
-  }
-  return "?";
-}
-
 WatersResult waters_share(const WatersOptions& options, std::uint32_t rank, std::uint32_t ranks) {
   check(options);
   if (rank >= ranks) {

@@ -1,42 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/analysis/wcrt_table.hpp"
 
+#include <stdexcept>
+
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/release_overhead.hpp"
+#include "hotpath/core/paper_timers.hpp"
 
 namespace hotpath {
 
 PeriodicTasks paper_timers_only(int utilisation_percent) {
-  constexpr std::int64_t kMs = 1'000'000;
-  std::int64_t camera = 0;
-  switch (utilisation_percent) {
-    case 60:
-      camera = 10 * kMs;
-      break;
-    case 80:
-      camera = 14 * kMs;
-      break;
-    case 90:
-      camera = 16 * kMs;
-      break;
-    default:
-      throw AnalysisError("the paper has no timers-only task set of " + std::to_string(utilisation_percent) +
-                          " % utilisation; take 60, 80 or 90");
+  try {
+    return periodic_tasks(paper_timers(utilisation_percent), Policy::rm);
+  } catch (const std::invalid_argument& error) {
+    throw AnalysisError(error.what());
   }
-  const auto task = [&](std::string name, std::int64_t wcet, std::int64_t period, std::size_t id) {
-    return PeriodicTask{.name = std::move(name),
-                        .id = static_cast<TaskId>(id),
-                        .wcet = wcet,
-                        .period = period,
-                        .deadline = period};
-  };
-  PeriodicTasks tasks{task("IMU", kMs, 30 * kMs, 0)};
-  for (const char* name : {"Camera1", "Camera2", "Camera3", "Camera4"}) {
-    tasks.push_back(task(name, camera, 84 * kMs, tasks.size()));
-  }
-  for (const char* name : {"LiDAR1", "LiDAR2"})
-    tasks.push_back(task(name, 10 * kMs, 200 * kMs, tasks.size()));
-  return tasks;
 }
 
 std::array<WcrtColumn, 3> wcrt_table(std::int64_t delta) {

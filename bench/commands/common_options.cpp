@@ -13,13 +13,11 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
   add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
              "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says")
       ->group(kWhatRuns);
-  add_choice<WorkMode>(
+  add_choice(
       command, "--work", o.work,
-      {{"fixed", WorkMode::fixed}, {"wall", WorkMode::wall}, {"cpu_time", WorkMode::cpu_time}},
       "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the graph says")
       ->group(kWhatRuns);
   add_choice(command, "--phases", o.phases,
-             named({Phases::creation, Phases::synchronous, Phases::given, Phases::random}),
              "When timers start: one after another as under rclcpp,\n"
              "all at once, as the graph file says, or at random")
       ->default_str("creation")
@@ -31,13 +29,12 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
              "With `--phases creation`: time from one node to the next;\n"
              "by default what rclcpp needs for it")
       ->group(kWhatRuns);
-  add_choice(command, "--rule", o.rule, named({SubscriptionRule::inherit, SubscriptionRule::first}),
+  add_choice(command, "--rule", o.rule,
              "Subscriptions under the paper's executors: priority of\n"
              "the timers upstream, or before all timers")
       ->default_str("inherit")
       ->group(kWhatRuns);
-  add_choice(command, "--ties", o.ties, named({Ties::lifo, Ties::fifo}),
-             "At equal priority: latest or earliest activation first")
+  add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first")
       ->default_str("lifo")
       ->group(kWhatRuns);
 }

@@ -17,19 +17,14 @@ struct Arguments {
 
 void add_where_options(CLI::App& command, RunOptions& o) {
   const auto where = std::string("Where it runs");
-  add_choice(command, "--transport", o.transport,
-             named({TransportKind::fastdds, TransportKind::intra_process}),
-             "What carries messages: DDS, or pointers in one process")
+  add_choice(command, "--transport", o.transport, "What carries messages: DDS, or pointers in one process")
       ->default_str("fastdds")
       ->group(where);
   add_number(command, "--processes", o.processes, 1, 64, "N",
              "Split the nodes over that many processes (fastdds only)")
       ->capture_default_str()
       ->group(where);
-  add_choice<FastDdsOptions::Network>(
-      command, "--network", o.network,
-      {{"udp", FastDdsOptions::Network::udp}, {"shared_memory", FastDdsOptions::Network::shared_memory}},
-      "How messages get from process to process")
+  add_choice(command, "--network", o.network, "How messages get from process to process")
       ->default_str("udp")
       ->group(where);
   command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone")

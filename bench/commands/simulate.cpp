@@ -27,7 +27,6 @@ void add_platform_options(CLI::App& command, SimulateOptions& o) {
       "The simulated machine, by default as the graph's `platform` says, else without costs";
   add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1")->group(where);
   add_choice(command, "--timer-thread", o.timer_thread,
-             named({TimerThread::by_executor, TimerThread::raised, TimerThread::equal}),
              "Priority of the timer management thread: above the\n"
              "executor thread or equal; else raised under the\npaper's executors only, as in live runs")
       ->group(where);

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <system_error>
 
+#include "hotpath/live/clock.hpp"
+
 namespace hotpath {
 
 void ChannelMessage::set_text(const std::string& s) {
@@ -40,7 +42,7 @@ bool Channel::send(const ChannelMessage& message) const {
 
 std::optional<ChannelMessage> Channel::receive(Time until, bool& closed) const {
   closed = false;
-  const Duration left = std::max(until - std::chrono::steady_clock::now(), Duration::zero());
+  const Duration left = std::max(until - now(), Duration::zero());
   const timespec wait{std::chrono::floor<std::chrono::seconds>(left).count(),
                       (left % std::chrono::seconds(1)).count()};
   pollfd p{descriptor_, POLLIN, 0};

@@ -15,8 +15,9 @@ struct ChannelMessage {
   enum class Kind : std::uint32_t {
     matched,  ///< Process: all endpoints have met.
     begin,    ///< Coordinator: number[0] is the epoch, number[1] the end.
-    begun,    ///< Process: its threads run; text lists their policies.
-    stop,     ///< Coordinator: end now.
+    begun,  ///< Process: its threads run; text lists their policies; [0]: the timer management thread has the
+            ///< ordinary one.
+    stop,   ///< Coordinator: end now.
     stopped,  ///< Process: no job runs any more; number[0] is the instant of the end.
     settle,   ///< Coordinator: every process has stopped.
     done,     ///< Process: numbers are its usage.

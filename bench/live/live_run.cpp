@@ -234,13 +234,11 @@ class Experiment {
                 {"live", p.publishing.has_value()},
                 {"failure", result.failure}});
     const bool wanted_real_time = p.executor.entry->traits.raises_timer_thread && !p.timer_policy;
-    for (const std::string& policy : result.policies) {
-      if (wanted_real_time && policy.find("timer_mgmt other") != std::string::npos && !told_no_real_time_) {
-        told_no_real_time_ = true;
-        warn(
-            "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
-            "ordinary policy. Run as root or with an rtprio limit for the paper's set-up.");
-      }
+    if (wanted_real_time && result.timers_are_ordinary && !told_no_real_time_) {
+      told_no_real_time_ = true;
+      warn(
+          "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
+          "ordinary policy. Run as root or with an rtprio limit for the paper's set-up.");
     }
     check_throttling(p);
   }
@@ -272,7 +270,7 @@ class Experiment {
     run_.update({{"kind", "live"},
                  {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
                  {"transport", to_string(options_.transport)},
-                 {"network", options_.network == FastDdsOptions::Network::udp ? "udp" : "shared_memory"},
+                 {"network", to_string(options_.network)},
                  {"processes", options_.processes},
                  {"cpus", cpus_.empty() ? allowed_cpus() : cpus_},
                  {"calibration",

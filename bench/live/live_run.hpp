@@ -6,7 +6,7 @@
 namespace hotpath {
 
 /// Runs all repetitions of all executors, interleaved in seeded random order, into one result folder; prints
-/// the table and draws the figures. Throws UsageError, GraphError, RunError.
+/// the table and draws the figures. Throws UsageError, InputError, RunError.
 void run_experiment(const RunOptions& options);
 
 }  // namespace hotpath

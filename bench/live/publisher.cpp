@@ -8,13 +8,13 @@
 
 #include "program/child_process.hpp"
 
+#include "hotpath/live/clock.hpp"
+
 namespace hotpath {
 
 namespace {
 
 using Kind = ChannelMessage::Kind;
-
-Time now() { return std::chrono::steady_clock::now(); }
 
 /// It gets little of a busy processor, and flushes for a second.
 constexpr Duration kTimeToEnd = std::chrono::seconds(5);

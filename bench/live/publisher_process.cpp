@@ -7,6 +7,7 @@
 #include <csignal>
 #include <exception>
 
+#include "hotpath/live/clock.hpp"
 #include "telemetry/run_info.hpp"
 #include "telemetry/run_statistics.hpp"
 #include "telemetry/telemetry_writers.hpp"
@@ -26,8 +27,8 @@ constexpr int kNice = 19;
 constexpr Duration kFlush = std::chrono::seconds(1);
 
 UnixTime unix_time(Time epoch) {
-  const auto now = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
-  return {epoch, (now.time_since_epoch() + (epoch - std::chrono::steady_clock::now())).count()};
+  const auto wall_clock = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+  return {epoch, (wall_clock.time_since_epoch() + (epoch - now())).count()};
 }
 
 telemetry::RunInfo run_info(const RepetitionPlan& plan, const UnixTime& time) {
@@ -124,11 +125,11 @@ void send_until_stop(Sender& sender, const Channel& coordinator, Time epoch, Tim
   Time next_statistics = epoch + kStatisticsPeriod;
   for (;;) {
     bool closed = false;
-    const auto message = coordinator.receive(std::chrono::steady_clock::now() + kPoll, closed);
-    if (closed) return sender.finish(std::chrono::steady_clock::now());
+    const auto message = coordinator.receive(now() + kPoll, closed);
+    if (closed) return sender.finish(now());
     if (message && message->kind == Kind::stop) return sender.finish(from_ns(message->number[0]));
     sender.send_samples();
-    const Time now = std::chrono::steady_clock::now();
+    const Time now = hotpath::now();
     if (now < next_statistics || now >= end) continue;
     sender.send_statistics(now);
     while (next_statistics <= now) next_statistics += kStatisticsPeriod;
@@ -143,7 +144,7 @@ void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
 
   for (;;) {
     bool closed = false;
-    const auto begin = coordinator.receive(std::chrono::steady_clock::now() + std::chrono::hours(1), closed);
+    const auto begin = coordinator.receive(now() + std::chrono::hours(1), closed);
     if (closed || (begin && begin->kind == Kind::stop)) return;
     if (!begin || begin->kind != Kind::begin) continue;
     const Time epoch = from_ns(begin->number[0]), end = from_ns(begin->number[1]);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "live/publisher.hpp"
 #include "live/run_process.hpp"
@@ -23,8 +24,6 @@ namespace hotpath {
 namespace {
 
 using Kind = ChannelMessage::Kind;
-
-Time now() { return std::chrono::steady_clock::now(); }
 
 RunMemory::Size memory_size(const RepetitionPlan& plan) {
   const GraphTasks& tasks = plan.tasks;
@@ -44,7 +43,7 @@ RunMemory::Size memory_size(const RepetitionPlan& plan) {
   const double seconds = to_ms(plan.length) / 1000 + 1;
   RunMemory::Size size;
   size.tasks = tasks.set.size();
-  size.workers = worker_count(*plan.executor.entry, tasks, plan.executor.scheduler);
+  size.workers = worker_count(*plan.executor.entry, plan.executor.scheduler);
   size.jobs = static_cast<std::uint64_t>(jobs * seconds * 4 / 3) + 1024;
   size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
   return size;
@@ -177,6 +176,7 @@ class Coordinator {
     switch (message.kind) {
       case Kind::begun:
         result_.policies.emplace_back(message.text.data());
+        result_.timers_are_ordinary |= message.number[0] != 0;
         break;
       case Kind::stopped:
         end_ = std::min(end_, from_ns(message.number[0]));

@@ -43,11 +43,12 @@ struct RepetitionPlan {
 struct RepetitionResult {
   Repetition repetition;  ///< What was recorded, also when something failed.
   std::vector<std::string>
-      policies;               ///< Scheduling class obtained by each worker's thread: `timer_mgmt fifo:90`.
-  std::string failure;        ///< One sentence; empty: none.
-  bool setup_failed = false;  ///< No repetition with this plan can succeed.
-  bool interrupted = false;   ///< Ended early on request.
-  bool measured = false;      ///< Nothing failed, and what was recorded is whole up to its end.
+      policies;  ///< Scheduling class obtained by each worker's thread: `timer_mgmt fifo:90`.
+  bool timers_are_ordinary = false;  ///< A timer management thread among them has the ordinary one.
+  std::string failure;               ///< One sentence; empty: none.
+  bool setup_failed = false;         ///< No repetition with this plan can succeed.
+  bool interrupted = false;          ///< Ended early on request.
+  bool measured = false;             ///< Nothing failed, and what was recorded is whole up to its end.
   std::vector<std::string> warnings;
 };
 

@@ -4,16 +4,17 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <exception>
 #include <system_error>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
+
 namespace hotpath {
 
 namespace {
-
-Time now() { return std::chrono::steady_clock::now(); }
 
 Duration duration_of(const timeval& t) {
   return std::chrono::seconds(t.tv_sec) + std::chrono::microseconds(t.tv_usec);
@@ -56,14 +57,17 @@ ExecutorOptions thread_options(const RepetitionPlan& plan) {
   return options;
 }
 
-std::string policies_of(const Executor& executor, const Scheduler& scheduler) {
+std::string as_text(const std::vector<WorkerThread>& workers) {
   std::string text;
-  for (Worker w = 0; w < executor.obtained_policies().size(); ++w) {
-    const bool timer = scheduler.workers()[w] == WorkerRole::timer_management;
-    text += (text.empty() ? "" : ", ") + std::string(timer ? "timer_mgmt " : "executor ") +
-            to_string(executor.obtained_policies()[w]);
-  }
+  for (const WorkerThread& worker : workers) text += (text.empty() ? "" : ", ") + to_string(worker);
   return text;
+}
+
+/// The timer management thread runs under the ordinary policy.
+bool timers_are_ordinary(const std::vector<WorkerThread>& workers) {
+  return std::any_of(workers.begin(), workers.end(), [](const WorkerThread& w) {
+    return w.role == WorkerRole::timer_management && w.policy == ThreadPolicy{};
+  });
 }
 
 /// The part of the run's life cycle that talks to the coordinator.
@@ -115,8 +119,7 @@ class Process {
     const Time epoch = from_ns(begin.number[0]), end = from_ns(begin.number[1]);
     Executor& executor = system.executor();
     executor.start(epoch, end);
-    tell(ChannelMessage::Kind::begun, {},
-         policies_of(executor, *plan_.executor.entry->make(tasks.set, plan_.executor.scheduler)));
+    tell(ChannelMessage::Kind::begun, {timers_are_ordinary(executor.workers())}, as_text(executor.workers()));
     const bool goes_on = wait(epoch, executor);
     const rusage before = own_usage();
     if (goes_on) wait(end, executor);

@@ -6,27 +6,16 @@
 #include <vector>
 
 #include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/core/paper_timers.hpp"
 #include "hotpath/core/registry.hpp"
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/pi_mutex.hpp"
 
 namespace hotpath {
 
-namespace {
-
-TaskSet paper_timers() {
-  TaskSet set;
-  for (const int period_ms : {200, 200, 84, 84, 84, 84, 30}) {
-    Task& task = set.tasks.emplace_back();
-    task.period = task.deadline = std::chrono::milliseconds(period_ms);
-  }
-  return set;
-}
-
-}  // namespace
-
 ReleaseCost measure_release_cost() {
   constexpr int kPasses = 50'000;
-  const TaskSet set = paper_timers();
+  const TaskSet set = paper_timers(90);
   const auto scheduler = find_executor("rm-ro")->make(set, {});
   scheduler->begin(Time{});
   PiMutex mutex;
@@ -35,11 +24,11 @@ ReleaseCost measure_release_cost() {
   std::map<std::uint32_t, std::vector<Duration>> passes;
   Time virtual_now{};
   for (int pass = 0; pass < kPasses; ++pass) {
-    const Time before = std::chrono::steady_clock::now();
+    const Time before = now();
     mutex.lock();
     const Effect effect = scheduler->release_timers(EventsScheduler::kTimerManagement, virtual_now);
     mutex.unlock();
-    const Duration spent = std::chrono::steady_clock::now() - before;
+    const Duration spent = now() - before;
     if (effect.released > 0) {
       cost.push_back(spent / effect.released);
       passes[effect.released].push_back(spent);

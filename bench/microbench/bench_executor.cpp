@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/live/clock.hpp"
 #include "microbench/bench_executor_live.hpp"
 #include "microbench/counters.hpp"
 #include "microbench/executor_run.hpp"
@@ -16,7 +17,6 @@ namespace {
 using namespace hotpath;
 using namespace std::chrono_literals;
 using gbench::Measurement;
-using gbench::now;
 using gbench::ns;
 
 constexpr Worker kExecutor = EventsScheduler::kExecutor, kTimerManagement = EventsScheduler::kTimerManagement;

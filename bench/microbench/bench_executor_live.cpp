@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "microbench/counters.hpp"
 #include "microbench/executor_run.hpp"
 #include "setup/executor_spec.hpp"
@@ -101,7 +102,7 @@ std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
   late.reserve(100'000);
   std::thread sleeper([&] {
     minimise_timer_slack();
-    apply_thread_policy({parse_thread_policy(policy), true});
+    static_cast<void>(apply_thread_policy({parse_thread_policy(policy), true}));
     const Time first = now() + 20ms;
     for (Time next = first; next < first + length; next += 1ms) {
       sleep_until(next);

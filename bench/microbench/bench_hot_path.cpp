@@ -4,6 +4,7 @@
 // the same graph on Fast DDS alone.
 #include <unistd.h>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "live/repetition_runner.hpp"
@@ -62,7 +63,7 @@ class Runs {
   }
 
   gbench::Measurement raw_callback() const {
-    const Time epoch = std::chrono::steady_clock::now() + 500ms;
+    const Time epoch = now() + 500ms;
     gbench::RawGraph raw(graph_, tasks_, fastdds_options(), epoch);
     std::this_thread::sleep_until(epoch);
     const Duration before = gbench::process_cpu_time();

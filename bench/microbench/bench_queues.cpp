@@ -63,7 +63,7 @@ struct StandardQueueOfJobs {
   void push(const Job& job) { queue.push({key_of(job), job}); }
   Job pop() {
     const Job job = queue.top().job;
-    queue.pop();
+    static_cast<void>(queue.pop());
     return job;
   }
 };
@@ -76,7 +76,7 @@ struct StandardQueueOfKeys {
     Job job;
     job.deadline = from_ns(queue.top().priority);
     job.task = static_cast<TaskId>(queue.top().tie);
-    queue.pop();
+    static_cast<void>(queue.pop());
     return job;
   }
 };

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "hotpath/live/clock.hpp"
 #include "machine/machine.hpp"
 #include "machine/shared_memory_watch.hpp"
 #include "microbench/bench_values.hpp"
@@ -123,13 +124,13 @@ class Suite {
                                       "--benchmark_enable_random_interleaving=true"};
     if (options_.quick) words.push_back("--quick");
     ChildProcess child({.words = words, .log = log, .own_group = true});
-    const Time begin = std::chrono::steady_clock::now();
+    const Time begin = now();
     for (;;) {
       if (const auto status = child.wait(std::chrono::milliseconds(50))) {
         return exited_with(*status, 0) ? ""
                                        : "failed: it " + how_it_ended(*status) + "; see its .txt in raw/";
       }
-      const Duration elapsed = std::chrono::steady_clock::now() - begin;
+      const Duration elapsed = now() - begin;
       if (interrupted() != 0 || elapsed > from_ms(options_.time_out_s * 1000)) break;
       progress.update(elapsed, kExpected);
     }

@@ -16,7 +16,6 @@ namespace {
 using namespace hotpath;
 using namespace std::chrono_literals;
 using gbench::Measurement;
-using gbench::now;
 using gbench::ns;
 using gbench::Path;
 using gbench::Plan;

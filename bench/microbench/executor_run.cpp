@@ -5,6 +5,7 @@
 #include <ctime>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "microbench/counters.hpp"
 
 namespace hotpath::gbench {

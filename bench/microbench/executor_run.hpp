@@ -6,11 +6,10 @@
 #include <memory>
 #include <string>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/executor.hpp"
 
 namespace hotpath::gbench {
-
-inline Time now() { return std::chrono::steady_clock::now(); }
 
 /// Sleeps by the clock's absolute time, without the slack that a relative sleep may add up.
 void sleep_until(Time instant);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hotpath/fastdds/participant.hpp"
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/thread_setup.hpp"
 
 namespace hotpath::gbench {
@@ -127,7 +128,7 @@ class RawExecutor {
   Time run_due_timers() {
     Time next = Time::max();
     if (timers_.empty()) return next;
-    const Time now = std::chrono::steady_clock::now();
+    const Time now = hotpath::now();
     for (Timer& timer : timers_) {
       if (timer.next <= now) {
         timer.on_time();

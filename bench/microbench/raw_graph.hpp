@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/message.hpp"
 #include "microbench/raw_executor.hpp"
@@ -54,7 +55,7 @@ class RawGraph {
         });
       }
     }
-    participant_.wait_until_matched(std::chrono::steady_clock::now() + std::chrono::seconds(10));
+    participant_.wait_until_matched(now() + std::chrono::seconds(10));
   }
 
   void start() { executor_.start(); }

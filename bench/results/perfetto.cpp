@@ -83,7 +83,7 @@ class PerfettoWriter {
     if (r.job.deadline != kNever) args["deadline_ms"] = to_ms(r.job.deadline - trace_.epoch);
     event({{"ph", "X"},
            {"name", task.name},
-           {"cat", task.kind == TaskKind::timer ? "timer" : "subscription"},
+           {"cat", to_string(task.kind)},
            {"pid", pid(r)},
            {"tid", tid(r)},
            {"ts", at(r.start)},

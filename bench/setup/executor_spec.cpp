@@ -20,14 +20,10 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
                        std::to_string(kMaxWorkers));
     }
     spec.scheduler.workers = threads;
-  } else if (has_rules && variant == "inherit") {
-    spec.scheduler.rule = SubscriptionRule::inherit;
-  } else if (has_rules && variant == "first") {
-    spec.scheduler.rule = SubscriptionRule::first;
-  } else if (has_rules && variant == "lifo") {
-    spec.scheduler.ties = Ties::lifo;
-  } else if (has_rules && variant == "fifo") {
-    spec.scheduler.ties = Ties::fifo;
+  } else if (const auto rule = parse<SubscriptionRule>(variant); has_rules && rule) {
+    spec.scheduler.rule = *rule;
+  } else if (const auto ties = parse<Ties>(variant); has_rules && ties) {
+    spec.scheduler.ties = *ties;
   } else {
     throw UsageError(
         "executor `" + spec.label + "` has no variant `" + variant +

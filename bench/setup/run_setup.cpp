@@ -17,22 +17,6 @@ namespace hotpath {
 
 using nlohmann::json;
 
-namespace {
-
-const char* to_string(WorkMode mode) {
-  switch (mode) {
-    case WorkMode::fixed:
-      return "fixed";
-    case WorkMode::wall:
-      return "wall";
-    case WorkMode::cpu_time:
-      return "cpu_time";
-  }
-  return "";
-}
-
-}  // namespace
-
 Duration seconds(double s) { return from_ms(s * 1000); }
 
 std::string time_stamp(const char* format) {
@@ -186,9 +170,8 @@ json platform_json(const GraphPlatform& platform) {
 GraphPlatform platform_from_json(const json& j) {
   GraphPlatform platform;
   platform.cores = j.at("cores").get<unsigned>();
-  for (const TimerThread t : {TimerThread::raised, TimerThread::equal}) {
-    if (j.at("timer_thread") == to_string(t)) platform.timer_thread = t;
-  }
+  platform.timer_thread =
+      parse<TimerThread>(j.at("timer_thread").get<std::string>()).value_or(platform.timer_thread);
   for (const PlatformCost& cost : kPlatformCosts) {
     platform.*cost.value = from_ms(j.at(std::string(cost.key)).get<double>() / 1000);
   }

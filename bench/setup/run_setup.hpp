@@ -19,14 +19,14 @@ std::string time_stamp(const char* format);
 /// Where results go: what --output says, or runs/DATE-GRAPH.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
-/// The graph of an experiment, with the work and load asked for. Throws GraphError, UsageError.
+/// The graph of an experiment, with the work and load asked for. Throws InputError, UsageError.
 Graph experiment_graph(const CommonOptions& options);
 
 /// The executors asked for. Throws UsageError, also for one named twice.
 std::vector<ExecutorSpec> experiment_executors(const CommonOptions& options);
 
 /// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
-/// where a file of phases tells them apart. Throws GraphError, UsageError.
+/// where a file of phases tells them apart. Throws InputError, UsageError.
 std::vector<Duration> experiment_phases(const CommonOptions& options, const Graph& graph,
                                         const GraphTasks& tasks, const ExecutorSpec& executor,
                                         std::uint32_t repetition);

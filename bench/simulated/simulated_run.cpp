@@ -42,8 +42,9 @@ Graph simulated_graph(const SimulateOptions& options) {
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
     if (options.costs_us[i]) p.*kPlatformCosts[i].value = from_ms(*options.costs_us[i] / 1000);
   }
-  if (options.execution_times == "worst") p.execution_times = ExecutionTimeModel::worst;
-  if (options.execution_times == "uniform") p.execution_times = ExecutionTimeModel::uniform;
+  if (options.execution_times) {
+    p.execution_times = parse<ExecutionTimeModel>(*options.execution_times).value_or(p.execution_times);
+  }
   return graph;
 }
 

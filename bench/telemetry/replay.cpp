@@ -5,6 +5,7 @@
 #include <cmath>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
@@ -49,7 +50,7 @@ class Replay {
     TelemetryWriters writers(dds);
     writers.await_reader(kDiscovery);
 
-    const auto started = std::chrono::steady_clock::now();
+    const auto started = now();
     const telemetry::RunInfo info = run_info();
     writers.publish(info);
     RunStatistics statistics(graph_, trace_.tasks, info.run_id(), {Time{}, info.epoch_ns()}, run_.warm_up());
@@ -59,7 +60,7 @@ class Replay {
     Time now = start_;
     for (std::int64_t tick = 0; now < end_ && interrupted() == 0; ++tick) {
       std::this_thread::sleep_until(started + tick * kClockPeriod);
-      const Duration elapsed = std::chrono::steady_clock::now() - started;
+      const Duration elapsed = now() - started;
       now = std::min(start_ + from_ms(to_ms(elapsed) * options_.speed), end_);
       telemetry::Clock clock;
       clock.run_id(info.run_id());

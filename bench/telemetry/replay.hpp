@@ -18,7 +18,7 @@ struct ReplayOptions {
 
 /// Publishes a repetition of a stored run, live or simulated, as `run --live` does, in scaled real time. What
 /// happened before the start counts in the statistics and is not published; chain samples are numbered from
-/// the first that is. Throws UsageError, GraphError, TransportError.
+/// the first that is. Throws UsageError, InputError, TransportError.
 void replay_run(const ReplayOptions& options);
 
 }  // namespace hotpath

@@ -8,6 +8,7 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/transport.hpp"
 
 namespace hotpath {
@@ -95,20 +96,19 @@ void TelemetryWriters::note_acknowledged() {
 }
 
 void TelemetryWriters::await_reader(Duration limit) const {
-  const Time until = std::chrono::steady_clock::now() + limit;
+  const Time until = now() + limit;
   dds::PublicationMatchedStatus status;
   do {
     chain_samples_->get_publication_matched_status(status);
     if (status.current_count > 0) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  } while (std::chrono::steady_clock::now() < until);
+  } while (now() < until);
 }
 
 void TelemetryWriters::flush(Duration limit) const {
-  const Time until = std::chrono::steady_clock::now() + limit;
+  const Time until = now() + limit;
   for (dds::DataWriter* writer : {run_, chain_samples_, statistics_}) {
-    writer->wait_for_acknowledgments(
-        duration(std::max(until - std::chrono::steady_clock::now(), Duration::zero())));
+    writer->wait_for_acknowledgments(duration(std::max(until - now(), Duration::zero())));
   }
 }
 

@@ -16,7 +16,7 @@ struct AutowareValidation {
   std::string verdict;
 };
 
-/// All of REFERENCE/rclcpp_autoware_phases.csv. Throws UsageError, GraphError.
+/// All of REFERENCE/rclcpp_autoware_phases.csv. Throws UsageError, InputError.
 std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& reference);
 
 }  // namespace hotpath

@@ -52,16 +52,20 @@ class ValidatedRun {
   }
 
  private:
+  /// Of a key of run.json, whose first word is the default of runs that do not know it.
+  template <class Enum>
+  static Enum word(const json& facts, const char* key) {
+    return parse<Enum>(facts.at(key).get<std::string>()).value_or(Enum{});
+  }
+
   void read_facts() {
     try {
       const json& facts = measured_.facts();
       graph_ = load_graph(find_graph(facts.at("graph").at("file").get<std::string>()));
-      graph_.work = facts.at("work") == "wall" ? WorkMode::wall : WorkMode::fixed;
+      graph_.work = word<WorkMode>(facts, "work");
       if (facts.contains("platform")) graph_.platform = platform_from_json(facts.at("platform"));
       graph_.platform.cores = measured_.cores();
-      scheduling_ = {facts.at("rule") == to_string(SubscriptionRule::first) ? SubscriptionRule::first
-                                                                            : SubscriptionRule::inherit,
-                     facts.at("ties") == to_string(Ties::fifo) ? Ties::fifo : Ties::lifo, 2};
+      scheduling_ = {word<SubscriptionRule>(facts, "rule"), word<Ties>(facts, "ties"), 2};
       load_percent_ = facts.at("load_percent").get<double>();
     } catch (const json::exception& error) {
       measured_.fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());

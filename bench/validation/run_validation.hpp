@@ -33,7 +33,7 @@ struct RunValidation {
   std::string name() const { return executor + " #" + std::to_string(repetition); }
 };
 
-/// Every executor and repetition of a run, in the order of the executors. Throws UsageError, GraphError.
+/// Every executor and repetition of a run, in the order of the executors. Throws UsageError, InputError.
 std::vector<RunValidation> validate_run(const std::filesystem::path& run,
                                         const std::filesystem::path& reference);
 

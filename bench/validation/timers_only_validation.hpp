@@ -31,7 +31,7 @@ struct TimersOnlyValidation {
   std::string verdict;
 };
 
-/// All of REFERENCE/rclcpp_timers_only.csv. Throws UsageError, GraphError.
+/// All of REFERENCE/rclcpp_timers_only.csv. Throws UsageError, InputError.
 std::vector<TimersOnlyValidation> validate_timers_only(const std::filesystem::path& reference);
 
 }  // namespace hotpath

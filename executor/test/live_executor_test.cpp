@@ -10,13 +10,12 @@
 #include <new>
 
 #include "hotpath/core/accounting.hpp"
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/executor.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
 
 namespace hotpath {
 namespace {
-
-Time now() { return std::chrono::steady_clock::now(); }
 
 void burn(Duration d) {
   const Time until = now() + d;

@@ -152,5 +152,18 @@ TEST(Textbook, OneLowerPriorityJobBlocksAtMostOnce) {
   EXPECT_EQ(schedule(run(set, "rm-ro", 20ms))[1], (Ran{high, 0, 5ms, 6ms}));
 }
 
+TEST(Registry, EveryExecutorHasTheWorkersThatItsTraitsTell) {
+  TaskSet set;
+  add_timer(set, 10ms, 1ms);
+  for (const ExecutorEntry& executor : executors()) {
+    for (const unsigned workers : {0U, 3U}) {
+      SchedulerOptions options;
+      options.workers = workers;
+      EXPECT_EQ(executor.make(set, options)->workers().size(), worker_count(executor, options))
+          << executor.name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hotpath::test

@@ -123,7 +123,7 @@ TEST_P(MalformedJobsCsv, IsRefusedWithFileAndLine) {
   try {
     read(set, std::string(kJobsCsvHeader) + "\n" + good + GetParam().text + "\n");
     FAIL() << "accepted: " << GetParam().text;
-  } catch (const TraceCsvError& e) {
+  } catch (const InputError& e) {
     EXPECT_THAT(e.what(), HasSubstr("jobs.csv:3: "));
     EXPECT_THAT(e.what(), HasSubstr(GetParam().complaint));
   }
@@ -150,11 +150,11 @@ TEST(MalformedJobsCsvHeader, IsRefused) {
   TaskSet set;
   for (const char* text : {"", "executor,task\n"}) {
     EXPECT_THROW(
-        try { read(set, text); } catch (const TraceCsvError& e) {
+        try { read(set, text); } catch (const InputError& e) {
           EXPECT_THAT(e.what(), HasSubstr("jobs.csv:1: the header must be"));
           throw;
         },
-        TraceCsvError);
+        InputError);
   }
 }
 

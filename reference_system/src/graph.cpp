@@ -113,40 +113,6 @@ Duration scaled(Duration duration, double factor) {
 
 }  // namespace
 
-const char* to_string(NodeType type) {
-  switch (type) {
-    case NodeType::sensor:
-      return "sensor";
-    case NodeType::transform:
-      return "transform";
-    case NodeType::fusion:
-      return "fusion";
-    case NodeType::cyclic:
-      return "cyclic";
-    case NodeType::intersection:
-      return "intersection";
-    case NodeType::command:
-      return "command";
-  }
-  return "";
-}
-
-const char* to_string(TimerThread thread) {
-  switch (thread) {
-    case TimerThread::by_executor:
-      return "by_executor";
-    case TimerThread::raised:
-      return "raised";
-    case TimerThread::equal:
-      return "equal";
-  }
-  return "";
-}
-
-const char* to_string(ExecutionTimeModel model) {
-  return model == ExecutionTimeModel::worst ? "worst" : "uniform";
-}
-
 const Node* Graph::find(const std::string& node) const {
   const auto found = std::find_if(nodes.begin(), nodes.end(), [&](const Node& n) { return n.name == node; });
   return found == nodes.end() ? nullptr : &*found;

@@ -30,7 +30,7 @@ class Check {
 
  private:
   [[noreturn]] void fail(int line, const std::string& problem, const std::string& remedy) const {
-    throw GraphError(source_.file, line, problem, remedy);
+    throw InputError(source_.file, line, problem, remedy);
   }
 
   void node_names() {

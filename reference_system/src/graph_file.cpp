@@ -23,14 +23,6 @@ constexpr std::size_t kMaxFileBytes = std::size_t{4} << 20;
 constexpr std::int64_t kMaxDepth = 1000;
 constexpr std::uint32_t kCommandDepth = 10;  // upstream's nodes/settings.hpp
 
-// In the order of the enumerations.
-const Words kNodeTypes = {"sensor", "transform", "fusion", "cyclic", "intersection", "command"};
-const Words kWorkModes = {"fixed", "wall", "cpu_time"};
-const Words kGroups = {"mutually_exclusive", "reentrant"};
-const Words kPublishers = {"one", "many"};
-const Words kTimerThreads = {"by_executor", "raised", "equal"};
-const Words kExecutionTimes = {"worst", "uniform"};
-
 const Words kAllNodeKeys = {"name",
                             "type",
                             "execution_time_ms",
@@ -63,7 +55,7 @@ Words node_keys(NodeType type) {
 std::string read_text(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   const auto fail = [&](const std::string& problem) {
-    throw GraphError(path, 0, problem, "give the path of a readable YAML file");
+    throw InputError(path, 0, problem, "give the path of a readable YAML file");
   };
   if (!file) fail(std::string("the file cannot be opened (") + std::strerror(errno) + ")");
   std::string text;
@@ -119,8 +111,7 @@ void parse_inputs(const YamlMap& map, const std::string& what, Node& node, NodeL
     map.fail(what + " has " + count, "a fusion needs two or more; with one it is a transform");
   }
   if ((node.type == NodeType::transform || node.type == NodeType::command) && node.inputs.size() != 1) {
-    map.fail(what + " has " + count,
-             "a " + kNodeTypes[static_cast<std::size_t>(node.type)] + " has exactly one");
+    map.fail(what + " has " + count, "a " + std::string(to_string(node.type)) + " has exactly one");
   }
 }
 
@@ -169,13 +160,13 @@ void parse_node(const YamlValue& value, GraphSource& source) {
   node.name = map.require("name", "NAME").name();
   const std::string what = "node " + node.name;
   map.set_what(what);
-  node.type = static_cast<NodeType>(map.require("type", "sensor").choice(kNodeTypes));
-  map.set_what(kNodeTypes[static_cast<std::size_t>(node.type)] + " " + node.name);
+  node.type = map.require("type", "sensor").choice<NodeType>();
+  map.set_what(to_string(node.type) + (" " + node.name));
   map.check_keys(node_keys(node.type), kAllNodeKeys);
   if (node.type == NodeType::sensor || node.type == NodeType::cyclic) parse_timer(map, node);
   parse_execution_time(map, what, node);
   if (const auto given = map.find("callback_group")) {
-    node.group = static_cast<CallbackGroup>(given->choice(kGroups));
+    node.group = given->choice<CallbackGroup>();
   }
   if (node.type == NodeType::intersection) {
     parse_connections(map, what, node, lines);
@@ -220,7 +211,7 @@ void parse_topics(const YamlValue& value, GraphSource& source) {
   for (const std::string& topic : topics.keys()) {
     const YamlMap map(*topics.find(topic), "topic " + topic);
     map.check_keys({"publishers"});
-    const bool many = map.require("publishers", "many").choice(kPublishers) == 1;
+    const bool many = map.require("publishers", "many").choice({"one", "many"}) == 1;
     source.rules[topic] = {many, map.line()};
   }
 }
@@ -233,10 +224,10 @@ GraphPlatform parse_platform(const YamlValue& value) {
   GraphPlatform p;
   if (const auto given = map.find("cores")) p.cores = static_cast<unsigned>(given->integer(1, kMaxWorkers));
   if (const auto given = map.find("timer_thread")) {
-    p.timer_thread = static_cast<TimerThread>(given->choice(kTimerThreads));
+    p.timer_thread = given->choice<TimerThread>();
   }
   if (const auto given = map.find("execution_times")) {
-    p.execution_times = static_cast<ExecutionTimeModel>(given->choice(kExecutionTimes));
+    p.execution_times = given->choice<ExecutionTimeModel>();
   }
   for (const PlatformCost& cost : kPlatformCosts) {
     if (const auto given = map.find(std::string(cost.key))) p.*cost.value = given->microseconds();
@@ -251,12 +242,12 @@ YAML::Node read_yaml(const std::string& file, const std::string& text) {
     documents = YAML::LoadAll(text);
   } catch (const YAML::Exception& error) {
     const int line = error.mark.is_null() ? 0 : error.mark.line + 1;
-    throw GraphError(file, line, "not valid YAML: " + error.msg,
+    throw InputError(file, line, "not valid YAML: " + error.msg,
                      "correct indentation, colons and quotes here");
   }
-  if (documents.empty() || documents.front().IsNull()) throw GraphError(file, 0, "the file is empty", remedy);
-  if (documents.size() > 1) throw GraphError(file, 0, "the file holds several YAML documents", remedy);
-  if (!documents.front().IsMap()) throw GraphError(file, 1, "the file is not a map of keys", remedy);
+  if (documents.empty() || documents.front().IsNull()) throw InputError(file, 0, "the file is empty", remedy);
+  if (documents.size() > 1) throw InputError(file, 0, "the file holds several YAML documents", remedy);
+  if (!documents.front().IsMap()) throw InputError(file, 1, "the file is not a map of keys", remedy);
   return documents.front();
 }
 
@@ -270,7 +261,7 @@ GraphSource parse_graph(const std::string& file, const std::string& text) {
   Graph& graph = source.graph;
   graph.name = map.require("name", "NAME").name();
   if (const auto given = map.find("description")) graph.description = given->text();
-  if (const auto given = map.find("work")) graph.work = static_cast<WorkMode>(given->choice(kWorkModes));
+  if (const auto given = map.find("work")) graph.work = given->choice<WorkMode>();
   if (const auto given = map.find("topics")) parse_topics(*given, source);
   for (const YamlValue& node :
        map.require("nodes", "[{name: NAME, type: sensor, period_ms: 100}]").list("a node")) {

@@ -50,14 +50,14 @@ std::string find_graph(const std::string& name_or_path) {
   if (name_or_path.find('/') != std::string::npos || path.extension() == ".yaml" ||
       path.extension() == ".yml") {
     if (fs::exists(path, ignored)) return name_or_path;
-    throw GraphError(name_or_path, 0, "there is no such file",
+    throw InputError(name_or_path, 0, "there is no such file",
                      "give the path of a graph file or one of the names of `hotpath list graphs`");
   }
   const auto files = graph_files();
   if (const auto found = files.find(name_or_path); found != files.end()) return found->second;
   std::vector<std::string> names;
   for (const auto& [name, file] : files) names.push_back(name);
-  throw GraphError(name_or_path, 0, "there is no graph of this name",
+  throw InputError(name_or_path, 0, "there is no graph of this name",
                    suggest(name_or_path, names) + " (a file is given with its extension .yaml)");
 }
 
@@ -71,7 +71,7 @@ std::vector<GraphListing> list_graphs() {
       const Graph graph = load_graph(path);
       listing.description = graph.description;
       listing.nodes = graph.nodes.size();
-    } catch (const GraphError& error) {
+    } catch (const InputError& error) {
       listing.error = error.what();
     }
   }

@@ -34,10 +34,10 @@ struct GraphSource {
   std::map<std::string, TopicRule> rules;  ///< The file's `topics`.
 };
 
-/// From YAML text; checks each part on its own. Throws GraphError.
+/// From YAML text; checks each part on its own. Throws InputError.
 GraphSource parse_graph(const std::string& file, const std::string& text);
 
-/// Checks how the parts fit together. Throws GraphError.
+/// Checks how the parts fit together. Throws InputError.
 void check_graph(const GraphSource& source);
 
 }  // namespace hotpath

@@ -46,7 +46,7 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   const TaskOrigin& origin = tasks_.origin[job.task];
   Running& running = running_.emplace_back();
   running.job = job.ref();
-  NodeLogic<SimulatedPlatform>& logic = nodes_[origin.node].logic;
+  NodeLogic<SimulatedMessages>& logic = nodes_[origin.node].logic;
   if (origin.input) {
     logic.start_subscription(*origin.input, take(job.task, job.sequence), now, running.activation);
   } else {
@@ -65,7 +65,7 @@ bool GraphWorkload::finish(const Job& job, Time) {
   return published;
 }
 
-bool GraphWorkload::complete(const Job& job, Activation<SimulatedPlatform>& activation) {
+bool GraphWorkload::complete(const Job& job, Activation<SimulatedMessages>& activation) {
   if (!activation.works) return false;
 
   const TaskOrigin& origin = tasks_.origin[job.task];

@@ -11,6 +11,8 @@ namespace hotpath {
 namespace {
 
 constexpr std::string_view kNotInNames = ",\"'`";
+/// Names and descriptions get into JSON, which is UTF-8.
+constexpr const char* kUtf8Remedy = "save the file in the encoding UTF-8";
 
 /// yaml-cpp gives an empty value no mark of its own.
 int line_of(const YAML::Node& node, int otherwise) {
@@ -39,11 +41,12 @@ bool contains(const std::vector<std::string>& list, const std::string& word) {
 }  // namespace
 
 void YamlValue::fail(const std::string& problem, const std::string& remedy) const {
-  throw GraphError(*file_, line_, problem, remedy);
+  throw InputError(*file_, line_, problem, remedy);
 }
 
 std::string YamlValue::text() const {
   if (!node_.IsScalar()) fail(what_ + " is " + kind_of(node_), "give one text");
+  if (!is_utf8(node_.Scalar())) fail(what_ + " is not valid UTF-8", kUtf8Remedy);
   return node_.Scalar();
 }
 
@@ -133,13 +136,15 @@ YamlMap::YamlMap(const YamlValue& value, std::string what)
   for (const auto& entry : value.node_) {
     const int line = line_of(entry.first, line_);
     if (!entry.first.IsScalar()) {
-      throw GraphError(*file_, line, "a key of " + what_ + " is " + kind_of(entry.first), "keys are words");
+      throw InputError(*file_, line, "a key of " + what_ + " is " + kind_of(entry.first), "keys are words");
     }
     const std::string& key = entry.first.Scalar();
+    if (!is_utf8(key))
+      throw InputError(*file_, line, "a key of " + what_ + " is not valid UTF-8", kUtf8Remedy);
     const auto [previous, is_new] =
         values_.emplace(key, std::pair(line_of(entry.second, line), YAML::Node(entry.second)));
     if (!is_new) {
-      throw GraphError(*file_, line, "`" + key + "` stands twice in " + what_,
+      throw InputError(*file_, line, "`" + key + "` stands twice in " + what_,
                        "keep one (the other is in line " + std::to_string(previous->second.first) + ")");
     }
     keys_.push_back(key);
@@ -171,14 +176,14 @@ void YamlMap::check_keys(const std::vector<std::string>& known,
     if (contains(elsewhere, key)) {
       std::string list;
       for (const std::string& word : known) list += (list.empty() ? "" : ", ") + word;
-      throw GraphError(*file_, line, "`" + key + "` means nothing for " + what_, "its keys are: " + list);
+      throw InputError(*file_, line, "`" + key + "` means nothing for " + what_, "its keys are: " + list);
     }
-    throw GraphError(*file_, line, "unknown key `" + key + "` in " + what_, suggest(key, known));
+    throw InputError(*file_, line, "unknown key `" + key + "` in " + what_, suggest(key, known));
   }
 }
 
 void YamlMap::fail(const std::string& problem, const std::string& remedy) const {
-  throw GraphError(*file_, line_, problem, remedy);
+  throw InputError(*file_, line_, problem, remedy);
 }
 
 }  // namespace hotpath

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/time.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 
@@ -17,7 +18,7 @@ namespace hotpath {
 inline constexpr std::size_t kMaxTopicBytes = 200;
 
 /// One value of a YAML file that knows where it stands and what it is called, with checked conversions; all
-/// throw GraphError.
+/// throw InputError.
 class YamlValue {
  public:
   YamlValue(const std::string& file, YAML::Node node, std::string what, int line)
@@ -26,6 +27,7 @@ class YamlValue {
   int line() const { return line_; }
   bool is_text() const { return node_.IsScalar(); }
 
+  /// Valid UTF-8.
   std::string text() const;
   /// Names may stand in CSV columns and in messages: no blanks, commas, quotes; a node's no slash either.
   std::string name() const { return checked_name(kMaxNameBytes, false); }
@@ -36,6 +38,10 @@ class YamlValue {
   std::int64_t integer(std::int64_t least, std::int64_t most) const;
   /// The index of the text among `choices`.
   std::size_t choice(const std::vector<std::string>& choices) const;
+  template <EnumWithTexts Enum>
+  Enum choice() const {
+    return enum_texts(Enum{})[choice(words<Enum>())].value;
+  }
   /// A list with at least one item; `what` names an item.
   std::vector<YamlValue> list(const std::string& item) const;
 

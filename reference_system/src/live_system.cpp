@@ -6,6 +6,7 @@
 #include <map>
 
 #include "hotpath/fastdds/fastdds_transport.hpp"
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
 #include "hotpath/reference_system/observe.hpp"
 
@@ -33,15 +34,6 @@ std::vector<std::string> node_names(const Graph& graph) {
 }
 
 }  // namespace
-
-const char* to_string(TransportKind kind) {
-  return kind == TransportKind::fastdds ? "fastdds" : "intra_process";
-}
-
-std::uint32_t worker_count(const ExecutorEntry& entry, const GraphTasks& tasks,
-                           const SchedulerOptions& options) {
-  return static_cast<std::uint32_t>(entry.make(tasks.set, options)->workers().size());
-}
 
 LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,
                        RunMemory& memory)
@@ -96,7 +88,7 @@ LiveSystem::~LiveSystem() {
 void LiveSystem::run(const Job& job, Time start, Sample sample, Worker worker) {
   const TaskOrigin origin = tasks_.origin[job.task];
   Local& node = *node_[origin.node];
-  Activation<LivePlatform> activation;
+  Activation<LiveMessages> activation;
   if (origin.input) {
     node.logic.start_subscription(*origin.input, std::move(sample), start, activation);
   } else {
@@ -106,7 +98,7 @@ void LiveSystem::run(const Job& job, Time start, Sample sample, Worker worker) {
 
   const std::int64_t result = node.work.burn(start);
   if (!activation.publishes) {
-    if (activation.held[0]) observe(node, LivePlatform::message(activation.held[0]), job, start, worker);
+    if (activation.held[0]) observe(node, LiveMessages::message(activation.held[0]), job, start, worker);
     return;
   }
   const std::uint32_t output = node.logic.output(origin.input.value_or(0));
@@ -114,7 +106,7 @@ void LiveSystem::run(const Job& job, Time start, Sample sample, Worker worker) {
   node.logic.finish(output, activation, message);
   message.data()[0] = result;
   observe(node, message, job, start, worker);
-  const SampleInfo info{std::chrono::steady_clock::now(), job.deadline, job.ref()};
+  const SampleInfo info{now(), job.deadline, job.ref()};
   write_info(message, info);
   memory_.published()[job.task].fetch_add(1, std::memory_order_relaxed);
   transport_->publish(node.writers[output], message, info);

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "hotpath/live/clock.hpp"
+
 namespace hotpath {
 
 namespace {
@@ -22,8 +24,6 @@ inline bool is_prime(std::uint32_t candidate) {
   }
   return true;
 }
-
-Time now() { return std::chrono::steady_clock::now(); }
 
 }  // namespace
 

@@ -19,20 +19,6 @@ std::uint64_t uniform(std::mt19937_64& generator, std::uint64_t bound) {
 
 }  // namespace
 
-const char* to_string(Phases phases) {
-  switch (phases) {
-    case Phases::creation:
-      return "creation";
-    case Phases::synchronous:
-      return "synchronous";
-    case Phases::given:
-      return "given";
-    case Phases::random:
-      return "random";
-  }
-  return "?";
-}
-
 std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
                                         std::optional<Duration> step) {
   std::vector<Duration> finished;  // of each node's creation

@@ -35,7 +35,7 @@ class PhasesFile {
     }
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
       if (tasks_.set[id].kind == TaskKind::timer && known_[id] == 0) {
-        throw GraphError(path_, last_line_, "no phase for the timer of node " + tasks_.set[id].name,
+        throw InputError(path_, last_line_, "no phase for the timer of node " + tasks_.set[id].name,
                          "give one for each timer");
       }
     }
@@ -54,7 +54,7 @@ class PhasesFile {
     using Names = std::vector<std::string>;
     CsvReader rows(std::filesystem::path(path_), CsvLayout::by_hand);
     if (rows.header().empty()) {
-      throw GraphError(path_, 0, "the file of phases is empty",
+      throw InputError(path_, 0, "the file of phases is empty",
                        "begin with the line `task,first_release_ms`");
     }
     const bool created = rows.header() == Names{"task", "created_ms"};
@@ -86,7 +86,7 @@ class PhasesFile {
       for (std::size_t c = 0; c < rows.header().size(); ++c) chosen.emplace_back(rows.text(c));
     }
     if (chosen_line == 0) {
-      throw GraphError(path_, header_line, "no row for executor " + executor, suggest(executor, executors));
+      throw InputError(path_, header_line, "no row for executor " + executor, suggest(executor, executors));
     }
     for (std::size_t c = 0; c < chosen.size(); ++c) {
       const std::string& column = rows.header()[c];
@@ -97,7 +97,7 @@ class PhasesFile {
 
   void set(std::size_t line, const std::string& name, const std::string& number, bool created) {
     const auto fail = [&](const std::string& problem, const std::string& remedy) {
-      throw GraphError(path_, line, problem, remedy);
+      throw InputError(path_, line, problem, remedy);
     };
     TaskId id = 0;
     while (id < tasks_.set.size() && (tasks_.set[id].name != name || tasks_.set[id].kind != TaskKind::timer))

@@ -3,11 +3,11 @@
 
 #include <ctime>
 
+#include "hotpath/live/clock.hpp"
+
 namespace hotpath {
 
 namespace {
-
-Time wall_clock() { return std::chrono::steady_clock::now(); }
 
 Time thread_cpu_clock() {
   timespec t{};
@@ -23,7 +23,7 @@ std::int64_t Work::burn(Time start) const {
     case WorkMode::fixed:
       return count_primes(limit_);
     case WorkMode::wall:
-      return count_primes_until(limit_, start + duration_, wall_clock);
+      return count_primes_until(limit_, start + duration_, now);
     case WorkMode::cpu_time:
       return count_primes_until(limit_, thread_cpu_clock() + duration_, thread_cpu_clock);
   }

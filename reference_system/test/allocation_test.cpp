@@ -8,6 +8,7 @@
 #include <new>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/phases.hpp"
@@ -68,9 +69,8 @@ Counts run(const std::string& executor, TransportKind transport) {
   options.transport = transport;
   options.fastdds.partition = "allocation_test";
   options.calibration.divisions_per_us = 300;
-  RunMemory memory({tasks.set.size(), worker_count(*options.executor, tasks, {}), 10'000, 1'000});
+  RunMemory memory({tasks.set.size(), worker_count(*options.executor, {}), 10'000, 1'000});
   LiveSystem system(graph, tasks, options, memory);
-  const auto now = [] { return std::chrono::steady_clock::now(); };
   system.wait_until_matched(now() + std::chrono::seconds(20));
 
   const Time epoch = now() + std::chrono::milliseconds(50);

@@ -34,8 +34,8 @@ class GraphFile : public testing::Test {
   /// The message without the path: `:LINE: ...`.
   std::string error_of(const std::string& text) {
     try {
-      load(text);
-    } catch (const GraphError& error) {
+      (void)load(text);
+    } catch (const InputError& error) {
       const std::string message = error.what();
       EXPECT_THAT(message, StartsWith(path_));
       EXPECT_THAT(message, HasSubstr("; ")) << "names no remedy";
@@ -63,8 +63,7 @@ TEST_F(GraphFile, GivesUpstreamsDefaults) {
   EXPECT_TRUE(graph.nodes[2].outputs.empty());
 }
 
-TEST_F(GraphFile, ReadsEveryKey) {
-  const Graph graph = load(R"(
+const std::string kEveryKey = R"(
 name: all
 description: every key
 work: cpu_time
@@ -100,7 +99,10 @@ platform:
   dispatch_cost_us: 0.001
   wake_up_us: 190
   delivery_delay_us: 1000
-)");
+)";
+
+TEST_F(GraphFile, ReadsEveryKey) {
+  const Graph graph = load(kEveryKey);
   const Node& sensor = graph.nodes[0];
   EXPECT_EQ(graph.work, WorkMode::cpu_time);
   EXPECT_EQ(graph.description, "every key");
@@ -133,9 +135,9 @@ TEST_F(GraphFile, TakesMillisecondsExactlyToTheNanosecond) {
 }
 
 TEST_F(GraphFile, ThatCannotBeReadIsRefused) {
-  EXPECT_THROW(load_graph("/nonexistent/graph.yaml"), GraphError);
-  EXPECT_THROW(load_graph(testing::TempDir()), GraphError);
-  EXPECT_THROW(load_graph("/dev/zero"), GraphError);
+  EXPECT_THROW((void)load_graph("/nonexistent/graph.yaml"), InputError);
+  EXPECT_THROW((void)load_graph(testing::TempDir()), InputError);
+  EXPECT_THROW((void)load_graph("/dev/zero"), InputError);
 }
 
 TEST_F(GraphFile, ThatIsNotAGraphIsRefused) {
@@ -228,6 +230,24 @@ TEST_F(GraphFile, NodeNamesAreUniqueAndFitIntoMessagesAndColumns) {
   for (const std::string name : {"''", "a/b", "'a,b'", "'a\"b'", "\"a'b\"", "a b", "\"a\\nb\""}) {
     EXPECT_THAT(error_of_nodes("- {name: " + name + ", type: sensor, period_ms: 1}\n"), StartsWith(":3: "))
         << name;
+  }
+}
+
+TEST_F(GraphFile, TextsAreUtf8) {
+  EXPECT_EQ(load("name: g\ndescription: Größe → 4 kB \U0001F916\nnodes:\n" + kSensor).name, "g");
+  // A byte alone, one of Latin-1, a sequence cut off, one longer than needed, a surrogate, beyond Unicode.
+  for (const std::string bad : {"\x80", "\xE4", "\xE2\x82", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80"}) {
+    const auto refused = [](int line) {
+      return AllOf(StartsWith(":" + std::to_string(line) + ": "),
+                   HasSubstr("is not valid UTF-8; save the file"));
+    };
+    EXPECT_THAT(error_of_nodes("- {name: N" + bad + ", type: sensor, period_ms: 1}\n"), refused(3));
+    EXPECT_THAT(error_of_nodes("- {name: N, type: sensor, period_ms: 1, output: t" + bad + "}\n"),
+                refused(3));
+    EXPECT_THAT(error_of("name: g" + bad + "\nnodes:\n" + kSensor), refused(1));
+    EXPECT_THAT(error_of("name: g\ndescription: d" + bad + "\nnodes:\n" + kSensor), refused(2));
+    EXPECT_THAT(error_of("name: g\ntopics:\n  t" + bad + ": {publishers: many}\nnodes:\n" + kSensor),
+                refused(3));
   }
 }
 

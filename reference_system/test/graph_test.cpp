@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "hotpath/core/paper_timers.hpp"
 #include "hotpath/core/priority_order.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 
@@ -299,6 +300,25 @@ TEST(ManyToMany, EverySensorFeedsBothProcessorsAndTheirRatesAddUp) {
   const double data = 1 / 0.025 + 1 / 0.041 + 1 / 0.051;
   EXPECT_THAT(rates[task_named(tasks, "ProcessorX/Data")], DoubleNear(data, 1e-9));
   EXPECT_THAT(rates[task_named(tasks, "SinkLogger/Sink")], DoubleNear(2 * data, 1e-9));
+}
+
+TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {
+  for (const int utilisation : kPaperUtilisations) {
+    const TaskSet in_file =
+        make_tasks(load_graph(find_graph("timers_only_" + std::to_string(utilisation)))).set;
+    const TaskSet in_library = paper_timers(utilisation);
+    ASSERT_EQ(in_file.size(), in_library.size());
+    for (TaskId id = 0; id < in_file.size(); ++id) {
+      EXPECT_EQ(in_file[id].name, in_library[id].name);
+      EXPECT_EQ(in_file[id].kind, in_library[id].kind);
+      EXPECT_EQ(in_file[id].period, in_library[id].period);
+      EXPECT_EQ(in_file[id].deadline, in_library[id].deadline);
+      EXPECT_EQ(in_file[id].wcet, in_library[id].wcet);
+      EXPECT_EQ(in_file[id].bcet, in_library[id].bcet);
+      EXPECT_EQ(in_file[id].group, in_library[id].group);
+    }
+    EXPECT_EQ(in_file.groups, in_library.groups);
+  }
 }
 
 }  // namespace

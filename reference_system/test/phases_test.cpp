@@ -51,7 +51,7 @@ class PhasesFile : public testing::Test {
   std::string error_of(const std::string& text, const std::string& executor = "default") {
     try {
       read(text, executor);
-    } catch (const GraphError& error) {
+    } catch (const InputError& error) {
       return std::string(error.what()).substr(path_.size());
     }
     return "accepted";
@@ -113,7 +113,7 @@ TEST(GivenPhases, ComeFromTheGraphAndAreNeededForEveryTimer) {
   Graph graph = load_graph(find_graph("many_to_many"));
   graph.nodes[0].phase = milliseconds(7);
   graph.nodes[1].phase = milliseconds(0);
-  EXPECT_THROW(make_phases(graph, make_tasks(graph), Phases::given), std::invalid_argument);
+  EXPECT_THROW((void)make_phases(graph, make_tasks(graph), Phases::given), std::invalid_argument);
   graph.nodes[2].phase = milliseconds(60);
   const auto phases = make_phases(graph, make_tasks(graph), Phases::given);
   EXPECT_EQ(of(phases, "SensorA", graph), milliseconds(7));
@@ -197,7 +197,7 @@ TEST_F(PhasesFile, NamesTheLineOfEachMistake) {
               HasSubstr(":1: no phase for the timer of node SensorC"));
   EXPECT_THAT(error_of("executor,created_ms_Sensor\ndefault,1\n"),
               HasSubstr(":2: the graph has no timer Sensor"));
-  EXPECT_THROW(read_phases("/nonexistent.csv", graph_, "default"), GraphError);
+  EXPECT_THROW((void)read_phases("/nonexistent.csv", graph_, "default"), InputError);
 }
 
 TEST_F(PhasesFile, TakesTheHeaderOfAGoldenTrace) {

@@ -29,9 +29,9 @@ class Drawing {
  public:
   explicit Drawing(MarkerSet& set) : set_(set) {}
 
-  void box(const std::string& group, double x, double y, double z, double width, double height, Color color) {
+  void box(const std::string& group, const Point& centre, double width, double height, Color color) {
     Marker& marker = add(group, Marker::Shape::box, color);
-    marker.position = {x, y, z};
+    marker.position = centre;
     marker.scale = {width, height, kThin};
   }
 
@@ -152,9 +152,9 @@ MarkerSet graph_markers(const telemetry::RunInfo& run, const telemetry::Statisti
     const auto [x, y, z] = node_position(node);
     right = std::max(right, x);
     top = std::max(top, y);
-    draw.box("rims", x, y, kRimZ, kWidth + kRim, kHeight + kRim, node.hot() ? kHot : kRimColor);
+    draw.box("rims", {x, y, kRimZ}, kWidth + kRim, kHeight + kRim, node.hot() ? kHot : kRimColor);
     const double utilization = statistics != nullptr ? statistics->nodes()[i].utilization() : 0;
-    draw.box("nodes", x, y, kBoxZ, kWidth, kHeight, utilization_color(utilization));
+    draw.box("nodes", {x, y, kBoxZ}, kWidth, kHeight, utilization_color(utilization));
     // RViz aligns the lines of one text to the left: one text for each.
     const auto [first, second] = two_lines(node.name());
     draw.text("names", x, y + (second.empty() ? kLine / 2 : kLine), kTextSize, kInk, first);

@@ -3,15 +3,12 @@
 
 #include <Message4kbPubSubTypes.h>
 #include <TelemetryPubSubTypes.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 
 #include <algorithm>
 #include <deque>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
-#include <fastdds/dds/log/Log.hpp>
-#include <fastdds/dds/log/StdoutErrConsumer.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
@@ -23,34 +20,23 @@
 #include <type_traits>
 #include <utility>
 
+#include "hotpath/fastdds/participant.hpp"
+
 namespace hotpath {
 
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
-using eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 using eprosima::fastrtps::types::ReturnCode_t;
 
 namespace {
 
-void log_to_standard_error() {
-  dds::Log::ClearConsumers();
-  auto consumer = std::make_unique<dds::StdoutErrConsumer>();
-  consumer->stderr_threshold(dds::Log::Kind::Info);
-  dds::Log::RegisterConsumer(std::move(consumer));
-  dds::Log::SetVerbosity(dds::Log::Kind::Error);
-}
-
-dds::DomainParticipantQos participant_qos(const TelemetryOptions& options) {
-  dds::DomainParticipantQos qos;
+dds::DomainParticipantQos bridge_qos(const TelemetryOptions& options) {
+  FastDdsOptions network;
+  network.loopback_only = !options.all_interfaces;
+  dds::DomainParticipantQos qos = participant_qos(network);
   qos.name("hotpath_ros1_bridge");
-  qos.transport().use_builtin_transports = false;
-  auto udp = std::make_shared<UDPv4TransportDescriptor>();
-  if (!options.all_interfaces) udp->interfaceWhiteList.emplace_back("127.0.0.1");
-  qos.transport().user_transports.push_back(udp);
   // A benchmark that comes later finds out about this participant by its announcements, every 3 s by default.
   qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = {0, 200'000'000};
-  // The pool of send buffers is a fixed guess by default, and a sender waits for ever when it is empty.
-  qos.allocation().send_buffers.dynamic = true;
   return qos;
 }
 
@@ -101,13 +87,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
   using Readers = std::deque<Reader>;
 
   Dds(TelemetryInput& input, const TelemetryOptions& options) : owner(input) {
-    participant = dds::DomainParticipantFactory::get_instance()->create_participant(
-        options.domain, participant_qos(options), this, dds::StatusMask::none());
-    if (participant == nullptr) {
-      throw std::runtime_error(
-          "Fast DDS could not create a participant in domain " + std::to_string(options.domain) +
-          "; its own message is above, a usual reason is no network interface (is `lo` up?)");
-    }
+    participant = create_participant(options.domain, bridge_qos(options), this);
     subscriber = created(participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT), "a subscriber");
   }
 
@@ -188,7 +168,6 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
 };
 
 TelemetryInput::TelemetryInput(const TelemetryOptions& options) : queue_(options.queue, options.queue_bytes) {
-  log_to_standard_error();
   dds_ = std::make_unique<Dds>(*this, options);
   const auto hand_on = [this](auto& sample, std::int64_t) {
     const std::size_t bytes = size_of(sample);

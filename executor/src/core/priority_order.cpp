@@ -29,27 +29,6 @@ std::int64_t own_level(const Task& task, Policy policy) {
 
 }  // namespace
 
-const char* to_string(Policy policy) {
-  switch (policy) {
-    case Policy::fifo:
-      return "fifo";
-    case Policy::rm:
-      return "rm";
-    case Policy::dm:
-      return "dm";
-    case Policy::fp:
-      return "fp";
-    case Policy::edf:
-      return "edf";
-  }
-  return "?";
-}
-
-const char* to_string(SubscriptionRule rule) {
-  return rule == SubscriptionRule::inherit ? "inherit" : "first";
-}
-const char* to_string(Ties ties) { return ties == Ties::lifo ? "lifo" : "fifo"; }
-
 std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
   std::vector<std::int64_t> level(set.size(), kLowest);
   std::vector<TaskId> timers;

@@ -26,11 +26,13 @@ Made make_default(const TaskSet& set, const Options&) { return std::make_unique<
 
 Made make_static(const TaskSet& set, const Options&) { return std::make_unique<StaticScheduler>(set); }
 
+unsigned multi_workers(const Options& options) {
+  return options.workers > 0 ? options.workers
+                             : std::clamp(std::thread::hardware_concurrency(), 2U, kMaxWorkers);
+}
+
 Made make_multi(const TaskSet& set, const Options& options) {
-  const unsigned workers = options.workers > 0
-                               ? options.workers
-                               : std::clamp(std::thread::hardware_concurrency(), 2U, kMaxWorkers);
-  return std::make_unique<WaitSetScheduler>(set, workers);
+  return std::make_unique<WaitSetScheduler>(set, multi_workers(options));
 }
 
 Made make_stock_ro(const TaskSet& set, const Options&) {
@@ -139,31 +141,12 @@ constexpr std::array kExecutors = {
 
 }  // namespace
 
-const char* to_string(Family family) {
-  switch (family) {
-    case Family::wait_set:
-      return "wait_set";
-    case Family::events:
-      return "events";
-    case Family::priority_events:
-      return "priority_events";
-  }
-  return "?";
-}
-
-const char* to_string(TimerHandling timers) {
-  switch (timers) {
-    case TimerHandling::polled:
-      return "polled";
-    case TimerHandling::release_only:
-      return "release_only";
-    case TimerHandling::release_and_execute:
-      return "release_and_execute";
-  }
-  return "?";
-}
-
 std::span<const ExecutorEntry> executors() { return kExecutors; }
+
+std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& options) {
+  if (entry.traits.many_workers) return multi_workers(options);
+  return entry.traits.timers == TimerHandling::polled ? 1 : 2;
+}
 
 const ExecutorEntry* find_executor(std::string_view name) {
   const auto found = std::find_if(kExecutors.begin(), kExecutors.end(),

@@ -47,8 +47,6 @@ class Line {
 constexpr bool finishes(Outcome outcome) { return outcome == Outcome::ran || outcome == Outcome::empty; }
 constexpr bool starts(Outcome outcome) { return finishes(outcome) || outcome == Outcome::running; }
 
-constexpr const char* name_of(TaskKind kind) { return kind == TaskKind::timer ? "timer" : "subscription"; }
-
 /// What a row says, on its way out.
 struct RowOut {
   const TaskSet& set;
@@ -84,10 +82,10 @@ class TaskNames {
     return growing_->size() - 1;
   }
   void check_kind(const CsvReader& in, std::size_t column, TaskId id) {
-    const bool timer = in.text(column) == name_of(TaskKind::timer);
+    const bool timer = in.text(column) == to_string(TaskKind::timer);
     if (growing_ != nullptr) growing_->tasks[id].kind = timer ? TaskKind::timer : TaskKind::subscription;
-    if (in.text(column) == name_of((*set_)[id].kind)) return;
-    in.fail("task `" + (*set_)[id].name + "` is a " + name_of((*set_)[id].kind) + ", not a `" +
+    if (in.text(column) == to_string((*set_)[id].kind)) return;
+    in.fail("task `" + (*set_)[id].name + "` is a " + to_string((*set_)[id].kind) + ", not a `" +
                 std::string(in.text(column)) + "`",
             "is this another graph's trace?");
   }
@@ -112,10 +110,7 @@ struct RowIn {
 };
 
 Outcome outcome_of(const CsvReader& in, std::size_t column) {
-  for (const Outcome o : {Outcome::ran, Outcome::skipped, Outcome::overwritten, Outcome::queued,
-                          Outcome::running, Outcome::empty}) {
-    if (in.text(column) == to_string(o)) return o;
-  }
+  if (const auto outcome = parse<Outcome>(in.text(column))) return *outcome;
   in.fail("unknown outcome `" + std::string(in.text(column)) + "`", "README lists them");
 }
 
@@ -138,7 +133,7 @@ constexpr JobColumn kJobColumns[] = {
      [](RowIn& i, std::size_t c) { i.repetition = i.in.number<std::uint32_t>(c); }},
     {"task", Field::required, [](const RowOut& o) { o.line.text(o.set[o.r.job.task].name); },
      [](RowIn& i, std::size_t c) { i.r.job.task = i.tasks.find(i.in, c); }},
-    {"kind", Field::required, [](const RowOut& o) { o.line.text(name_of(o.set[o.r.job.task].kind)); },
+    {"kind", Field::required, [](const RowOut& o) { o.line.text(to_string(o.set[o.r.job.task].kind)); },
      [](RowIn& i, std::size_t c) { i.tasks.check_kind(i.in, c, i.r.job.task); }},
     {"sequence", Field::required, [](const RowOut& o) { o.line.number(o.r.job.sequence); },
      [](RowIn& i, std::size_t c) { i.r.job.sequence = i.in.number<std::uint64_t>(c); }},

@@ -16,6 +16,7 @@
 #include <set>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/transport.hpp"
 
 namespace hotpath {
@@ -35,6 +36,11 @@ void log_to_standard_error() {
   dds::Log::SetVerbosity(dds::Log::Kind::Error);
 }
 
+/// What the participants of one run tell each other in discovery.
+std::string run_mark(const FastDdsOptions& options) { return "hotpath:" + options.partition; }
+
+}  // namespace
+
 dds::DomainParticipantQos participant_qos(const FastDdsOptions& options) {
   dds::DomainParticipantQos qos;
   qos.name("hotpath");
@@ -50,35 +56,27 @@ dds::DomainParticipantQos participant_qos(const FastDdsOptions& options) {
   return qos;
 }
 
-/// What the participants of one run tell each other in discovery.
-std::string run_mark(const FastDdsOptions& options) { return "hotpath:" + options.partition; }
-
-}  // namespace
-
-dds::DomainParticipant* create_participant(const FastDdsOptions& options,
-                                           dds::DomainParticipantListener* listener) {
+dds::DomainParticipant* create_participant(std::uint32_t domain, const dds::DomainParticipantQos& qos,
+                                           dds::DomainParticipantListener* listener,
+                                           const dds::StatusMask& events) {
   log_to_standard_error();
-  dds::DomainParticipantQos qos = participant_qos(options);
-  // A participant that has just started may miss the answer to its first announcement, and then waits for the
-  // next one of whom it missed: three seconds by default. The participants of a run start together and
-  // announce themselves often then.
-  if (listener == nullptr) {
-    qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = {1, 0};
-  }
-  const std::string mark = listener == nullptr ? "" : run_mark(options);
-  qos.user_data().data_vec({mark.begin(), mark.end()});
-  const dds::StatusMask events = listener == nullptr ? dds::StatusMask::none()
-                                                     : dds::StatusMask::publication_matched()
-                                                           << dds::StatusMask::subscription_matched();
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  auto* participant = factory->create_participant(options.domain, qos, listener, events);
+  auto* participant = factory->create_participant(domain, qos, listener, events);
   if (participant == nullptr) {
     throw TransportError(
-        "Fast DDS could not create a participant in domain " + std::to_string(options.domain) +
+        "Fast DDS could not create a participant in domain " + std::to_string(domain) +
         "; its own message is above, usual reasons are no network interface (is `lo` up?) and a "
         "domain outside 0 to 232");
   }
   return participant;
+}
+
+dds::DomainParticipant* create_participant(const FastDdsOptions& options) {
+  dds::DomainParticipantQos qos = participant_qos(options);
+  // A participant that has just started may miss the answer to its first announcement, and then waits for the
+  // next one of whom it missed: three seconds by default.
+  qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = {1, 0};
+  return create_participant(options.domain, qos);
 }
 
 /// Counts, for each endpoint, the matched endpoints of the run's own participants.
@@ -122,10 +120,25 @@ class FastDdsParticipant::Partners final : public dds::DomainParticipantListener
   std::map<const dds::DomainEntity*, std::int32_t> count_;
 };
 
+namespace {
+
+/// One that the other participants of its run can tell from strangers.
+dds::DomainParticipant* create_run_participant(const FastDdsOptions& options,
+                                               dds::DomainParticipantListener& partners) {
+  dds::DomainParticipantQos qos = participant_qos(options);
+  const std::string mark = run_mark(options);
+  qos.user_data().data_vec({mark.begin(), mark.end()});
+  return create_participant(options.domain, qos, &partners,
+                            dds::StatusMask::publication_matched()
+                                << dds::StatusMask::subscription_matched());
+}
+
+}  // namespace
+
 FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options)
     : domain_(options.domain),
       partners_(std::make_unique<Partners>(options)),
-      participant_(create_participant(options, partners_.get())) {
+      participant_(create_run_participant(options, *partners_)) {
   partners_->add_participant(participant_->guid().guidPrefix);
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
@@ -200,7 +213,7 @@ void FastDdsParticipant::wait_until_matched(Time deadline) const {
     const auto* writer = missing(writers_);
     const auto* reader = missing(readers_);
     if (writer == nullptr && reader == nullptr) return;
-    if (std::chrono::steady_clock::now() >= deadline) {
+    if (now() >= deadline) {
       const bool writes = writer != nullptr;
       const std::string& name = writes ? writer->topic : reader->topic;
       const auto found = writes ? partners_->of(writer->endpoint) : partners_->of(reader->endpoint);

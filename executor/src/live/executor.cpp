@@ -10,11 +10,11 @@
 #include <latch>
 #include <mutex>
 
+#include "hotpath/live/clock.hpp"
+
 namespace hotpath {
 
 namespace {
-
-Time clock_now() { return std::chrono::steady_clock::now(); }
 
 Duration thread_cpu_time() {
   timespec t{};
@@ -30,40 +30,6 @@ ExecutorOptions default_options(const ExecutorEntry& entry) {
   return options;
 }
 
-Executor::Inbox::Inbox(const TaskSet& set) : rings_(set.size()) {
-  std::uint32_t total = 0;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind != TaskKind::subscription) continue;
-    rings_[id].first = total;
-    rings_[id].depth = set[id].depth;
-    total += set[id].depth;
-  }
-  slots_.resize(total);
-}
-
-Sample Executor::Inbox::push(TaskId task, Sample sample) {
-  Ring& r = rings_[task];
-  Sample replaced;
-  if (r.count == r.depth) replaced = pop(task);
-  slots_[r.first + (r.head + r.count) % r.depth] = std::move(sample);
-  ++r.count;
-  return replaced;
-}
-
-Sample Executor::Inbox::pop(TaskId task) {
-  Ring& r = rings_[task];
-  assert(r.count > 0);
-  Sample sample = std::move(slots_[r.first + r.head]);
-  r.head = (r.head + 1) % r.depth;
-  --r.count;
-  return sample;
-}
-
-std::vector<Sample> Executor::Inbox::clear() {
-  for (Ring& r : rings_) r.head = r.count = 0;
-  return std::exchange(slots_, std::vector<Sample>(slots_.size()));
-}
-
 Executor::Executor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler, Logs logs,
                    const ExecutorOptions& options)
     : set_(set),
@@ -73,9 +39,9 @@ Executor::Executor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, Job
       options_(options),
       inbox_(set),
       arrived_(set.size(), 0),
-      lanes_(scheduler_->workers().size()),
-      obtained_(lanes_.size()) {
+      lanes_(scheduler_->workers().size()) {
   assert(logs_.size() == lanes_.size() + 1);
+  for (const WorkerRole role : scheduler_->workers()) workers_.push_back({role, {}});
 }
 
 Executor::~Executor() {
@@ -106,11 +72,11 @@ void Executor::start(Time epoch, Time end) {
 }
 
 void Executor::prepare(Worker worker) {
-  const bool timer = scheduler_->workers()[worker] == WorkerRole::timer_management;
-  pthread_setname_np(pthread_self(), timer ? "timer_mgmt" : "executor");
+  const bool timer = workers_[worker].role == WorkerRole::timer_management;
+  pthread_setname_np(pthread_self(), to_string(workers_[worker].role));
   minimise_timer_slack();
   try {
-    obtained_[worker] = apply_thread_policy(timer ? options_.timer_thread : options_.executor_threads);
+    workers_[worker].policy = apply_thread_policy(timer ? options_.timer_thread : options_.executor_threads);
   } catch (const ThreadSetupError& error) {
     const std::lock_guard lock(mutex_);
     setup_error_ = error.what();
@@ -121,7 +87,7 @@ void Executor::stop() {
   WorkerSet parked;
   {
     const std::lock_guard lock(mutex_);
-    end_ = std::min(end_, clock_now());
+    end_ = std::min(end_, now());
     for (Worker w = 0; w < lanes_.size(); ++w) parked.insert(w);
     parked = claim(parked);
   }
@@ -164,13 +130,13 @@ void Executor::unpark(WorkerSet claimed) {
 }
 
 void Executor::deliver(TaskId task, const SampleInfo& info, Sample sample) {
-  Sample replaced;  // given back after the lock
+  std::optional<Sample> replaced;  // given back after the lock
   WorkerSet claimed;
   {
     const std::lock_guard lock(mutex_);
     if (closed_) return;
     ++arrived_[task];
-    const Arrival arrival = scheduler_->sample_arrived(task, info, clock_now());
+    const Arrival arrival = scheduler_->sample_arrived(task, info, now());
     replaced = inbox_.push(task, std::move(sample));
     assert(inbox_.count(task) == scheduler_->unread(task));
     if (arrival.overwritten) {
@@ -195,7 +161,7 @@ void Executor::work(Worker worker) {
   std::unique_lock lock(mutex_);
   // The clock is read once each time the lock is taken: `now` is the end of the last job as well as the
   // instant of the next decision.
-  Time now = clock_now();
+  Time now = hotpath::now();
   while (now < end_) {
     const Turn turn = take_turn(*scheduler_, worker, now);
     to_wake |= claim(turn.decision.wake);
@@ -210,7 +176,7 @@ void Executor::work(Worker worker) {
       unpark(std::exchange(to_wake, {}));
       run_job(worker, job, std::move(sample));
       lock.lock();
-      now = clock_now();
+      now = hotpath::now();
       to_wake = claim(scheduler_->finished(worker, job, now).wake);
     } else {
       const std::uint32_t ticket = lane.parker.ticket();
@@ -221,7 +187,7 @@ void Executor::work(Worker worker) {
       if (until > now) lane.parker.park_until(ticket, until);
       lock.lock();
       lane.parked = false;
-      now = clock_now();
+      now = hotpath::now();
     }
   }
   lock.unlock();
@@ -232,7 +198,7 @@ void Executor::run_job(Worker worker, const Job& job, Sample sample) {
   JobRecord record;
   record.job = job;
   record.worker = static_cast<std::uint8_t>(worker);
-  record.start = clock_now();
+  record.start = now();
   if (job.empty) {
     record.outcome = Outcome::empty;
     record.finish = record.start;
@@ -240,7 +206,7 @@ void Executor::run_job(Worker worker, const Job& job, Sample sample) {
     const Duration cpu_before = options_.measure_cpu_time ? thread_cpu_time() : Duration{};
     handler_.run(job, record.start, std::move(sample), worker);
     if (options_.measure_cpu_time) record.cpu_time = thread_cpu_time() - cpu_before;
-    record.finish = clock_now();
+    record.finish = now();
   }
   record.cpu = static_cast<std::int16_t>(sched_getcpu());
   logs_[worker].append(record);

@@ -35,25 +35,22 @@ std::string list(const std::vector<int>& numbers) {
 }  // namespace
 
 std::string to_string(const ThreadPolicy& policy) {
-  switch (policy.scheduling_class) {
-    case ThreadPolicy::Class::other:
-      return "other";
-    case ThreadPolicy::Class::fifo:
-      return "fifo:" + std::to_string(policy.priority);
-    case ThreadPolicy::Class::rr:
-      return "rr:" + std::to_string(policy.priority);
-  }
-  return "?";
+  const std::string name = to_string(policy.scheduling_class);
+  return policy.scheduling_class == ThreadPolicy::Class::other ? name
+                                                               : name + ":" + std::to_string(policy.priority);
+}
+
+std::string to_string(const WorkerThread& thread) {
+  return to_string(thread.role) + std::string(" ") + to_string(thread.policy);
 }
 
 ThreadPolicy parse_thread_policy(const std::string& text) {
-  if (text == "other") return {};
   const std::size_t colon = text.find(':');
-  const std::string name = text.substr(0, colon);
+  const auto scheduling_class = parse<ThreadPolicy::Class>(text.substr(0, colon));
   ThreadPolicy policy;
-  if (name == "fifo") policy.scheduling_class = ThreadPolicy::Class::fifo;
-  if (name == "rr") policy.scheduling_class = ThreadPolicy::Class::rr;
-  if (policy.scheduling_class != ThreadPolicy::Class::other && colon != std::string::npos) {
+  if (scheduling_class == ThreadPolicy::Class::other && colon == std::string::npos) return policy;
+  if (scheduling_class && scheduling_class != ThreadPolicy::Class::other && colon != std::string::npos) {
+    policy.scheduling_class = *scheduling_class;
     const char* end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data() + colon + 1, end, policy.priority);
     if (parsed.ec == std::errc{} && parsed.ptr == end && policy.priority >= 1 && policy.priority <= 99)

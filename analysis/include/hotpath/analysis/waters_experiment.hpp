@@ -4,6 +4,7 @@
 #include <string>
 
 #include "hotpath/analysis/waters_2015.hpp"
+#include "hotpath/core/enum_text.hpp"
 
 namespace hotpath {
 
@@ -16,7 +17,13 @@ enum class WatersMethod : std::uint8_t {
   davis_guenzel,    ///< Exact NP-FP and the phase-aware latency, phases drawn uniformly from [0, T).
 };
 inline constexpr std::size_t kWatersMethods = 5;
-const char* to_string(WatersMethod);
+constexpr auto enum_texts(WatersMethod) {
+  return std::to_array<EnumText<WatersMethod>>({{WatersMethod::brueggen_davare, "brueggen_davare"},
+                                                {WatersMethod::davis_davare, "davis_davare"},
+                                                {WatersMethod::davis_duerr, "davis_duerr"},
+                                                {WatersMethod::davis_kloda, "davis_kloda"},
+                                                {WatersMethod::davis_guenzel, "davis_guenzel"}});
+}
 
 struct WatersOptions {
   std::uint64_t seed = 1;

@@ -17,8 +17,8 @@ struct TaskAccount {
 
   std::uint64_t operator[](Outcome o) const { return count[static_cast<std::size_t>(o)]; }
   /// Timers: ran + skipped + queued + running. Subscriptions: ran + overwritten + queued + running.
-  std::uint64_t accounted() const;
-  bool balanced() const { return accounted() == expected; }
+  [[nodiscard]] std::uint64_t accounted() const;
+  [[nodiscard]] bool balanced() const { return accounted() == expected; }
 };
 
 /// The loss equations of a run, one account per task. The expected numbers come from period and phase

@@ -13,9 +13,9 @@ class EventsQueue {
   virtual ~EventsQueue() = default;
   virtual void push(const Job& job) = 0;
   /// Removes the job that runs next. The queue must not be empty.
-  virtual Job pop() = 0;
-  virtual bool empty() const = 0;
-  virtual std::size_t size() const = 0;
+  [[nodiscard]] virtual Job pop() = 0;
+  [[nodiscard]] virtual bool empty() const = 0;
+  [[nodiscard]] virtual std::size_t size() const = 0;
   /// Visits all jobs, in no particular order.
   virtual void for_each(const std::function<void(const Job&)>& visit) const = 0;
 };

@@ -19,11 +19,11 @@ class EventsScheduler : public Scheduler {
   static constexpr Worker kExecutor = 0;
   static constexpr Worker kTimerManagement = 1;
 
-  std::span<const WorkerRole> workers() const final { return kRoles; }
+  [[nodiscard]] std::span<const WorkerRole> workers() const final { return kRoles; }
   void begin(Time epoch) final;
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) final;
   Effect finished(Worker, const Job&, Time) final { return {}; }
-  std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
+  [[nodiscard]] std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
   void unfinished(Time now, const Visitor& visit) const override;
 
  protected:

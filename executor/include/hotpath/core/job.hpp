@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/task.hpp"
 
 namespace hotpath {
@@ -31,7 +32,7 @@ struct Job {
   std::uint32_t skipped = 0;  ///< Timers: timestamps that follow this one for which no job is ever released.
   bool empty = false;         ///< Subscriptions: the event's sample is gone and there is nothing to take.
 
-  JobRef ref() const { return {task, sequence}; }
+  [[nodiscard]] JobRef ref() const { return {task, sequence}; }
 };
 
 /// What became of a job or timestamp; the column `outcome` of jobs.csv.
@@ -44,6 +45,13 @@ enum class Outcome : std::uint8_t {
   empty,        ///< Event whose sample had been overwritten or taken: nothing ran.
 };
 
-const char* to_string(Outcome);
+constexpr auto enum_texts(Outcome) {
+  return std::to_array<EnumText<Outcome>>({{Outcome::ran, "ran"},
+                                           {Outcome::skipped, "skipped"},
+                                           {Outcome::overwritten, "overwritten"},
+                                           {Outcome::queued, "queued"},
+                                           {Outcome::running, "running"},
+                                           {Outcome::empty, "empty"}});
+}
 
 }  // namespace hotpath

@@ -29,9 +29,20 @@ enum class Ties : std::uint8_t {
   fifo,  ///< By activation.
 };
 
-const char* to_string(Policy);
-const char* to_string(SubscriptionRule);
-const char* to_string(Ties);
+constexpr auto enum_texts(Policy) {
+  return std::to_array<EnumText<Policy>>({{Policy::fifo, "fifo"},
+                                          {Policy::rm, "rm"},
+                                          {Policy::dm, "dm"},
+                                          {Policy::fp, "fp"},
+                                          {Policy::edf, "edf"}});
+}
+constexpr auto enum_texts(SubscriptionRule) {
+  return std::to_array<EnumText<SubscriptionRule>>(
+      {{SubscriptionRule::inherit, "inherit"}, {SubscriptionRule::first, "first"}});
+}
+constexpr auto enum_texts(Ties) {
+  return std::to_array<EnumText<Ties>>({{Ties::lifo, "lifo"}, {Ties::fifo, "fifo"}});
+}
 
 /// Position of a released job in the ready queue; smaller runs first. Two jobs never have equal keys.
 struct PriorityKey {
@@ -46,10 +57,10 @@ class PriorityOrder {
   PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule rule, Ties ties);
 
   /// `activation` counts releases and arrivals of the whole scheduler. Policy `fifo` orders by it alone.
-  PriorityKey key(const Job& job, std::uint64_t activation) const;
+  [[nodiscard]] PriorityKey key(const Job& job, std::uint64_t activation) const;
 
   /// Fixed policies: the number that `key` compares first. Under `rm` it is the (inherited) period in ns.
-  std::int64_t level(TaskId task) const { return level_[task]; }
+  [[nodiscard]] std::int64_t level(TaskId task) const { return level_[task]; }
 
  private:
   Policy policy_;

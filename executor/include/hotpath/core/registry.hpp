@@ -24,7 +24,11 @@ enum class Family : std::uint8_t {
   events,           ///< Edge-triggered: a FIFO events queue (rclcpp's experimental EventsExecutor).
   priority_events,  ///< The paper's: priority events queue, timers released all together.
 };
-[[nodiscard]] const char* to_string(Family);
+constexpr auto enum_texts(Family) {
+  return std::to_array<EnumText<Family>>({{Family::wait_set, "wait_set"},
+                                          {Family::events, "events"},
+                                          {Family::priority_events, "priority_events"}});
+}
 
 /// How an executor serves timers.
 enum class TimerHandling : std::uint8_t {
@@ -32,7 +36,12 @@ enum class TimerHandling : std::uint8_t {
   release_only,         ///< The timer management thread releases them into the events queue.
   release_and_execute,  ///< The timer management thread runs them itself.
 };
-[[nodiscard]] const char* to_string(TimerHandling);
+constexpr auto enum_texts(TimerHandling) {
+  return std::to_array<EnumText<TimerHandling>>(
+      {{TimerHandling::polled, "polled"},
+       {TimerHandling::release_only, "release_only"},
+       {TimerHandling::release_and_execute, "release_and_execute"}});
+}
 
 /// What an executor costs on the reference machine with the real ROS 2 stack
 /// (reference_system/ros2_reference).
@@ -75,6 +84,9 @@ inline constexpr std::string_view kBaselineExecutor = "default";
 
 /// All executors, in the order in which they are listed. A new one is one row here.
 [[nodiscard]] std::span<const ExecutorEntry> executors();
+
+/// Workers of the executor's scheduler (Scheduler::workers()): for code that must know before there is one.
+[[nodiscard]] std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& options);
 
 /// nullptr for an unknown name.
 [[nodiscard]] const ExecutorEntry* find_executor(std::string_view name);

@@ -40,7 +40,7 @@ class Scheduler {
   virtual ~Scheduler() = default;
 
   /// The workers this scheduler needs, with their roles; constant over its life.
-  virtual std::span<const WorkerRole> workers() const = 0;
+  [[nodiscard]] virtual std::span<const WorkerRole> workers() const = 0;
 
   /// Sets every timer's first timestamp to `epoch` plus its phase. Called once, before any other call.
   virtual void begin(Time epoch) = 0;
@@ -60,7 +60,7 @@ class Scheduler {
   virtual Effect finished(Worker worker, const Job& job, Time now) = 0;
 
   /// Unread samples of a subscription (level-triggered readiness; drivers check their own count against it).
-  virtual std::uint32_t unread(TaskId task) const = 0;
+  [[nodiscard]] virtual std::uint32_t unread(TaskId task) const = 0;
 
   /// Visits what was due or unread at the end `now` of a run and not started: `queued` jobs, and the
   /// timestamps that a call at `now` would skip.

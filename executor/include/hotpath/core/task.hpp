@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/time.hpp"
 
 namespace hotpath {
@@ -16,10 +17,18 @@ using TaskId = std::uint32_t;
 inline constexpr TaskId kNoTask = std::numeric_limits<TaskId>::max();
 
 enum class TaskKind : std::uint8_t { timer, subscription };
+constexpr auto enum_texts(TaskKind) {
+  return std::to_array<EnumText<TaskKind>>(
+      {{TaskKind::timer, "timer"}, {TaskKind::subscription, "subscription"}});
+}
 
 /// rclcpp's callback groups: tasks of one mutually exclusive group never overlap in a multi-threaded
 /// executor.
 enum class CallbackGroup : std::uint8_t { mutually_exclusive, reentrant };
+constexpr auto enum_texts(CallbackGroup) {
+  return std::to_array<EnumText<CallbackGroup>>(
+      {{CallbackGroup::mutually_exclusive, "mutually_exclusive"}, {CallbackGroup::reentrant, "reentrant"}});
+}
 
 /// One callback: a timer, or one subscription of a node.
 struct Task {
@@ -43,7 +52,7 @@ struct TaskSet {
   std::vector<CallbackGroup> groups = {CallbackGroup::mutually_exclusive};
 
   const Task& operator[](TaskId id) const { return tasks[id]; }
-  TaskId size() const { return static_cast<TaskId>(tasks.size()); }
+  [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
 };
 
 }  // namespace hotpath

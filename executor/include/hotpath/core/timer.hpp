@@ -12,15 +12,15 @@ class Timer {
   Timer(TaskId task, const Task& t, Time epoch)
       : task_(task), period_(t.period), deadline_(t.deadline), next_call_(epoch + t.phase) {}
 
-  Time next_call() const { return next_call_; }
-  bool is_ready(Time now) const { return next_call_ <= now; }
+  [[nodiscard]] Time next_call() const { return next_call_; }
+  [[nodiscard]] bool is_ready(Time now) const { return next_call_ <= now; }
 
   /// The job of the next timestamp, and the step to the timestamp after it: one period on, and if that is not
   /// strictly after `now`, on by whole periods until it is. The timestamps passed over are skipped.
   Job call(Time now);
 
   /// Timestamps at or before `now` that a call at `now` would skip.
-  std::uint32_t would_skip(Time now) const;
+  [[nodiscard]] std::uint32_t would_skip(Time now) const;
 
  private:
   TaskId task_ = kNoTask;

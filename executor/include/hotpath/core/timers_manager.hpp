@@ -14,13 +14,13 @@ class TimersManager {
   void begin(const TaskSet& set, Time epoch);
 
   /// Next call of the head timer, kNever without timers.
-  Time next_call() const { return heap_.empty() ? kNever : heap_.front().next_call; }
-  bool due(Time now) const { return next_call() <= now; }
+  [[nodiscard]] Time next_call() const { return heap_.empty() ? kNever : heap_.front().next_call; }
+  [[nodiscard]] bool due(Time now) const { return next_call() <= now; }
 
   /// Calls the head timer, which must be due, and restores the heap. O(log n).
   Job call_head(Time now);
 
-  const std::vector<Timer>& timers() const { return timers_; }
+  [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }
 
  private:
   // Key and index side by side, so that sifting stays within the heap's own memory.

@@ -19,8 +19,6 @@ extern const std::string kChainsCsvHeader;
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace);
 void write_chains_csv(std::ostream& out, const std::vector<std::string>& chain_names, const Trace& trace);
 
-using TraceCsvError = InputError;
-
 /// Reads jobs.csv back: one trace per (executor, repetition), in order of appearance. Instants are relative
 /// to an epoch of zero; `published`, `end` and `chains` are not in this file and stay empty. Throws
 /// InputError, also for a task that `set` does not have.

@@ -5,46 +5,41 @@
 #include <vector>
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/core/sample_rings.hpp"
 
 namespace hotpath {
 
-/// Unread samples of every subscription, each bounded by the subscription's history depth (KEEP_LAST).
+/// Unread samples of every subscription, as jobs without a release, each bounded by the subscription's
+/// history depth.
 class UnreadSamples {
  public:
-  explicit UnreadSamples(const TaskSet& set);
+  explicit UnreadSamples(const TaskSet& set) : samples_(set), arrived_(set.size(), 0) {}
 
-  /// Adds a sample as a job of `task` without a release; returns the one it replaced when the history was
-  /// full.
   struct Added {
     Job job;
-    std::optional<Job> overwritten;
+    std::optional<Job> overwritten;  ///< The sample that this one replaced when the history was full.
   };
-  Added add(TaskId task, const SampleInfo& sample);
+  [[nodiscard]] Added add(TaskId task, const SampleInfo& sample);
 
-  TaskId tasks() const { return static_cast<TaskId>(readers_.size()); }
-  bool is_subscription(TaskId task) const { return readers_[task].depth > 0; }
-  std::uint32_t count(TaskId task) const { return readers_[task].count; }
+  [[nodiscard]] TaskId tasks() const { return samples_.tasks(); }
+  [[nodiscard]] bool is_subscription(TaskId task) const { return samples_.is_subscription(task); }
+  [[nodiscard]] std::uint32_t count(TaskId task) const { return samples_.count(task); }
 
   /// Removes the oldest unread sample. There must be one.
-  Job take(TaskId task);
+  [[nodiscard]] Job take(TaskId task) { return job(task, samples_.pop(task)); }
 
   /// The i-th oldest unread sample, i < count(task).
-  Job peek(TaskId task, std::uint32_t i) const;
+  [[nodiscard]] Job peek(TaskId task, std::uint32_t i) const { return job(task, samples_.peek(task, i)); }
 
  private:
   struct Entry {
-    std::uint64_t sequence;
+    std::uint64_t sequence = 0;
     SampleInfo sample;
   };
-  struct Reader {
-    std::uint32_t first = 0, depth = 0;  // ring [first, first + depth) of entries_
-    std::uint32_t head = 0, count = 0;
-    std::uint64_t arrived = 0;
-  };
-  Job job(TaskId task, const Entry& e) const;
+  static Job job(TaskId task, const Entry& e);
 
-  std::vector<Reader> readers_;
-  std::vector<Entry> entries_;
+  SampleRings<Entry> samples_;
+  std::vector<std::uint64_t> arrived_;  // by task
 };
 
 }  // namespace hotpath

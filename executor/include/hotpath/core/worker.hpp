@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cstdint>
 
+#include "hotpath/core/enum_text.hpp"
+
 namespace hotpath {
 
 /// Index of one thread of an executor, below kMaxWorkers.
@@ -17,6 +19,10 @@ enum class WorkerRole : std::uint8_t {
   timer_management,  ///< The releaser (the paper's *timer management thread*); in RE it runs the timers' jobs
                      ///< too.
 };
+constexpr auto enum_texts(WorkerRole) {
+  return std::to_array<EnumText<WorkerRole>>(
+      {{WorkerRole::executor, "executor"}, {WorkerRole::timer_management, "timer_mgmt"}});
+}
 
 /// A set of workers.
 class WorkerSet {
@@ -32,10 +38,10 @@ class WorkerSet {
     bits_ |= std::uint64_t{1} << w;
   }
   constexpr void erase(Worker w) { bits_ &= ~(std::uint64_t{1} << w); }
-  constexpr bool contains(Worker w) const { return (bits_ >> w) & 1U; }
-  constexpr bool empty() const { return bits_ == 0; }
+  [[nodiscard]] constexpr bool contains(Worker w) const { return (bits_ >> w) & 1U; }
+  [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
   /// Lowest member; the set must not be empty.
-  constexpr Worker first() const {
+  [[nodiscard]] constexpr Worker first() const {
     assert(!empty());
     return static_cast<Worker>(std::countr_zero(bits_));
   }

@@ -44,7 +44,7 @@ class ExecutionTimes {
  public:
   virtual ~ExecutionTimes() = default;
   /// Execution time of `job`, >= 0; the same at every call.
-  virtual Duration of(const Job& job) const = 0;
+  [[nodiscard]] virtual Duration of(const Job& job) const = 0;
 };
 
 /// Every job takes its task's WCET.

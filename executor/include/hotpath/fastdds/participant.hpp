@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/time.hpp"
 
 namespace hotpath {
@@ -25,11 +26,22 @@ struct FastDdsOptions {
   Network network = Network::udp;
   bool loopback_only = true;  ///< Nothing leaves the machine.
 };
+constexpr auto enum_texts(FastDdsOptions::Network) {
+  return std::to_array<EnumText<FastDdsOptions::Network>>(
+      {{FastDdsOptions::Network::udp, "udp"}, {FastDdsOptions::Network::shared_memory, "shared_memory"}});
+}
 
-/// A participant on these transports whose log goes to standard error, for programs that bring their own
-/// endpoints. The caller deletes it. Throws TransportError when Fast DDS cannot create it.
-eprosima::fastdds::dds::DomainParticipant* create_participant(
-    const FastDdsOptions& options, eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr);
+/// What a participant on these transports is like.
+[[nodiscard]] eprosima::fastdds::dds::DomainParticipantQos participant_qos(const FastDdsOptions& options);
+
+/// A participant whose log goes to standard error, for programs that bring their own endpoints. The caller
+/// deletes it. Throws TransportError when Fast DDS cannot create it.
+[[nodiscard]] eprosima::fastdds::dds::DomainParticipant* create_participant(
+    std::uint32_t domain, const eprosima::fastdds::dds::DomainParticipantQos& qos,
+    eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr,
+    const eprosima::fastdds::dds::StatusMask& events = eprosima::fastdds::dds::StatusMask::none());
+/// The same for one that comes and goes during a run, and announces itself accordingly.
+[[nodiscard]] eprosima::fastdds::dds::DomainParticipant* create_participant(const FastDdsOptions& options);
 
 /// The one participant of a process, with a publisher and a subscriber. Its destruction removes all that was
 /// created through it; loans must have been returned.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
+#include "hotpath/core/sample_rings.hpp"
 #include "hotpath/core/trace.hpp"
 #include "hotpath/live/parker.hpp"
 #include "hotpath/live/pi_mutex.hpp"
@@ -35,7 +36,7 @@ struct ExecutorOptions {
 
 /// The executor's defaults (design: Live execution): the paper's raise their timer management thread to
 /// SCHED_FIFO 90 above the executor thread; the stock ones run under the ordinary policy.
-ExecutorOptions default_options(const ExecutorEntry& entry);
+[[nodiscard]] ExecutorOptions default_options(const ExecutorEntry& entry);
 
 /// Drives one scheduler with real threads and the real clock, one thread for each of the scheduler's workers.
 /// Which of rclcpp's executors it is follows from the scheduler.
@@ -68,10 +69,10 @@ class Executor final : public SampleSink {
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
 
   /// Samples delivered to `task` so far. Any thread.
-  std::uint64_t arrived(TaskId task) const;
+  [[nodiscard]] std::uint64_t arrived(TaskId task) const;
 
-  /// Policy of each worker's thread, valid after start().
-  const std::vector<ThreadPolicy>& obtained_policies() const { return obtained_; }
+  /// One for each of the scheduler's workers; their policies are those obtained once start() has returned.
+  [[nodiscard]] const std::vector<WorkerThread>& workers() const { return workers_; }
 
  private:
   struct Lane {
@@ -79,23 +80,6 @@ class Executor final : public SampleSink {
     bool parked = false;
     std::thread thread;
   };
-  /// The oldest unread sample of each subscription is the next to be taken.
-  class Inbox {
-   public:
-    explicit Inbox(const TaskSet& set);
-    Sample push(TaskId task, Sample sample);  ///< Returns the one that it replaced, if any.
-    Sample pop(TaskId task);
-    std::uint32_t count(TaskId task) const { return rings_[task].count; }
-    std::vector<Sample> clear();
-
-   private:
-    struct Ring {
-      std::uint32_t first = 0, depth = 0, head = 0, count = 0;
-    };
-    std::vector<Ring> rings_;
-    std::vector<Sample> slots_;
-  };
-
   void prepare(Worker worker);
   void work(Worker worker);
   void run_job(Worker worker, const Job& job, Sample sample);
@@ -111,11 +95,11 @@ class Executor final : public SampleSink {
   mutable PiMutex mutex_;
   Time epoch_{}, end_{kNever};
   bool closed_ = false;
-  Inbox inbox_;
+  SampleRings<Sample> inbox_;  // the same samples as the scheduler's unread ones
   std::vector<std::uint64_t> arrived_;
   std::vector<Lane> lanes_;
 
-  std::vector<ThreadPolicy> obtained_;
+  std::vector<WorkerThread> workers_;
   std::string setup_error_;
 };
 

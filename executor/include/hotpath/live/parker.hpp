@@ -14,7 +14,7 @@ namespace hotpath {
 class Parker {
  public:
   /// To be read, under the lock that guards the condition, before park_until().
-  std::uint32_t ticket() const { return ticket_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::uint32_t ticket() const { return ticket_.load(std::memory_order_relaxed); }
 
   /// Sleeps until `until` (kNever: no limit), or until unpark() was called after `ticket` was read. May wake
   /// early.

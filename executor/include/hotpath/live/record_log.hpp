@@ -50,10 +50,10 @@ class RecordLog {
     header_->count.store(n + 1, std::memory_order_release);
   }
 
-  std::span<const Record> contents() const {
+  [[nodiscard]] std::span<const Record> contents() const {
     return {records(), static_cast<std::size_t>(header_->count.load(std::memory_order_acquire))};
   }
-  std::uint64_t lost() const { return header_->lost.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t lost() const { return header_->lost.load(std::memory_order_relaxed); }
 
  private:
   struct alignas(64) Header {
@@ -61,7 +61,7 @@ class RecordLog {
     std::atomic<std::uint64_t> lost{0};
     std::uint64_t capacity = 0;
   };
-  Record* records() const { return reinterpret_cast<Record*>(header_ + 1); }
+  [[nodiscard]] Record* records() const { return reinterpret_cast<Record*>(header_ + 1); }
 
   Header* header_ = nullptr;
 };

@@ -40,7 +40,7 @@ class Sample {
   }
   explicit operator bool() const { return data_ != nullptr; }
   template <class Message>
-  const Message& as() const {
+  [[nodiscard]] const Message& as() const {
     return *static_cast<const Message*>(data_);
   }
 

@@ -44,10 +44,10 @@ class ChainJoin {
 
   /// A source's n-th publication is that of the n-th job of its timer that ran; the end-to-end latency is
   /// unknown (-1) where that job, or the sink's own, is not among the records added.
-  ChainRecord join(const ChainObservation& observation) const;
+  [[nodiscard]] ChainRecord join(const ChainObservation& observation) const;
 
   /// Timestamp of a sink's job that ran; nothing when it is not among the records added.
-  std::optional<Time> sink_timestamp(JobRef job) const;
+  [[nodiscard]] std::optional<Time> sink_timestamp(JobRef job) const;
 
  private:
   struct SinkJob {

@@ -20,7 +20,14 @@ enum class NodeType : std::uint8_t {
   intersection,  ///< Independent transforms under one name: input i leads to output i.
   command,       ///< One input; the end of a chain.
 };
-const char* to_string(NodeType);  ///< As in graph files.
+constexpr auto enum_texts(NodeType) {
+  return std::to_array<EnumText<NodeType>>({{NodeType::sensor, "sensor"},
+                                            {NodeType::transform, "transform"},
+                                            {NodeType::fusion, "fusion"},
+                                            {NodeType::cyclic, "cyclic"},
+                                            {NodeType::intersection, "intersection"},
+                                            {NodeType::command, "command"}});
+}
 
 /// How a job burns its execution time.
 enum class WorkMode : std::uint8_t {
@@ -28,6 +35,10 @@ enum class WorkMode : std::uint8_t {
   wall,      ///< Until an instant of the clock (the paper's task sets): preemption counts as work.
   cpu_time,  ///< Until the thread has used that much CPU time.
 };
+constexpr auto enum_texts(WorkMode) {
+  return std::to_array<EnumText<WorkMode>>(
+      {{WorkMode::fixed, "fixed"}, {WorkMode::wall, "wall"}, {WorkMode::cpu_time, "cpu_time"}});
+}
 
 /// OS priority of the timer management thread, compared with the executor thread's.
 enum class TimerThread : std::uint8_t {
@@ -42,8 +53,15 @@ enum class ExecutionTimeModel : std::uint8_t {
   uniform,  ///< Uniform between best and worst case.
 };
 
-const char* to_string(TimerThread);
-const char* to_string(ExecutionTimeModel);
+constexpr auto enum_texts(TimerThread) {
+  return std::to_array<EnumText<TimerThread>>({{TimerThread::by_executor, "by_executor"},
+                                               {TimerThread::raised, "raised"},
+                                               {TimerThread::equal, "equal"}});
+}
+constexpr auto enum_texts(ExecutionTimeModel) {
+  return std::to_array<EnumText<ExecutionTimeModel>>(
+      {{ExecutionTimeModel::worst, "worst"}, {ExecutionTimeModel::uniform, "uniform"}});
+}
 
 /// The machine on which `hotpath simulate` runs a graph, unless its options say otherwise; see Platform.
 struct GraphPlatform {
@@ -108,7 +126,7 @@ struct Graph {
   GraphPlatform platform;
 
   /// nullptr for an unknown name.
-  const Node* find(const std::string& node) const;
+  [[nodiscard]] const Node* find(const std::string& node) const;
 };
 
 /// Where a task of a graph's task set comes from.
@@ -125,7 +143,7 @@ struct GraphTasks {
   TaskSet set;
   std::vector<TaskOrigin> origin;  ///< Parallel to set.tasks.
 };
-GraphTasks make_tasks(const Graph& graph);
+[[nodiscard]] GraphTasks make_tasks(const Graph& graph);
 
 /// Jobs of each task that really work, per second, in the steady state: a timer's own rate, a transform's,
 /// command's or intersection's that of its input, a fusion's slowest input's (shared evenly over its inputs,

@@ -9,8 +9,6 @@
 
 namespace hotpath {
 
-using GraphError = InputError;
-
 /// Most bytes of a node's name: the message keeps 48 with the closing NUL (upstream's TransmissionStats.idl).
 inline constexpr std::size_t kMaxNameBytes = 47;
 
@@ -35,14 +33,14 @@ inline constexpr std::size_t kMaxHistory = 63;
 /// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the
 /// node's name unless given; the depth is 1, for command nodes 10 (upstream). Nodes stand in creation order.
 /// Milliseconds and microseconds are decimal and exact down to one nanosecond. The platform is the machine of
-/// simulations (GraphPlatform). Throws GraphError for a file that cannot be
+/// simulations (GraphPlatform). Throws InputError for a file that cannot be
 /// read or is not a valid graph.
-Graph load_graph(const std::string& path);
+[[nodiscard]] Graph load_graph(const std::string& path);
 
 /// The path of a graph file. What has a slash or ends in .yaml or .yml is a path already; a bare name is
 /// looked up as NAME.yaml in the folders of the environment variable HOTPATH_GRAPHS (separated by colons),
-/// then in those the program was built with. Throws GraphError when there is no such file.
-std::string find_graph(const std::string& name_or_path);
+/// then in those the program was built with. Throws InputError when there is no such file.
+[[nodiscard]] std::string find_graph(const std::string& name_or_path);
 
 /// One graph file of those folders.
 struct GraphListing {
@@ -55,6 +53,6 @@ struct GraphListing {
 
 /// All graphs that have a bare name, by name. Of two files of one name the one that find_graph takes is
 /// listed.
-std::vector<GraphListing> list_graphs();
+[[nodiscard]] std::vector<GraphListing> list_graphs();
 
 }  // namespace hotpath

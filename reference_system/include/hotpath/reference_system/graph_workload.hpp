@@ -13,7 +13,7 @@
 namespace hotpath {
 
 /// Samples in virtual time.
-struct SimulatedPlatform {
+struct SimulatedMessages {
   using History = SimulatedHistory;
   using Held = SimulatedSample;
   static const SimulatedMessage& message(const SimulatedSample& held) { return *held; }
@@ -44,12 +44,12 @@ class GraphWorkload final : public Workload {
  private:
   struct SimulatedNode {
     SimulatedNode(std::uint32_t index, const Node& node) : logic(index, node, kHistory) {}
-    NodeLogic<SimulatedPlatform> logic;
+    NodeLogic<SimulatedMessages> logic;
     std::vector<std::uint32_t> sink_of;  ///< Indices of chains.
   };
   struct Running {
     JobRef job;
-    Activation<SimulatedPlatform> activation;
+    Activation<SimulatedMessages> activation;
   };
   struct OnTheWay {
     JobRef parent;
@@ -62,7 +62,7 @@ class GraphWorkload final : public Workload {
   };
 
   /// What a job does at its end; true when it publishes.
-  bool complete(const Job& job, Activation<SimulatedPlatform>& activation);
+  bool complete(const Job& job, Activation<SimulatedMessages>& activation);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedNode& node, const SimulatedMessage& message, const Job& job, Time start);
 

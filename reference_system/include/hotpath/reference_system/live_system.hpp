@@ -16,10 +16,13 @@
 namespace hotpath {
 
 enum class TransportKind : std::uint8_t { fastdds, intra_process };
-const char* to_string(TransportKind);
+constexpr auto enum_texts(TransportKind) {
+  return std::to_array<EnumText<TransportKind>>(
+      {{TransportKind::fastdds, "fastdds"}, {TransportKind::intra_process, "intra_process"}});
+}
 
 /// Samples on a live transport.
-struct LivePlatform {
+struct LiveMessages {
   using History = Message4kbHistory;
   using Held = Sample;
   using Mutex = std::mutex;
@@ -53,7 +56,7 @@ class LiveSystem final : private JobHandler {
   struct Local {
     Local(std::uint32_t index, const Node& node, const Message4kbHistory& history, const Work& w)
         : logic(index, node, history), work(w) {}
-    NodeLogic<LivePlatform> logic;
+    NodeLogic<LiveMessages> logic;
     Work work;
     std::vector<Transport<msg::Message4kb>::WriterId> writers;  // parallel to the node's outputs
     std::vector<std::uint32_t> sink_of;                         // chains
@@ -73,9 +76,5 @@ class LiveSystem final : private JobHandler {
   std::vector<Local*> node_;  // by node index; nullptr: in another process
   std::unique_ptr<Executor> executor_;
 };
-
-/// Workers that `entry` needs for `tasks`.
-std::uint32_t worker_count(const ExecutorEntry& entry, const GraphTasks& tasks,
-                           const SchedulerOptions& options);
 
 }  // namespace hotpath

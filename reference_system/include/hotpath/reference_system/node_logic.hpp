@@ -16,27 +16,27 @@ namespace hotpath {
 /// Inputs of a fusion node that one job can work on.
 inline constexpr std::size_t kMaxFusionInputs = 8;
 
-/// What one job does, between its start and its finish. `Platform` says how samples are held:
-///   `Platform::History`  sample management of its message type, see Message4kbHistory;
-///   `Platform::Held`     a sample that a node keeps; movable, false when it holds none;
-///   `Platform::message(held)`  its message; `Platform::Mutex`.
-template <class Platform>
+/// What one job does, between its start and its finish. `Messages` says how messages are held:
+///   `Messages::History`  sample management of its message type, see Message4kbHistory;
+///   `Messages::Held`     a sample that a node keeps; movable, false when it holds none;
+///   `Messages::message(held)`  its message; `Messages::Mutex`.
+template <class Messages>
 struct Activation {
   Time start{};
   bool works = false;      ///< Burns the node's execution time.
   bool publishes = false;  ///< finish() fills a message, which is then published.
   std::uint32_t dropped = 0;
-  std::array<typename Platform::Held, kMaxFusionInputs> held;
+  std::array<typename Messages::Held, kMaxFusionInputs> held;
 };
 
 /// The behaviour of one node of the reference system, the same for live executors and simulator. A job is
 /// start(), then its work, then finish(). Jobs of one node may overlap (reentrant groups,
 /// release-and-execute).
-template <class Platform>
+template <class Messages>
 class NodeLogic {
  public:
-  using Held = typename Platform::Held;
-  using History = typename Platform::History;
+  using Held = typename Messages::Held;
+  using History = typename Messages::History;
   using Message = typename History::Message;
 
   NodeLogic(std::uint32_t index, const Node& node, const History& history)
@@ -51,14 +51,14 @@ class NodeLogic {
   }
 
   /// A job of the timer.
-  void start_timer(Time now, Activation<Platform>& job) {
+  void start_timer(Time now, Activation<Messages>& job) {
     job.start = now;
     job.works = true;
     job.publishes = has_output_;
   }
 
   /// A job of the subscription `input`, which takes `sample`.
-  void start_subscription(std::uint32_t input, Held sample, Time now, Activation<Platform>& job) {
+  void start_subscription(std::uint32_t input, Held sample, Time now, Activation<Messages>& job) {
     job.start = now;
     const std::lock_guard lock(mutex_);
     switch (type_) {
@@ -91,10 +91,12 @@ class NodeLogic {
   }
 
   /// Output of a job of `input` (timers: 0): index into the node's outputs.
-  std::uint32_t output(std::uint32_t input) const { return type_ == NodeType::intersection ? input : 0; }
+  [[nodiscard]] std::uint32_t output(std::uint32_t input) const {
+    return type_ == NodeType::intersection ? input : 0;
+  }
 
   /// Fills the message that the job publishes on `output`.
-  void finish(std::uint32_t output, Activation<Platform>& job, Message& out) {
+  void finish(std::uint32_t output, Activation<Messages>& job, Message& out) {
     const std::lock_guard lock(mutex_);
     History::clear(out);
     if (type_ == NodeType::cyclic) {
@@ -102,12 +104,12 @@ class NodeLogic {
       for (std::uint32_t i = 0; i < slots_.size(); ++i) {
         if (!slots_[i]) continue;
         job.dropped += missed(i, slots_[i]);
-        History::merge(out, Platform::message(slots_[i]));
+        History::merge(out, Messages::message(slots_[i]));
         slots_[i] = Held();
       }
     } else {
       for (const Held& held : job.held) {
-        if (held) History::merge(out, Platform::message(held));
+        if (held) History::merge(out, Messages::message(held));
       }
     }
     history_->append(out, {index_, published_[output]++, job.dropped, job.start});
@@ -117,7 +119,7 @@ class NodeLogic {
   /// Samples of an input that were lost since the last one used. The first loss is under-counted by one
   /// sample, since sequences start at 0 and so does the memory (upstream).
   std::uint32_t missed(std::uint32_t input, const Held& sample) {
-    const std::uint32_t sequence = History::last_sequence(Platform::message(sample));
+    const std::uint32_t sequence = History::last_sequence(Messages::message(sample));
     const std::uint32_t previous = std::exchange(last_seen_[input], sequence);
     return sequence > previous ? sequence - previous - 1 : 0;
   }
@@ -125,7 +127,7 @@ class NodeLogic {
   const std::uint32_t index_;
   const NodeType type_;
   const History* history_;
-  [[no_unique_address]] typename Platform::Mutex mutex_;
+  [[no_unique_address]] typename Messages::Mutex mutex_;
   std::vector<Held> slots_;
   std::vector<std::uint32_t> last_seen_;
   std::vector<std::uint32_t> published_;

@@ -37,7 +37,7 @@ class CrunchScale {
 
   /// Limit whose work takes `duration`, to within half a candidate (about 5 us at 4 ms). 0 for no work at
   /// all.
-  std::uint32_t limit(Duration duration) const;
+  [[nodiscard]] std::uint32_t limit(Duration duration) const;
 
   /// Trial divisions of count_primes(limit).
   static std::uint64_t divisions(std::uint32_t limit);

@@ -18,7 +18,12 @@ enum class Phases : std::uint8_t {
   random,       ///< Uniform in [0, period).
 };
 
-const char* to_string(Phases);
+constexpr auto enum_texts(Phases) {
+  return std::to_array<EnumText<Phases>>({{Phases::creation, "creation"},
+                                          {Phases::synchronous, "synchronous"},
+                                          {Phases::given, "given"},
+                                          {Phases::random, "random"}});
+}
 
 /// What the creation of a node costs: a constant, and more for each of its publishers and subscriptions.
 /// Least squares over all rows of reference_system/ros2_reference/rclcpp_autoware_phases.csv, that is over
@@ -30,8 +35,8 @@ inline constexpr Duration kEndpointCreation = std::chrono::microseconds(1320);
 /// Creation instant of each task's node's timer, from instant 0, the creation of the graph's first timer, on;
 /// a node's timer is created after its publishers and subscriptions. `step` instead of those two constants:
 /// uniform time per node (>= 0). Subscriptions: 0.
-std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
-                                        std::optional<Duration> step = std::nullopt);
+[[nodiscard]] std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
+                                                      std::optional<Duration> step = std::nullopt);
 
 struct PhaseOptions {
   std::optional<Duration> step;  ///< `creation`: uniform time per node instead of the constants above.
@@ -40,8 +45,8 @@ struct PhaseOptions {
 
 /// First timestamp of every timer relative to the epoch, >= 0, indexed by task; 0 for subscriptions.
 /// Throws std::invalid_argument for `given` when a timer's node has no phase.
-std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, Phases phases,
-                                  const PhaseOptions& options = {});
+[[nodiscard]] std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, Phases phases,
+                                                const PhaseOptions& options = {});
 
 /// First timestamps from a CSV file, indexed by the tasks of make_tasks(graph). Three forms:
 ///  - `task,first_release_ms` or `task,created_ms`: one row for each timer;
@@ -50,7 +55,8 @@ std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, P
 ///    counts as executor NAME unless another row is called just NAME;
 ///  - a golden trace (reference_system/ros2_reference/traces): its header.
 /// A timer's first timestamp is its creation plus its period. Blank lines are skipped.
-/// Throws GraphError.
-std::vector<Duration> read_phases(const std::string& path, const Graph& graph, const std::string& executor);
+/// Throws InputError.
+[[nodiscard]] std::vector<Duration> read_phases(const std::string& path, const Graph& graph,
+                                                const std::string& executor);
 
 }  // namespace hotpath

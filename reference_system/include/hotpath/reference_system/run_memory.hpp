@@ -30,10 +30,10 @@ class RunMemory {
   RunMemory(const RunMemory&) = delete;
   RunMemory& operator=(const RunMemory&) = delete;
 
-  const Executor::Logs& jobs() const { return jobs_; }
-  const std::vector<RecordLog<ChainObservation>>& chains() const { return chains_; }
+  [[nodiscard]] const Executor::Logs& jobs() const { return jobs_; }
+  [[nodiscard]] const std::vector<RecordLog<ChainObservation>>& chains() const { return chains_; }
   /// Per task: publications by its jobs.
-  std::span<std::atomic<std::uint64_t>> published() const { return published_; }
+  [[nodiscard]] std::span<std::atomic<std::uint64_t>> published() const { return published_; }
 
  private:
   void* memory_ = nullptr;

@@ -16,7 +16,7 @@ class Work {
 
   /// Burns it in the calling thread, for a job that started at `start`; returns the result of the number
   /// cruncher.
-  std::int64_t burn(Time start) const;
+  [[nodiscard]] std::int64_t burn(Time start) const;
 
  private:
   static constexpr std::uint32_t kUnlimited = 1U << 31;

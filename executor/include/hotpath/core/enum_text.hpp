@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hotpath {
+
+/// A value of an enumeration and the word for it, in files, on the command line and in results alike.
+template <class Enum>
+struct EnumText {
+  Enum value;
+  const char* text;
+};
+
+/// An enumeration with words: beside it is a function `enum_texts(Enum)` that returns an array of EnumText
+/// for all of its values, in the order in which they are listed to the user.
+template <class Enum>
+concept EnumWithTexts = requires(Enum e) {
+  enum_texts(e).front().text;
+};
+
+template <EnumWithTexts Enum>
+[[nodiscard]] constexpr const char* to_string(Enum value) {
+  constexpr auto texts = enum_texts(Enum{});
+  for (const auto& t : texts) {
+    if (t.value == value) return t.text;
+  }
+  return "?";
+}
+
+/// The value of a word; nothing for any other text.
+template <EnumWithTexts Enum>
+[[nodiscard]] constexpr std::optional<Enum> parse(std::string_view text) {
+  constexpr auto texts = enum_texts(Enum{});
+  for (const auto& t : texts) {
+    if (t.text == text) return t.value;
+  }
+  return std::nullopt;
+}
+
+/// All words of an enumeration.
+template <EnumWithTexts Enum>
+[[nodiscard]] std::vector<std::string> words() {
+  constexpr auto texts = enum_texts(Enum{});
+  std::vector<std::string> all;
+  for (const auto& t : texts) all.emplace_back(t.text);
+  return all;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cassert>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "hotpath/core/task.hpp"
+
+namespace hotpath {
+
+/// A ring of samples for each subscription of a task set, as large as its history depth (KEEP_LAST). All
+/// memory is taken at construction.
+template <class Sample>
+class SampleRings {
+ public:
+  explicit SampleRings(const TaskSet& set) : rings_(set.size()) {
+    std::uint32_t total = 0;
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (set[id].kind != TaskKind::subscription) continue;
+      assert(set[id].depth >= 1);
+      rings_[id].first = total;
+      rings_[id].depth = set[id].depth;
+      total += set[id].depth;
+    }
+    slots_.resize(total);
+  }
+
+  [[nodiscard]] TaskId tasks() const { return static_cast<TaskId>(rings_.size()); }
+  [[nodiscard]] bool is_subscription(TaskId task) const { return rings_[task].depth > 0; }
+  [[nodiscard]] std::uint32_t count(TaskId task) const { return rings_[task].count; }
+
+  /// Returns the oldest sample if this one took its place.
+  [[nodiscard]] std::optional<Sample> push(TaskId task, Sample sample) {
+    Ring& r = rings_[task];
+    assert(r.depth > 0 && "not a subscription");
+    std::optional<Sample> replaced;
+    if (r.count == r.depth) replaced = pop(task);
+    slots_[place(r, r.count)] = std::move(sample);
+    ++r.count;
+    return replaced;
+  }
+
+  /// Removes the oldest sample. There must be one.
+  [[nodiscard]] Sample pop(TaskId task) {
+    Ring& r = rings_[task];
+    assert(r.count > 0);
+    Sample sample = std::move(slots_[place(r, 0)]);
+    r.head = (r.head + 1) % r.depth;
+    --r.count;
+    return sample;
+  }
+
+  /// The i-th oldest sample, i < count(task).
+  [[nodiscard]] const Sample& peek(TaskId task, std::uint32_t i) const {
+    assert(i < rings_[task].count);
+    return slots_[place(rings_[task], i)];
+  }
+
+  /// Removes and returns all samples, among empty ones.
+  [[nodiscard]] std::vector<Sample> clear() {
+    for (Ring& r : rings_) r.head = r.count = 0;
+    return std::exchange(slots_, std::vector<Sample>(slots_.size()));
+  }
+
+ private:
+  struct Ring {
+    std::uint32_t first = 0, depth = 0;  // [first, first + depth) of slots_
+    std::uint32_t head = 0, count = 0;
+  };
+  static std::size_t place(const Ring& r, std::uint32_t i) { return r.first + (r.head + i) % r.depth; }
+
+  std::vector<Ring> rings_;
+  std::vector<Sample> slots_;
+};
+
+}  // namespace hotpath
