@@ -39,7 +39,9 @@ def add_commands(commands: Any) -> None:
     add("validate", "figures.validation:draw", "the simulator against the real stack", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add("bench", "pages.bench_report:write", "report of `hotpath bench`", folder={})
-    compare = add("compare-results", "pages.compare:compare_results", "what differs beyond noise", old={}, new={})
+    compare = add(
+        "compare-results", "pages.compare:compare_results", "what differs beyond noise", old={}, new={}
+    )
     compare.add_argument("--csv", metavar="FILE", help="also write the table to this file")
 
 

@@ -57,7 +57,10 @@ class Executor:
 def registry() -> dict[str, Executor]:
     """All executors by name, in the order of the registry."""
     rows: list[dict[str, Any]] = json.loads(output_of("list", "executors", "--json"))
-    return {r["name"]: Executor(*(r[key] for key in ("name", "family", "timers", "policy", "colour"))) for r in rows}
+    return {
+        r["name"]: Executor(*(r[key] for key in ("name", "family", "timers", "policy", "colour")))
+        for r in rows
+    }
 
 
 def executor_named(name: str) -> Executor | None:

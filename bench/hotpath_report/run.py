@@ -101,7 +101,9 @@ class Run:
             for key, value in self["platform"].items()
             if key.endswith("_us") and value
         ]
-        return " · ".join([*charged, f"execution times: {self['execution_times']}"]) if charged else self.free()
+        return (
+            " · ".join([*charged, f"execution times: {self['execution_times']}"]) if charged else self.free()
+        )
 
     def free(self) -> str:
         """The words for a platform without costs."""

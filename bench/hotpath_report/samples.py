@@ -11,7 +11,11 @@ from hotpath_report.errors import InputError
 from hotpath_report.run import Run
 from hotpath_report.statistics import Samples
 
-GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}  # of the timers-only sets, by part of a task's name
+GROUPS = {
+    "camera": "cameras",
+    "lidar": "LiDARs",
+    "imu": "IMU",
+}  # of the timers-only sets, by part of a task's name
 COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]
 
 Setting = Hashable  # a utilisation in percent, or the name of a graph with its load
@@ -26,9 +30,7 @@ def samples_by(frame: pd.DataFrame, keys: list[str], value: str, exact: bool) ->
     """Samples of each group of rows with equal keys, in the order of their first rows; repetitions are told apart by
     the column `repetition`."""
     return {
-        key: Samples(
-            (r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False)), exact
-        )
+        key: Samples((r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False)), exact)
         for key, rows in frame.groupby(keys if len(keys) > 1 else keys[0], sort=False)
     }
 
@@ -79,30 +81,43 @@ class TimerRuns:
         """In the order of the runs."""
         return list(self.counts["executor"].unique())
 
-    def rows(self, setting: Setting, source: str, executor: str, group: str | None = None) -> pd.DataFrame | None:
+    def rows(
+        self, setting: Setting, source: str, executor: str, group: str | None = None
+    ) -> pd.DataFrame | None:
         """Counts of a group of timers; None where this executor did not run."""
         rows = self._counts.get((setting, source, executor))
         if rows is None or group is None:
             return rows
         return rows[rows["task"].map(group_of) == group]
 
-    def total(self, what: str, setting: Setting, source: str, executor: str, group: str | None = None) -> int | None:
+    def total(
+        self, what: str, setting: Setting, source: str, executor: str, group: str | None = None
+    ) -> int | None:
         """Sum of a column of COUNTS."""
         rows = self.rows(setting, source, executor, group)
         return None if rows is None else int(rows[what].sum())
 
-    def drop_percent(self, setting: Setting, source: str, executor: str, group: str | None = None) -> float | None:
+    def drop_percent(
+        self, setting: Setting, source: str, executor: str, group: str | None = None
+    ) -> float | None:
         """Skipped timestamps in percent of those that were reached."""
         rows = self.rows(setting, source, executor, group)
         if rows is None or not rows["reached"].sum():
             return None
         return float(100 * rows["skipped"].sum() / rows["reached"].sum())
 
+    def worst_ms(self, setting: Setting, source: str, executor: str, group: str) -> float | None:
+        """The largest response time; None where it is not known."""
+        rows = self.rows(setting, source, executor, group)
+        return None if rows is None or "response_max_ms" not in rows else float(rows["response_max_ms"].max())
+
     def jobs(self, setting: Setting, source: str, executor: str) -> pd.DataFrame | None:
         """Rows of `responses` of one executor."""
         return self._responses.get((setting, source, executor))
 
-    def samples(self, setting: Setting, source: str, executor: str, group: str | None = None) -> Samples | None:
+    def samples(
+        self, setting: Setting, source: str, executor: str, group: str | None = None
+    ) -> Samples | None:
         """Response times in ms; None where no job ran."""
         key = (setting, source, executor, group)
         if key not in self._samples:

@@ -76,7 +76,9 @@ class Samples:
 
     def __init__(self, repetitions: Iterable[Iterable[float]], exact: bool = False) -> None:
         """`exact`: a single repetition comes from a deterministic simulation and has no sampling error."""
-        self.repetitions: list[Values] = [r for r in (np.array(s, dtype=float) for s in repetitions) if len(r)]
+        self.repetitions: list[Values] = [
+            r for r in (np.array(s, dtype=float) for s in repetitions) if len(r)
+        ]
         self.exact = exact and len(self.repetitions) == 1
         units = self.repetitions
         if len(units) == 1 and not self.exact and len(units[0]) >= LEAST_FOR_BLOCKS:
@@ -147,7 +149,15 @@ class RankTest:
     def magnitude(self) -> str:
         """Conventional words for the size of Cliff's delta (Romano et al. 2006)."""
         size = abs(self.cliffs_delta.value)
-        return "negligible" if size < 0.147 else "small" if size < 0.33 else "medium" if size < 0.474 else "large"
+        return (
+            "negligible"
+            if size < 0.147
+            else "small"
+            if size < 0.33
+            else "medium"
+            if size < 0.474
+            else "large"
+        )
 
     @property
     def p_text(self) -> str:

@@ -27,40 +27,24 @@ PNG_DPI = 150
 INK, FAINT, GRID, GROUND = "#1f2328", "#68707a", "#dfe3e8", "#fefefe"
 WARNING = "#D1242F"
 # For what is no executor: methods, threads, transports.
-SERIES = ("#2777C4", "#E08A00", "#0A9A6C", "#C2569B", "#8A8F98", "#8A56B8", "#C8502B", "#5FB89B", "#A8882A", INK)
+SERIES = (
+    "#2777C4",
+    "#E08A00",
+    "#0A9A6C",
+    "#C2569B",
+    "#8A8F98",
+    "#8A56B8",
+    "#C8502B",
+    "#5FB89B",
+    "#A8882A",
+    INK,
+)
 DASHED = (0, (5, 3))
 THEMED = {INK: "var(--ink)", FAINT: "var(--faint)", GRID: "var(--grid)", GROUND: "var(--ground)"}
 # Numbers stay legible where a line passes behind them.
 OPAQUE = {"facecolor": GROUND, "edgecolor": "none", "alpha": 0.85, "pad": 0.6}
 
-STYLE = {
-    "font.size": 10,
-    "axes.titlesize": 11,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.spines.left": False,
-    "axes.edgecolor": FAINT,
-    "axes.labelcolor": INK,
-    "axes.titlecolor": INK,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "axes.grid.axis": "both",
-    "grid.color": GRID,
-    "grid.linewidth": 0.8,
-    "text.color": INK,
-    "xtick.color": FAINT,
-    "xtick.labelcolor": INK,
-    "ytick.color": FAINT,
-    "ytick.labelcolor": INK,
-    "axes.facecolor": "none",
-    "figure.facecolor": "none",
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    # The same data give the same bytes.
-    "svg.hashsalt": "hotpath",
-}
+STYLE = Path(__file__).with_name("hotpath.mplstyle")
 
 
 def colour_of(executor: str) -> str:
@@ -79,7 +63,7 @@ def new_figure(
     width: float, height: float, rows: int = 1, columns: int = 1, share_y: bool = False
 ) -> tuple[Figure, list[Axes]]:
     """A figure with rows × columns panels of `height` inches each, row by row; on a phone one below the other."""
-    plt.rcParams.update(STYLE)
+    plt.style.use(STYLE)
     narrow = is_narrow(width)
     if narrow:
         rows, columns = rows * columns, 1
@@ -159,7 +143,13 @@ def dot(label: str, marker: str = "o", **look: Any) -> Line2D:
 
 def reference_mark(**look: Any) -> dict[str, Any]:
     """How the real ROS 2 stack is drawn: an open diamond."""
-    mark = {"marker": "D", "markersize": 5, "markerfacecolor": "none", "markeredgecolor": INK, "linestyle": ""}
+    mark = {
+        "marker": "D",
+        "markersize": 5,
+        "markerfacecolor": "none",
+        "markeredgecolor": INK,
+        "linestyle": "",
+    }
     return mark | look
 
 

@@ -58,7 +58,9 @@ def release_cost(table: pd.DataFrame, colour: str, width: float) -> Figure:
     """Length of a pass of the releaser over the timers that it releases."""
     figure, (axes,) = style.new_figure(width, 3.2)
     delta, constant = fit_release_cost(table)
-    axes.plot(table["timers"], table["p99_ns"], "s", color=FAINT, markerfacecolor="none", label="99th percentile")
+    axes.plot(
+        table["timers"], table["p99_ns"], "s", color=FAINT, markerfacecolor="none", label="99th percentile"
+    )
     axes.plot(table["timers"], table["p50_ns"], "o", color=colour, label="median")
     ends: Sequence[float] = (0, float(table["timers"].max()))
     label = f"k + n δ: k = {constant:.0f} ns, δ = {delta:.0f} ns"

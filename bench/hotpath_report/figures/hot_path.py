@@ -135,7 +135,9 @@ def draw_rows(rows: list[Row], real_ms: dict[str, float | None], width: float) -
     rows = rows if narrow else with_ratios(rows)
     figure, (axes,) = style.new_figure(width, 0.6 + 0.62 * len(rows))
     sources = violins.sources_of(rows)
-    violins.draw_rows(axes, rows, violins.axis_limit(rows, real_ms.values()) * (1 if narrow else 1.08), sources)
+    violins.draw_rows(
+        axes, rows, violins.axis_limit(rows, real_ms.values()) * (1 if narrow else 1.08), sources
+    )
     for y, row in enumerate(rows):
         if real_ms.get(row.executor):
             axes.plot([real_ms[row.executor]], [y + 0.26], **style.reference_mark(zorder=6))

@@ -20,7 +20,9 @@ TICKS_MS = [5, 10, 20, 50, 100, 200, 500, 1000]
 OUTLINED = {"markeredgecolor": INK, "markeredgewidth": 0.7, "markersize": 5}
 CREATION = {"linewidth": 1.2, "linestyle": (0, (2, 1.5))}
 
-Points = Mapping[tuple[str, str], Mapping[int, Samples]]  # {(source, executor): {load in percent: latencies in ms}}
+Points = Mapping[
+    tuple[str, str], Mapping[int, Samples]
+]  # {(source, executor): {load in percent: latencies in ms}}
 
 
 def dashes(executor: str) -> Any:
@@ -35,7 +37,14 @@ def draw_load(axes: Axes, points: Points, executor: str, p: float) -> None:
     simulated = sorted(points.get(("simulated", executor), {}).items())
     if simulated:
         values = [samples.quantile(p) for _, samples in simulated]
-        axes.plot([load for load, _ in simulated], values, color=colour, linewidth=1.8, linestyle=dashes(executor), zorder=2)
+        axes.plot(
+            [load for load, _ in simulated],
+            values,
+            color=colour,
+            linewidth=1.8,
+            linestyle=dashes(executor),
+            zorder=2,
+        )
     for load, samples in points.get(("live", executor), {}).items():
         e = samples.estimate(p)
         gaps = [[max(0, e.value - e.low)], [max(0, e.high - e.value)]] if e.has_interval else None
@@ -58,19 +67,21 @@ def over_load(points: Points, executors: Sequence[str], width: float) -> Figure:
         axes.set_xlabel("load (% of one core)")
         axes.set_ylabel("hot-path latency (ms)")
     shown = [e for e in executors if any(e == other for _, other in points)]
-    handles = [
-        style.line(e, color=style.colour_of(e), linewidth=1.8, linestyle=dashes(e)) for e in shown
-    ]
+    handles = [style.line(e, color=style.colour_of(e), linewidth=1.8, linestyle=dashes(e)) for e in shown]
     if any(source == "live" for source, _ in points):
         handles.append(style.dot("live", color=FAINT, markeredgecolor=INK))
     style.add_key(figure, handles, 8)
     return figure
 
 
-Draws = Mapping[tuple[str, str], Sequence[tuple[float, float]]]  # {(source, executor): [(median, worst)]} in ms
+Draws = Mapping[
+    tuple[str, str], Sequence[tuple[float, float]]
+]  # {(source, executor): [(median, worst)]} in ms
 
 
-def over_phases(draws: Draws, creation_ms: Mapping[str, float], executors: Sequence[str], width: float) -> Figure:
+def over_phases(
+    draws: Draws, creation_ms: Mapping[str, float], executors: Sequence[str], width: float
+) -> Figure:
     """Worst latencies of random draws of phases, beside that of the order of creation."""
     shown = [e for e in executors if draws.get(("simulated", e))]
     rows = [Row(e, e, Samples([w] for _, w in draws["simulated", e]), None) for e in shown]

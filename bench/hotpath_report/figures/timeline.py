@@ -19,11 +19,37 @@ TIMER_MANAGEMENT = 1  # worker of the events executors
 BAR, ARROW = 0.56, 0.42  # height of a bar and of a release above the middle of its row
 MOST_MARKS = 20000
 INSTANTS = ["timestamp", "release", "start", "finish", "deadline"]
-COLUMNS = ["executor", "repetition", "task", "kind", "outcome", "worker", *(f"{name}_ns" for name in INSTANTS)]
+COLUMNS = [
+    "executor",
+    "repetition",
+    "task",
+    "kind",
+    "outcome",
+    "worker",
+    *(f"{name}_ns" for name in INSTANTS),
+]
 MARKS: dict[str, dict[str, Any]] = {
-    "skipped timestamp": {"marker": "x", "color": WARNING, "markersize": 7, "markeredgewidth": 1.8, "zorder": 5},
-    "overwritten sample": {"marker": "D", "color": "white", "markeredgecolor": WARNING, "markersize": 5, "zorder": 4},
-    "deadline missed": {"marker": "D", "color": WARNING, "markersize": 5.5, "markeredgecolor": "white", "zorder": 5},
+    "skipped timestamp": {
+        "marker": "x",
+        "color": WARNING,
+        "markersize": 7,
+        "markeredgewidth": 1.8,
+        "zorder": 5,
+    },
+    "overwritten sample": {
+        "marker": "D",
+        "color": "white",
+        "markeredgecolor": WARNING,
+        "markersize": 5,
+        "zorder": 4,
+    },
+    "deadline missed": {
+        "marker": "D",
+        "color": WARNING,
+        "markersize": 5.5,
+        "markeredgecolor": "white",
+        "zorder": 5,
+    },
 }
 MARK_OF = {"skipped": "skipped timestamp", "overwritten": "overwritten sample"}  # by outcome
 
@@ -137,7 +163,14 @@ def draw_job(axes: Axes, window: Window, job: Any, y: float) -> None:
 
 def draw_row(axes: Axes, window: Window, task: str, y: float) -> None:
     """The jobs of one task. Rows run downwards, so a release points up."""
-    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0}
+    arrow = {
+        "arrowstyle": "-|>",
+        "color": INK,
+        "linewidth": 0.9,
+        "mutation_scale": 7,
+        "shrinkA": 0,
+        "shrinkB": 0,
+    }
     for job in window.jobs[window.jobs["task"] == task].itertuples():
         if job.outcome in MARK_OF:
             axes.plot(job.timestamp, y, linestyle="", **MARKS[MARK_OF[job.outcome]])
@@ -152,7 +185,9 @@ def draw_releaser(axes: Axes, window: Window, y: float) -> None:
     colour = colour_of(TIMER_MANAGEMENT)
     if window.release_slots:
         spans = [(begin, end - begin) for begin, end in window.release_slots]
-        axes.broken_barh(spans, (y - BAR / 2, BAR), facecolor=colour, edgecolor=colour, linewidth=0.8, zorder=3)
+        axes.broken_barh(
+            spans, (y - BAR / 2, BAR), facecolor=colour, edgecolor=colour, linewidth=0.8, zorder=3
+        )
         return
     instants = window.jobs[window.jobs["kind"] == "timer"]["release"].dropna().unique()
     axes.vlines(sorted(instants), y - BAR / 2, y + BAR / 2, color=colour, linewidth=1.4, zorder=3)
@@ -174,7 +209,9 @@ def add_key(figure: Any, window: Window) -> None:
     style.add_key(figure, handles, 8)
 
 
-def draw_run(folder: str, executor: str, repetition: int, begin: float, end: float, output: str | None) -> None:
+def draw_run(
+    folder: str, executor: str, repetition: int, begin: float, end: float, output: str | None
+) -> None:
     """Writes the chart as .svg and, beside it, as .png. `begin` and `end` in ms. Raises InputError."""
     run = Run(folder)
     window = Window(run, executor, repetition, (begin, end))

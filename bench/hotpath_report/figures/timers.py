@@ -2,7 +2,6 @@
 """Dropped jobs and response times of timers-only sets, as the figures of the paper's Section VII-A."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -21,20 +20,14 @@ MOST_SETTINGS = 5
 BAND = 0.82  # of a row, shared by the settings
 
 
-@dataclass
-class Real:
-    """What the real ROS 2 stack measured: drop rates in percent, and worst response times in ms."""
-
-    drop_percent: Mapping[tuple[Any, str, str | None], float | None] = field(default_factory=dict)
-    worst_ms: Mapping[tuple[Any, str, str], float | None] = field(default_factory=dict)
-
-
 def alphas(count: int) -> list[float]:
     """Shades of an executor's colour: the paler, the earlier the setting."""
     return [0.4 + 0.55 * k / max(1, count - 1) for k in range(count)] if count > 1 else [0.85]
 
 
-def draw_rates(axes: Axes, place: tuple[float, float], rates: Sequence[float | None], look: dict[str, Any]) -> None:
+def draw_rates(
+    axes: Axes, place: tuple[float, float], rates: Sequence[float | None], look: dict[str, Any]
+) -> None:
     """Simulated bar, live mark and real mark of one executor and setting; a tick where nothing was dropped."""
     y, height = place
     simulated, live, real = rates
@@ -55,7 +48,9 @@ def draw_rates(axes: Axes, place: tuple[float, float], rates: Sequence[float | N
     axes.annotate(f"{number:.1f}", (max(known), y), **offset)
 
 
-def drops(runs: TimerRuns, executors: Sequence[str], labels: Mapping[Any, str], real: Real, width: float) -> Figure:
+def drops(
+    runs: TimerRuns, executors: Sequence[str], labels: Mapping[Any, str], width: float
+) -> Figure:
     """Dropped jobs of all timers, and of the IMU alone; `labels` names each setting."""
     settings = list(labels)
     step = BAND / len(settings)
@@ -64,19 +59,20 @@ def drops(runs: TimerRuns, executors: Sequence[str], labels: Mapping[Any, str], 
         style.rows_of_labels(axes, executors)
         for y, executor in enumerate(executors):
             for k, (setting, alpha) in enumerate(zip(settings, alphas(len(settings)))):
-                rates = [runs.drop_percent(setting, source, executor, group) for source in SOURCES]
-                rates.append(real.drop_percent.get((setting, executor, group)))
+                rates = [runs.drop_percent(setting, source, executor, group) for source in (*SOURCES, "real")]
                 place = (y + (k - (len(settings) - 1) / 2) * step, step)
                 draw_rates(axes, place, rates, {"color": style.colour_of(executor), "alpha": alpha})
         axes.set_title(title)
         axes.margins(x=0.14)
         axes.set_xlim(0, max(1e-3, axes.get_xlim()[1]))
         axes.set_xlabel("dropped jobs (% of the timestamps)")
-    handles: list[Any] = [style.patch(label, alpha=a) for label, a in zip(labels.values(), alphas(len(settings)))]
-    sources = list(runs.counts["source"].unique())
-    if len(sources) > 1:
+    handles: list[Any] = [
+        style.patch(label, alpha=a) for label, a in zip(labels.values(), alphas(len(settings)))
+    ]
+    sources = set(runs.counts["source"])
+    if {*SOURCES} <= sources:
         handles += [style.patch("bar: simulated", alpha=0.6), style.dot("live", markersize=5)]
-    if any(real.drop_percent.values()):
+    if "real" in sources:
         handles.append(style.dot("real ROS 2 stack", **style.reference_mark()))
     handles.append(style.dot("no job dropped", "$✓$", markersize=7))
     style.add_key(figure, handles, 6)
@@ -105,14 +101,20 @@ def draw_bounds(axes: Axes, executors: Sequence[str], bounds: Mapping[str, float
     for y, executor in enumerate(executors):
         bound = bounds.get(executor)
         if bound is not None and bound <= axes.get_xlim()[1]:
-            axes.plot([bound] * 2, [y - 0.45, y + 0.45], color=style.colour_of(executor), linewidth=2.2, zorder=5)
+            axes.plot(
+                [bound] * 2, [y - 0.45, y + 0.45], color=style.colour_of(executor), linewidth=2.2, zorder=5
+            )
 
 
 Bounds = Mapping[tuple[Any, str], Mapping[str, float]]  # {(setting, group): {executor: ms}}
 
 
 def responses(
-    runs: TimerRuns, groups: Sequence[str], settings: Mapping[Any, str], bounds: Bounds, real: Real, width: float
+    runs: TimerRuns,
+    groups: Sequence[str],
+    settings: Mapping[Any, str],
+    bounds: Bounds,
+    width: float,
 ) -> Figure:
     """Response times: a row of panels for each group of timers, a column for each setting."""
     executors = runs.executors()
@@ -120,7 +122,9 @@ def responses(
     figure, panels = style.new_figure(width, height, len(groups), len(settings), share_y=True)
     places = [(group, setting) for group in groups for setting in settings]
     rows = {
-        (group, setting): [Row(e, e, *(runs.samples(setting, s, e, group) for s in SOURCES)) for e in executors]
+        (group, setting): [
+            Row(e, e, *(runs.samples(setting, s, e, group) for s in SOURCES)) for e in executors
+        ]
         for group, setting in places
     }
     sources = violins.sources_of(row for found in rows.values() for row in found)
@@ -130,7 +134,7 @@ def responses(
         draw_marks(axes, runs, setting, group)
         draw_bounds(axes, executors, bounds.get((setting, group), {}))
         for y, executor in enumerate(executors):
-            worst = real.worst_ms.get((setting, executor, group))
+            worst = runs.worst_ms(setting, "real", executor, group)
             if worst is not None and worst <= limit:
                 axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
         axes.set_title(settings[setting], pad=14)
@@ -138,7 +142,7 @@ def responses(
     marks: list[Any] = [style.line("deadline", color=FAINT, linewidth=1.1, linestyle=style.DASHED)]
     if any(bounds.values()):
         marks.append(style.line("analytical bound", color=style.SERIES[0], linewidth=2.2))
-    if any(real.worst_ms.values()):
+    if "real" in set(runs.counts["source"]):
         marks.append(style.dot("worst of the real ROS 2 stack", **style.reference_mark()))
     violins.add_key(figure, sources, marks)
     return figure
@@ -159,7 +163,9 @@ def bounds_of(runs: TimerRuns) -> dict[tuple[Any, str], dict[str, float]]:
 def subtitle(runs: Sequence[Run]) -> str:
     """How it ran, without graphs and loads, which the panels name; lines for each kind of run."""
     first = {run.source: run for run in reversed(runs)}
-    return "\n".join(f"{source}: {first[source].conditions()}\n{first[source].where()}" for source in sorted(first))
+    return "\n".join(
+        f"{source}: {first[source].conditions()}\n{first[source].where()}" for source in sorted(first)
+    )
 
 
 def draw_runs(folders: Sequence[str], output: str | None) -> None:
@@ -177,10 +183,10 @@ def draw_runs(folders: Sequence[str], output: str | None) -> None:
         )
     labels = {setting: setting for setting in runs.settings()}
     partial = any(run.partial for run in given)
-    figure = drops(runs, runs.executors(), labels, Real(), style.WIDE)
+    figure = drops(runs, runs.executors(), labels, style.WIDE)
     style.add_title(figure, "Dropped jobs per executor", subtitle(given), partial)
     style.save(figure, output or folders[0], "timers_only_dropped")
     width = max(style.WIDE, 1.2 + 2.7 * len(labels))
-    figure = responses(runs, groups, labels, bounds_of(runs), Real(), width)
+    figure = responses(runs, groups, labels, bounds_of(runs), width)
     style.add_title(figure, "Response times of executed jobs", subtitle(given), partial)
     style.save(figure, output or folders[0], "timers_only_response")

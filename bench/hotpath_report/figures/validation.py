@@ -36,7 +36,9 @@ def live_name(entry: Entry) -> str:
 
 def point(axes: Axes, x: float, y: float, colour: str, size: float = 5, hollow: bool = False) -> None:
     """A dot, or a ring."""
-    look = {"color": "white", "markeredgecolor": colour, "markeredgewidth": 2} if hollow else {"color": colour}
+    look = (
+        {"color": "white", "markeredgecolor": colour, "markeredgewidth": 2} if hollow else {"color": colour}
+    )
     axes.plot(x, y, "o", markersize=size, zorder=3 if hollow else 4, **look)
 
 
@@ -135,7 +137,10 @@ def pairs_of_panels(result: Entry) -> Iterator[tuple[Panel, Panel | None]]:
     """The panels, two beside each other."""
     golden, sets, autoware = result["golden"], result["timers_only"], result["autoware"]
     yield (lambda a: draw_order(a, golden), len(golden)), (lambda a: draw_lost(a, golden), len(golden))
-    title, sides = "Autoware with the real stack's phases", (("measured_ms", REAL), ("simulated_ms", SIMULATED))
+    title, sides = "Autoware with the real stack's phases", (
+        ("measured_ms", REAL),
+        ("simulated_ms", SIMULATED),
+    )
     yield (
         (lambda a: draw_ranges(a, sets), len(sets)),
         (lambda a: draw_latencies(a, autoware, title, sides), len(autoware)),
@@ -143,10 +148,16 @@ def pairs_of_panels(result: Entry) -> Iterator[tuple[Panel, Panel | None]]:
     chains = [entry for entry in result["runs"] if "measured_ms" in entry]
     if chains:
         own = (("real_ms", REAL), ("measured_ms", LIVE), ("simulated_ms", SIMULATED))
-        yield (lambda a: draw_latencies(a, chains, "Given runs and their own simulation", own), len(chains)), None
+        yield (
+            lambda a: draw_latencies(a, chains, "Given runs and their own simulation", own),
+            len(chains),
+        ), None
     timers = [entry for entry in result["runs"] if "golden" in entry]
     if timers:
-        yield (lambda a: draw_live_order(a, timers), len(timers)), (lambda a: draw_live_lost(a, timers), len(timers))
+        yield (lambda a: draw_live_order(a, timers), len(timers)), (
+            lambda a: draw_live_lost(a, timers),
+            len(timers),
+        )
 
 
 def draw(folder: str) -> None:

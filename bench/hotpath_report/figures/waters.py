@@ -27,7 +27,9 @@ def read(path: Path) -> pd.DataFrame:
     try:
         frame = pd.read_csv(path)
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; give a folder written by `hotpath experiment waters`") from None
+        raise InputError(
+            f"{path}: {error.strerror}; give a folder written by `hotpath experiment waters`"
+        ) from None
     except ValueError as error:
         raise InputError(f"{path}: not a table of `hotpath experiment waters`: {error}") from None
     if frame.empty:
@@ -45,7 +47,9 @@ def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
         if method == PAPER:
             axes.stairs(chains, edges, fill=True, color=colour, alpha=0.75, label=name, zorder=2)
         else:
-            coarse = np.array([chains[i : i + BINS_PER_STEP].mean() for i in range(0, len(chains), BINS_PER_STEP)])
+            coarse = np.array(
+                [chains[i : i + BINS_PER_STEP].mean() for i in range(0, len(chains), BINS_PER_STEP)]
+            )
             steps = np.linspace(edges[0], edges[-1], len(coarse) + 1)
             axes.stairs(coarse, steps, color=colour, linewidth=1.2, label=name, zorder=3)
     axes.axvline(0, color=INK, linewidth=0.9)

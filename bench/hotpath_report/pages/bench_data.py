@@ -10,17 +10,6 @@ from typing import Any
 from hotpath_report.errors import InputError
 from hotpath_report.tables import read_json
 
-# CPU time of one callback of the Autoware graph without work on the real ROS 2 stack (ros2_reference), µs.
-ROS2_CALLBACK_US = {"default": 285, "static": 215, "events-ro": 135, "rm-ro": 120}
-SIMULATED = r"simulate_600s/{}/(.+)"
-AUTOWARE = "autoware"
-
-
-def scaled(value: float | None, factor: float) -> float | None:
-    """The product, or nothing."""
-    return None if value is None else value * factor
-
-
 def three_digits(value: float | None) -> str:
     """A number with three significant digits, trailing zeros kept, never with an exponent."""
     if value is None or value <= 0:
@@ -43,6 +32,7 @@ class Bench:
             self.machine = self.facts["machine"]
         except (KeyError, TypeError) as error:
             raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
+        self.names = {benchmark for benchmark, _ in self.values}
         if not self.values:
             raise InputError(f"{path}: no figures, there is nothing to report")
 

@@ -13,7 +13,14 @@ import pandas as pd
 
 from hotpath_report.errors import InputError
 from hotpath_report.pages.run_report import ReportedRun
-from hotpath_report.paper.evidence import HOT_PATH_FILE, RESPONSES_FILE, SETTING, TIMERS_FILE, read_samples, read_table
+from hotpath_report.paper.evidence import (
+    HOT_PATH_FILE,
+    RESPONSES_FILE,
+    SETTING,
+    TIMERS_FILE,
+    read_samples,
+    read_table,
+)
 from hotpath_report.paper.runner import facts_of
 from hotpath_report.samples import group_of, samples_by
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
@@ -86,7 +93,9 @@ def compare(old: dict[Key, Samples], new: dict[Key, Samples]) -> pd.DataFrame:
             d = difference(new[key], old[key], p)
             interval = f"[{d.low:+.3f}, {d.high:+.3f}]" if d.has_interval else ""
             values = [f"{samples[key].quantile(p):.3f}" for samples in (old, new)]
-            rows.append([*key, PERCENTILES[p], *values, f"{d.value:+.3f}", interval, verdict(old[key], new[key], d)])
+            rows.append(
+                [*key, PERCENTILES[p], *values, f"{d.value:+.3f}", interval, verdict(old[key], new[key], d)]
+            )
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -148,7 +157,9 @@ def compare_results(old: str, new: str, csv: str | None) -> None:
     before, after = map(read, folders)
     rows = compare(before, after)
     if rows.empty:
-        raise InputError(f"{old} and {new} have no executor and setting in common, there is nothing to compare")
+        raise InputError(
+            f"{old} and {new} have no executor and setting in common, there is nothing to compare"
+        )
     try:
         print_table(rows)
         for sentence in other_differences(*folders):

@@ -15,9 +15,7 @@ from hotpath_report.run import SOURCES, Run
 from hotpath_report.samples import samples_by
 from hotpath_report.statistics import Samples
 
-COMPARED = (
-    "Ratio of worst cases, Cliff's delta and rank test compare with a run's first executor; above 1 and 0 is better"
-)
+COMPARED = "Ratio of worst cases, Cliff's delta and rank test compare with a run's first executor; above 1 and 0 is better"
 CHAIN = (
     "hot-path latency (ms)",
     "Start of the sink's callback minus start of the latest source callback that its data contains.",
@@ -91,7 +89,14 @@ def losses(runs: Sequence[ReportedRun]) -> list[Table]:
         if (run.run.folder / "summary.json").exists()
         for e in run.run.summary()
     ]
-    header = ["run", "executor", "callbacks", "skipped timestamps", "overwritten samples", "deadline overruns"]
+    header = [
+        "run",
+        "executor",
+        "callbacks",
+        "skipped timestamps",
+        "overwritten samples",
+        "deadline overruns",
+    ]
     return [Table("Losses", header, rows)] if rows else []
 
 
@@ -121,7 +126,9 @@ def write(folders: Sequence[str], output: str | None) -> None:
     runs = [ReportedRun(name) for name in folders]
     made = sections(runs)
     if not made:
-        raise InputError(f"{first}: no chain and no timer has samples after the warm-up, there is nothing to report")
+        raise InputError(
+            f"{first}: no chain and no timer has samples after the warm-up, there is nothing to report"
+        )
     graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
     facts = [run.facts() for run in runs]
     write_page(folder, "report", made, title=f"Executors on {graphs}", facts=facts, losses=losses(runs))

@@ -43,7 +43,9 @@ def majority(evidence: Evidence, _source: str, _executor: str) -> Finding | None
     if rows.empty:
         return None
     shares = f.percents(100 * rows["positive_share"])
-    return Finding(f.graded(rows["positive_share"].min() > 0.5, True), f"{shares} of the chains are lower", shares)
+    return Finding(
+        f.graded(rows["positive_share"].min() > 0.5, True), f"{shares} of the chains are lower", shares
+    )
 
 
 def negative_grow(evidence: Evidence, _source: str, _executor: str) -> Finding | None:

@@ -3,8 +3,8 @@
 
 from hotpath_report.paper import findings as f
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import Finding, Told
-from hotpath_report.paper.reference import Reference
+from hotpath_report.paper.findings import Finding
+from hotpath_report.paper.reference import REAL
 from hotpath_report.statistics import Samples, rank_test, ratio
 
 
@@ -14,8 +14,27 @@ def hot_paths(evidence: Evidence, source: str, *executors: str) -> list[Samples]
     return found if len(found) == len(executors) else None
 
 
+def real_ms(evidence: Evidence, quantile: str, *executors: str) -> list[float]:
+    """Quantiles of the real ROS 2 stack; empty unless all executors have one."""
+    found = [v for e in executors if (v := evidence.reference.hot_path_ms(e, quantile)) is not None]
+    return found if len(found) == len(executors) else []
+
+
+def real_slowdown(evidence: Evidence) -> Finding | None:
+    """The same of the real ROS 2 stack."""
+    names = {"max": "worst cases", "p99": "p99", "p50": "medians"}
+    pairs = {name: real_ms(evidence, quantile, "default", "rm-ro") for quantile, name in names.items()}
+    if not all(pairs.values()):
+        return None
+    ratios = {name: f"{default / ours:.2f}" for name, (default, ours) in pairs.items()}
+    text = ", ".join(f"{name} {value}" for name, value in ratios.items())
+    return Finding(f.NO_DATA, text, ratios[names["max"]])
+
+
 def slowdown(evidence: Evidence, source: str, _executor: str) -> Finding | None:
     """How much slower the default executor is."""
+    if source == REAL:
+        return real_slowdown(evidence)
     found = hot_paths(evidence, source, "default", "rm-ro")
     if found is None:
         return None
@@ -29,20 +48,14 @@ def slowdown(evidence: Evidence, source: str, _executor: str) -> Finding | None:
     return Finding(verdict, f"{text}, p99 {p99.text(2)}, medians {median.text(2)}", f"{worst.value:.2f}")
 
 
-def real_slowdown(reference: Reference, _executor: str) -> Told:
-    """Ratios of quantiles."""
-    texts = []
-    for quantile, name in (("max", "worst cases"), ("p99", "p99"), ("p50", "medians")):
-        default, ours = (reference.hot_path_ms(e, quantile) for e in ("default", "rm-ro"))
-        if default is None or ours is None:
-            return Told()
-        texts.append(f"{name} {default / ours:.2f}")
-    return Told(", ".join(texts), texts[0].split()[-1])
-
-
 def best_worst_case(evidence: Evidence, source: str, _executor: str) -> Finding | None:
     """That every other worst case is larger."""
-    found = hot_paths(evidence, source, "rm-ro", *f.OTHERS_ON_HOT_PATH)
+    executors = ("rm-ro", *f.OTHERS_ON_HOT_PATH)
+    if source == REAL:
+        values = real_ms(evidence, "max", *executors)
+        text = ", ".join(f"{e} {v:.1f}" for e, v in zip(executors, values)) + " ms"
+        return Finding(f.NO_DATA, text, f"{values[0]:.1f}, others ≥ {min(values[1:]):.1f} ms") if values else None
+    found = hot_paths(evidence, source, *executors)
     if found is None:
         return None
     if f.too_few(*found):
@@ -57,17 +70,6 @@ def best_worst_case(evidence: Evidence, source: str, _executor: str) -> Finding 
     verdict = f.graded(beyond_noise, len(others), any(r.value > 1 for r in ratios))
     short = f"{ours.worst:.1f}, others ≥ {min(other.worst for other in others):.1f} ms"
     return Finding(verdict, f"rm-ro {ours.worst:.1f} ms, {', '.join(told)}", short)
-
-
-def real_best_worst_case(reference: Reference, _executor: str) -> Told:
-    """Worst cases."""
-    values = {e: reference.hot_path_ms(e, "max") for e in ("rm-ro", *f.OTHERS_ON_HOT_PATH)}
-    known = {e: v for e, v in values.items() if v is not None}
-    if len(known) < len(values):
-        return Told()
-    ours, *others = known.values()
-    text = ", ".join(f"{e} {v:.1f}" for e, v in known.items()) + " ms"
-    return Told(text, f"{ours:.1f}, others ≥ {min(others):.1f} ms")
 
 
 def outperforms(evidence: Evidence, source: str, _executor: str) -> Finding | None:

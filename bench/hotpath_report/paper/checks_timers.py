@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks of Section VII-A: dropped jobs, deadline overruns, bounds and response times of the timers-only sets.
 
-A check takes the evidence, a source (simulated or live) and its claim's executor, and answers with a finding, or with
-None where there are no data. A function `real_...` tells the real ROS 2 stack's value.
+A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack) and its claim's executor, and answers
+with a finding, or with None where there are no data.
 """
 
 from collections.abc import Sequence
 
 from hotpath_report.paper import findings as f
-from hotpath_report.paper.cells import UTILISATIONS, WITH_BOUNDS
+from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import Finding, Told
-from hotpath_report.paper.reference import Reference
+from hotpath_report.paper.findings import Finding
+from hotpath_report.paper.reference import REAL
 from hotpath_report.samples import group_of
 from hotpath_report.statistics import rank_test
 
@@ -26,11 +26,13 @@ def none_verdict(source: str, largest_percent: float) -> str:
 
 def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding | None:
     """That the paper's executors lose nothing. Live, the machine can take the processor away: up to a share of each
-    executor's jobs on each set, and the text says how many of them belong to repetitions that were marked for it."""
-    if not f.on_all_sets(evidence, source, *f.PAPERS_OWN):
+    executor's jobs on each set, and the text says how many of them belong to repetitions that were marked for it.
+    """
+    executors = [e for e in f.PAPERS_OWN if f.on_all_sets(evidence, source, e)]
+    if len(executors) < len(f.PAPERS_OWN) and (source != REAL or not executors):
         return None
     runs, lost, jobs, marked, largest = evidence.timer_runs(), 0, 0, 0, 0.0
-    for executor in f.PAPERS_OWN:
+    for executor in executors:
         for percent in UTILISATIONS:
             rows = runs.rows(percent, source, executor)
             assert rows is not None
@@ -55,28 +57,6 @@ def no_overruns(evidence: Evidence, source: str, _executor: str) -> Finding | No
     return none_lost(evidence, source, "deadline_overruns", "ran", "late")
 
 
-def real_sums(reference: Reference, *columns: str) -> list[int] | None:
-    """Sums of columns over the sets, of the paper's executors that were measured."""
-    totals = [
-        [reference.total(c, p, e) for p in UTILISATIONS for e in ("rm-ro", "edf-ro")] for c in columns
-    ]
-    if any(value is None for values in totals for value in values):
-        return None
-    return [sum(v or 0 for v in values) for values in totals]
-
-
-def real_no_drops(reference: Reference, _executor: str) -> Told:
-    """Dropped of released jobs, release-only."""
-    sums = real_sums(reference, "dropped", "released")
-    return Told(f"{sums[0]} of {sums[1]} (RO)", f"{sums[0]} of {sums[1]}") if sums else Told()
-
-
-def real_no_overruns(reference: Reference, _executor: str) -> Told:
-    """Late jobs, release-only."""
-    sums = real_sums(reference, "deadline_overruns")
-    return Told(f"{sums[0]} (RO)", str(sums[0])) if sums else Told()
-
-
 def drops(evidence: Evidence, source: str, executor: str) -> Finding | None:
     """The executor drops jobs on all sets."""
     if not f.on_all_sets(evidence, source, executor):
@@ -89,14 +69,6 @@ def drops(evidence: Evidence, source: str, executor: str) -> Finding | None:
     return Finding(f.graded(losing, len(rates)), text, f.percents(rates))
 
 
-def real_drops(reference: Reference, executor: str) -> Told:
-    """Drop rates of the three sets."""
-    rates, imu = ([reference.drop_percent(p, executor, g) for p in UTILISATIONS] for g in (None, "imu"))
-    if None in rates:
-        return Told()
-    return Told(f"{f.percents(rates)} of all, {f.percents(imu)} of the IMU's", f.percents(rates))
-
-
 Rate = tuple[float, str, int]  # percent, executor, utilisation
 
 
@@ -106,18 +78,14 @@ def rate_text(largest: Rate) -> str:
     return f"{executor} at most {rate:.3g} % ({percent} % set)"
 
 
-def largest_rate(evidence: Evidence, source: str, executors: Sequence[str], group: str | None = None) -> Rate | None:
+def largest_rate(
+    evidence: Evidence, source: str, executors: Sequence[str], group: str | None = None
+) -> Rate | None:
     """The largest drop rate; None unless all executors ran on all sets."""
     if not f.on_all_sets(evidence, source, *executors):
         return None
     runs = evidence.timer_runs()
     return max((runs.drop_percent(p, source, e, group) or 0, e, p) for e in executors for p in UTILISATIONS)
-
-
-def real_largest_rate(reference: Reference, executors: Sequence[str], group: str | None = None) -> Rate | None:
-    """The largest drop rate of those that were measured."""
-    rates = [(reference.drop_percent(p, e, group), e, p) for p in UTILISATIONS for e in executors]
-    return max(((rate, e, p) for rate, e, p in rates if rate is not None), default=None)
 
 
 def ten_percent(evidence: Evidence, source: str, _executor: str) -> Finding | None:
@@ -130,12 +98,6 @@ def ten_percent(evidence: Evidence, source: str, _executor: str) -> Finding | No
     return Finding(verdict, rate_text(largest), f"{largest[0]:.3g} %")
 
 
-def real_ten_percent(reference: Reference, _executor: str) -> Told:
-    """The largest drop rate."""
-    largest = real_largest_rate(reference, f.STOCK)
-    return Told(rate_text(largest), f"{largest[0]:.3g} %") if largest else Told()
-
-
 def imu_loss(evidence: Evidence, source: str, _executor: str) -> Finding | None:
     """What the wait-set executors lose of the IMU's jobs."""
     largest = [rate for e in f.WAIT_SETS if (rate := largest_rate(evidence, source, (e,), "imu"))]
@@ -146,29 +108,26 @@ def imu_loss(evidence: Evidence, source: str, _executor: str) -> Finding | None:
     return Finding(f.graded(beyond, len(largest)), text, f"{max(largest)[0]:.3g} %")
 
 
-def real_imu_loss(reference: Reference, _executor: str) -> Told:
-    """The largest drop rates of the IMU."""
-    largest = [rate for e in f.WAIT_SETS if (rate := real_largest_rate(reference, (e,), "imu"))]
-    return Told(", ".join(map(rate_text, largest)), f"{max(largest)[0]:.3g} %") if largest else Told()
-
-
 def bounds(evidence: Evidence, source: str, _executor: str) -> Finding | None:
     """Against Table I, and beside it against the exact non-preemptive bound, which is at most that of the table."""
     runs = evidence.timer_runs(WITH_COST if source == "simulated" else "timers")
     exact_runs = evidence.timer_runs(WITH_COST)
     table = {
-        (r["task"].lower(), r["utilisation_percent"]): r["bound_ms"] for _, r in f.paper_rows(evidence).iterrows()
+        (r["task"].lower(), r["utilisation_percent"]): r["bound_ms"]
+        for _, r in f.paper_rows(evidence).iterrows()
     }
     over = over_exact = marked = jobs = 0
     highest = largest = 0.0
-    for executor in WITH_BOUNDS:
+    for executor in EXECUTORS["with_bounds"]:
         for percent in UTILISATIONS:
             rows, exact = runs.jobs(percent, source, executor), exact_runs.rows(percent, "simulated", "rm-ro")
             if rows is None or exact is None or not table:
                 return None
             bound = rows["task"].map(lambda task: table[group_of(task), percent])
             late = rows[rows["response_ms"] > bound]
-            over_exact += int((rows["response_ms"] > rows["task"].map(exact.set_index("task")["bound_ms"])).sum())
+            over_exact += int(
+                (rows["response_ms"] > rows["task"].map(exact.set_index("task")["bound_ms"])).sum()
+            )
             highest = max(highest, float((rows["response_ms"] / bound).max()))
             over, jobs = over + len(late), jobs + len(rows)
             marked += int(late["repetition"].isin(evidence.marked("timers", percent, executor)).sum())
@@ -176,7 +135,9 @@ def bounds(evidence: Evidence, source: str, _executor: str) -> Finding | None:
     text = f"{over} of {jobs} jobs above Table I"
     if source == "live" and over:
         text += f", {marked} of them in repetitions marked as noisy"
-    text += f", {over_exact} above the exact bound; the largest response is {100 * highest:.1f} % of the table's"
+    text += (
+        f", {over_exact} above the exact bound; the largest response is {100 * highest:.1f} % of the table's"
+    )
     return Finding(none_verdict(source, largest), text, f"{over} of {jobs}")
 
 
@@ -192,12 +153,6 @@ def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding | No
     late = sum(100 * n > f.REPEATEDLY_PERCENT * of for n, of in zip(overruns, jobs))
     text = f"{f.counts(overruns)} of {f.counts(jobs)} jobs"
     return Finding(f.graded(late, len(jobs)), text, f.counts(overruns))
-
-
-def real_imu_overruns(reference: Reference, executor: str) -> Told:
-    """Late jobs of the IMU on the three sets."""
-    late = [reference.total("deadline_overruns", p, executor, "imu") for p in UTILISATIONS]
-    return Told() if None in late else Told(f.counts(late), f.counts(late))
 
 
 def lidar_pays(evidence: Evidence, source: str, _executor: str) -> Finding | None:

@@ -10,20 +10,12 @@ from typing import Any
 
 from hotpath_report.paper import findings
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import NO_DATA, NOT, PARTLY, Finding, Told
+from hotpath_report.paper.findings import NO_DATA, NOT, PARTLY, Finding
 from hotpath_report.paper.items import ITEMS
-from hotpath_report.paper.reference import Reference
+from hotpath_report.paper.reference import REAL
 from hotpath_report.run import SOURCES
 
 Check = Callable[[Evidence, str, str], Finding | None]
-Real = Callable[[Reference, str], Told]
-
-
-def nothing(_reference: Reference, _executor: str) -> Told:
-    """For claims of which the real ROS 2 stack was not asked."""
-    return Told()
-
-
 @dataclass(frozen=True)
 class Claim:
     """A sentence of the paper with its check."""
@@ -35,16 +27,17 @@ class Claim:
     paper: str  # the paper's value
     rule: str
     check: Check
-    real: Real = nothing
+    real: bool = False  # whether the real ROS 2 stack was asked
     executor: str = ""
     why: dict[str, str] = field(default_factory=dict)  # reason of a verdict
     analytical: bool = False
 
 
-def function(name: str) -> Any:
+def check_named(name: str) -> Check:
     """`timers.drops` is drops() of checks_timers."""
-    room, _, function_name = name.partition(".")
-    return getattr(importlib.import_module(f"hotpath_report.paper.checks_{room}"), function_name)
+    room, _, function = name.partition(".")
+    found: Check = getattr(importlib.import_module(f"hotpath_report.paper.checks_{room}"), function)
+    return found
 
 
 def claims() -> Iterator[Claim]:
@@ -53,15 +46,21 @@ def claims() -> Iterator[Claim]:
     for entry in content["claim"]:
         for executor in entry.get("executors", [""]):
             words = {**vars(findings), "words": content["words"].get(executor, "")}
-            texts = {key: entry[key].format(**words).strip() for key in ("item", "title", "quote", "paper", "rule")}
+            texts = {
+                key: entry[key].format(**words).strip() for key in ("item", "title", "quote", "paper", "rule")
+            }
             why = {verdict: entry.get(f"why_{verdict}", "") for verdict in (PARTLY, NOT)}
             why = entry.get("why", {}).get(executor, why)
             yield Claim(
                 name="-".join(filter(None, (entry["name"], executor))),
-                check=function(entry["check"]),
-                real=function(entry["real"]) if "real" in entry else nothing,
+                check=check_named(entry["check"]),
+                real=entry.get("real", False),
                 executor=executor,
-                why={verdict: content["reasons"].get(text, text).strip() for verdict, text in why.items() if text},
+                why={
+                    verdict: content["reasons"].get(text, text).strip()
+                    for verdict, text in why.items()
+                    if text
+                },
                 analytical=entry.get("analytical", False),
                 **texts,
             )
@@ -76,7 +75,7 @@ class Verdict:
 
     claim: Claim
     findings: dict[str, Finding | None]
-    real: Told
+    real: Finding | None  # of the real ROS 2 stack; its verdict is not asked
     cells: dict[str, str]  # by source: the cells behind the finding
 
     @property
@@ -118,7 +117,7 @@ class Verdict:
             "quote": claim.quote,
             "rule": claim.rule,
             "paper": claim.paper,
-            "real": vars(self.real),
+            "real": {"text": self.real.text, "short": self.real.short} if self.real else None,
             "verdict": self.verdict,
             "why": self.why,
             "findings": {
@@ -127,7 +126,7 @@ class Verdict:
         }
 
 
-def judge(evidence: Evidence, reference: Reference, items: Collection[str] | None = None) -> list[Verdict]:
+def judge(evidence: Evidence, items: Collection[str] | None = None) -> list[Verdict]:
     """A verdict for each claim of the items."""
     verdicts, studies = [], {item.name: item.studies for item in ITEMS}
     for claim in CLAIMS:
@@ -136,5 +135,6 @@ def judge(evidence: Evidence, reference: Reference, items: Collection[str] | Non
         sources = ("analysis",) if claim.analytical else SOURCES
         found = {source: claim.check(evidence, source, claim.executor) for source in sources}
         cells = {s: evidence.names_of_cells(studies[claim.item], s, claim.executor) for s in sources}
-        verdicts.append(Verdict(claim, found, claim.real(reference, claim.executor), cells))
+        real = claim.check(evidence, REAL, claim.executor) if claim.real else None
+        verdicts.append(Verdict(claim, found, real, cells))
     return verdicts

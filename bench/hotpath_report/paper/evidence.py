@@ -16,6 +16,7 @@ import pandas as pd
 
 from hotpath_report.errors import InputError
 from hotpath_report.paper.cells import PAPER_LOAD_PERCENT, Cell
+from hotpath_report.paper.reference import Reference
 from hotpath_report.run import Run
 from hotpath_report.samples import COUNTS, TimerRuns, samples_by
 from hotpath_report.statistics import Samples
@@ -76,6 +77,7 @@ class Evidence:
     cells: list[dict[str, Any]] = field(default_factory=list)  # facts of every cell
     machine: dict[str, Any] | None = None  # of the live cells
     mode: str = ""
+    reference: Reference = field(default_factory=Reference)  # the real ROS 2 stack
     _latencies: dict[Any, Samples] | None = None
     _studies: dict[str, TimerRuns] = field(default_factory=dict)
 
@@ -103,10 +105,13 @@ class Evidence:
         return [(s.quantile(0.5), s.worst) for s in one_by_one]
 
     def timer_runs(self, study: str = "timers") -> TimerRuns:
-        """The timers-only runs of a study."""
+        """The timers-only runs of a study; beside those of the paper the real stack's, as another source."""
         if study not in self._studies:
             frames = (frame[frame["study"] == study] for frame in (self.timers, self.responses))
-            self._studies[study] = TimerRuns(*frames)
+            counts, responses = frames
+            if study == "timers":
+                counts = pd.concat([counts, self.reference.timers], ignore_index=True)
+            self._studies[study] = TimerRuns(counts, responses)
         return self._studies[study]
 
     def live_cells(self) -> list[dict[str, Any]]:
@@ -126,7 +131,9 @@ class Evidence:
         """A table of the analysis; empty where it was not made."""
         return self.tables.get(name, pd.DataFrame())
 
-    def names_of_cells(self, studies: Iterable[str], source: str, executor: str = "", setting: Any = None) -> str:
+    def names_of_cells(
+        self, studies: Iterable[str], source: str, executor: str = "", setting: Any = None
+    ) -> str:
         """From which cells a number comes: their names, with several repetitions as `NAME.{1,2,3}`."""
         repetitions: dict[str, list[str]] = {}
         for c in self.cells:
@@ -151,14 +158,18 @@ def empty() -> Evidence:
 
 def joined(frames: list[pd.DataFrame], columns: Iterable[str]) -> pd.DataFrame:
     """All rows below each other."""
-    return pd.concat(frames, ignore_index=True)[list(columns)] if frames else pd.DataFrame(columns=list(columns))
+    return (
+        pd.concat(frames, ignore_index=True)[list(columns)] if frames else pd.DataFrame(columns=list(columns))
+    )
 
 
 def timers_of(run: Run, keys: dict[str, Any], cell: Cell) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Counts and responses of a timers-only cell."""
     keys = {**keys, "setting": cell.load_percent}
     responses = run.responses().assign(**keys)  # makes the summary anew
-    worst = responses.groupby(["executor", "task"])["response_ms"].max().rename("response_max_ms").reset_index()
+    worst = (
+        responses.groupby(["executor", "task"])["response_ms"].max().rename("response_max_ms").reset_index()
+    )
     counts = run.timer_counts().merge(worst, how="left", on=["executor", "task"])
     return counts.assign(repetition=cell.repetition, **keys), responses
 
@@ -172,7 +183,9 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         facts = read_json(folder / "cell.json")
         made.cells.append(facts)
         if cell.source == "analysis":
-            made.tables |= {name: read_table(folder / name) for name in COPIED_TABLES if (folder / name).exists()}
+            made.tables |= {
+                name: read_table(folder / name) for name in COPIED_TABLES if (folder / name).exists()
+            }
             continue
         run = Run(folder)
         keys: dict[str, Any] = {"study": cell.study, "source": cell.source}
@@ -212,7 +225,9 @@ def stored(publication: Path) -> Evidence:
     timers = read_table(data / TIMERS_FILE).rename(columns={SETTING: "setting"})
     missing = [c for c in TIMER_COLUMNS if c not in timers]
     if missing:
-        raise InputError(f"{data / TIMERS_FILE}: column `{missing[0]}` is missing; an earlier version wrote it")
+        raise InputError(
+            f"{data / TIMERS_FILE}: column `{missing[0]}` is missing; an earlier version wrote it"
+        )
     return Evidence(
         read_samples(data / HOT_PATH_FILE),
         timers,

@@ -19,7 +19,9 @@ WAIT_SETS = ("default", "static")
 PAPERS_OWN = ("rm-ro", "rm-re", "edf-ro", "edf-re")
 OTHERS_ON_HOT_PATH = ("default", "static", "events-ro")
 LIVE_LOSS_TOLERANCE_PERCENT = 0.1
-REPEATEDLY_PERCENT = LIVE_LOSS_TOLERANCE_PERCENT  # what counts as lost there must be more than what is excused here
+REPEATEDLY_PERCENT = (
+    LIVE_LOSS_TOLERANCE_PERCENT  # what counts as lost there must be more than what is excused here
+)
 TEN_PERCENT_RANGE = (5, 20)
 TABLE_TOLERANCE_MS = 0.005
 PAPER_DELTA_MS, PAPER_TOTAL_DELTA_MS, TOTAL_DELTA_TOLERANCE_MS = 0.12, 0.84, 0.01
@@ -38,14 +40,6 @@ class Finding:
     verdict: str
     text: str
     short: str
-
-
-@dataclass(frozen=True)
-class Told:
-    """A value of the real ROS 2 stack, in a sentence and in a few characters."""
-
-    text: str = ""
-    short: str = ""
 
 
 TOO_FEW = Finding(NO_DATA, "too few samples for an interval", "too few")

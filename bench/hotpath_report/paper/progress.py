@@ -31,12 +31,16 @@ class Progress:
         if not self.stream.isatty():
             return
         with self.runner.lock:
-            finished = {cell.name for cell in self.runner.done} | {cell.name for cell, _ in self.runner.failed}
+            finished = {cell.name for cell in self.runner.done} | {
+                cell.name for cell, _ in self.runner.failed
+            }
             running = {name: time.time() - r.started for name, r in self.runner.running.items()}
         left = 0.0
         for cell in self.cells:
             if cell.name not in finished:
-                at_once = SIMULATIONS_AT_ONCE if cell.source != "live" else self.jobs if cell.cores == 1 else 1
+                at_once = (
+                    SIMULATIONS_AT_ONCE if cell.source != "live" else self.jobs if cell.cores == 1 else 1
+                )
                 left += max(0, cell.seconds - running.get(cell.name, 0)) / at_once
         line = f"[{len(finished)}/{len(self.cells)}] {duration_text(left)} left  {', '.join(running)}"
         self.stream.write("\r\x1b[K" + line[:110])

@@ -38,14 +38,20 @@ class WrongUse(Exception):
 def parser() -> argparse.ArgumentParser:
     """The options."""
     made = argparse.ArgumentParser(prog=PROGRAM, description=__doc__)
-    made.add_argument("--live", action="store_true", help="also measure: hours, resumable (with --quick: minutes)")
+    made.add_argument(
+        "--live", action="store_true", help="also measure: hours, resumable (with --quick: minutes)"
+    )
     length = made.add_mutually_exclusive_group()
-    length.add_argument("--quick", dest="mode", action="store_const", const="quick", help="all items, reduced")
+    length.add_argument(
+        "--quick", dest="mode", action="store_const", const="quick", help="all items, reduced"
+    )
     full = "live with the paper's 300 s and 600 s"
     length.add_argument("--full", dest="mode", action="store_const", const="full", help=full)
     only = "only this item, or several with commas between; see --list"
     made.add_argument("--only", metavar="ITEM", action="append", default=[], help=only)
-    made.add_argument("--list", action="store_true", help="say which items there are and what they take, and end")
+    made.add_argument(
+        "--list", action="store_true", help="say which items there are and what they take, and end"
+    )
     output = "results, and what goes on after an interruption (%(default)s)"
     made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
     jobs = "live single-core repetitions at the same time, each on a processor of its own (%(default)s)"
@@ -70,10 +76,14 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     if options.publish and options.only:
         raise WrongUse("--publish takes a whole reproduction; leave out --only")
     if options.publish and (problem := publish.problem_with(options.output, options.publish)):
-        raise WrongUse(f"--publish {options.publish} {problem}; name a new folder, or that of an earlier publication")
+        raise WrongUse(
+            f"--publish {options.publish} {problem}; name a new folder, or that of an earlier publication"
+        )
     cpus = sorted(os.sched_getaffinity(0), reverse=True)
     if not 1 <= options.jobs <= len(cpus):
-        raise WrongUse(f"--jobs {options.jobs}: from 1 to {len(cpus)}, the processors that this program may use")
+        raise WrongUse(
+            f"--jobs {options.jobs}: from 1 to {len(cpus)}, the processors that this program may use"
+        )
     options.cpus = cpus  # the last processors have the fewest interrupts on most machines
     return options
 
@@ -95,7 +105,9 @@ def list_items(options: argparse.Namespace) -> None:
 def build_of(hotpath: str) -> str:
     """What makes results comparable: version and content of the command."""
     try:
-        version = subprocess.run([hotpath, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+        version = subprocess.run(
+            [hotpath, "--version"], capture_output=True, text=True, check=True
+        ).stdout.strip()
         with open(hotpath, "rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()[:12]
     except (OSError, subprocess.CalledProcessError) as error:
@@ -119,7 +131,9 @@ def settle_plan(options: argparse.Namespace, cells: list[Cell]) -> None:
         return
     if before.get("mode") != plan["mode"]:
         mode = before.get("mode")
-        raise WrongUse(f"--output {folder} holds a reproduction in mode `{mode}`; give that mode, or another folder")
+        raise WrongUse(
+            f"--output {folder} holds a reproduction in mode `{mode}`; give that mode, or another folder"
+        )
     if before.get("order") != plan["order"]:
         raise WrongUse(
             f"--output {folder} holds a reproduction by another version of this script; give another folder"

@@ -23,7 +23,6 @@ from hotpath_report.paper.findings import NO_DATA, NOT, PAPER_SLOWDOWN, PARTLY, 
 from hotpath_report.paper.items import ITEMS
 from hotpath_report.paper.noise import NOISE_RULE
 from hotpath_report.paper.progress import duration_text
-from hotpath_report.paper.reference import Reference
 from hotpath_report.paper.tables import TABLES
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
@@ -73,7 +72,7 @@ def where_it_ran(evidence: Evidence, planned: int) -> str:
     )
 
 
-def tiles(evidence: Evidence, reference: Reference, verdicts: list[Verdict]) -> list[dict[str, Any]]:
+def tiles(evidence: Evidence, verdicts: list[Verdict]) -> list[dict[str, Any]]:
     """The numbers at the top of the page."""
     found = Counter(v.verdict for v in verdicts)
     judged = len(verdicts) - found[NO_DATA]
@@ -88,13 +87,16 @@ def tiles(evidence: Evidence, reference: Reference, verdicts: list[Verdict]) -> 
             r = statistics.ratio(default, ours, 1.0)
             value, _, interval = f"{r.text(2)}".partition(" ")
             tile(f"{value}×", f"worst hot path of default over rm-ro, {source}", interval)
-    real = [reference.hot_path_ms(e, "max") for e in ("default", "rm-ro")]
+    real = [evidence.reference.hot_path_ms(e, "max") for e in ("default", "rm-ro")]
     if real[0] and real[1]:
         tile(f"{real[0] / real[1]:.2f}×", f"the same on the real ROS 2 stack (the paper: {PAPER_SLOWDOWN:g})")
     tile(f"{found[REPRODUCED]} of {judged}", f"claims reproduced, {found[PARTLY]} partly, {found[NOT]} not")
     live = evidence.live_cells()
     if live:
-        tile(f"{sum(bool(c['noise']['marks']) for c in live)} of {len(live)}", "live repetitions marked as noisy")
+        tile(
+            f"{sum(bool(c['noise']['marks']) for c in live)} of {len(live)}",
+            "live repetitions marked as noisy",
+        )
     return shown
 
 
@@ -152,7 +154,7 @@ def noise(evidence: Evidence) -> dict[str, Any]:
     return {"text": text, "table": Table("All live repetitions", header, rows, folded=True)}
 
 
-def sections(evidence: Evidence, reference: Reference, items: Collection[str]) -> list[Section]:
+def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     """A section for each item."""
     made = []
     for item in ITEMS:
@@ -161,9 +163,9 @@ def sections(evidence: Evidence, reference: Reference, items: Collection[str]) -
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
         name, title, draw = FIGURES[item.name]
         commands = command_lines(evidence, item.studies)
-        figure = make_figure(name, title, partial(draw, evidence, reference), commands)
+        figure = make_figure(name, title, partial(draw, evidence), commands)
         section.figures += [figure] if figure else []
-        table = TABLES[item.name](evidence, reference)
+        table = TABLES[item.name](evidence)
         section.tables += [table] if table and table.rows else []
         made.append(section)
     return made
@@ -184,7 +186,9 @@ def percentiles(evidence: Evidence) -> pd.DataFrame:
         add("hot path", samples, key, "")
     for study in sorted(set(evidence.timers["study"])):
         runs = evidence.timer_runs(study)
-        for (setting, source, executor), _ in sorted(runs.counts.groupby(runs.KEY), key=lambda found: str(found[0])):
+        for (setting, source, executor), _ in sorted(
+            runs.counts.groupby(runs.KEY), key=lambda found: str(found[0])
+        ):
             for group in GROUPS:
                 found = runs.samples(setting, source, executor, group)
                 if found is not None:
@@ -193,21 +197,23 @@ def percentiles(evidence: Evidence) -> pd.DataFrame:
 
 
 def write_page_of(
-    evidence: Evidence, reference: Reference, items: Collection[str], folder: Path, planned: int
+    evidence: Evidence, items: Collection[str], folder: Path, planned: int
 ) -> list[Verdict]:
     """Writes page, figures, claims.json and percentiles into `folder`, and returns the verdicts."""
     (folder / "data").mkdir(parents=True, exist_ok=True)
-    write_file(folder / "data" / "percentiles.csv", percentiles(evidence).to_csv(index=False, float_format="%.6f"))
-    verdicts = judge(evidence, reference, items)
+    write_file(
+        folder / "data" / "percentiles.csv", percentiles(evidence).to_csv(index=False, float_format="%.6f")
+    )
+    verdicts = judge(evidence, items)
     write_json(folder / "claims.json", [v.as_json() for v in verdicts])
-    made = sections(evidence, reference, items)
+    made = sections(evidence, items)
     figures = {figure.name: (section, figure) for section in made for figure in section.figures}
     write_page(
         folder,
         "reproduction",
         made,
         where=where_it_ran(evidence, planned),
-        tiles=tiles(evidence, reference, verdicts),
+        tiles=tiles(evidence, verdicts),
         pictures=[figures[name] for name in PICTURES if name in figures],
         verdicts=verdicts,
         methods=methods(evidence),
@@ -216,12 +222,10 @@ def write_page_of(
     return verdicts
 
 
-def write_results(
-    evidence: Evidence, items: Collection[str], folder: Path, planned: int
-) -> list[Verdict]:
+def write_results(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes everything that a reproduction leaves; `planned`: live repetitions that the plan has."""
     evidence_of.write(evidence, folder / "data")
-    verdicts = write_page_of(evidence, Reference(), items, folder, planned)
+    verdicts = write_page_of(evidence, items, folder, planned)
     live = evidence.live_cells()
     seconds = sum(c["duration_s"] for c in live)
     facts = {
@@ -245,5 +249,5 @@ def write_published(publication: Path, folder: Path) -> None:
     evidence = evidence_of.stored(publication)
     studies = {c["study"] for c in evidence.cells}
     items = [item.name for item in ITEMS if set(item.studies) <= studies]
-    write_page_of(evidence, Reference(), items, folder, len(evidence.live_cells()))
+    write_page_of(evidence, items, folder, len(evidence.live_cells()))
     print(f"{folder / 'report.html'} (and report.md)")

@@ -65,7 +65,9 @@ class Runner:
     def __init__(self, hotpath: str, build: str, output: Path, cpus: list[int]) -> None:
         self.hotpath, self.build, self.cpus = hotpath, build, cpus
         self.folder = Path(output) / "cells"
-        self.on_change: Callable[[], None] = lambda: None  # called when a cell has begun or ended, and now and then
+        self.on_change: Callable[
+            [], None
+        ] = lambda: None  # called when a cell has begun or ended, and now and then
         self.running: dict[str, Running] = {}
         self.done: list[Cell] = []
         self.failed: list[tuple[Cell, str]] = []

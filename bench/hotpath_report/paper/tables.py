@@ -8,7 +8,7 @@ from hotpath_report.figures.bounds import fit_release_cost
 from hotpath_report.figures.waters import METHODS
 from hotpath_report.pages.comparison import HEADER, compared, percentile_cells
 from hotpath_report.pages.writer import Table
-from hotpath_report.paper.cells import ALL_ON_AUTOWARE, PAPER_HOT_PATH, RULE_VARIANTS, TIMER_EXECUTORS, UTILISATIONS
+from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.drawings import latencies
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.reference import Reference
@@ -16,24 +16,32 @@ from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import Samples
 
-Build = Callable[[Evidence, Reference], Table | None]
+Build = Callable[[Evidence], Table | None]
 BASELINE = "default"
 
 
-def drop_rates(evidence: Evidence, _reference: Reference) -> Table:
+def drop_rates(evidence: Evidence) -> Table:
     """Drop rates by group of timers."""
     runs, rows = evidence.timer_runs(), []
-    for executor, source, percent in itertools.product(TIMER_EXECUTORS, SOURCES, UTILISATIONS):
+    for executor, source, percent in itertools.product(EXECUTORS["timers"], SOURCES, UTILISATIONS):
         key = (percent, source, executor)
         if runs.rows(*key) is not None:
             totals = [runs.total(what, *key) for what in ("reached", "skipped")]
             shares = [f"{runs.drop_percent(*key, group):.2f}" for group in (None, *GROUPS)]
             rows.append([executor, source, f"{percent} %", *totals, *shares])
-    header = ["executor", "source", "set", "timestamps", "dropped", "all %", *(f"{g} %" for g in GROUPS.values())]
+    header = [
+        "executor",
+        "source",
+        "set",
+        "timestamps",
+        "dropped",
+        "all %",
+        *(f"{g} %" for g in GROUPS.values()),
+    ]
     return Table("Drop rates by group of timers", header, rows, folded=True)
 
 
-def wcrt(evidence: Evidence, _reference: Reference) -> Table | None:
+def wcrt(evidence: Evidence) -> Table | None:
     """Bounds in ms."""
     table, rows = evidence.table("wcrt_table.csv"), []
     if table.empty:
@@ -52,20 +60,22 @@ def wcrt(evidence: Evidence, _reference: Reference) -> Table | None:
 def response_times(group: str) -> Build:
     """Response times of a group of timers."""
 
-    def build(evidence: Evidence, _reference: Reference) -> Table:
+    def build(evidence: Evidence) -> Table:
         runs, rows = evidence.timer_runs(), []
-        for executor, percent, source in itertools.product(TIMER_EXECUTORS, UTILISATIONS, SOURCES):
+        for executor, percent, source in itertools.product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
             samples = runs.samples(percent, source, executor, group)
             if samples is not None:
                 late = runs.total("deadline_overruns", percent, source, executor, group)
-                rows.append([executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late])
+                rows.append(
+                    [executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late]
+                )
         header = ["executor", "set", "source", "jobs", "median ms", "p99 ms", "worst ms", "late"]
         return Table("Response times", header, rows, folded=True)
 
     return build
 
 
-def bounds_reduction(evidence: Evidence, _reference: Reference) -> Table | None:
+def bounds_reduction(evidence: Evidence) -> Table | None:
     """Reduction of end-to-end bounds."""
     table = evidence.table("waters_summary.csv")
     if table.empty:
@@ -93,13 +103,13 @@ def real_row(reference: Reference, executor: str, baseline: str) -> list[str]:
     worst = (reference.hot_path_ms(baseline, "max") or 0) / values[-1]
     texts = [f"{v:.1f}" for v in values]
     ratio = "" if executor == baseline else f"{worst:.2f}"
-    return [executor, "real ROS 2", f"{reference.samples(executor)} / 1", *texts, texts[-1], ratio, "", ""]
+    return [executor, "real ROS 2", f"{reference.hot_path.loc[executor, 'samples']} / 1", *texts, texts[-1], ratio, "", ""]
 
 
 def hot_path(executors: Sequence[str], study: str = "autoware", baseline: str = BASELINE) -> Build:
     """Hot-path latencies, compared with a baseline."""
 
-    def build(evidence: Evidence, reference: Reference) -> Table:
+    def build(evidence: Evidence) -> Table:
         rows = []
         for source in SOURCES:
             base = evidence.latencies("autoware", source, baseline)
@@ -110,8 +120,8 @@ def hot_path(executors: Sequence[str], study: str = "autoware", baseline: str = 
                     cells.insert(4, f"{samples.middle_worst():.1f}")
                     rows.append([executor, source, *cells])
         if study == "autoware":
-            known = [e for e in executors if reference.hot_path_ms(e, "p50") is not None]
-            rows += [real_row(reference, executor, baseline) for executor in known]
+            known = [e for e in executors if evidence.reference.hot_path_ms(e, "p50") is not None]
+            rows += [real_row(evidence.reference, executor, baseline) for executor in known]
         header = ["executor", "source", *HEADER[:4], "of the middle run", *HEADER[4:]]
         title = (
             f"Hot-path latency; ratio of worst cases, Cliff's delta and rank test compare with {baseline}: above 1 and"
@@ -122,7 +132,7 @@ def hot_path(executors: Sequence[str], study: str = "autoware", baseline: str = 
     return build
 
 
-def release(evidence: Evidence, _reference: Reference) -> Table | None:
+def release(evidence: Evidence) -> Table | None:
     """What a release costs."""
     table = evidence.table("release_cost.csv")
     if table.empty:
@@ -133,7 +143,7 @@ def release(evidence: Evidence, _reference: Reference) -> Table | None:
     return Table(title, ["timers", "passes", "median ns", "p99 ns", "max ns"], rows)
 
 
-def against_load(evidence: Evidence, _reference: Reference) -> Table:
+def against_load(evidence: Evidence) -> Table:
     """Hot path over load."""
     found: list[tuple[str, str, int, Samples]] = [
         (executor, source, load, samples)
@@ -146,16 +156,24 @@ def against_load(evidence: Evidence, _reference: Reference) -> Table:
     return Table("Hot-path latency over load", header, rows, folded=True)
 
 
-def against_phases(evidence: Evidence, _reference: Reference) -> Table:
+def against_phases(evidence: Evidence) -> Table:
     """Hot path over random phases."""
     rows = []
-    for source, executor in itertools.product(SOURCES, ALL_ON_AUTOWARE):
+    for source, executor in itertools.product(SOURCES, EXECUTORS["all_on_autoware"]):
         draws = evidence.draws(source, executor)
         if draws:
             medians, worst = (sorted(values) for values in zip(*draws))
             row = [executor, source, len(draws), f"{medians[0]:.1f} to {medians[-1]:.1f}"]
             rows.append(row + [f"{w:.1f}" for w in (worst[0], worst[len(worst) // 2], worst[-1])])
-    header = ["executor", "source", "draws", "medians ms", "best draw's worst ms", "median draw's", "worst draw's"]
+    header = [
+        "executor",
+        "source",
+        "draws",
+        "medians ms",
+        "best draw's worst ms",
+        "median draw's",
+        "worst draw's",
+    ]
     return Table("Draws of random phases", header, rows)
 
 
@@ -166,10 +184,10 @@ TABLES: dict[str, Build] = {
     "response-lidar": response_times("lidar"),
     "response-imu": response_times("imu"),
     "end-to-end": bounds_reduction,
-    "hot-path": hot_path(PAPER_HOT_PATH),
+    "hot-path": hot_path(EXECUTORS["paper_hot_path"]),
     "overhead": release,
-    "executors": hot_path(ALL_ON_AUTOWARE),
-    "rules": hot_path(RULE_VARIANTS, "rules", RULE_VARIANTS[0]),
+    "executors": hot_path(EXECUTORS["all_on_autoware"]),
+    "rules": hot_path(EXECUTORS["rules"], "rules", EXECUTORS["rules"][0]),
     "load": against_load,
     "phases": against_phases,
 }

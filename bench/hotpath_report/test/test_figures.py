@@ -183,7 +183,6 @@ class HotPath(FigureTest):
         result = self.call("hot_path.py", self.folder, "--output", self.folder / "taken")
         self.assert_refused(result, "cannot write", code=1)
 
-
     def test_live_and_simulated_runs_stand_side_by_side(self):
         runs = []
         for name, changes in (("live", {}), ("simulated", SIMULATED)):
@@ -240,7 +239,9 @@ class TimersOnly(FigureTest):
         runs = []
         for load in (60, 80, 90):
             for kind, changes in (("live", {}), ("simulated", SIMULATED)):
-                rows = "".join(job_rows(e, "IMU", [1 + k % 5 for k in range(60)]) for e in ("default", "rm-ro"))
+                rows = "".join(
+                    job_rows(e, "IMU", [1 + k % 5 for k in range(60)]) for e in ("default", "rm-ro")
+                )
                 runs.append(self.write_run(f"{kind}_{load}", rows, load_percent=load, **changes))
                 facts = json.loads((runs[-1] / "run.json").read_text())
                 facts["graph"]["name"] = f"timers_only_{load}"

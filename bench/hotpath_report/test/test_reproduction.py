@@ -138,7 +138,10 @@ class Simulated(ReproductionTest):
                 ("timers", "simulated", percent, "rm-ro")
             ]
         ours, stock = (("autoware", "simulated", e, 80) for e in ("rm-ro", "default"))
-        wrong.hot_path[ours], wrong.hot_path[stock] = self.evidence.hot_path[stock], self.evidence.hot_path[ours]
+        wrong.hot_path[ours], wrong.hot_path[stock] = (
+            self.evidence.hot_path[stock],
+            self.evidence.hot_path[ours],
+        )
         found = self.verdicts(wrong)
         for claim in (
             "no-drops",
@@ -169,9 +172,19 @@ class Simulated(ReproductionTest):
                 runs = copy.deepcopy(self.evidence.timers[("timers", "simulated", percent, executor)])
                 live.timers[("timers", "live", percent, executor)] = runs
         command = ["hotpath", "run", "--executor", "rm-ro", "--graph", "timers_only_60"]
-        facts = {"study": "timers", "source": "live", "repetition": 0, "command": command, "noise": {"marks": ["x"]}}
+        facts = {
+            "study": "timers",
+            "source": "live",
+            "repetition": 0,
+            "command": command,
+            "noise": {"marks": ["x"]},
+        }
         live.cells = [facts]
-        imu = next(t for name, t in live.timers[("timers", "live", 60, "rm-ro")].tasks.items() if "imu" in name.lower())
+        imu = next(
+            t
+            for name, t in live.timers[("timers", "live", 60, "rm-ro")].tasks.items()
+            if "imu" in name.lower()
+        )
         for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (imu.reached // 2, NOT)):
             imu.skipped_in = Counter({0: lost})
             found = {v.claim.name: v for v in judge(live, Reference())}["no-drops"].findings
@@ -183,7 +196,9 @@ class Simulated(ReproductionTest):
     def test_samples_are_read_back_as_written(self):
         samples = evidence_of.read_samples(self.output / "data")
         key = ("hot path", "autoware", "simulated", "80 %", "rm-ro", "", "0")
-        written = sorted(round(v, 6) for v in self.evidence.hot_path[("autoware", "simulated", "rm-ro", 80)][0])
+        written = sorted(
+            round(v, 6) for v in self.evidence.hot_path[("autoware", "simulated", "rm-ro", 80)][0]
+        )
         self.assertEqual(sorted(samples[key]), written)
 
     def test_a_complete_reproduction_repeats_no_cell(self):
@@ -213,7 +228,9 @@ class Simulated(ReproductionTest):
         changed.timers[key] = changed.timers[("timers", "simulated", 90, "default")]
         evidence_of.write(changed, other / "data")
         claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
-        (other / "claims.json").write_text(json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8")
+        (other / "claims.json").write_text(
+            json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8"
+        )
         result = hotpath("compare-results", self.output, other)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
@@ -267,9 +284,14 @@ class Resumption(ReproductionTest):
     def interrupted(self, number):
         output = self.folder() / "paper"
         process = subprocess.Popen(
-            reproduce(output, "--only", "load,phases"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            reproduce(output, "--only", "load,phases"),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
         )
-        self.wait_for(lambda: len(finished_cells(output)) >= 2 or process.poll() is not None, "no cell finished")
+        self.wait_for(
+            lambda: len(finished_cells(output)) >= 2 or process.poll() is not None, "no cell finished"
+        )
         process.send_signal(number)
         _, errors = process.communicate(timeout=TIME_LIMIT_S)
         done = finished_cells(output)
@@ -312,7 +334,9 @@ class WrongUse(ReproductionTest):
         self.assert_refused(reproduce(folder, "--jobs", "1000"), "--jobs 1000")
         self.assert_refused(reproduce(folder, "--hotpath", "/nowhere"), "/nowhere", "build")
         self.assert_refused(reproduce(folder, "--fast"), "--fast")
-        self.assert_refused(reproduce(folder, "--only", "load", "--publish", str(folder / "published")), "--publish")
+        self.assert_refused(
+            reproduce(folder, "--only", "load", "--publish", str(folder / "published")), "--publish"
+        )
 
     def test_publishing_replaces_only_an_earlier_publication(self):
         folder = self.folder()
@@ -356,7 +380,9 @@ class Live(ReproductionTest):
         self.assertEqual(set(facts["noise"]), {"stolen_percent", "others_percent", "held_up_ms", "marks"})
         self.assertEqual(facts["at_once"], 1)
         self.assertIn(str(cpu), facts["command"])
-        self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu], lambda: None).complete(cell))
+        self.assertFalse(
+            runner_of.Runner(HOTPATH, "another build", output, [cpu], lambda: None).complete(cell)
+        )
 
     def test_a_cell_that_fails_leaves_its_sentence_and_no_folder(self):
         output = self.folder()
@@ -376,7 +402,9 @@ class Live(ReproductionTest):
                 "cpus": [1],
                 "runs": [{"stolen_ms": stolen_ms}],
                 "calibration": {"disturbed": disturbed},
-                "machine": {"noise": {"hiccups": [{"cpu": 0, "max_ns": 10**9}, {"cpu": 1, "max_ns": hiccup_ns}]}},
+                "machine": {
+                    "noise": {"hiccups": [{"cpu": 0, "max_ns": 10**9}, {"cpu": 1, "max_ns": hiccup_ns}]}
+                },
             }
 
         self.assertEqual(runner_of.noise_of(run(), 0)["marks"], [])
@@ -416,7 +444,9 @@ def check_in_browser(test, page):
     if browser is None:
         test.skipTest("there is no chromium")
     folder = test.folder()
-    (folder / "page.html").write_text(page.read_text(encoding="utf-8").replace("</body>", PROBE), encoding="utf-8")
+    (folder / "page.html").write_text(
+        page.read_text(encoding="utf-8").replace("</body>", PROBE), encoding="utf-8"
+    )
     (folder / "frame.html").write_text(FRAME % PHONE_WIDTH, encoding="utf-8")
     words = [
         browser,

@@ -13,7 +13,15 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from inference import PERCENTILES, RESAMPLES, Samples, difference, rank_test, ratio, weighted_quantiles  # noqa: E402
+from inference import (
+    PERCENTILES,
+    RESAMPLES,
+    Samples,
+    difference,
+    rank_test,
+    ratio,
+    weighted_quantiles,
+)  # noqa: E402
 
 ROOT = HERE.parents[1]
 
@@ -38,7 +46,8 @@ class Quantiles(unittest.TestCase):
 
     def test_intervals_cover_the_true_median_about_as_often_as_they_say(self):
         covered = sum(
-            not Samples(normal(10, repetitions=20, size=50, seed=s)).estimate(0.5).excludes(10) for s in range(60)
+            not Samples(normal(10, repetitions=20, size=50, seed=s)).estimate(0.5).excludes(10)
+            for s in range(60)
         )
         self.assertGreater(covered, 50)
 
@@ -93,7 +102,9 @@ class Numbers(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             root = Path(name)
             shutil.copytree(
-                ROOT / "results", root / "results", ignore=shutil.ignore_patterns("traces", "*.svg", "*.png", "*.gz")
+                ROOT / "results",
+                root / "results",
+                ignore=shutil.ignore_patterns("traces", "*.svg", "*.png", "*.gz"),
             )
             shutil.copy2(ROOT / "README.md", root)
             call = lambda *words: subprocess.run(  # noqa: E731
@@ -115,7 +126,9 @@ class Numbers(unittest.TestCase):
             self.assertIn("bench_bars", call("--check").stderr)
             readme.write_text(before, encoding="utf-8")
             page = root / "results/paper/report.md"
-            page.write_text(page.read_text(encoding="utf-8").replace("worst cases", "best cases"), encoding="utf-8")
+            page.write_text(
+                page.read_text(encoding="utf-8").replace("worst cases", "best cases"), encoding="utf-8"
+            )
             found = call("--check")
             self.assertEqual(found.returncode, 1)
             self.assertIn("slowdown", found.stderr)

@@ -23,7 +23,10 @@ def load(root, name):
 
 
 def table(header, rows, numbers=True):
-    lines = [f"| {' | '.join(header)} |", f"| --- |{(' ---: |' if numbers else ' --- |') * (len(header) - 1)}"]
+    lines = [
+        f"| {' | '.join(header)} |",
+        f"| --- |{(' ---: |' if numbers else ' --- |') * (len(header) - 1)}",
+    ]
     return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"
 
 
