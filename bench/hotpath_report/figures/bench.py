@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of `hotpath bench`: decisions, transport, and the hot path of the reference system."""
+
+from matplotlib.axes import Axes
+
+from hotpath_report import style
+from hotpath_report.pages.bench_data import Bench
+from hotpath_report.style import SERIES
+
+# {figure: title, and for each panel: title, label of the x axis, pattern of benchmarks (line, x), metric}
+PANELS = {
+    "bench_scheduler": (
+        "Scheduling decisions",
+        ("One decision, 100 ready jobs", "tasks", r"timer_cycle/([^/]+)/ready:100/tasks/(\d+)", "decide_ns"),
+        ("One decision, all tasks ready", "tasks", r"timer_cycle/([^/]+)/ready:full/tasks/(\d+)", "decide_ns"),
+        ("Push and pop of the queues alone", "ready jobs", r"push_pop/([^/]+)/ready/(\d+)", "time_ns"),
+    ),
+    "bench_transport": (
+        "One-way latency, publication to callback (medians)",
+        ("One subscriber", "KiB", r"one_way/(.+)/kib:(\d+)/subscribers:1/(.+)", "latency_p50_ns"),
+        ("4 KiB, all on one executor", "subscribers", r"one_way/(.+)/kib:4/subscribers:(\d+)/(.+)", "latency_p50_ns"),
+    ),
+}
+
+
+def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
+    """Medians (ns) over numbers on logarithmic axes; whether there was something to draw."""
+    lines: dict[str, list[tuple[int, float]]] = {}
+    for (name, x, *who), value in bench.matching(pattern, metric).items():
+        label = name.removeprefix("fastdds_") + (" (raw)" if who == ["raw_fastdds"] else "")
+        lines.setdefault(label, []).append((int(x), value))
+    for colour, (label, points) in zip(SERIES, sorted(lines.items())):
+        axes.loglog(*zip(*sorted(points)), "o-", color=colour, label=label, markersize=4)
+    axes.set_ylabel("ns")
+    axes.margins(y=0.25)
+    if lines:
+        axes.legend(fontsize=8, ncol=2, loc="upper left")
+    return bool(lines)
+
+
+def draw_hot_path(bench: Bench) -> bool:
+    """The median of each repetition on the reference system; whether there was something to draw."""
+    found = bench.matching(r"hot_path/executor:([^/]+)/transport:(.+)", "hot_path_p50_ns")
+    if not found:
+        return False
+    executors, transports = (sorted(set(names)) for names in zip(*found))
+    figure, (axes,) = style.new_figure(8, 0.6 + 0.45 * len(executors))
+    style.rows_of_labels(axes, executors)
+    markers = dict(zip(transports, "os^D"))
+    for executor, transport in found:
+        name = f"hot_path/executor:{executor}/transport:{transport}"
+        medians = [v / 1e6 for v in bench.values[name, "hot_path_p50_ns"]]
+        place = executors.index(executor) + 0.3 * (transports.index(transport) - (len(transports) - 1) / 2)
+        look = {"color": style.colour_of(executor), "linestyle": "", "alpha": 0.8}
+        axes.plot(medians, [place] * len(medians), marker=markers[transport], **look)
+    axes.set_xlim(left=0)
+    axes.set_xlabel("median latency of each repetition (ms)")
+    style.add_key(figure, [style.dot(t, marker) for t, marker in markers.items()], 6)
+    style.add_title(figure, "The hot path of the reference system", bench.subtitle(), bench.partial)
+    style.save(figure, bench.folder, "bench_hot_path")
+    return True
+
+
+def draw(bench: Bench) -> set[str]:
+    """Writes all figures of which something was measured, and returns their names."""
+    drawn = {"bench_hot_path"} if draw_hot_path(bench) else set()
+    for name, (title, *panels) in PANELS.items():
+        figure, axes = style.new_figure(6 * len(panels), 4.6, 1, len(panels))
+        found = []
+        for panel, (heading, label, pattern, metric) in zip(axes, panels):
+            found.append(draw_lines(panel, bench, pattern, metric))
+            panel.set(title=heading, xlabel=label)
+        if any(found):
+            style.add_title(figure, title, bench.subtitle(), bench.partial)
+            style.save(figure, bench.folder, name)
+            drawn.add(name)
+    return drawn

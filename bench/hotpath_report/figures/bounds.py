@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How close responses come to their bounds, and what a release costs."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from hotpath_report import style
+from hotpath_report.style import FAINT, INK
+
+MARKERS = {"simulated": "s", "live": "o"}
+
+
+def tightness(table: pd.DataFrame, width: float) -> Figure:
+    """Worst responses in percent of their bounds. `table`: source, setting, executor, task, share_percent."""
+    settings, executors = sorted(table["setting"].unique()), list(table["executor"].unique())
+    figure, panels = style.new_figure(width, 3.3, 1, len(settings), share_y=True)
+    for axes, setting in zip(panels, settings):
+        here = table[table["setting"] == setting]
+        tasks = list(here["task"].unique())
+        for (source, executor), rows in here.groupby(["source", "executor"], sort=False):
+            shift = 0.28 * (executors.index(executor) - (len(executors) - 1) / 2)
+            look = {"color": style.colour_of(executor), "markersize": 6, "zorder": 3}
+            if source == "simulated":
+                look["markerfacecolor"] = "none"
+            places = np.array([tasks.index(task) for task in rows["task"]]) + shift
+            axes.plot(rows["share_percent"], places, MARKERS[source], **look)
+        axes.axvline(100, color=INK, linewidth=1.3, linestyle=style.DASHED)
+        style.rows_of_labels(axes, tasks)
+        axes.set_xlim(0, max(108, axes.get_xlim()[1]))
+        axes.set_title(f"{setting} % set")
+        axes.set_xlabel("worst response (% of its bound)")
+    pairs = table[["source", "executor"]].drop_duplicates().itertuples(index=False)
+    handles = [
+        style.dot(
+            f"{executor}, {source}",
+            MARKERS[source],
+            color=style.colour_of(executor),
+            markerfacecolor="none" if source == "simulated" else style.colour_of(executor),
+        )
+        for source, executor in pairs
+    ]
+    style.add_key(figure, handles, 4)
+    return figure
+
+
+def fit_release_cost(table: pd.DataFrame) -> tuple[float, float]:
+    """(delta, k) in ns: least squares of the median pass over the number of timers, weighted by passes."""
+    if len(table) < 2:
+        return float(table["p50_ns"].iloc[0] / table["timers"].iloc[0]), 0.0
+    delta, k = np.polyfit(table["timers"], table["p50_ns"], 1, w=np.sqrt(table["passes"]))
+    return float(delta), float(k)
+
+
+def release_cost(table: pd.DataFrame, colour: str, width: float) -> Figure:
+    """Length of a pass of the releaser over the timers that it releases."""
+    figure, (axes,) = style.new_figure(width, 3.2)
+    delta, constant = fit_release_cost(table)
+    axes.plot(
+        table["timers"], table["p99_ns"], "s", color=FAINT, markerfacecolor="none", label="99th percentile"
+    )
+    axes.plot(table["timers"], table["p50_ns"], "o", color=colour, label="median")
+    ends: Sequence[float] = (0, float(table["timers"].max()))
+    label = f"k + n δ: k = {constant:.0f} ns, δ = {delta:.0f} ns"
+    axes.plot(ends, [constant + delta * x for x in ends], color=colour, linewidth=1, label=label)
+    axes.set_xlabel("timers released in one pass")
+    axes.set_ylabel("length of the pass (ns)")
+    axes.set_ylim(0, None)
+    axes.set_xlim(0, ends[1] + 0.5)
+    axes.legend(loc="upper left")
+    return figure

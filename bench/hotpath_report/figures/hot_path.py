@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The hot-path latency of each executor, as the paper's last figure (Section VII-C)."""
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+
+from hotpath_report import style
+from hotpath_report.errors import InputError
+from hotpath_report.figures import violins
+from hotpath_report.figures.violins import Drawing, Row
+from hotpath_report.run import SOURCES, Run
+from hotpath_report.samples import samples_by
+from hotpath_report.statistics import Samples
+from hotpath_report.style import INK
+
+BASELINE = "default"
+NOTE = "end of a violin: worst case, and how it compares with that of `default`"
+
+
+def compared(samples: Samples | None, baseline: Samples | None) -> str:
+    """How a worst case compares with the baseline's, in words short enough to follow a number."""
+    if samples is None or baseline is None or samples is baseline or not len(samples) or samples.worst <= 0:
+        return ""
+    factor = baseline.worst / samples.worst
+    if factor >= 1.05:
+        return f" · {factor:.2g}× lower"
+    return f" · {1 / factor:.2g}× higher" if 0 < factor <= 1 / 1.05 else " · the same"
+
+
+def with_ratios(rows: list[Row], baseline: str = BASELINE) -> list[Row]:
+    """The rows with each worst case's ratio to that of the baseline of the same source."""
+    base = next((row for row in rows if row.executor == baseline), None)
+    if base is None:
+        return rows
+    return [
+        Row(
+            row.label,
+            row.executor,
+            row.simulated,
+            row.live,
+            (compared(row.simulated, base.simulated), compared(row.live, base.live)),
+        )
+        for row in rows
+    ]
+
+
+def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:
+    """Dashed lines at limits that no executor can beat, with their names above the panel."""
+    for place, limit in enumerate(limits):
+        axes.axvline(limit["ms"], color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
+        left = place == 0 and len(limits) > 1
+        name = limit["label"].replace(" (", "\n(").split("\n")
+        text = "\n".join(textwrap.fill(part, 24) for part in name)
+        axes.annotate(
+            f"{text}\n{limit['ms']:.3g} ms",
+            (limit["ms"], 1),
+            (-4 if left else 4, 2),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            va="bottom",
+            ha="right" if left else "left",
+            fontsize=8,
+            linespacing=1.15,
+        )
+
+
+def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> list[Row]:
+    """Rows of one chain: of each executor the first run of each source, then further runs below them."""
+    rows = []
+    for executor in dict.fromkeys(e for run in runs for e in run.executors):
+        of_source: dict[str, list[Samples]] = {source: [] for source in SOURCES}
+        for run, found in zip(runs, frames):
+            if executor in run.executors:
+                of_source[run.source].append(found.get(executor, Samples([])))
+        for k in range(max(map(len, of_source.values()))):
+            both = [of_source[s][k] if k < len(of_source[s]) else None for s in SOURCES]
+            counts = ", ".join(str(len(s)) for s in both if s is not None)
+            name = executor if k == 0 else f"{executor} ({k + 1})"
+            rows.append(Row(f"{name}\nn = {counts}", executor, *both))
+    return rows
+
+
+def read_latencies(run: Run) -> dict[str, dict[str, Samples]]:
+    """{chain: {executor: latencies in ms}}, chains in the order of the file."""
+    frame = run.latencies()
+    if frame.empty:
+        raise InputError(
+            f"{run.folder / 'chains.csv'}: no rows; the run was shorter than its warm-up, "
+            "or its graph declares no chain"
+        )
+    exact = run.simulated
+    return {
+        chain: samples_by(rows, ["executor"], "hot_path_ms", exact)
+        for chain, rows in frame.groupby("chain", sort=False)
+    }
+
+
+def draw_runs(folders: Sequence[str], output: str | None) -> None:
+    """Writes hot_path.svg and .png about runs of one graph. Raises InputError."""
+    runs = [Run(folder) for folder in folders]
+    graphs = list(dict.fromkeys(run["graph.name"] for run in runs))
+    if len(graphs) > 1:
+        raise InputError(f"these are runs of {' and '.join(graphs)}; give runs of one graph")
+    found = [read_latencies(run) for run in runs]
+    chains = list(dict.fromkeys(chain for chains in found for chain in chains))
+    rows = {c: with_ratios(rows_of_runs([f.get(c, {}) for f in found], runs)) for c in chains}
+    first = rows[chains[0]]
+    figure, panels = style.new_figure(style.WIDE, 0.6 + 0.55 * len(first), len(chains))
+    # Without work in the nodes there is no limit to draw.
+    limits = sorted((x for x in runs[0].get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
+    for axes, chain in zip(panels, chains):
+        limit = violins.axis_limit(rows[chain], [x["ms"] for x in limits])
+        if any(any(row.notes) for row in rows[chain]):
+            limit *= 1.12  # room for the words behind the longest violin
+        violins.draw_rows(axes, rows[chain], limit, violins.sources_of(first), " ms")
+        axes.set_xlabel("hot-path latency (ms)")
+        if len(chains) > 1:
+            axes.set_title(chain)
+        draw_limits(axes, limits if axes is panels[0] else ())
+    key = [style.patch(NOTE, alpha=0)] if any(any(row.notes) for row in first) else []
+    violins.add_key(figure, violins.sources_of(first), key)
+    subtitle = "\n".join(dict.fromkeys(run.what_ran() for run in runs))
+    style.add_title(figure, "Hot-path latency per executor", subtitle, any(run.partial for run in runs))
+    style.save(figure, output or Path(folders[0]), "hot_path")
+
+
+def draw_rows(rows: list[Row], real_ms: dict[str, float | None], width: float) -> Drawing:
+    """One panel of rows, with the worst cases (ms) of the real ROS 2 stack where they are known."""
+    narrow = style.is_narrow(width)
+    rows = rows if narrow else with_ratios(rows)
+    figure, (axes,) = style.new_figure(width, 0.6 + 0.62 * len(rows))
+    sources = violins.sources_of(rows)
+    violins.draw_rows(
+        axes, rows, violins.axis_limit(rows, real_ms.values()) * (1 if narrow else 1.08), sources
+    )
+    for y, row in enumerate(rows):
+        if real_ms.get(row.executor):
+            axes.plot([real_ms[row.executor]], [y + 0.26], **style.reference_mark(zorder=6))
+    axes.set_xlabel("hot-path latency (ms)")
+    known = any(real_ms.values())
+    marks = [style.dot("worst of the real ROS 2 stack", **style.reference_mark())] if known else []
+    violins.add_key(figure, sources, marks)
+    return Drawing(figure, pd.DataFrame() if not rows else violins.table_of(rows))

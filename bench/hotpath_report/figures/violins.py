@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows of violins: the upper half simulated, the lower half live, or the whole of the only source."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.ndimage import gaussian_filter1d
+
+from hotpath_report import style
+from hotpath_report.run import SOURCES
+from hotpath_report.statistics import PERCENTILES, Samples, Values
+from hotpath_report.style import FAINT, INK
+
+HEIGHT = 0.42  # of half a violin, in rows
+PERCENTILE_COLUMNS = ["repetitions", "samples", "percentile", "value_ms", "low_95_ms", "high_95_ms"]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure, and the numbers behind it."""
+
+    figure: Figure
+    table: pd.DataFrame
+
+
+@dataclass(frozen=True)
+class Row:
+    """Samples (ms) of one executor; `notes` go beside the worst value of a source."""
+
+    label: str
+    executor: str
+    simulated: Samples | None
+    live: Samples | None
+    notes: tuple[str, str] = ("", "")
+
+    @property
+    def halves(self) -> list[tuple[str, Samples]]:
+        """The sources that have samples, simulated first."""
+        both = zip(SOURCES, (self.simulated, self.live))
+        return [(source, samples) for source, samples in both if samples is not None and len(samples)]
+
+
+def sources_of(rows: Iterable[Row]) -> list[str]:
+    """The sources that occur, simulated first."""
+    found = {source for row in rows for source, _ in row.halves}
+    return [source for source in SOURCES if source in found]
+
+
+def axis_limit(rows: Iterable[Row], marks: Iterable[float | None] = ()) -> float:
+    """Room for all worst values (ms), but for far ones not so much that the rest shrinks: those get an arrow."""
+    samples = [s for row in rows for _, s in row.halves]
+    known = [m for m in marks if m]
+    everything = max([s.worst for s in samples] + known, default=0)
+    bulk = max([s.quantile(0.99) for s in samples] + known, default=0)
+    return 1.12 * min(everything, 1.6 * bulk) or 1
+
+
+def density(samples: Values, limit: float, points: int) -> tuple[Values, Values]:
+    """Root of a smoothed histogram with a maximum of one: latencies lie in clusters, which a kernel of 0.6 % of the axis
+    keeps, and the root gives single samples a thin foot."""
+    counts, edges = np.histogram(samples, bins=points, range=(0, limit))
+    smooth = gaussian_filter1d(counts.astype(float), 1.4 * points / 240, mode="constant")
+    peak = smooth.max()
+    return (edges[:-1] + edges[1:]) / 2, np.sqrt(smooth / peak) if peak > 0 else smooth
+
+
+def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], sides: Sequence[int]) -> None:
+    """A violin on row y with its median; `sides`: -1 for the half above the row, 1 for that below."""
+    limit = axes.get_xlim()[1]
+    values = samples.pooled()
+    low, high = float(values.min()), float(values.max())
+    # A small panel has no room for more points.
+    small = axes.get_subplotspec().get_gridspec().ncols > 1 or style.is_narrow(axes.figure)
+    x, share = density(values, limit, 120 if small else 240)
+    inside = (x >= low - limit / 200) & (x <= high + limit / 200)
+    x, share = x[inside], share[inside]
+    for side in sides:
+        if len(x):  # closed along the row by one edge instead of a point below every other
+            edge = y + side * HEIGHT * share
+            axes.fill([x[0], *x, x[-1]], [y, *edge, y], linewidth=0, zorder=2, **look)
+    axes.plot([low, high], [y, y], color=look["color"], linewidth=1, zorder=3)
+    median = samples.quantile(0.5)
+    ends = [y + HEIGHT * min((*sides, 0)), y + HEIGHT * max((*sides, 0))]
+    axes.plot([median, median], ends, color=INK, linewidth=1.6, zorder=4, solid_capstyle="butt")
+
+
+def write_worst(axes: Axes, y: float, worst: float, text: str, faint: bool) -> None:
+    """The worst value at the end of a violin; an arrow says that it lies beyond the axis."""
+    limit = axes.get_xlim()[1]
+    beyond = worst > limit
+    axes.annotate(
+        f"{text} →" if beyond else text,
+        (min(worst, limit), y),
+        (0 if beyond else 4, 0),
+        textcoords="offset points",
+        va="center",
+        ha="right" if beyond else "left",
+        fontsize=8,
+        color=FAINT if faint else INK,
+        bbox=style.OPAQUE,
+        zorder=7,
+    )
+
+
+def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[str], unit: str = "") -> None:
+    """Rows downwards, each with the worst values of its sources; the axis ends at `limit` (ms)."""
+    style.rows_of_labels(axes, [row.label for row in rows])
+    axes.set_xlim(0, limit)
+    for y, row in enumerate(rows):
+        if not row.halves:
+            axes.text(0.01 * limit, y, "no data", va="center", color=FAINT)
+        for source, samples in row.halves:
+            upper = source == "simulated"
+            sides = (-1, 1) if len(sources) == 1 else (-1,) if upper else (1,)
+            paler = upper and len(sources) > 1
+            look = {"color": style.colour_of(row.executor), "alpha": 0.42 if paler else 0.85}
+            draw_violin(axes, y, samples, look, sides)
+            digits = 1 if samples.worst >= 10 or not unit else 2
+            text = f"{samples.worst:.{digits}f}{unit}" + row.notes[SOURCES.index(source)]
+            write_worst(axes, y + (0 if len(sources) == 1 else sides[0] * 0.2), samples.worst, text, paler)
+
+
+def add_key(figure: Figure, sources: Sequence[str], marks: Sequence[Artist] = ()) -> None:
+    """What the halves of a row are, and the marks."""
+    handles: list[Artist] = []
+    if len(sources) > 1:
+        handles.append(style.patch("upper half: simulated", alpha=0.42))
+        handles.append(style.patch("lower half: live", alpha=0.95))
+    else:
+        handles += [style.patch(source, alpha=0.85) for source in sources]
+    style.add_key(figure, [*handles, style.line("median", linewidth=1.6), *marks], 6)
+
+
+def percentile_table(keys: dict[str, Any], samples: Samples) -> pd.DataFrame:
+    """Value and interval (ms) of each percentile, a row each, behind columns with the keys."""
+    frame = pd.DataFrame(
+        [
+            [len(samples.repetitions), len(samples), name, e.value, e.low, e.high]
+            for name, e in ((name, samples.estimate(p)) for p, name in PERCENTILES.items())
+        ],
+        columns=PERCENTILE_COLUMNS,
+    )
+    for place, (key, value) in enumerate(keys.items()):
+        frame.insert(place, key, value)
+    return frame
+
+
+def table_of(rows: Iterable[Row], **keys: Any) -> pd.DataFrame:
+    """The percentiles of all rows."""
+    tables = [
+        percentile_table({"source": source, "executor": row.executor, **keys}, samples)
+        for row in rows
+        for source, samples in row.halves
+    ]
+    return pd.concat(tables)

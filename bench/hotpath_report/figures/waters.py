@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Histograms of the reduction of end-to-end bounds on WATERS task sets, as the paper's Section VII-B."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hotpath_report import style
+from hotpath_report.errors import InputError
+from hotpath_report.style import INK, SERIES
+
+PAPER = "brueggen_davare"
+METHODS = {
+    PAPER: "Theorem 1 + Davare (the paper)",
+    "davis_duerr": "exact NP-FP + Dürr",
+    "davis_kloda": "exact NP-FP + Kloda",
+    "davis_guenzel": "exact NP-FP + Günzel",
+}
+BINS_PER_STEP = 4  # outlines on bins of the paper's width each would hide the shape
+
+
+def read(path: Path) -> pd.DataFrame:
+    """A table that `hotpath experiment waters` wrote. Raises InputError."""
+    try:
+        frame = pd.read_csv(path)
+    except OSError as error:
+        raise InputError(
+            f"{path}: {error.strerror}; give a folder written by `hotpath experiment waters`"
+        ) from None
+    except ValueError as error:
+        raise InputError(f"{path}: not a table of `hotpath experiment waters`: {error}") from None
+    if frame.empty:
+        raise InputError(f"{path}: no rows, there is nothing to draw")
+    return frame
+
+
+def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
+    """The paper's method filled, tighter ones as outlines."""
+    for (method, name), colour in zip(METHODS.items(), SERIES):
+        rows = bins[bins["method"] == method]
+        if rows.empty:
+            continue
+        edges, chains = [*rows["low_percent"], rows["high_percent"].iloc[-1]], rows["chains"].to_numpy()
+        if method == PAPER:
+            axes.stairs(chains, edges, fill=True, color=colour, alpha=0.75, label=name, zorder=2)
+        else:
+            coarse = np.array(
+                [chains[i : i + BINS_PER_STEP].mean() for i in range(0, len(chains), BINS_PER_STEP)]
+            )
+            steps = np.linspace(edges[0], edges[-1], len(coarse) + 1)
+            axes.stairs(coarse, steps, color=colour, linewidth=1.2, label=name, zorder=3)
+    axes.axvline(0, color=INK, linewidth=0.9)
+    axes.set_xlim(-15, 105)
+    axes.set_ylabel("chains")
+
+
+def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> Figure:
+    """A panel for each utilisation."""
+    utilisations = sorted(histogram["utilisation"].unique())
+    figure, panels = style.new_figure(width, 2.3, len(utilisations))
+    for axes, utilisation in zip(panels, utilisations):
+        draw_panel(axes, histogram[histogram["utilisation"] == utilisation])
+        axes.set_title(f"utilisation {100 * utilisation:.0f} %")
+        facts = summary[(summary["utilisation"] == utilisation) & (summary["method"] == PAPER)].iloc[0]
+        text = f"{facts['chains']} chains of {facts['schedulable']} of {facts['sets']} sets\n"
+        text += f"median {facts['median']:.1f} %, maximum {facts['max']:.1f} %"
+        axes.text(0.995, 0.95, text, transform=axes.transAxes, ha="right", va="top", fontsize=9)
+    panels[-1].set_xlabel("reduction of the end-to-end bound (%)")
+    style.add_key(figure, panels[0].get_legend_handles_labels()[0], 4)
+    return figure
+
+
+def draw(folder: str) -> None:
+    """Writes waters.svg and waters.png. Raises InputError."""
+    tables = [read(Path(folder) / f"waters_{name}.csv") for name in ("histogram", "summary")]
+    figure = reductions(*tables, style.WIDE)
+    title = "End-to-end bounds: RM events executor against the default executor"
+    subtitle = "WATERS 2015 task sets; reduction: (default's bound - RM's bound) / default's bound"
+    style.add_title(figure, title, f"{subtitle}\nto the right of 0 RM guarantees the smaller latency")
+    style.save(figure, folder, "waters")

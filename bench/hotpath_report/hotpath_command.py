@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calls of the `hotpath` program, which owns all definitions and measures."""
+
+import functools
+import json
+import os
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hotpath_report.errors import InputError, RunError
+
+PACKAGE = Path(__file__).resolve().parent
+WRONG_USE = 2  # exit code of `hotpath` for input that cannot be used
+
+
+def program() -> Path:
+    """The program: $HOTPATH, that of the build tree, or that of the prefix in which this package is installed."""
+    if "HOTPATH" in os.environ:
+        return Path(os.environ["HOTPATH"])
+    built, installed = PACKAGE.parents[1] / "build/bench/hotpath", PACKAGE.parents[2] / "bin/hotpath"
+    return installed if installed.exists() and not built.exists() else built
+
+
+def output_of(*words: object) -> str:
+    """Standard output of `hotpath WORDS...`. Raises InputError with its sentence where it refuses its input."""
+    command = [str(program()), *map(str, words)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise RunError(f"{command[0]}: {error.strerror}; build it with launch_scripts/build.sh") from None
+    if done.returncode == 0:
+        return done.stdout
+    sentence = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+    sentence = sentence.removeprefix("hotpath: ")
+    raise (InputError if done.returncode == WRONG_USE else RunError)(sentence)
+
+
+@dataclass(frozen=True)
+class Executor:
+    """Traits of an executor, from the registry of the C++ library."""
+
+    name: str
+    family: str  # wait_set, events or priority_events
+    timers: str  # polled, release_only or release_and_execute
+    policy: str | None  # of the events queue, where it has priorities or is a FIFO
+    colour: str  # #RRGGBB
+
+    @property
+    def has_timer_thread(self) -> bool:
+        """Whether a thread of its own releases the timers."""
+        return self.family != "wait_set"
+
+
+@functools.cache
+def registry() -> dict[str, Executor]:
+    """All executors by name, in the order of the registry."""
+    rows: list[dict[str, Any]] = json.loads(output_of("list", "executors", "--json"))
+    return {
+        r["name"]: Executor(*(r[key] for key in ("name", "family", "timers", "policy", "colour")))
+        for r in rows
+    }
+
+
+def executor_named(name: str) -> Executor | None:
+    """Traits behind the name in a result, which can have options (`rm-ro:first`, `multi:2`)."""
+    return registry().get(name.split(":")[0])

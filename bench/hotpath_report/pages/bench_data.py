@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The numbers of one `hotpath bench` folder."""
+
+import math
+import re
+import statistics
+from pathlib import Path
+from typing import Any
+
+from hotpath_report.errors import InputError
+from hotpath_report.tables import read_json
+
+def three_digits(value: float | None) -> str:
+    """A number with three significant digits, trailing zeros kept, never with an exponent."""
+    if value is None or value <= 0:
+        return "" if value is None else "0"
+    return f"{value:.{max(0, 2 - math.floor(math.log10(value)))}f}"
+
+
+class Bench:
+    """bench.json; times in ns."""
+
+    def __init__(self, folder: str) -> None:
+        self.folder = Path(folder)
+        path = self.folder / "bench.json"
+        self.facts: dict[str, Any] = read_json(path, "hotpath bench")
+        try:
+            self.values: dict[tuple[str, str], list[float]] = {
+                (f["benchmark"], f["metric"]): f["values"] for f in self.facts["figures"]
+            }
+            self.complexities = {c["benchmark"]: c for c in self.facts["complexities"]}
+            self.machine = self.facts["machine"]
+        except (KeyError, TypeError) as error:
+            raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
+        self.names = {benchmark for benchmark, _ in self.values}
+        if not self.values:
+            raise InputError(f"{path}: no figures, there is nothing to report")
+
+    @property
+    def partial(self) -> bool:
+        """Whether some measurements are missing."""
+        return self.facts.get("complete") is not True
+
+    def median(self, benchmark: str, metric: str = "time_ns") -> float | None:
+        """None where it was not measured."""
+        values = self.values.get((benchmark, metric))
+        return statistics.median(values) if values else None
+
+    def matching(self, pattern: str, metric: str = "time_ns") -> dict[tuple[str, ...], float]:
+        """{groups of the pattern: median} of every benchmark whose whole name matches."""
+        found = {}
+        for (benchmark, its_metric), values in self.values.items():
+            match = re.fullmatch(pattern, benchmark)
+            if match and its_metric == metric:
+                found[match.groups()] = statistics.median(values)
+        return found
+
+    def where(self) -> str:
+        """The machine."""
+        m = self.machine
+        return f"{m['cpu_model']}, {m['processors']} cores · Linux {m['kernel']} · {m['compiler']} {m['build_type']}"
+
+    def subtitle(self) -> str:
+        """Of its figures."""
+        return f"{self.where()}\n{self.facts['date']} · {self.facts['repetitions']} repetitions"

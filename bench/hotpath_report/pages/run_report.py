@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One page, HTML and Markdown, about any runs and comparisons, or about a published reproduction."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from hotpath_report import style
+from hotpath_report.errors import InputError
+from hotpath_report.figures import violins
+from hotpath_report.figures.violins import Drawing, Row
+from hotpath_report.pages.comparison import HEADER, compared
+from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.run import SOURCES, Run
+from hotpath_report.samples import samples_by
+from hotpath_report.statistics import Samples
+
+COMPARED = "Ratio of worst cases, Cliff's delta and rank test compare with a run's first executor; above 1 and 0 is better"
+CHAIN = (
+    "hot-path latency (ms)",
+    "Start of the sink's callback minus start of the latest source callback that its data contains.",
+)
+TIMER = (
+    "response time (ms)",
+    "Finish of a job minus its own timestamp; timestamps that were skipped have no response time.",
+)
+
+
+class ReportedRun:
+    """Latencies of chains and response times of timers of one folder: {(kind, name): {executor: samples in ms}}."""
+
+    def __init__(self, folder: str | Path) -> None:
+        self.run = Run(folder)
+        self.name = Path(folder).resolve().name
+        exact, self.samples = self.run.simulated, dict[tuple[str, str], dict[str, Samples]]()
+        for chain, rows in self.run.latencies().groupby("chain", sort=False):
+            self.samples["Chain", chain] = samples_by(rows, ["executor"], "hot_path_ms", exact)
+        if (self.run.folder / "jobs.csv").exists():
+            for task, rows in self.run.responses().groupby("task", sort=False):
+                self.samples["Timer", task] = samples_by(rows, ["executor"], "response_ms", exact)
+
+    def facts(self) -> str:
+        """What ran, and the warnings."""
+        partial_run = "partial: it did not end; " if self.run.partial else ""
+        warnings = " ".join(self.run.get("warnings", []))
+        return f"{self.name}: {partial_run}{self.run.what_ran()}. {warnings}".replace("\n", " · ").strip()
+
+
+def rows_of(runs: Sequence[ReportedRun], key: tuple[str, str]) -> list[Row]:
+    """Rows of a figure for one chain or timer, run below run."""
+    rows = []
+    for executor in dict.fromkeys(e for run in runs for e in run.samples.get(key, {})):
+        found = [(r.run.source, r.samples[key][executor]) for r in runs if executor in r.samples.get(key, {})]
+        of_source = {source: [s for kind, s in found if kind == source] for source in SOURCES}
+        for k in range(max(map(len, of_source.values()))):
+            both = [of_source[s][k] if k < len(of_source[s]) else None for s in SOURCES]
+            rows.append(Row(executor if k == 0 else f"{executor} ({k + 1})", executor, *both))
+    return rows
+
+
+def draw(rows: list[Row], label: str, width: float) -> Drawing:
+    """Violins of one chain or timer."""
+    figure, (axes,) = style.new_figure(width, 0.6 + 0.62 * len(rows))
+    sources = violins.sources_of(rows)
+    violins.draw_rows(axes, rows, violins.axis_limit(rows), sources)
+    axes.set_xlabel(label)
+    violins.add_key(figure, sources)
+    return Drawing(figure, violins.table_of(rows))
+
+
+def comparison(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Table:
+    """Percentiles of each executor of each run, and how it compares with the run's first executor."""
+    rows = []
+    for run in runs:
+        executors = run.samples.get(key, {})
+        baseline = next(iter(executors.values()), None)
+        for executor, samples in executors.items():
+            cells = compared(samples, None if samples is baseline else baseline)
+            rows.append([run.name, executor, run.run.source, *cells])
+    return Table(COMPARED, ["run", "executor", "source", *HEADER], rows)
+
+
+def losses(runs: Sequence[ReportedRun]) -> list[Table]:
+    """What each executor lost, after the warm-up for timers."""
+    keys = ["callbacks_executed", "skipped", "overwritten", "deadline_overruns"]
+    rows = [
+        [run.name, e["executor"], *(e[key] for key in keys)]
+        for run in runs
+        if (run.run.folder / "summary.json").exists()
+        for e in run.run.summary()
+    ]
+    header = [
+        "run",
+        "executor",
+        "callbacks",
+        "skipped timestamps",
+        "overwritten samples",
+        "deadline overruns",
+    ]
+    return [Table("Losses", header, rows)] if rows else []
+
+
+def sections(runs: Sequence[ReportedRun]) -> list[Section]:
+    """A section for each chain and timer."""
+    commands, made = [run.run.command() for run in runs], []
+    for key in dict.fromkeys(key for run in runs for key in run.samples):
+        label, text = CHAIN if key[0] == "Chain" else TIMER
+        title = " ".join(key)
+        name = "".join(c.lower() if c.isalnum() else "_" for c in title)
+        figure = make_figure(name, f"{title}: {label}", partial(draw, rows_of(runs, key), label), commands)
+        made.append(Section(name, title, label, text, [figure] if figure else [], [comparison(runs, key)]))
+    return made
+
+
+def write(folders: Sequence[str], output: str | None) -> None:
+    """Writes report.html and report.md. Raises InputError."""
+    first = Path(folders[0])
+    folder = Path(output or first / "report")
+    if (first / "claims.json").exists() and (first / "data").is_dir():
+        from hotpath_report.paper.results import write_published
+
+        if len(folders) > 1:
+            raise InputError(f"{first} is a reproduction; give it alone, or compare two with compare-results")
+        write_published(first, folder)
+        return
+    runs = [ReportedRun(name) for name in folders]
+    made = sections(runs)
+    if not made:
+        raise InputError(
+            f"{first}: no chain and no timer has samples after the warm-up, there is nothing to report"
+        )
+    graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
+    facts = [run.facts() for run in runs]
+    write_page(folder, "report", made, title=f"Executors on {graphs}", facts=facts, losses=losses(runs))
+    print(f"{folder / 'report.html'} (and report.md)")

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes one page twice: report.html, a single file, and report.md with its figures beside it."""
+
+import base64
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import markupsafe
+import pandas as pd
+
+from hotpath_report.figures.violins import Drawing
+from hotpath_report.style import NARROW, WIDE, for_page, svg_of
+from hotpath_report.tables import write_file
+
+TEMPLATES = Path(__file__).resolve().parent / "templates"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text."""
+
+    title: str
+    header: list[str]
+    rows: list[list[Any]]
+    folded: bool = False  # long tables open on demand
+    numbers: bool = False  # all columns but the first align right
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure for wide and for narrow pages, and the numbers behind it."""
+
+    name: str
+    title: str
+    csv: str
+    svg: dict[str, str]  # by "wide" and "narrow"
+    commands: list[str]
+
+    def data_uri(self) -> str:
+        """The numbers as a link."""
+        return "data:text/csv;base64," + base64.b64encode(self.csv.encode()).decode()
+
+    def inline(self, width: str) -> str:
+        """The figure as an element of the page."""
+        return for_page(self.svg[width], f"{self.name}-{width}", self.title)
+
+
+@dataclass
+class Section:
+    """A part of a page."""
+
+    name: str
+    title: str
+    subtitle: str
+    text: str
+    figures: list[Figure] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+
+
+Draw = Callable[[float], Drawing | None]  # for a width in inches
+
+
+def make_figure(name: str, title: str, draw: Draw, commands: list[str]) -> Figure | None:
+    """Draws for wide and for narrow pages; None where there is nothing to draw."""
+    svg, csv = {}, ""
+    for width, inches in (("wide", WIDE), ("narrow", NARROW)):
+        drawing = draw(inches)
+        if drawing is None:
+            return None
+        svg[width] = svg_of(drawing.figure)
+        csv = drawing.table.to_csv(index=False, float_format="%.6f")
+    return Figure(name, title, csv, svg, commands)
+
+
+def code_spans(text: str) -> markupsafe.Markup:
+    """`words` of prose as HTML."""
+    return markupsafe.Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(text))))
+
+
+def environment() -> jinja2.Environment:
+    """The templates."""
+    made = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=jinja2.select_autoescape(["html", "html.j2"]),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters["cell"] = lambda text: str(text).replace("|", "\\|").replace("\n", " ")
+    made.filters["prose"] = code_spans
+    return made
+
+
+def write_figures(folder: Path, figures: list[Figure]) -> None:
+    """Each figure on white, because a Markdown viewer may be dark, and its numbers."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for figure in figures:
+        white = '<rect width="100%" height="100%" fill="white"/>\n <defs>'
+        write_file(folder / f"{figure.name}.svg", figure.svg["wide"].replace("<defs>", white, 1))
+        write_file(folder / f"{figure.name}.csv", figure.csv)
+
+
+def write_page(folder: Path, template: str, sections: list[Section], **content: Any) -> None:
+    """Renders `template`.html.j2 and .md.j2, and writes the figures with their data."""
+    write_figures(folder / "figures", [figure for section in sections for figure in section.figures])
+    made = environment()
+    style = (TEMPLATES / "style.css").read_text(encoding="utf-8")
+    for suffix in ("html", "md"):
+        found = made.get_template(f"{template}.{suffix}.j2")
+        write_file(folder / f"report.{suffix}", found.render(style=style, sections=sections, **content))
+
+
+def rounded(frame: pd.DataFrame, digits: int) -> list[list[str]]:
+    """Rows of a frame as text, numbers with so many decimals, nothing for NaN."""
+    texts = frame.map if hasattr(frame, "map") else frame.applymap
+    shown = texts(lambda v: "" if pd.isna(v) else f"{v:.{digits}f}" if isinstance(v, float) else str(v))
+    rows: list[list[str]] = shown.to_numpy().tolist()
+    return rows

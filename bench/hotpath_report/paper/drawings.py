@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which figure shows what of the evidence, by item of the reproduction."""
+
+from collections.abc import Callable, Sequence
+
+import pandas as pd
+
+from hotpath_report import style
+from hotpath_report.figures import bounds, hot_path, maps, timers, violins, waters
+from hotpath_report.figures.violins import Drawing, Row
+from hotpath_report.paper.cells import EXECUTORS, PAPER_LOAD_PERCENT, UTILISATIONS
+from hotpath_report.paper.checks_timers import WITH_COST
+from hotpath_report.paper.evidence import Evidence
+from hotpath_report.run import SOURCES
+from hotpath_report.statistics import Samples
+
+Draw = Callable[[Evidence, float], Drawing | None]
+SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
+
+
+def latencies(evidence: Evidence, study: str, source: str, executor: str) -> Samples | None:
+    """Those of a study, or of the executor's plain variant, which ran with the other executors."""
+    return evidence.latencies(study, source, executor) or evidence.latencies("autoware", source, executor)
+
+
+def hot_path_of(executors: Sequence[str], study: str = "autoware") -> Draw:
+    """Hot-path latencies; those of Autoware with the real stack's worst cases."""
+
+    def draw(evidence: Evidence, width: float) -> Drawing | None:
+        rows = [Row(e, e, *(latencies(evidence, study, s, e) for s in SOURCES)) for e in executors]
+        rows = [row for row in rows if row.halves]
+        real = {e: evidence.reference.hot_path_ms(e, "max") for e in executors} if study == "autoware" else {}
+        return hot_path.draw_rows(rows, real, width) if rows else None
+
+    return draw
+
+
+def dropped_jobs(evidence: Evidence, width: float) -> Drawing | None:
+    """Drop rates of all timers, and of the IMU."""
+    runs = evidence.timer_runs()
+    if evidence.timers.empty:
+        return None
+    figure = timers.drops(runs, runs.executors(), SETS, width)
+    keys = ["source", "setting", "executor", "task"]
+    table = runs.counts.groupby(keys, as_index=False)[["reached", "skipped"]].sum()
+    table["dropped_percent"] = 100 * table["skipped"] / table["reached"]
+    return Drawing(figure, table.rename(columns={"setting": "utilisation_percent", "skipped": "dropped"}))
+
+
+def responses(group: str) -> Draw:
+    """Response times of a group of timers, with their bounds under RM."""
+
+    def draw(evidence: Evidence, width: float) -> Drawing | None:
+        runs = evidence.timer_runs()
+        if runs.responses.empty:
+            return None
+        # The exact analysis with the paper's release cost; under RM alone, as in the paper.
+        with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
+        figure = timers.responses(runs, (group,), SETS, with_cost, width)
+        tables = [
+            violins.percentile_table(
+                dict(zip(["source", "utilisation_percent", "executor", "tasks"], key)), samples
+            )
+            for source in SOURCES
+            for percent in UTILISATIONS
+            for executor in runs.executors()
+            for key in [(source, percent, executor, group)]
+            if (samples := runs.samples(percent, source, executor, group)) is not None
+        ]
+        return Drawing(figure, pd.concat(tables))
+
+    return draw
+
+
+def tightness(evidence: Evidence, width: float) -> Drawing | None:
+    """Worst responses in percent of their bounds."""
+    bound = evidence.timer_runs(WITH_COST).counts
+    bound = bound[bound["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]
+    if set(bound["setting"]) != set(UTILISATIONS):
+        return None
+    kinds = (("simulated", WITH_COST), ("live", "timers"))
+    counts = pd.concat(
+        [f[f["source"] == s] for s, study in kinds for f in [evidence.timer_runs(study).counts]]
+    )
+    counts = counts[counts["executor"].isin(EXECUTORS["with_bounds"])]
+    keys = ["source", "setting", "executor", "task"]
+    worst = counts.groupby(keys, sort=False, as_index=False)["response_max_ms"].max()
+    table = worst.merge(bound, on=["setting", "task"])
+    table["share_percent"] = 100 * table["response_max_ms"] / table["bound_ms"]
+    return Drawing(bounds.tightness(table, width), table.rename(columns={"setting": "utilisation_percent"}))
+
+
+def reductions(evidence: Evidence, width: float) -> Drawing | None:
+    """Histograms of the reduction of end-to-end bounds."""
+    histogram, summary = (evidence.table(f"waters_{name}.csv") for name in ("histogram", "summary"))
+    if histogram.empty:
+        return None
+    return Drawing(waters.reductions(histogram, summary, width), histogram)
+
+
+def release_cost(evidence: Evidence, width: float) -> Drawing | None:
+    """What a release costs on this machine."""
+    table = evidence.table("release_cost.csv")
+    if table.empty:
+        return None
+    return Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0]), width), table)
+
+
+def over_load(evidence: Evidence, width: float) -> Drawing | None:
+    """Hot path over load; the live point at the paper's load is that of the study `autoware`."""
+    points: dict[tuple[str, str], dict[int, Samples]] = {}
+    for (study, source, load, executor), samples in evidence.all_latencies().items():
+        extra = (study, source, load) == (
+            "autoware",
+            "live",
+            PAPER_LOAD_PERCENT,
+        ) and executor in EXECUTORS["live_map"]
+        if study == "load" or extra:
+            points.setdefault((source, executor), {})[load] = samples
+    if not any(len(found) > 1 for found in points.values()):
+        return None
+    tables = [
+        violins.percentile_table({"source": source, "executor": executor, "load_percent": load}, samples)
+        for (source, executor), found in sorted(points.items())
+        for load, samples in sorted(found.items())
+    ]
+    return Drawing(maps.over_load(points, EXECUTORS["map"], width), pd.concat(tables))
+
+
+def over_phases(evidence: Evidence, width: float) -> Drawing | None:
+    """Hot path over random phases."""
+    draws = {(s, e): found for s in SOURCES for e in EXECUTORS["map"] if (found := evidence.draws(s, e))}
+    if not draws:
+        return None
+    creation = {e: s.worst for e in EXECUTORS["map"] if (s := evidence.latencies("autoware", "simulated", e))}
+    return Drawing(maps.over_phases(draws, creation, EXECUTORS["map"], width), maps.table_of_draws(draws))
+
+
+# By item: name of the figure, what it shows, drawing function
+FIGURES: dict[str, tuple[str, str, Draw]] = {
+    "dropped-jobs": (
+        "dropped_jobs",
+        "Dropped jobs of each executor on the three timers-only sets",
+        dropped_jobs,
+    ),
+    "wcrt-table": (
+        "bound_tightness",
+        "Worst observed response time of each task in percent of its bound",
+        tightness,
+    ),
+    "response-camera": ("response_camera", "Response times of the camera timers", responses("camera")),
+    "response-lidar": ("response_lidar", "Response times of the LiDAR timers", responses("lidar")),
+    "response-imu": ("response_imu", "Response times of the IMU timer", responses("imu")),
+    "end-to-end": ("end_to_end_reduction", "Reduction of the end-to-end bound of each chain", reductions),
+    "hot-path": (
+        "hot_path",
+        "Hot-path latency under the paper's four executors",
+        hot_path_of(EXECUTORS["paper_hot_path"]),
+    ),
+    "overhead": (
+        "release_cost",
+        "Length of a releaser's pass over the timers that it releases",
+        release_cost,
+    ),
+    "executors": ("hot_path_all", "Hot-path latency under all executors", hot_path_of(EXECUTORS["all_on_autoware"])),
+    "rules": ("hot_path_rules", "Hot-path latency under rules and ties", hot_path_of(EXECUTORS["rules"], "rules")),
+    "load": ("hot_path_load", "Hot-path latency over load", over_load),
+    "phases": ("hot_path_phases", "Worst hot-path latency over random phases", over_phases),
+}

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the real ROS 2 stack measured on the same workloads (reference_system/ros2_reference), in this program's
+names."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hotpath_report.hotpath_command import PACKAGE, output_of
+from hotpath_report.paper.cells import UTILISATIONS
+
+REAL = "real"  # the source of its rows
+FOLDERS = tuple(
+    PACKAGE.parents[1] / package / "ros2_reference" for package in ("reference_system", "hotpath_reference_system")
+)
+# The fork's prioritised queues give every subscription one top priority (rule `first`).
+TIMERS_NAMES = {"default": "default", "static": "static", "events": "events-ro", "rm": "rm-ro", "edf": "edf-ro"}
+AUTOWARE_NAMES = {
+    "singlethreaded": "default",
+    "staticsinglethreaded": "static",
+    "multithreaded": "multi",
+    "events": "events-ro",
+    "events_re": "events-re",
+    "rm": "rm-ro",
+    "edf": "edf-ro",
+}
+TRACED = ("events-re",)  # not among the authors' programs, but in the golden traces
+AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
+
+
+def traced(folder: Path) -> list[dict[str, Any]]:
+    """Rows of timers in golden traces."""
+    rows = []
+    for executor in TRACED:
+        for percent in UTILISATIONS:
+            path = folder / "traces" / f"timers_only_{percent}.{executor}.csv"
+            for timer in json.loads(output_of("summarize", "--golden", path))["tasks"]:
+                worst = timer["response_authors_ms"]["max"]
+                rows.append({**timer, "setting": percent, "executor": executor, "response_max_ms": worst})
+    return rows
+
+
+class Reference:
+    """Timers as TimerRuns.counts has them, hot path (ms) by executor; both empty where the measurements are missing."""
+
+    def __init__(self) -> None:
+        self.timers, self.hot_path = pd.DataFrame(), pd.DataFrame()
+        folder = next((f for f in FOLDERS if f.is_dir()), None)
+        if folder is None:
+            return
+        names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
+        timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
+        timers["executor"] = timers["executor"].map(TIMERS_NAMES)
+        self.timers = pd.concat([timers, pd.DataFrame(traced(folder))], ignore_index=True)
+        self.timers["ran"] = self.timers["reached"] - self.timers["skipped"]
+        self.timers = self.timers.assign(study="timers", source=REAL, repetition=0)
+        autoware = pd.read_csv(folder / "rclcpp_autoware.csv")
+        autoware = autoware[autoware["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT]
+        self.hot_path = autoware.assign(executor=autoware["executor"].map(AUTOWARE_NAMES)).set_index("executor")
+
+    def hot_path_ms(self, executor: str, quantile: str) -> float | None:
+        """`quantile` is p50, p90, p99 or max."""
+        if executor not in self.hot_path.index:
+            return None
+        return float(self.hot_path.loc[executor, f"hot_path_{quantile}_ms"])

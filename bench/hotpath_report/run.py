@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads run folders (run.json, chains.csv, summary.json). Instants in their files are relative to the epoch of the
+run."""
+
+import io
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hotpath_report import hotpath_command
+from hotpath_report.errors import InputError
+from hotpath_report.tables import NS_PER_MS, milliseconds, read_columns, read_json
+
+SOURCES = ("simulated", "live")
+
+
+def cpu_list(cpus: list[int]) -> str:
+    """CPU numbers as the kernel writes them: 0-3,8."""
+    ranges: list[list[int]] = []
+    for cpu in sorted(cpus):
+        if ranges and cpu == ranges[-1][1] + 1:
+            ranges[-1][1] = cpu
+        else:
+            ranges.append([cpu, cpu])
+    return ",".join(f"{low}-{high}" if low < high else str(low) for low, high in ranges)
+
+
+class Run:
+    """One run folder."""
+
+    def __init__(self, folder: str | Path) -> None:
+        self.folder = Path(folder)
+        self.path = self.folder / "run.json"
+        self.facts: dict[str, Any] = read_json(self.path)
+        self.executors: list[str] = self["executors"]
+        if not self.executors:
+            raise InputError(f"{self.path}: `executors` is empty, there is nothing to draw")
+
+    def __getitem__(self, key: str) -> Any:
+        """The value of a dotted key of run.json. Raises InputError."""
+        value: Any = self.facts
+        for part in key.split("."):
+            if not isinstance(value, dict) or part not in value:
+                raise InputError(f"{self.path}: key `{key}` is missing")
+            value = value[part]
+        return value
+
+    def get(self, key: str, default: Any) -> Any:
+        """The value of a key at the top of run.json, or the default."""
+        return self.facts.get(key, default)
+
+    @property
+    def partial(self) -> bool:
+        """Whether the run did not end."""
+        return self.facts.get("complete") is not True
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it ran in virtual time."""
+        return self.facts.get("kind") == "simulated"
+
+    @property
+    def source(self) -> str:
+        """`simulated` or `live`."""
+        return "simulated" if self.simulated else "live"
+
+    @property
+    def setting(self) -> str:
+        """Graph and load."""
+        return f"{self['graph.name']} ({self['load_percent']:.3g} %)"
+
+    @property
+    def one_core(self) -> bool:
+        """Whether all threads shared one core."""
+        return (self["platform.cores"] if self.simulated else len(self.get("cpus", []))) == 1
+
+    def conditions(self) -> str:
+        """How it ran, without graph and load."""
+        if self.simulated:
+            cores = self["platform.cores"]
+            where = "one core" if cores == 1 else f"{cores} cores"
+        else:
+            where = f"CPU {cpu_list(self['cpus'])}"
+        length = f"{self['repetitions']} × {self['duration_s']:.3g} s"
+        return f"phases: {self['phases']} · on {where} · {length}"
+
+    def what_ran(self) -> str:
+        """Two lines: the experiment, and where it ran."""
+        how = "simulated" if self.simulated else self["transport"]
+        load = f"{self['load_percent']:.3g} % load"
+        return f"{self['graph.name']} · {how} · {load} · {self.conditions()}\n{self.where()}"
+
+    def where(self) -> str:
+        """The machine, or what the simulated platform charges."""
+        if not self.simulated:
+            return f"{self['machine.cpu_model']} · Linux {self['machine.kernel']}"
+        charged = [
+            f"{key.removesuffix('_us').replace('_', ' ')} {value:g} µs"
+            for key, value in self["platform"].items()
+            if key.endswith("_us") and value
+        ]
+        return (
+            " · ".join([*charged, f"execution times: {self['execution_times']}"]) if charged else self.free()
+        )
+
+    def free(self) -> str:
+        """The words for a platform without costs."""
+        return f"no costs · execution times: {self['execution_times']}"
+
+    def latencies(self) -> pd.DataFrame:
+        """Outputs of chains after the warm-up: executor, repetition, chain, hot_path_ms."""
+        path = self.folder / "chains.csv"
+        frame = read_columns(path, ["executor", "repetition", "chain", "hot_path_latency_ns"])
+        frame["hot_path_ms"] = milliseconds(frame.pop("hot_path_latency_ns"), path)
+        return frame
+
+    def responses(self) -> pd.DataFrame:
+        """Jobs of timers that ran after the warm-up: executor, repetition, task, response_ms. `hotpath summarize`
+        computes them from jobs.csv, and writes summary.json anew."""
+        path = self.folder / "jobs.csv"
+        if not path.exists():
+            raise InputError(f"{path}: No such file or directory")
+        text = hotpath_command.output_of("summarize", self.folder, "--responses", "-")
+        frame = pd.read_csv(io.StringIO(text))
+        frame["response_ms"] = frame.pop("response_ns") / NS_PER_MS
+        timers = self.timer_counts()[["executor", "task"]]
+        return frame.merge(timers, on=["executor", "task"])  # keeps the order of the left frame
+
+    def summary(self) -> list[dict[str, Any]]:
+        """The executors of summary.json."""
+        content = read_json(self.folder / "summary.json")
+        executors: list[dict[str, Any]] = content["executors"]
+        return executors
+
+    def timer_counts(self) -> pd.DataFrame:
+        """Timers after the warm-up: executor, task, reached, ran, skipped, deadline_overruns, deadline_ms, bound_ms."""
+        bounds = {(b["executor"], b["task"]): b["ms"] for b in self.get("bounds", [])}
+        keys = ["reached", "ran", "skipped", "deadline_overruns"]
+        rows = [
+            [e["executor"], t["task"], *(t["after_warm_up"][key] for key in keys), t["deadline_ms"]]
+            + [bounds.get((e["executor"], t["task"]))]
+            for e in self.summary()
+            for t in e["tasks"]
+            if "after_warm_up" in t
+        ]
+        return pd.DataFrame(rows, columns=["executor", "task", *keys, "deadline_ms", "bound_ms"])
+
+    def command(self) -> str:
+        """A command line that repeats the run."""
+        words = ["hotpath", "simulate" if self.simulated else "compare", "--graph", self["graph.file"]]
+        words += ["--executors", ",".join(self.executors), "--phases", self["phases"]]
+        for option, key in (("load", "load_percent"), ("duration", "duration_s"), ("warm-up", "warm_up_s")):
+            words += [f"--{option}", f"{self[key]:g}"]
+        words += ["--repetitions", str(self["repetitions"]), "--seed", str(self["seed"])]
+        if not self.simulated:
+            words += ["--transport", self["transport"], "--cpus", ",".join(map(str, self["cpus"]))]
+        return shlex.join(words)

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One look for all figures: colours, type, panels, keys, and SVG that a page can theme."""
+
+import html
+import io
+import os
+import re
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (needs the backend)
+from matplotlib.artist import Artist  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.patches import Rectangle  # noqa: E402
+
+from hotpath_report.hotpath_command import executor_named  # noqa: E402
+
+WIDE, NARROW = 9.2, 4.3  # inches
+PNG_DPI = 150
+INK, FAINT, GRID, GROUND = "#1f2328", "#68707a", "#dfe3e8", "#fefefe"
+WARNING = "#D1242F"
+# For what is no executor: methods, threads, transports.
+SERIES = (
+    "#2777C4",
+    "#E08A00",
+    "#0A9A6C",
+    "#C2569B",
+    "#8A8F98",
+    "#8A56B8",
+    "#C8502B",
+    "#5FB89B",
+    "#A8882A",
+    INK,
+)
+DASHED = (0, (5, 3))
+THEMED = {INK: "var(--ink)", FAINT: "var(--faint)", GRID: "var(--grid)", GROUND: "var(--ground)"}
+# Numbers stay legible where a line passes behind them.
+OPAQUE = {"facecolor": GROUND, "edgecolor": "none", "alpha": 0.85, "pad": 0.6}
+
+STYLE = Path(__file__).with_name("hotpath.mplstyle")
+
+
+def colour_of(executor: str) -> str:
+    """The colour that the registry gives to an executor; grey for one that it does not know."""
+    known = executor_named(executor)
+    return known.colour if known else FAINT
+
+
+def is_narrow(figure_or_width: Figure | float) -> bool:
+    """Whether the figure is for a phone."""
+    width = figure_or_width.get_figwidth() if isinstance(figure_or_width, Figure) else figure_or_width
+    return bool(width < 6)
+
+
+def new_figure(
+    width: float, height: float, rows: int = 1, columns: int = 1, share_y: bool = False
+) -> tuple[Figure, list[Axes]]:
+    """A figure with rows × columns panels of `height` inches each, row by row; on a phone one below the other."""
+    plt.style.use(STYLE)
+    narrow = is_narrow(width)
+    if narrow:
+        rows, columns = rows * columns, 1
+    figure, axes = plt.subplots(
+        rows,
+        columns,
+        figsize=(width, height * rows),
+        squeeze=False,
+        layout="constrained",
+        sharey="row" if share_y and not narrow else False,
+    )
+    return figure, list(axes.flat)
+
+
+def reserve(figure: Figure, below: float = 0, above: float = 0) -> None:
+    """Enlarges the figure by so many inches outside of its panels."""
+    engine: Any = figure.get_layout_engine()
+    engine.set(w_pad=0.06, h_pad=0.06)
+    height = figure.get_figheight() + below + above
+    old = getattr(figure, "reserved", (0.0, 0.0))
+    below, above = below + old[0], above + old[1]
+    setattr(figure, "reserved", (below, above))
+    figure.set_figheight(height)
+    engine.set(rect=(0, below / height, 1, 1 - (below + above) / height))
+
+
+def add_title(figure: Figure, title: str, subtitle: str, partial: bool = False) -> None:
+    """Title and subtitle above the panels of a figure that has no page around it."""
+    if partial:
+        title += " (partial: the run did not end)"
+    inches = 0.55 + 0.2 * (subtitle.count("\n") + 1)
+    reserve(figure, above=inches)
+    height, left = figure.get_figheight(), 0.1 / figure.get_figwidth()
+    figure.text(left, 1 - 0.1 / height, title, fontsize=15, fontweight="bold", va="top")
+    figure.text(left, 1 - 0.44 / height, subtitle, fontsize=10, color=FAINT, va="top", linespacing=1.35)
+
+
+def add_key(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
+    """A legend below all panels, in at most so many columns, with room for it."""
+    narrow = is_narrow(figure)
+    columns = 2 if narrow else min(columns, len(handles))
+    reserve(figure, below=0.1 + 0.2 * -(-len(handles) // columns))
+    figure.legend(
+        handles=list(handles),
+        loc="lower left",
+        bbox_to_anchor=(0, 0),
+        ncol=columns,
+        columnspacing=1.3,
+        handlelength=1.6,
+        borderaxespad=0.2,
+        fontsize=8.5 if narrow else 9,
+    )
+
+
+def rows_of_labels(axes: Axes, labels: Sequence[str]) -> None:
+    """A labelled row for each text, downwards from 0."""
+    axes.set_yticks(range(len(labels)), labels)
+    axes.tick_params(axis="y", length=0)
+    axes.grid(False, axis="y")
+    axes.set_ylim(len(labels) - 0.45, -0.55)
+
+
+def patch(label: str, **look: Any) -> Rectangle:
+    """A key's patch."""
+    return Rectangle((0, 0), 1, 1, label=label, **({"facecolor": FAINT} | look))
+
+
+def line(label: str, **look: Any) -> Line2D:
+    """A key's line."""
+    return Line2D([], [], label=label, **({"color": INK} | look))
+
+
+def dot(label: str, marker: str = "o", **look: Any) -> Line2D:
+    """A key's marker."""
+    return line(label, **({"linestyle": "", "marker": marker} | look))
+
+
+def reference_mark(**look: Any) -> dict[str, Any]:
+    """How the real ROS 2 stack is drawn: an open diamond."""
+    mark = {
+        "marker": "D",
+        "markersize": 5,
+        "markerfacecolor": "none",
+        "markeredgecolor": INK,
+        "linestyle": "",
+    }
+    return mark | look
+
+
+def save(figure: Figure, folder: str | Path, name: str) -> None:
+    """Writes name.svg and name.png, each under its final name only when it is whole, and prints their names."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for suffix, metadata in ((".svg", {"Date": None, "Creator": "hotpath"}), (".png", {"Software": None})):
+        handle, unfinished = tempfile.mkstemp(dir=folder, prefix=f".{name}", suffix=suffix)
+        os.close(handle)
+        try:
+            figure.savefig(unfinished, dpi=PNG_DPI, metadata=metadata, facecolor="white")
+            os.chmod(unfinished, 0o644)
+            os.replace(unfinished, folder / (name + suffix))
+        except BaseException:
+            os.unlink(unfinished)
+            raise
+        print(folder / (name + suffix))
+    plt.close(figure)
+
+
+def svg_of(figure: Figure) -> str:
+    """The figure as SVG whose text stays text, with coordinates to a tenth of a point."""
+    stream = io.StringIO()
+    with plt.rc_context({"svg.fonttype": "none"}):
+        figure.savefig(stream, format="svg", facecolor="none", metadata={"Date": None, "Creator": "hotpath"})
+    plt.close(figure)
+    return re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """No digit and no word too many: a page of many figures shrinks by a third."""
+    text = re.sub(r"(\.\d)\d+", r"\1", attribute[0])
+    # Without curves, all that follows the first point are lines anyway.
+    return text if re.search("[CQ]", text) else re.sub(r"\s+L ", " ", text)
+
+
+def for_page(svg: str, prefix: str, label: str) -> str:
+    """An <svg> element that follows the page's colours, scales with it, and shares no id with another."""
+    svg = svg[svg.index("<svg") :]
+    for colour, variable in THEMED.items():
+        svg = svg.replace(colour, variable)
+    for pattern, replacement in (
+        (r'\bid="', f'id="{prefix}-'),
+        (r"url\(#", f"url(#{prefix}-"),
+        (r'href="#', f'href="#{prefix}-'),
+        (r"(?s)<metadata>.*?</metadata>", ""),
+    ):
+        svg = re.sub(pattern, replacement, svg)
+    svg = re.sub(r'(<svg[^>]*?) (width|height)="[^"]*"', r"\1", svg, count=1)
+    svg = re.sub(r'(<svg[^>]*?) (width|height)="[^"]*"', r"\1", svg, count=1)
+    return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}"', 1)

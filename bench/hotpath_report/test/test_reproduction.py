@@ -1,0 +1,475 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The reproduction as a user runs it, on short simulations: verdicts that can fail, resumption, page in a browser."""
+
+import copy
+import fcntl
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from collections import Counter
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+import cells  # noqa: E402  (needs the path)
+import evidence as evidence_of  # noqa: E402
+import runner as runner_of  # noqa: E402
+from checks import NO_DATA, NOT, PARTLY, REPRODUCED  # noqa: E402
+from claims import judge  # noqa: E402
+from items import NAMES  # noqa: E402
+from reference import Reference  # noqa: E402
+
+HOTPATH = os.environ.get("HOTPATH", "hotpath")
+TIME_LIMIT_S = 100
+ITEMS = "dropped-jobs,wcrt-table,hot-path"
+
+
+def reproduce(output, *arguments):
+    return [
+        sys.executable,
+        "-B",
+        str(HERE / "reproduce.py"),
+        "--quick",
+        "--hotpath",
+        HOTPATH,
+        "--output",
+        str(output),
+        *arguments,
+    ]
+
+
+def call(words, **options):
+    return subprocess.run(words, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False, **options)
+
+
+def hotpath(*words):
+    return call([HOTPATH, *map(str, words)])
+
+
+def finished_cells(output):
+    """{cell: when it was finished}"""
+    return {f.parent.name: f.stat().st_mtime_ns for f in Path(output).glob("cells/[!.]*/cell.json")}
+
+
+class ReproductionTest(unittest.TestCase):
+    def folder(self):
+        holder = tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")
+        self.addCleanup(holder.cleanup)
+        return Path(holder.name)
+
+    def wait_for(self, condition, what):
+        limit = time.monotonic() + TIME_LIMIT_S
+        while not condition():
+            self.assertLess(time.monotonic(), limit, what)
+            time.sleep(0.01)
+
+
+class Simulated(ReproductionTest):
+    """One short simulated reproduction, looked at from several sides."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.holder = tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")
+        cls.addClassCleanup(cls.holder.cleanup)
+        cls.output = Path(cls.holder.name) / "paper"
+        cls.first = call(reproduce(cls.output, "--only", ITEMS))
+        mode = cells.MODES["quick"]
+        wanted = [
+            c
+            for c in cells.all_cells(mode, 1)
+            if c.source != "live" and c.study in ("timers", "timers_with_release_cost", "autoware", "wcrt")
+        ]
+        cls.evidence = evidence_of.collect(cls.output, wanted)
+
+    def verdicts(self, evidence):
+        return {v.claim.name: v.verdict for v in judge(evidence, Reference())}
+
+    def test_writes_page_data_and_claims(self):
+        self.assertEqual(self.first.returncode, 0, self.first.stderr)
+        for name in (
+            "report.html",
+            "report.md",
+            "claims.json",
+            "plan.json",
+            "data/percentiles.csv",
+            "figures/dropped_jobs.svg",
+            "figures/hot_path.csv",
+        ):
+            self.assertTrue((self.output / name).stat().st_size > 0, name)
+        markdown = (self.output / "report.md").read_text(encoding="utf-8")
+        for figure in re.findall(r"\]\((figures/[^)]+)\)", markdown):
+            self.assertTrue((self.output / figure).exists(), figure)
+        self.assertIn("hotpath simulate", markdown)
+
+    def test_verdicts_of_the_right_executors(self):
+        found = self.verdicts(self.evidence)
+        for claim in (
+            "no-drops",
+            "drops-default",
+            "drops-static",
+            "drops-events-re",
+            "bounds",
+            "no-overruns",
+            "slowdown",
+            "best-worst-case",
+            "outperforms",
+        ):
+            self.assertEqual(found[claim], REPRODUCED, claim)
+        self.assertEqual(found["drops-events-ro"], NOT, "stock release-only never skips a timestamp")
+
+    def test_results_of_a_wrong_executor_are_not_reproduced(self):
+        wrong = copy.deepcopy(self.evidence)
+        wrong._latencies = {}
+        for percent in cells.UTILISATIONS:
+            for study in ("timers", "timers_with_release_cost"):
+                bounds = wrong.timers[(study, "simulated", percent, "rm-ro")].bounds_ms
+                stand_in = copy.deepcopy(self.evidence.timers[("timers", "simulated", percent, "default")])
+                stand_in.bounds_ms = bounds
+                wrong.timers[(study, "simulated", percent, "rm-ro")] = stand_in
+            wrong.timers[("timers", "simulated", percent, "default")] = self.evidence.timers[
+                ("timers", "simulated", percent, "rm-ro")
+            ]
+        ours, stock = (("autoware", "simulated", e, 80) for e in ("rm-ro", "default"))
+        wrong.hot_path[ours], wrong.hot_path[stock] = (
+            self.evidence.hot_path[stock],
+            self.evidence.hot_path[ours],
+        )
+        found = self.verdicts(wrong)
+        for claim in (
+            "no-drops",
+            "drops-default",
+            "bounds",
+            "no-overruns",
+            "imu-overruns-default",
+            "lidar-pays",
+            "slowdown",
+        ):
+            self.assertEqual(found[claim], NOT, claim)
+        for claim in ("best-worst-case", "outperforms"):
+            self.assertIn(found[claim], (NOT, PARTLY), claim)
+
+    def test_few_live_samples_decide_nothing(self):
+        brief = copy.deepcopy(self.evidence)
+        for executor in cells.PAPER_HOT_PATH:
+            samples = self.evidence.hot_path[("autoware", "simulated", executor, 80)][0]
+            brief.hot_path[("autoware", "live", executor, 80)] = {0: samples[:20]}
+        found = {v.claim.name: v for v in judge(brief, Reference())}["best-worst-case"]
+        self.assertEqual(found.findings["live"].verdict, NO_DATA)
+        self.assertEqual(found.verdict, REPRODUCED)
+
+    def test_live_losses_are_told_and_tolerated_only_up_to_their_share(self):
+        live = copy.deepcopy(self.evidence)
+        for percent in cells.UTILISATIONS:
+            for executor in cells.TIMER_EXECUTORS:
+                runs = copy.deepcopy(self.evidence.timers[("timers", "simulated", percent, executor)])
+                live.timers[("timers", "live", percent, executor)] = runs
+        command = ["hotpath", "run", "--executor", "rm-ro", "--graph", "timers_only_60"]
+        facts = {
+            "study": "timers",
+            "source": "live",
+            "repetition": 0,
+            "command": command,
+            "noise": {"marks": ["x"]},
+        }
+        live.cells = [facts]
+        imu = next(
+            t
+            for name, t in live.timers[("timers", "live", 60, "rm-ro")].tasks.items()
+            if "imu" in name.lower()
+        )
+        for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (imu.reached // 2, NOT)):
+            imu.skipped_in = Counter({0: lost})
+            found = {v.claim.name: v for v in judge(live, Reference())}["no-drops"].findings
+            self.assertEqual(found["simulated"].verdict, REPRODUCED)
+            self.assertEqual(found["live"].verdict, verdict, lost)
+            if lost:
+                self.assertIn(f"{lost} of them in repetitions marked", found["live"].text)
+
+    def test_samples_are_read_back_as_written(self):
+        samples = evidence_of.read_samples(self.output / "data")
+        key = ("hot path", "autoware", "simulated", "80 %", "rm-ro", "", "0")
+        written = sorted(
+            round(v, 6) for v in self.evidence.hot_path[("autoware", "simulated", "rm-ro", 80)][0]
+        )
+        self.assertEqual(sorted(samples[key]), written)
+
+    def test_a_complete_reproduction_repeats_no_cell(self):
+        before = finished_cells(self.output)
+        again = call(reproduce(self.output, "--only", ITEMS))
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(finished_cells(self.output), before)
+
+    def test_compare_results_with_itself_and_with_what_it_is_not(self):
+        same = hotpath("compare-results", self.output, self.output)
+        self.assertEqual(same.returncode, 0, same.stderr)
+        self.assertNotIn("differs", same.stdout)
+        self.assertRegex(same.stdout, r"\d+ the same, of \d+ percentiles")
+        for other in (self.output / "cells", self.output / "nowhere"):
+            refused = hotpath("compare-results", self.output, other)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            self.assertEqual(refused.stderr.count("\n"), 1)
+
+    def test_compare_results_sees_another_executor(self):
+        other = self.folder() / "other"
+        shutil.copytree(self.output / "data", other / "data")
+        changed = copy.deepcopy(self.evidence)
+        changed.hot_path[("autoware", "simulated", "rm-ro", 80)] = changed.hot_path[
+            ("autoware", "simulated", "default", 80)
+        ]
+        key = ("timers", "simulated", 90, "rm-ro")
+        changed.timers[key] = changed.timers[("timers", "simulated", 90, "default")]
+        evidence_of.write(changed, other / "data")
+        claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
+        (other / "claims.json").write_text(
+            json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8"
+        )
+        result = hotpath("compare-results", self.output, other)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
+        self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)
+        self.assertIn("verdict of no-drops: reproduced before, not now", result.stdout)
+
+    def test_compare_results_refuses_a_damaged_file(self):
+        other = self.folder() / "other"
+        shutil.copytree(self.output / "data", other / "data")
+        samples = other / "data" / evidence_of.HOT_PATH_FILE
+        samples.write_bytes(samples.read_bytes()[:-100])
+        refused = hotpath("compare-results", self.output, other)
+        self.assertEqual(refused.returncode, 2, refused.stderr)
+        self.assertIn(evidence_of.HOT_PATH_FILE, refused.stderr)
+
+    def test_page_in_a_browser(self):
+        check_in_browser(self, self.output / "report.html")
+
+
+class Report(ReproductionTest):
+    def test_page_about_a_run_of_ones_own(self):
+        folder = self.folder()
+        made = hotpath(
+            "simulate",
+            "--graph",
+            "sequences",
+            "--executors",
+            "default,edf-ro",
+            "--duration",
+            "5",
+            "--output",
+            folder / "run",
+        )
+        self.assertEqual(made.returncode, 0, made.stderr)
+        result = hotpath("report", folder / "run", "--output", folder / "page")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        text = (folder / "page" / "report.md").read_text(encoding="utf-8")
+        for words in ("edf-ro", "sequences", "hotpath simulate", "figures/"):
+            self.assertIn(words, text)
+        check_in_browser(self, folder / "page" / "report.html")
+
+    def test_refuses_what_is_no_run(self):
+        result = hotpath("report", self.folder())
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn("run.json", result.stderr)
+
+
+class Resumption(ReproductionTest):
+    """Cells of `load` and `phases` are many and short."""
+
+    def interrupted(self, number):
+        output = self.folder() / "paper"
+        process = subprocess.Popen(
+            reproduce(output, "--only", "load,phases"),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.wait_for(
+            lambda: len(finished_cells(output)) >= 2 or process.poll() is not None, "no cell finished"
+        )
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=TIME_LIMIT_S)
+        done = finished_cells(output)
+        plan = (output / "plan.json").read_bytes()
+        self.assertGreaterEqual(len(done), 2, errors)
+        return output, process.returncode, errors, done, plan
+
+    def goes_on(self, output, done, plan):
+        again = call(reproduce(output, "--only", "load,phases"))
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual((output / "plan.json").read_bytes(), plan)
+        after = finished_cells(output)
+        self.assertEqual({name: after[name] for name in done}, done, "a complete cell was repeated")
+        self.assertGreater(len(after), len(done))
+        self.assertEqual(list((output / "cells").glob(".*.part")), [])
+
+    def test_after_sigkill(self):
+        output, code, _, done, plan = self.interrupted(signal.SIGKILL)
+        self.assertEqual(code, -signal.SIGKILL)
+        self.goes_on(output, done, plan)
+
+    def test_after_ctrl_c(self):
+        output, code, errors, done, plan = self.interrupted(signal.SIGINT)
+        self.assertEqual(code, 130, errors)
+        self.assertIn("Interrupted", errors)
+        self.goes_on(output, done, plan)
+
+
+class WrongUse(ReproductionTest):
+    def assert_refused(self, words, *parts):
+        result = call(words)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        for part in parts:
+            self.assertIn(part, result.stderr)
+
+    def test_each_is_told_what_is_wrong(self):
+        folder = self.folder()
+        self.assert_refused(reproduce(folder, "--only", "violins"), "violins", "dropped-jobs")
+        self.assert_refused(reproduce(folder, "--full"), "--quick")
+        self.assert_refused(reproduce(folder, "--jobs", "1000"), "--jobs 1000")
+        self.assert_refused(reproduce(folder, "--hotpath", "/nowhere"), "/nowhere", "build")
+        self.assert_refused(reproduce(folder, "--fast"), "--fast")
+        self.assert_refused(
+            reproduce(folder, "--only", "load", "--publish", str(folder / "published")), "--publish"
+        )
+
+    def test_publishing_replaces_only_an_earlier_publication(self):
+        folder = self.folder()
+        mine = folder / "mine"
+        mine.mkdir()
+        (mine / "thesis.tex").write_text("years of work")
+        for destination in (folder, folder / "paper", folder / "paper" / "cells", mine):
+            self.assert_refused(reproduce(folder / "paper", "--publish", str(destination)), "--publish")
+        self.assertTrue((mine / "thesis.tex").exists())
+
+    def test_two_at_a_time_in_one_folder(self):
+        folder = self.folder()
+        with open(folder / ".lock", "w", encoding="ascii") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            self.assert_refused(reproduce(folder, "--only", "overhead"), "another reproduction")
+
+    def test_another_mode_does_not_go_on_in_the_same_folder(self):
+        folder = self.folder()
+        (folder / "plan.json").write_text(json.dumps({"mode": "standard", "order": []}))
+        self.assert_refused(reproduce(folder, "--only", "overhead"), "standard")
+
+    def test_list_names_every_item(self):
+        result = call(reproduce(self.folder(), "--list"))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        for name in NAMES:
+            self.assertIn(name, result.stdout)
+
+
+class Live(ReproductionTest):
+    def test_a_cell_says_what_disturbed_it(self):
+        output = self.folder()
+        (output / "cells").mkdir()
+        mode = cells.MODES["quick"]
+        cell = cells.live("timers", (60,), "rm-ro", 0.5, 0, mode, "--graph", "timers_only_60")
+        cpu = max(os.sched_getaffinity(0))
+        runner = runner_of.Runner(HOTPATH, "a build", output, [cpu], lambda: None)
+        runner.run_all([cell], 1)
+        self.assertEqual(runner.failed, [])
+        self.assertTrue(runner.complete(cell))
+        facts = json.loads((output / "cells" / cell.name / "cell.json").read_text())
+        self.assertEqual(set(facts["noise"]), {"stolen_percent", "others_percent", "held_up_ms", "marks"})
+        self.assertEqual(facts["at_once"], 1)
+        self.assertIn(str(cpu), facts["command"])
+        self.assertFalse(
+            runner_of.Runner(HOTPATH, "another build", output, [cpu], lambda: None).complete(cell)
+        )
+
+    def test_a_cell_that_fails_leaves_its_sentence_and_no_folder(self):
+        output = self.folder()
+        (output / "cells").mkdir()
+        cell = cells.Cell("broken", "timers", "simulated", ("simulate", "--graph", "nowhere"), 1)
+        runner = runner_of.Runner(HOTPATH, "a build", output, [0], lambda: None)
+        runner.run_all([cell], 1)
+        self.assertEqual([failed.name for failed, _ in runner.failed], ["broken"])
+        self.assertIn("nowhere", runner.failed[0][1])
+        self.assertEqual([f for f in (output / "cells").iterdir() if not f.name.startswith(".")], [])
+
+    def test_marks_follow_the_thresholds(self):
+        def run(stolen_ms=0.0, hiccup_ns=0, disturbed=False):
+            return {
+                "duration_s": 9,
+                "warm_up_s": 1,
+                "cpus": [1],
+                "runs": [{"stolen_ms": stolen_ms}],
+                "calibration": {"disturbed": disturbed},
+                "machine": {
+                    "noise": {"hiccups": [{"cpu": 0, "max_ns": 10**9}, {"cpu": 1, "max_ns": hiccup_ns}]}
+                },
+            }
+
+        self.assertEqual(runner_of.noise_of(run(), 0)["marks"], [])
+        for noisy in (
+            runner_of.noise_of(run(stolen_ms=51), 0),
+            runner_of.noise_of(run(hiccup_ns=5_100_000), 0),
+            runner_of.noise_of(run(disturbed=True), 0),
+            runner_of.noise_of(run(), 5.1),
+        ):
+            self.assertEqual(len(noisy["marks"]), 1)
+
+    def test_the_order_is_drawn_once_and_mixes_executors(self):
+        mode = cells.MODES["standard"]
+        order = [c.name for c in cells.live_order(cells.live_cells(mode), 1)]
+        self.assertEqual(order, [c.name for c in cells.live_order(cells.live_cells(mode), 1)])
+        self.assertNotEqual(order, [c.name for c in cells.live_order(cells.live_cells(mode), 2)])
+        self.assertEqual(len(order), len(set(order)))
+        rounds = [int(name.rsplit(".", 1)[1]) for name in order]
+        self.assertEqual(rounds, sorted(rounds), "each executor runs once before any runs again")
+
+
+PHONE_WIDTH = 390
+# A window has a least width; a frame has not.
+FRAME = """<!DOCTYPE html><title>waiting</title>
+<script>addEventListener("message", e => document.title = e.data)</script>
+<iframe src="page.html" style="border: 0; width: %dpx; height: 844px"></iframe>"""
+PROBE = """<script>addEventListener("load", () => {
+  const root = document.documentElement, fetched = performance.getEntriesByType("resource").map(e => e.name);
+  parent.postMessage(JSON.stringify({width: innerWidth, overflow: root.scrollWidth - root.clientWidth,
+    fetched: fetched.filter(name => !name.startsWith("data:"))}), "*");
+});</script></body>"""
+
+
+def check_in_browser(test, page):
+    """Loads the page as a phone would: nothing is fetched, nothing complains, nothing is wider than the screen."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        test.skipTest("there is no chromium")
+    folder = test.folder()
+    (folder / "page.html").write_text(
+        page.read_text(encoding="utf-8").replace("</body>", PROBE), encoding="utf-8"
+    )
+    (folder / "frame.html").write_text(FRAME % PHONE_WIDTH, encoding="utf-8")
+    words = [
+        browser,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-dev-shm-usage",
+        f"--user-data-dir={folder / 'profile'}",
+    ]
+    words += [
+        "--enable-logging=stderr",
+        "--virtual-time-budget=5000",
+        "--dump-dom",
+        f"file://{folder / 'frame.html'}",
+    ]
+    result = call(words)
+    test.assertEqual(result.returncode, 0, result.stderr[-500:])
+    seen = json.loads(re.search(r"<title>(\{.*?\})</title>", result.stdout).group(1))
+    test.assertEqual(seen["width"], PHONE_WIDTH)
+    test.assertEqual(seen["overflow"], 0, "wider than the screen")
+    test.assertEqual(seen["fetched"], [])
+    test.assertNotIn("CONSOLE", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
