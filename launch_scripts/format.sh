@@ -1,8 +1,17 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Formats the C++ sources; with --check only says which are not formatted.
+# Formats the C++ and Python sources; with --check only says which are not formatted, and checks style and types of the
+# Python sources. Tools for Python that are not installed are left out (`setup.sh test` installs them).
 set -euo pipefail
 cd "$(dirname "$0")/.."
-mode=(-i)
-[ "${1:-}" = --check ] && mode=(--dry-run --Werror)
+mode=(-i) python=()
+[ "${1:-}" = --check ] && mode=(--dry-run --Werror) python=(--check)
 git ls-files '*.cpp' '*.hpp' | xargs clang-format "${mode[@]}"
+
+packages=(bench/hotpath_report tools)
+have() { command -v "$1" >/dev/null; }
+if have black; then black --quiet "${python[@]}" "${packages[@]}"; fi
+if [ "${1:-}" = --check ]; then
+  if have flake8; then flake8 "${packages[@]}"; fi
+  if have mypy; then mypy --no-error-summary "${packages[@]}"; fi
+fi

@@ -13,4 +13,5 @@ case " $* " in
     HOTPATH_TARGET=hotpath launch_scripts/build.sh -DBUILD_TESTING=OFF
     ;;
 esac
-exec /usr/bin/python3 -B bench/reproduction/reproduce.py "$@"
+export HOTPATH=${HOTPATH:-build/bench/hotpath} PYTHONPATH=bench
+exec /usr/bin/python3 -B -m hotpath_report reproduce "$@"

@@ -8,7 +8,7 @@ packages=(
   build-essential cmake ninja-build
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev
-  python3-matplotlib python3-scipy python3-jinja2 graphviz
+  python3-matplotlib python3-pandas python3-scipy python3-jinja2 graphviz
 )
 ros=(
   libroscpp-dev libstd-msgs-dev libdiagnostic-msgs-dev libgeometry-msgs-dev libros-rosgraph-msgs-dev libsensor-msgs-dev
@@ -22,7 +22,7 @@ if [ "${1:-}" = ros ]; then
 elif [ "${1:-}" = test ]; then
   packages+=("${ros[@]}")
   packages+=(
-    libgtest-dev libgmock-dev libbenchmark-dev clang-format chromium
+    libgtest-dev libgmock-dev libbenchmark-dev clang-format black flake8 mypy chromium
     colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
   )
 fi

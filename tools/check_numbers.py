@@ -1,28 +1,34 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the numbers of README.md from results/, between `<!-- generated: NAME -->` and `<!-- end -->`.
+"""Writes the numbers of README.md and docs/*.md from results/, between `<!-- generated: NAME -->` and `<!-- end -->`.
 
-With --check it changes nothing and says which blocks do not agree with results/, and whether the published pages say
-what their claims.json and facts.json say.
+With --check it changes nothing and says which blocks do not agree with results/, and whether the published page says
+what its claims.json and facts.json say.
 """
 
 import argparse
-import html
 import json
 import os
 import re
 import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
+SHOWN_CLAIMS = ("no-drops", "table", "bounds", "almost-90", "slowdown", "best-worst-case")
+VERDICTS = ("reproduced", "partly", "not", "no data")
 
 
-def load(root, name):
+def load(root: Path, name: str) -> Any:
+    """A JSON file of results/."""
     return json.loads((root / "results" / name).read_text(encoding="utf-8"))
 
 
-def table(header, rows, numbers=True):
+def table(header: Sequence[str], rows: Sequence[Sequence[str]], numbers: bool = True) -> str:
+    """A Markdown table; numbers align right."""
     lines = [
         f"| {' | '.join(header)} |",
         f"| --- |{(' ---: |' if numbers else ' --- |') * (len(header) - 1)}",
@@ -30,12 +36,14 @@ def table(header, rows, numbers=True):
     return "\n".join(lines + [f"| {' | '.join(row)} |" for row in rows]) + "\n"
 
 
-def with_interval(value, interval, digits):
+def with_interval(value: float, interval: list[float] | None, digits: int) -> str:
+    """`value [low, high]`."""
     text = f"{value:.{digits}f}"
     return text + (f" [{interval[0]:.{digits}f}, {interval[1]:.{digits}f}]" if interval else "")
 
 
-def hot_path_table(root):
+def hot_path_table(root: Path) -> str:
+    """Latencies (ms), losses and ratios of results/hot_path."""
     rows = []
     for e in load(root, "hot_path/summary.json")["executors"]:
         chain = e["chains"][0]
@@ -48,21 +56,12 @@ def hot_path_table(root):
             beyond = ratio["interval"] and not ratio["interval"][0] <= 1 <= ratio["interval"][1]
             cells.append(f"{ratio['value']:.3g}{'*' if beyond else ''}")
         rows.append(cells)
-    header = [
-        "executor",
-        "samples",
-        "median ms",
-        "p99 ms",
-        "worst ms",
-        "skipped",
-        "overwritten",
-        "median ratio",
-        "worst ratio",
-    ]
-    return table(header, rows)
+    header = ["executor", "samples", "median ms", "p99 ms", "worst ms", "skipped", "overwritten"]
+    return table([*header, "median ratio", "worst ratio"], rows)
 
 
-def hot_path_conditions(root):
+def hot_path_conditions(root: Path) -> str:
+    """How results/hot_path was measured."""
     run = load(root, "hot_path/run.json")
     machine = run["machine"]
     used = f"{len(run['cpus'])} used" if len(run["cpus"]) > 1 else "one used"
@@ -75,45 +74,45 @@ def hot_path_conditions(root):
     )
 
 
-def paper_verdicts(root):
+def paper_verdicts(root: Path) -> str:
+    """Some claims of the paper in short rows, of results/paper."""
     claims, facts = load(root, "paper/claims.json"), load(root, "paper/facts.json")
-    words = ("reproduced", "partly", "not", "no data")
-    counts = {word: sum(c["verdict"] == word for c in claims) for word in words}
-    told = ", ".join(f"{counts[word]} {word}" for word in words if counts[word])
-    shown = ("no-drops", "table", "bounds", "almost-90", "slowdown", "best-worst-case")
+    counts = Counter(claim["verdict"] for claim in claims)
+    told = ", ".join(f"{counts[word]} {word}" for word in VERDICTS if counts[word])
     rows = []
     for claim in claims:
-        if claim["claim"] in shown:
-            found = claim["findings"]
-            computed = found.get("analysis") or found.get("simulated")
-            live = found["live"]["text"] if "live" in found else ""
-            cells = [
-                claim["quote"],
-                claim["paper"],
-                computed["text"] if computed else "",
-                live,
-                claim["real"],
+        if claim["claim"] in SHOWN_CLAIMS:
+            found = {source: finding["short"] for source, finding in claim["findings"].items()}
+            values = [claim["title"], claim["paper"], found.get("analysis", found.get("simulated", ""))]
+            values += [
+                found.get("live", ""),
+                claim["real"]["short"] if claim["real"] else "",
                 claim["verdict"],
             ]
-            rows.append([cell.replace("|", "\\|") for cell in cells])
-    header = ["claim", "paper", "simulated or computed", "live", "real ROS 2 stack", "verdict"]
+            rows.append(values)
+    header = ["claim", "paper", "simulated", "live", "real ROS 2", "verdict"]
     return f"{len(claims)} claims: {told}. {facts['where']}\n\n" + table(header, rows, numbers=False)
 
 
-def bench_bars(root):
+def bench_bars(root: Path) -> str:
     """The table of that name in the report of `hotpath bench`."""
     report = (root / "results/bench/report.md").read_text(encoding="utf-8")
-    return re.search(r"## Against the bar\n\n(.*?\n)\n", report, re.S)[1]
+    found = re.search(r"## Against the bar\n\n(.*?\n)\n", report, re.S)
+    if found is None:
+        raise ValueError("results/bench/report.md has no table `Against the bar`")
+    return found[1]
 
 
-BLOCKS = {f.__name__: f for f in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars)}
+BLOCKS: dict[str, Callable[[Path], str]] = {
+    block.__name__: block for block in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars)
+}
 
 
-def generated(text, root):
+def generated(text: str, root: Path) -> tuple[str, list[str]]:
     """The text with its blocks made anew, and the names of those that differed."""
     changed = []
 
-    def block(match):
+    def block(match: re.Match[str]) -> str:
         opening, name, before, closing = match.groups()
         if name not in BLOCKS:
             raise ValueError(f"there is no generated block `{name}`; there are {', '.join(BLOCKS)}")
@@ -122,64 +121,74 @@ def generated(text, root):
             changed.append(name)
         return opening + after + closing
 
-    for name in BLOCKS:
-        found = [match[2] for match in BLOCK.finditer(text)].count(name)
-        if found != 1 or text.count(f"<!-- generated: {name} -->") != 1:
-            raise ValueError(f"README.md holds {found} whole blocks `{name}` instead of one")
     return BLOCK.sub(block, text), changed
 
 
-def disagreements(root):
-    """What the pages of results/paper and results/README.md do not say, though their data do."""
+def check_blocks(texts: dict[Path, str]) -> None:
+    """Raises ValueError unless each block is there once, and whole."""
+    whole = Counter(match[2] for text in texts.values() for match in BLOCK.finditer(text))
+    for name in BLOCKS:
+        begun = sum(text.count(f"<!-- generated: {name} -->") for text in texts.values())
+        if whole[name] != 1 or begun != 1:
+            raise ValueError(f"README.md and docs/ hold {whole[name]} whole blocks `{name}` instead of one")
+
+
+def disagreements(root: Path) -> Iterator[str]:
+    """What the page of results/paper and results/README.md do not say, though their data do."""
     claims, facts = load(root, "paper/claims.json"), load(root, "paper/facts.json")
-    for name, rows_start, verdict in (
-        ("paper/report.md", "\n| ", "**{}**"),
-        ("paper/report.html", "<tr>", ">{}</span>"),
-    ):
-        page = html.unescape((root / "results" / name).read_text(encoding="utf-8")).replace("\\|", "|")
-        rows = page.split(rows_start)
-        for claim in claims:
-            row = next((r for r in rows if claim["quote"] in r and claim["rule"] in r), "")
-            for text in [verdict.format(claim["verdict"]), *(f["text"] for f in claim["findings"].values())]:
-                if text not in row:
-                    yield f"results/{name} does not say `{text}` of the claim {claim['claim']}"
+    page = (root / "results/paper/report.md").read_text(encoding="utf-8").replace("\\|", "|")
+    parts = page.split("<details>")
+    for claim in claims:
+        row = f"| **{claim['verdict']}** | {claim['title']} | {claim['paper']} |"
+        part = next((p for p in parts if p.startswith(f"<summary>{claim['title']}: {claim['verdict']}<")), "")
+        findings = [finding["text"] for finding in claim["findings"].values()]
+        for text, place in [
+            (row, page),
+            *((text, part) for text in (claim["quote"], claim["rule"], *findings)),
+        ]:
+            if text not in place:
+                yield f"results/paper/report.md does not say `{text}` of the claim {claim['claim']}"
     readme = (root / "results/README.md").read_text(encoding="utf-8")
     for text in filter(None, (facts["where"], facts["live_runs"])):
         if text not in readme:
             yield f"results/README.md does not say `{text}`"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+def rewrite(path: Path, text: str) -> None:
+    """Replaces a file by a whole new one."""
+    part = path.with_name(f".{path.name}.part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)
+
+
+def main() -> int:
+    """The exit code: 1 when a number does not agree."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
     parser.add_argument(
         "--check", action="store_true", help="change nothing; exit code 1 when a number does not agree"
     )
     parser.add_argument("--root", type=Path, default=ROOT, help=argparse.SUPPRESS)
     options = parser.parse_args()
-    readme = options.root / "README.md"
+    wrong = []
     try:
-        before = readme.read_text(encoding="utf-8")
-        after, changed = generated(before, options.root)
-        differing = list(disagreements(options.root))
+        files = [options.root / "README.md", *sorted((options.root / "docs").glob("*.md"))]
+        texts = {file: file.read_text(encoding="utf-8") for file in files}
+        check_blocks(texts)
+        for file, text in texts.items():
+            after, changed = generated(text, options.root)
+            if changed and not options.check:
+                rewrite(file, after)
+            elif changed:
+                name = file.relative_to(options.root)
+                wrong.append(
+                    f"{', '.join(changed)} in {name} do not agree with results/; run tools/check_numbers.py"
+                )
+        wrong += [f"{sentence}; publish it again" for sentence in disagreements(options.root)]
     except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
-        print(f"check_numbers.py: {error!r}", file=sys.stderr)
-        return 1
-    if not options.check:
-        part = readme.with_name(".README.md.part")
-        part.write_text(after, encoding="utf-8")
-        os.replace(part, readme)
-    for sentence in differing:
-        print(f"check_numbers.py: {sentence}; publish it again", file=sys.stderr)
-    if options.check and changed:
-        print(
-            (
-                f"check_numbers.py: {', '.join(changed)} in README.md do not agree with results/; run"
-                " launch_scripts/check_numbers.py"
-            ),
-            file=sys.stderr,
-        )
-        return 1
-    return 1 if differing else 0
+        wrong.append(repr(error))
+    for sentence in wrong:
+        print(f"check_numbers.py: {sentence}", file=sys.stderr)
+    return 1 if wrong else 0
 
 
 if __name__ == "__main__":

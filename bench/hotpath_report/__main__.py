@@ -23,7 +23,7 @@ def add_commands(commands: Any) -> None:
         return parser
 
     runs = {"nargs": "+", "help": "folders of `hotpath`, live or simulated"}
-    output = {"metavar": "DIR", "help": "where to write (default: the first RUN)"}
+    output: Any = {"metavar": "DIR", "help": "where to write (default: the first RUN)"}
     for name, call, about in (
         ("hot-path", "figures.hot_path:draw_runs", "hot-path latency of each executor, runs of one graph"),
         ("timers-only", "figures.timers:draw_runs", "dropped jobs and response times of timers-only sets"),

@@ -112,7 +112,7 @@ class Run:
     def latencies(self) -> pd.DataFrame:
         """Outputs of chains after the warm-up: executor, repetition, chain, hot_path_ms."""
         path = self.folder / "chains.csv"
-        frame = read_columns(path, ["executor", "repetition", "chain", "hot_path_latency_ns"])
+        frame = read_columns(path, ["executor", "chain", "hot_path_latency_ns", "repetition"])
         frame["hot_path_ms"] = milliseconds(frame.pop("hot_path_latency_ns"), path)
         return frame
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of `hotpath bench`: decisions, transport, and the hot path of the reference system."""
 
+from typing import Any
+
 from matplotlib.axes import Axes
 
 from hotpath_report import style
@@ -8,17 +10,27 @@ from hotpath_report.pages.bench_data import Bench
 from hotpath_report.style import SERIES
 
 # {figure: title, and for each panel: title, label of the x axis, pattern of benchmarks (line, x), metric}
-PANELS = {
+PANELS: dict[str, tuple[Any, ...]] = {
     "bench_scheduler": (
         "Scheduling decisions",
         ("One decision, 100 ready jobs", "tasks", r"timer_cycle/([^/]+)/ready:100/tasks/(\d+)", "decide_ns"),
-        ("One decision, all tasks ready", "tasks", r"timer_cycle/([^/]+)/ready:full/tasks/(\d+)", "decide_ns"),
+        (
+            "One decision, all tasks ready",
+            "tasks",
+            r"timer_cycle/([^/]+)/ready:full/tasks/(\d+)",
+            "decide_ns",
+        ),
         ("Push and pop of the queues alone", "ready jobs", r"push_pop/([^/]+)/ready/(\d+)", "time_ns"),
     ),
     "bench_transport": (
         "One-way latency, publication to callback (medians)",
         ("One subscriber", "KiB", r"one_way/(.+)/kib:(\d+)/subscribers:1/(.+)", "latency_p50_ns"),
-        ("4 KiB, all on one executor", "subscribers", r"one_way/(.+)/kib:4/subscribers:(\d+)/(.+)", "latency_p50_ns"),
+        (
+            "4 KiB, all on one executor",
+            "subscribers",
+            r"one_way/(.+)/kib:4/subscribers:(\d+)/(.+)",
+            "latency_p50_ns",
+        ),
     ),
 }
 

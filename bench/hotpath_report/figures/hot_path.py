@@ -3,6 +3,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -37,16 +38,8 @@ def with_ratios(rows: list[Row], baseline: str = BASELINE) -> list[Row]:
     base = next((row for row in rows if row.executor == baseline), None)
     if base is None:
         return rows
-    return [
-        Row(
-            row.label,
-            row.executor,
-            row.simulated,
-            row.live,
-            (compared(row.simulated, base.simulated), compared(row.live, base.live)),
-        )
-        for row in rows
-    ]
+    pairs = [[compared(*pair) for pair in zip(row.samples, base.samples)] for row in rows]
+    return [replace(row, notes=notes) for row, notes in zip(rows, pairs)]
 
 
 def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:
@@ -81,7 +74,7 @@ def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> l
             both = [of_source[s][k] if k < len(of_source[s]) else None for s in SOURCES]
             counts = ", ".join(str(len(s)) for s in both if s is not None)
             name = executor if k == 0 else f"{executor} ({k + 1})"
-            rows.append(Row(f"{name}\nn = {counts}", executor, *both))
+            rows.append(Row(f"{name}\nn = {counts}", executor, both))
     return rows
 
 

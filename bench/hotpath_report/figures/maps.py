@@ -18,7 +18,7 @@ from hotpath_report.style import FAINT, INK
 
 TICKS_MS = [5, 10, 20, 50, 100, 200, 500, 1000]
 OUTLINED = {"markeredgecolor": INK, "markeredgewidth": 0.7, "markersize": 5}
-CREATION = {"linewidth": 1.2, "linestyle": (0, (2, 1.5))}
+CREATION: dict[str, Any] = {"linewidth": 1.2, "linestyle": (0, (2, 1.5))}
 
 Points = Mapping[
     tuple[str, str], Mapping[int, Samples]
@@ -84,13 +84,18 @@ def over_phases(
 ) -> Figure:
     """Worst latencies of random draws of phases, beside that of the order of creation."""
     shown = [e for e in executors if draws.get(("simulated", e))]
-    rows = [Row(e, e, Samples([w] for _, w in draws["simulated", e]), None) for e in shown]
+    rows = [Row(e, e, [Samples([w] for _, w in draws["simulated", e]), None]) for e in shown]
     live = {e: [w for _, w in draws.get(("live", e), [])] for e in shown}
     figure, (axes,) = style.new_figure(width, 1 + 0.5 * len(rows))
     limit = violins.axis_limit(rows, [w for worst in live.values() for w in worst])
     violins.draw_rows(axes, rows, limit, SOURCES)
     for y, executor in enumerate(shown):
-        dots = {"color": style.colour_of(executor), "linestyle": "", "marker": "o", **OUTLINED}
+        dots: dict[str, Any] = {
+            "color": style.colour_of(executor),
+            "linestyle": "",
+            "marker": "o",
+            **OUTLINED,
+        }
         axes.plot(live[executor], [y + 0.2] * len(live[executor]), **dots)
         if executor in creation_ms:
             axes.plot([creation_ms[executor]] * 2, [y - 0.42, y + 0.1], color=INK, zorder=5, **CREATION)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dropped jobs and response times of timers-only sets, as the figures of the paper's Section VII-A."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -43,14 +43,12 @@ def draw_rates(
         axes.plot([live], [y], "o", color=INK, markersize=4.5, zorder=4)
     if real is not None:
         axes.plot([real], [y], **style.reference_mark(markersize=5.5, zorder=3))
-    number = bar if bar is not None else max(known)
+    number = bar or max(known)
     offset = {"xytext": (7, 0), "textcoords": "offset points", "va": "center", "fontsize": 8, "color": FAINT}
-    axes.annotate(f"{number:.1f}", (max(known), y), **offset)
+    axes.annotate(f"{number:.1f}" if number >= 0.1 else f"{number:.2g}", (max(known), y), **offset)
 
 
-def drops(
-    runs: TimerRuns, executors: Sequence[str], labels: Mapping[Any, str], width: float
-) -> Figure:
+def drops(runs: TimerRuns, executors: Sequence[str], labels: Mapping[Any, str], width: float) -> Figure:
     """Dropped jobs of all timers, and of the IMU alone; `labels` names each setting."""
     settings = list(labels)
     step = BAND / len(settings)
@@ -75,25 +73,27 @@ def drops(
     if "real" in sources:
         handles.append(style.dot("real ROS 2 stack", **style.reference_mark()))
     handles.append(style.dot("no job dropped", "$✓$", markersize=7))
-    style.add_key(figure, handles, 6)
+    style.add_key(figure, handles, 7)
     return figure
 
 
-def draw_marks(axes: Axes, runs: TimerRuns, setting: Any, group: str) -> None:
-    """The deadlines of a group of timers, unless they lie far beyond every response time."""
-    for deadline in runs.of_group("deadline_ms", group, setting):
-        if deadline <= axes.get_xlim()[1]:
+def draw_deadlines(axes: Axes, deadlines: Iterable[float]) -> None:
+    """Lines at deadlines (ms); an arrow says that one lies beyond every response time."""
+    limit = axes.get_xlim()[1]
+    for deadline in deadlines:
+        beyond = deadline > limit
+        if not beyond:
             axes.axvline(deadline, color=FAINT, linewidth=1.1, linestyle=style.DASHED, zorder=1)
-            axes.annotate(
-                f"deadline {deadline:g} ms",
-                (deadline, 1),
-                (0, 2),
-                xycoords=("data", "axes fraction"),
-                textcoords="offset points",
-                ha="center",
-                fontsize=8,
-                color=FAINT,
-            )
+        axes.annotate(
+            f"deadline {deadline:g} ms" + (" →" if beyond else ""),
+            (min(deadline, limit), 1),
+            (0, 2),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+            ha="right" if beyond else "center",
+            fontsize=8,
+            color=FAINT,
+        )
 
 
 def draw_bounds(axes: Axes, executors: Sequence[str], bounds: Mapping[str, float]) -> None:
@@ -123,7 +123,7 @@ def responses(
     places = [(group, setting) for group in groups for setting in settings]
     rows = {
         (group, setting): [
-            Row(e, e, *(runs.samples(setting, s, e, group) for s in SOURCES)) for e in executors
+            Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in executors
         ]
         for group, setting in places
     }
@@ -131,7 +131,7 @@ def responses(
     for axes, (group, setting) in zip(panels, places):
         limit = violins.axis_limit(row for s in settings for row in rows[group, s])
         violins.draw_rows(axes, rows[group, setting], limit, sources)
-        draw_marks(axes, runs, setting, group)
+        draw_deadlines(axes, runs.of_group("deadline_ms", group, setting))
         draw_bounds(axes, executors, bounds.get((setting, group), {}))
         for y, executor in enumerate(executors):
             worst = runs.worst_ms(setting, "real", executor, group)

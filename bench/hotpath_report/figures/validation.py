@@ -88,7 +88,8 @@ def draw_ranges(axes: Axes, entries: list[Entry]) -> None:
     """Ranges of lost IMU jobs: over repetitions, and over unknown phases."""
     for y, entry in enumerate(entries):
         for shift, side, colour in ((-0.16, "measured", REAL), (0.16, "simulated", SIMULATED)):
-            span(axes, *entry[side]["imu_lost_percent"], y + shift, colour)
+            low, high = entry[side]["imu_lost_percent"]
+            span(axes, low, high, y + shift, colour)
     finish(axes, list(map(short, entries)), "The authors' programs, phases unknown", "lost IMU jobs (%)")
 
 
@@ -171,7 +172,7 @@ def draw(folder: str) -> None:
         for column, panel in enumerate(pair):
             if panel:
                 panel[0](figure.add_subplot(grid[row, column]))
-    ring = {"markerfacecolor": "white", "markeredgecolor": SIMULATED, "markersize": 9}
+    ring: Entry = {"markerfacecolor": "white", "markeredgecolor": SIMULATED, "markersize": 9}
     named = (("real", REAL), ("live", LIVE), ("simulated", SIMULATED))
     handles = [style.line(name, color=colour, linewidth=5) for name, colour in named]
     style.add_key(figure, [*handles, style.dot("simulated without costs", **ring)], 4)

@@ -35,15 +35,13 @@ class Row:
 
     label: str
     executor: str
-    simulated: Samples | None
-    live: Samples | None
-    notes: tuple[str, str] = ("", "")
+    samples: Sequence[Samples | None]  # simulated, live
+    notes: Sequence[str] = ("", "")
 
     @property
     def halves(self) -> list[tuple[str, Samples]]:
         """The sources that have samples, simulated first."""
-        both = zip(SOURCES, (self.simulated, self.live))
-        return [(source, samples) for source, samples in both if samples is not None and len(samples)]
+        return [(source, s) for source, s in zip(SOURCES, self.samples) if s is not None and len(s)]
 
 
 def sources_of(rows: Iterable[Row]) -> list[str]:
@@ -62,8 +60,8 @@ def axis_limit(rows: Iterable[Row], marks: Iterable[float | None] = ()) -> float
 
 
 def density(samples: Values, limit: float, points: int) -> tuple[Values, Values]:
-    """Root of a smoothed histogram with a maximum of one: latencies lie in clusters, which a kernel of 0.6 % of the axis
-    keeps, and the root gives single samples a thin foot."""
+    """Root of a smoothed histogram with a maximum of one: latencies lie in clusters, which a kernel of 0.6 % of the
+    axis keeps, and the root gives single samples a thin foot."""
     counts, edges = np.histogram(samples, bins=points, range=(0, limit))
     smooth = gaussian_filter1d(counts.astype(float), 1.4 * points / 240, mode="constant")
     peak = smooth.max()

@@ -75,8 +75,8 @@ def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> 
 
 def draw(folder: str) -> None:
     """Writes waters.svg and waters.png. Raises InputError."""
-    tables = [read(Path(folder) / f"waters_{name}.csv") for name in ("histogram", "summary")]
-    figure = reductions(*tables, style.WIDE)
+    histogram, summary = (read(Path(folder) / f"waters_{name}.csv") for name in ("histogram", "summary"))
+    figure = reductions(histogram, summary, style.WIDE)
     title = "End-to-end bounds: RM events executor against the default executor"
     subtitle = "WATERS 2015 task sets; reduction: (default's bound - RM's bound) / default's bound"
     style.add_title(figure, title, f"{subtitle}\nto the right of 0 RM guarantees the smaller latency")

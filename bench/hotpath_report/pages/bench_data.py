@@ -10,6 +10,7 @@ from typing import Any
 from hotpath_report.errors import InputError
 from hotpath_report.tables import read_json
 
+
 def three_digits(value: float | None) -> str:
     """A number with three significant digits, trailing zeros kept, never with an exponent."""
     if value is None or value <= 0:

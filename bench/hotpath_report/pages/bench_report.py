@@ -35,7 +35,9 @@ def value_of(bench: Bench, spec: Spec, fields: Spec) -> float | None:
         return None
     value = 1 / max(found) if spec.get("inverse") else max(found)
     if "over" in spec:
-        yardstick = bench.median(spec["over"].format(**fields), metric) or bench.median(spec["over"].format(**fields))
+        yardstick = bench.median(spec["over"].format(**fields), metric) or bench.median(
+            spec["over"].format(**fields)
+        )
         return value / yardstick if yardstick else None
     return value * float(spec.get("factor", 1))
 
@@ -110,7 +112,9 @@ def write(folder: str) -> None:
         tables = [found for found in (table(bench, entry) for entry in spec["table"]) if found]
         if tables:
             figure = spec.get("figure")
-            sections.append({"title": spec["title"], "figure": figure if figure in drawn else "", "tables": tables})
+            sections.append(
+                {"title": spec["title"], "figure": figure if figure in drawn else "", "tables": tables}
+            )
     template = environment().get_template("bench.md.j2")
     path = Path(folder) / "report.md"
     write_file(path, template.render(bench=bench, bars=bars(bench), sections=sections))

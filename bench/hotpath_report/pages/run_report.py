@@ -15,7 +15,7 @@ from hotpath_report.run import SOURCES, Run
 from hotpath_report.samples import samples_by
 from hotpath_report.statistics import Samples
 
-COMPARED = "Ratio of worst cases, Cliff's delta and rank test compare with a run's first executor; above 1 and 0 is better"
+COMPARED = "Ratio, Cliff's delta and rank test compare with a run's first executor: above 1 and 0 is better"
 CHAIN = (
     "hot-path latency (ms)",
     "Start of the sink's callback minus start of the latest source callback that its data contains.",
@@ -54,7 +54,7 @@ def rows_of(runs: Sequence[ReportedRun], key: tuple[str, str]) -> list[Row]:
         of_source = {source: [s for kind, s in found if kind == source] for source in SOURCES}
         for k in range(max(map(len, of_source.values()))):
             both = [of_source[s][k] if k < len(of_source[s]) else None for s in SOURCES]
-            rows.append(Row(executor if k == 0 else f"{executor} ({k + 1})", executor, *both))
+            rows.append(Row(executor if k == 0 else f"{executor} ({k + 1})", executor, both))
     return rows
 
 

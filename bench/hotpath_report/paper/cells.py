@@ -60,12 +60,28 @@ class Cell:
             return [*self.options, "--output", str(output)]
         words = ["run", "--executor"] if self.source == "live" else ["simulate", "--executors"]
         words += [",".join(self.executors), "--graph", self.graph]
-        words += ["--duration", f"{self.duration_s:g}", "--warm-up", f"{self.warm_up_s:g}", "--seed", str(self.seed)]
+        words += [
+            "--duration",
+            f"{self.duration_s:g}",
+            "--warm-up",
+            f"{self.warm_up_s:g}",
+            "--seed",
+            str(self.seed),
+        ]
         return [*words, *self.options, *place, "--output", str(output)]
 
     def facts(self) -> dict[str, Any]:
         """What results say of the cell."""
-        fields = ("study", "source", "executors", "graph", "load_percent", "duration_s", "warm_up_s", "repetition")
+        fields = (
+            "study",
+            "source",
+            "executors",
+            "graph",
+            "load_percent",
+            "duration_s",
+            "warm_up_s",
+            "repetition",
+        )
         return {"name": self.name, **{field: getattr(self, field) for field in fields}, "seed": self.seed}
 
 
@@ -97,7 +113,9 @@ def cell_of(spec: dict[str, Any], source: str, label: Any, mode: Any) -> Cell:
 
 def offline_cells(mode: Any) -> list[Cell]:
     """Those in virtual time, then those that compute bounds and measure what a release costs here."""
-    entries = [("simulated", spec) for spec in SPEC["simulated"]] + [("analysis", spec) for spec in SPEC["analysis"]]
+    entries = [("simulated", spec) for spec in SPEC["simulated"]] + [
+        ("analysis", spec) for spec in SPEC["analysis"]
+    ]
     return [cell_of(spec, source, label, mode) for source, spec in entries for label in labels_of(spec, mode)]
 
 
@@ -108,7 +126,9 @@ def live_cells(mode: Any) -> list[Cell]:
         repetitions, duration_s = getattr(mode, spec["lengths"])
         for repetition in range(repetitions):
             for label in labels_of(spec, mode):
-                cell = replace(cell_of(spec, "live", label, mode), duration_s=duration_s, repetition=repetition)
+                cell = replace(
+                    cell_of(spec, "live", label, mode), duration_s=duration_s, repetition=repetition
+                )
                 cell = replace(cell, seconds=duration_s + mode.warm_up_s + LIVE_OVERHEAD_S)
                 cells += [replace(cell, executors=(executor,)) for executor in cell.executors]
     return cells

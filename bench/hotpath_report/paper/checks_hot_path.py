@@ -54,7 +54,11 @@ def best_worst_case(evidence: Evidence, source: str, _executor: str) -> Finding 
     if source == REAL:
         values = real_ms(evidence, "max", *executors)
         text = ", ".join(f"{e} {v:.1f}" for e, v in zip(executors, values)) + " ms"
-        return Finding(f.NO_DATA, text, f"{values[0]:.1f}, others ≥ {min(values[1:]):.1f} ms") if values else None
+        return (
+            Finding(f.NO_DATA, text, f"{values[0]:.1f}, others ≥ {min(values[1:]):.1f} ms")
+            if values
+            else None
+        )
     found = hot_paths(evidence, source, *executors)
     if found is None:
         return None

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks of Section VII-A: dropped jobs, deadline overruns, bounds and response times of the timers-only sets.
 
-A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack) and its claim's executor, and answers
-with a finding, or with None where there are no data.
+A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack) and its claim's executor, and
+answers with a finding, or with None where there are no data.
 """
 
 from collections.abc import Sequence

@@ -16,6 +16,8 @@ from hotpath_report.paper.reference import REAL
 from hotpath_report.run import SOURCES
 
 Check = Callable[[Evidence, str, str], Finding | None]
+
+
 @dataclass(frozen=True)
 class Claim:
     """A sentence of the paper with its check."""

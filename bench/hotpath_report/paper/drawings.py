@@ -27,7 +27,7 @@ def hot_path_of(executors: Sequence[str], study: str = "autoware") -> Draw:
     """Hot-path latencies; those of Autoware with the real stack's worst cases."""
 
     def draw(evidence: Evidence, width: float) -> Drawing | None:
-        rows = [Row(e, e, *(latencies(evidence, study, s, e) for s in SOURCES)) for e in executors]
+        rows = [Row(e, e, [latencies(evidence, study, s, e) for s in SOURCES]) for e in executors]
         rows = [row for row in rows if row.halves]
         real = {e: evidence.reference.hot_path_ms(e, "max") for e in executors} if study == "autoware" else {}
         return hot_path.draw_rows(rows, real, width) if rows else None
@@ -162,8 +162,16 @@ FIGURES: dict[str, tuple[str, str, Draw]] = {
         "Length of a releaser's pass over the timers that it releases",
         release_cost,
     ),
-    "executors": ("hot_path_all", "Hot-path latency under all executors", hot_path_of(EXECUTORS["all_on_autoware"])),
-    "rules": ("hot_path_rules", "Hot-path latency under rules and ties", hot_path_of(EXECUTORS["rules"], "rules")),
+    "executors": (
+        "hot_path_all",
+        "Hot-path latency under all executors",
+        hot_path_of(EXECUTORS["all_on_autoware"]),
+    ),
+    "rules": (
+        "hot_path_rules",
+        "Hot-path latency under rules and ties",
+        hot_path_of(EXECUTORS["rules"], "rules"),
+    ),
     "load": ("hot_path_load", "Hot-path latency over load", over_load),
     "phases": ("hot_path_phases", "Worst hot-path latency over random phases", over_phases),
 }

@@ -50,8 +50,8 @@ def read_samples(path: Path) -> pd.DataFrame:
 
 
 def write_samples(frame: pd.DataFrame, keys: list[str], value: str, path: Path) -> None:
-    """The same samples give the same bytes. A value of a deterministic simulation, whose samples repeat, is written once
-    with its count."""
+    """The same samples give the same bytes. A value of a deterministic simulation, whose samples repeat, is written
+    once with its count."""
     frame = frame[[*keys, value]]
     texts = frame[value].map(lambda v: f"{v:.6f}".rstrip("0").rstrip("."))
     frame = frame.assign(**{value: texts}, count=1)

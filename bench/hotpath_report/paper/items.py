@@ -20,7 +20,7 @@ class Item:
 def read() -> tuple[Item, ...]:
     """All items in their order on the page."""
     found = tomllib.loads(Path(__file__).with_name("items.toml").read_text(encoding="utf-8"))["item"]
-    return tuple(Item(**{**item, "studies": tuple(item["studies"])}) for item in found)
+    return tuple(Item(studies=tuple(item.pop("studies")), **item) for item in found)
 
 
 ITEMS = read()

@@ -13,10 +13,17 @@ from hotpath_report.paper.cells import UTILISATIONS
 
 REAL = "real"  # the source of its rows
 FOLDERS = tuple(
-    PACKAGE.parents[1] / package / "ros2_reference" for package in ("reference_system", "hotpath_reference_system")
+    PACKAGE.parents[1] / package / "ros2_reference"
+    for package in ("reference_system", "hotpath_reference_system")
 )
 # The fork's prioritised queues give every subscription one top priority (rule `first`).
-TIMERS_NAMES = {"default": "default", "static": "static", "events": "events-ro", "rm": "rm-ro", "edf": "edf-ro"}
+TIMERS_NAMES = {
+    "default": "default",
+    "static": "static",
+    "events": "events-ro",
+    "rm": "rm-ro",
+    "edf": "edf-ro",
+}
 AUTOWARE_NAMES = {
     "singlethreaded": "default",
     "staticsinglethreaded": "static",
@@ -58,7 +65,9 @@ class Reference:
         self.timers = self.timers.assign(study="timers", source=REAL, repetition=0)
         autoware = pd.read_csv(folder / "rclcpp_autoware.csv")
         autoware = autoware[autoware["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT]
-        self.hot_path = autoware.assign(executor=autoware["executor"].map(AUTOWARE_NAMES)).set_index("executor")
+        self.hot_path = autoware.assign(executor=autoware["executor"].map(AUTOWARE_NAMES)).set_index(
+            "executor"
+        )
 
     def hot_path_ms(self, executor: str, quantile: str) -> float | None:
         """`quantile` is p50, p90, p99 or max."""

@@ -196,9 +196,7 @@ def percentiles(evidence: Evidence) -> pd.DataFrame:
     return pd.concat(tables) if tables else pd.DataFrame()
 
 
-def write_page_of(
-    evidence: Evidence, items: Collection[str], folder: Path, planned: int
-) -> list[Verdict]:
+def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes page, figures, claims.json and percentiles into `folder`, and returns the verdicts."""
     (folder / "data").mkdir(parents=True, exist_ok=True)
     write_file(

@@ -103,7 +103,16 @@ def real_row(reference: Reference, executor: str, baseline: str) -> list[str]:
     worst = (reference.hot_path_ms(baseline, "max") or 0) / values[-1]
     texts = [f"{v:.1f}" for v in values]
     ratio = "" if executor == baseline else f"{worst:.2f}"
-    return [executor, "real ROS 2", f"{reference.hot_path.loc[executor, 'samples']} / 1", *texts, texts[-1], ratio, "", ""]
+    return [
+        executor,
+        "real ROS 2",
+        f"{reference.hot_path.loc[executor, 'samples']} / 1",
+        *texts,
+        texts[-1],
+        ratio,
+        "",
+        "",
+    ]
 
 
 def hot_path(executors: Sequence[str], study: str = "autoware", baseline: str = BASELINE) -> Build:

@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figure scripts on tiny run folders: which files appear, and what is said of unfit input."""
+"""Commands that draw, on tiny run folders: which files appear, and what is said of unfit input."""
 
 import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
 
-PLOTS = Path(__file__).resolve().parent
+PACKAGES = Path(__file__).resolve().parents[2]
+HOTPATH = os.environ.get("HOTPATH", "hotpath")
+# Stands between the figures and `hotpath`, and answers with the response times of the folder.
+STAND_IN = """#!/bin/sh
+if [ "$1" = summarize ]; then exec cat "$2/responses.csv"; fi
+exec {} "$@"
+"""
 CHAINS_HEADER = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns\n"
-JOBS_HEADER = (
-    "executor,repetition,task,kind,sequence,outcome,timestamp_ns,release_ns,start_ns,finish_ns,cpu_ns,"
-    "deadline_ns,worker,cpu,process,parent_task,parent_sequence\n"
-)
+RESPONSES_HEADER = "executor,repetition,task,response_ns\n"
 
 
 def run_json(**changes):
@@ -50,18 +55,16 @@ def chain_rows(executor, latencies_ms):
     )
 
 
-def job_rows(executor, task, responses_ms, period_ms=30, skipped=0):
-    rows = []
-    for k, response in enumerate(responses_ms):
-        timestamp = k * period_ms * 1_000_000
-        finish, deadline = timestamp + int(response * 1e6), timestamp + period_ms * 1_000_000
-        rows.append(
-            f"{executor},0,{task},timer,{k},ran,{timestamp},{timestamp},{timestamp},{finish},,{deadline}"
-            ",0,0,0,,\n"
-        )
-    for k in range(len(responses_ms), len(responses_ms) + skipped):
-        rows.append(f"{executor},0,{task},timer,{k},skipped,{k * period_ms * 1_000_000},,,,,,,,0,,\n")
-    return "".join(rows)
+def timer(task, responses_ms, skipped=0, period_ms=30):
+    """One executor's response times of a timer after the warm-up, and what the summary says of it."""
+    counts = {"reached": len(responses_ms) + skipped, "ran": len(responses_ms), "skipped": skipped}
+    after_warm_up = {**counts, "deadline_overruns": 0}
+    return responses_ms, {
+        "task": task,
+        "kind": "timer",
+        "deadline_ms": period_ms,
+        "after_warm_up": after_warm_up,
+    }
 
 
 class FigureTest(unittest.TestCase):
@@ -73,9 +76,17 @@ class FigureTest(unittest.TestCase):
     def write(self, name, text):
         (self.folder / name).write_text(text, encoding="utf-8")
 
-    def call(self, script, *arguments):
-        command = [sys.executable, "-B", str(PLOTS / script), *map(str, arguments)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    def call(self, command, *arguments):
+        words = [sys.executable, "-B", "-m", "hotpath_report", command, *map(str, arguments)]
+        program, stand_in = Path(shutil.which(HOTPATH) or HOTPATH), self.folder / "hotpath"
+        stand_in.write_text(STAND_IN.format(program), encoding="utf-8")
+        stand_in.chmod(0o755)
+        library = program.with_name("libhotpath_statistics.so")
+        environment = {"HOTPATH_STATISTICS": str(library), **os.environ}
+        environment |= {"PYTHONPATH": str(PACKAGES), "HOTPATH": str(stand_in)}
+        return subprocess.run(
+            words, capture_output=True, text=True, timeout=100, check=False, env=environment
+        )
 
     def assert_refused(self, result, *words, code=2):
         self.assertEqual(result.returncode, code, result.stderr)
@@ -108,16 +119,16 @@ class HotPath(FigureTest):
 
     def test_writes_both_formats_next_to_the_data(self):
         self.write_run()
-        self.assert_drawn(self.call("hot_path.py", self.folder), self.folder, "hot_path")
+        self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
 
     def test_output_names_another_folder(self):
         self.write_run()
         other = self.folder / "figures" / "new"
-        self.assert_drawn(self.call("hot_path.py", self.folder, "--output", other), other, "hot_path")
+        self.assert_drawn(self.call("hot-path", self.folder, "--output", other), other, "hot_path")
 
     def test_says_what_ran_how_many_samples_and_the_ratio_of_worst_cases(self):
         self.write_run()
-        self.call("hot_path.py", self.folder)
+        self.call("hot-path", self.folder)
         texts = self.svg_texts("hot_path.svg")
         expected = ["tiny · intra_process · 80 % load", "on CPU 0-2,5", "a processor · Linux 6.1"]
         for text in expected + ["n = 4", "58.6 ms", "2.6× lower"]:
@@ -127,14 +138,14 @@ class HotPath(FigureTest):
 
     def test_says_that_a_run_is_partial(self):
         self.write_run(complete=False)
-        self.call("hot_path.py", self.folder)
+        self.call("hot-path", self.folder)
         self.assertIn("partial", self.svg_texts("hot_path.svg"))
 
     def test_same_data_give_the_same_bytes(self):
         self.write_run()
         bytes_of = []
         for _ in range(2):
-            self.call("hot_path.py", self.folder)
+            self.call("hot-path", self.folder)
             bytes_of.append([(self.folder / f"hot_path.{suffix}").read_bytes() for suffix in ("svg", "png")])
         self.assertEqual(bytes_of[0], bytes_of[1])
 
@@ -142,48 +153,48 @@ class HotPath(FigureTest):
         self.write("run.json", run_json(executors=["default", "rm-ro", "edf-ro"], limits=[]))
         rows = chain_rows("default", [35.4]) + chain_rows("rm-ro", [0, 0, 0, 0])
         self.write("chains.csv", CHAINS_HEADER + rows)
-        self.assert_drawn(self.call("hot_path.py", self.folder), self.folder, "hot_path")
+        self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         self.assertIn("no data", self.svg_texts("hot_path.svg"))
 
     def test_missing_folder(self):
-        self.assert_refused(self.call("hot_path.py", self.folder / "nowhere"), "run.json", "No such file")
+        self.assert_refused(self.call("hot-path", self.folder / "nowhere"), "run.json", "No such file")
 
     def test_broken_run_json(self):
         self.write("run.json", "{")
-        self.assert_refused(self.call("hot_path.py", self.folder), "run.json", "not valid JSON")
+        self.assert_refused(self.call("hot-path", self.folder), "run.json", "not valid JSON")
 
     def test_missing_key(self):
         self.write_run()
         facts = json.loads(run_json())
         del facts["machine"]["kernel"]
         self.write("run.json", json.dumps(facts))
-        self.assert_refused(self.call("hot_path.py", self.folder), "`machine.kernel` is missing")
+        self.assert_refused(self.call("hot-path", self.folder), "`machine.kernel` is missing")
 
     def test_missing_chains(self):
         self.write("run.json", run_json())
-        self.assert_refused(self.call("hot_path.py", self.folder), "chains.csv", "No such file")
+        self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "No such file")
 
     def test_chains_without_rows(self):
         self.write("run.json", run_json())
         self.write("chains.csv", CHAINS_HEADER)
-        self.assert_refused(self.call("hot_path.py", self.folder), "chains.csv", "no rows")
+        self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "no rows")
 
     def test_wrong_column_short_row_and_bad_number(self):
         self.write("run.json", run_json())
         self.write("chains.csv", "executor,chain\n")
-        self.assert_refused(self.call("hot_path.py", self.folder), "chains.csv:1", "`hot_path_latency_ns`")
+        self.assert_refused(self.call("hot-path", self.folder), "chains.csv:1", "`hot_path_latency_ns`")
         self.write("chains.csv", CHAINS_HEADER + "default,0,hot_path\n")
-        self.assert_refused(self.call("hot_path.py", self.folder), "chains.csv:2", "3 columns instead of 6")
+        self.assert_refused(self.call("hot-path", self.folder), "chains.csv:2", "3 columns instead of 6")
         self.write("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n")
-        self.assert_refused(self.call("hot_path.py", self.folder), "chains.csv", "`fast`")
+        self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "`fast`")
 
     def test_output_that_is_a_file(self):
         self.write_run()
         self.write("taken", "")
-        result = self.call("hot_path.py", self.folder, "--output", self.folder / "taken")
+        result = self.call("hot-path", self.folder, "--output", self.folder / "taken")
         self.assert_refused(result, "cannot write", code=1)
 
-    def test_live_and_simulated_runs_stand_side_by_side(self):
+    def test_live_and_simulated_runs_share_a_figure(self):
         runs = []
         for name, changes in (("live", {}), ("simulated", SIMULATED)):
             (self.folder / name).mkdir()
@@ -192,40 +203,52 @@ class HotPath(FigureTest):
             self.write(f"{name}/chains.csv", CHAINS_HEADER + rows)
             runs.append(self.folder / name)
         other = self.folder / "figures"
-        self.assert_drawn(self.call("hot_path.py", *runs, "--output", other), other, "hot_path")
+        self.assert_drawn(self.call("hot-path", *runs, "--output", other), other, "hot_path")
         texts = self.svg_texts("figures/hot_path.svg").split("\n")
-        for text in ("live", "simulated", "n = 3, 3", "n = 4, 4"):
+        for text in ("lower half: live", "upper half: simulated", "n = 3, 3", "n = 4, 4"):
             self.assertIn(text, texts)
 
     def test_runs_of_different_graphs_do_not_meet(self):
         self.write_run()
         (self.folder / "other").mkdir()
         self.write("other/run.json", run_json(graph={"name": "large"}))
-        result = self.call("hot_path.py", self.folder, self.folder / "other")
+        result = self.call("hot-path", self.folder, self.folder / "other")
         self.assert_refused(result, "tiny and large", "one graph")
 
 
 class TimersOnly(FigureTest):
-    def write_run(self, name, rows, **changes):
+    def write_run(self, name, timers, graph=None, **changes):
+        """`timers`: {executor: [timer()]}"""
         folder = self.folder / name
         folder.mkdir()
-        self.write(f"{name}/run.json", run_json(graph={"name": name}, **changes))
-        self.write(f"{name}/jobs.csv", JOBS_HEADER + rows)
+        self.write(f"{name}/run.json", run_json(graph={"name": graph or name}, **changes))
+        self.write(f"{name}/jobs.csv", "")
+        summary = [{"executor": e, "tasks": [facts for _, facts in found]} for e, found in timers.items()]
+        self.write(f"{name}/summary.json", json.dumps({"executors": summary}))
+        rows = "".join(
+            f"{executor},0,{facts['task']},{int(ms * 1e6)}\n"
+            for executor, found in timers.items()
+            for responses, facts in found
+            for ms in responses
+        )
+        self.write(f"{name}/responses.csv", RESPONSES_HEADER + rows)
         return folder
 
     def test_two_graphs_in_one_figure_set(self):
         responses = [1 + k % 7 for k in range(60)]
         runs = []
         for name, load in (("timers_only_90", 90), ("timers_only_60", 60)):
-            rows = "".join(
-                job_rows(executor, task, responses, skipped=5 if executor == "default" else 0)
+            rows = {
+                executor: [
+                    timer(task, responses, skipped=5 if executor == "default" else 0)
+                    for task in ("FrontCamera", "RearLidarDriver", "IMU")
+                ]
                 for executor in ("default", "rm-ro")
-                for task in ("FrontCamera", "RearLidarDriver", "IMU")
-            )
+            }
             bounds = [{"executor": "rm-ro", "task": "IMU", "ms": 12.67}]
             runs.append(self.write_run(name, rows, load_percent=load, bounds=bounds))
         output = self.folder / "figures"
-        result = self.call("timers_only.py", *runs, "--output", output)
+        result = self.call("timers-only", *runs, "--output", output)
         self.assert_drawn(result, output, "timers_only_dropped", "timers_only_response")
         dropped = self.svg_texts("figures/timers_only_dropped.svg")
         self.assertIn("7.7", dropped.split("\n"), "5 of 65 timestamps are 7.7 %")
@@ -239,42 +262,39 @@ class TimersOnly(FigureTest):
         runs = []
         for load in (60, 80, 90):
             for kind, changes in (("live", {}), ("simulated", SIMULATED)):
-                rows = "".join(
-                    job_rows(e, "IMU", [1 + k % 5 for k in range(60)]) for e in ("default", "rm-ro")
-                )
-                runs.append(self.write_run(f"{kind}_{load}", rows, load_percent=load, **changes))
-                facts = json.loads((runs[-1] / "run.json").read_text())
-                facts["graph"]["name"] = f"timers_only_{load}"
-                self.write(f"{kind}_{load}/run.json", json.dumps(facts))
+                rows = {e: [timer("IMU", [1 + k % 5 for k in range(60)])] for e in ("default", "rm-ro")}
+                more = {"graph": f"timers_only_{load}", "load_percent": load, **changes}
+                runs.append(self.write_run(f"{kind}_{load}", rows, **more))
         output = self.folder / "figures"
-        result = self.call("timers_only.py", *runs, "--output", output)
+        result = self.call("timers-only", *runs, "--output", output)
         self.assert_drawn(result, output, "timers_only_dropped", "timers_only_response")
         texts = self.svg_texts("figures/timers_only_response.svg")
         for load in (60, 80, 90):
-            for kind in ("live", "simulated"):
-                self.assertIn(f"timers_only_{load} ({load} %), {kind}", texts)
+            self.assertIn(f"timers_only_{load} ({load} %)", texts)
+        for half in ("upper half: simulated", "lower half: live"):
+            self.assertIn(half, texts)
 
     def test_nothing_dropped(self):
-        run = self.write_run("timers_only_60", job_rows("rm-ro", "IMU", [1] * 50), executors=["rm-ro"])
-        result = self.call("timers_only.py", run)
+        run = self.write_run("timers_only_60", {"rm-ro": [timer("IMU", [1] * 50)]}, executors=["rm-ro"])
+        result = self.call("timers-only", run)
         self.assert_drawn(result, run, "timers_only_dropped", "timers_only_response")
 
-    def test_jobs_of_the_warm_up_are_no_response_times(self):
-        run = self.write_run("timers_only_60", job_rows("rm-ro", "IMU", [1] * 30), executors=["rm-ro"])
-        self.assert_refused(self.call("timers_only.py", run), "after the warm-up no timer ran")
+    def test_no_job_after_the_warm_up(self):
+        run = self.write_run("timers_only_60", {"rm-ro": [timer("IMU", [], skipped=1)]}, executors=["rm-ro"])
+        self.assert_refused(self.call("timers-only", run), "after the warm-up no timer ran")
 
     def test_run_without_timers(self):
-        run = self.write_run("empty", "")
-        self.assert_refused(self.call("timers_only.py", run), "jobs.csv", "no row of a timer")
+        run = self.write_run("empty", {})
+        self.assert_refused(self.call("timers-only", run), "jobs.csv", "no row of a timer")
 
     def test_missing_jobs(self):
-        run = self.write_run("empty", "")
+        run = self.write_run("empty", {})
         (run / "jobs.csv").unlink()
-        self.assert_refused(self.call("timers_only.py", run), "jobs.csv", "No such file")
+        self.assert_refused(self.call("timers-only", run), "jobs.csv", "No such file")
 
     def test_more_graphs_than_colours(self):
-        runs = [self.write_run(f"g{k}", job_rows("rm-ro", "IMU", [1] * 50)) for k in range(6)]
-        self.assert_refused(self.call("timers_only.py", *runs), "6 graphs", "at most 5")
+        runs = [self.write_run(f"g{k}", {"rm-ro": [timer("IMU", [1] * 50)]}) for k in range(6)]
+        self.assert_refused(self.call("timers-only", *runs), "6 graphs", "at most 5")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reproduction as a user runs it, on short simulations: verdicts that can fail, resumption, page in a browser."""
 
-import copy
+import dataclasses
 import fcntl
 import json
 import os
@@ -13,19 +13,17 @@ import sys
 import tempfile
 import time
 import unittest
-from collections import Counter
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
+import pandas as pd
 
-import cells  # noqa: E402  (needs the path)
-import evidence as evidence_of  # noqa: E402
-import runner as runner_of  # noqa: E402
-from checks import NO_DATA, NOT, PARTLY, REPRODUCED  # noqa: E402
-from claims import judge  # noqa: E402
-from items import NAMES  # noqa: E402
-from reference import Reference  # noqa: E402
+from hotpath_report.paper import cells
+from hotpath_report.paper import evidence as evidence_of
+from hotpath_report.paper import noise
+from hotpath_report.paper import runner as runner_of
+from hotpath_report.paper.claims import judge
+from hotpath_report.paper.findings import NO_DATA, NOT, PARTLY, REPRODUCED
+from hotpath_report.paper.items import NAMES
 
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 TIME_LIMIT_S = 100
@@ -33,17 +31,8 @@ ITEMS = "dropped-jobs,wcrt-table,hot-path"
 
 
 def reproduce(output, *arguments):
-    return [
-        sys.executable,
-        "-B",
-        str(HERE / "reproduce.py"),
-        "--quick",
-        "--hotpath",
-        HOTPATH,
-        "--output",
-        str(output),
-        *arguments,
-    ]
+    words = [sys.executable, "-B", "-m", "hotpath_report", "reproduce", "--quick", "--hotpath", HOTPATH]
+    return [*words, "--output", str(output), *arguments]
 
 
 def call(words, **options):
@@ -72,6 +61,18 @@ class ReproductionTest(unittest.TestCase):
             time.sleep(0.01)
 
 
+def fresh(evidence):
+    """A copy whose frames can be exchanged."""
+    return dataclasses.replace(evidence, _latencies=None, _studies={})
+
+
+def as_if(frame, study, executor, other):
+    """The frame with what `other` did in the study `timers` in place of an executor's rows of a study."""
+    rows = frame[(frame["study"] == "timers") & (frame["executor"] == other)]
+    mine = (frame["study"] == study) & (frame["executor"] == executor)
+    return pd.concat([frame[~mine], rows.assign(study=study, executor=executor)], ignore_index=True)
+
+
 class Simulated(ReproductionTest):
     """One short simulated reproduction, looked at from several sides."""
 
@@ -90,7 +91,7 @@ class Simulated(ReproductionTest):
         cls.evidence = evidence_of.collect(cls.output, wanted)
 
     def verdicts(self, evidence):
-        return {v.claim.name: v.verdict for v in judge(evidence, Reference())}
+        return {v.claim.name: v.verdict for v in judge(evidence)}
 
     def test_writes_page_data_and_claims(self):
         self.assertEqual(self.first.returncode, 0, self.first.stderr)
@@ -126,21 +127,21 @@ class Simulated(ReproductionTest):
         self.assertEqual(found["drops-events-ro"], NOT, "stock release-only never skips a timestamp")
 
     def test_results_of_a_wrong_executor_are_not_reproduced(self):
-        wrong = copy.deepcopy(self.evidence)
-        wrong._latencies = {}
-        for percent in cells.UTILISATIONS:
-            for study in ("timers", "timers_with_release_cost"):
-                bounds = wrong.timers[(study, "simulated", percent, "rm-ro")].bounds_ms
-                stand_in = copy.deepcopy(self.evidence.timers[("timers", "simulated", percent, "default")])
-                stand_in.bounds_ms = bounds
-                wrong.timers[(study, "simulated", percent, "rm-ro")] = stand_in
-            wrong.timers[("timers", "simulated", percent, "default")] = self.evidence.timers[
-                ("timers", "simulated", percent, "rm-ro")
-            ]
-        ours, stock = (("autoware", "simulated", e, 80) for e in ("rm-ro", "default"))
-        wrong.hot_path[ours], wrong.hot_path[stock] = (
-            self.evidence.hot_path[stock],
-            self.evidence.hot_path[ours],
+        wrong = fresh(self.evidence)
+        for name in ("timers", "responses"):
+            before = getattr(self.evidence, name)
+            frame = as_if(before, "timers_with_release_cost", "rm-ro", "default")
+            frame = as_if(frame, "timers", "rm-ro", "default")
+            ours = before[(before["study"] == "timers") & (before["executor"] == "rm-ro")].assign(
+                executor="default"
+            )
+            stock = (frame["study"] == "timers") & (frame["executor"] == "default")
+            setattr(wrong, name, pd.concat([frame[~stock], ours], ignore_index=True))
+        bounds = self.evidence.timers[self.evidence.timers["study"] == "timers_with_release_cost"]
+        bounds = bounds[bounds["executor"] == "rm-ro"].set_index(["setting", "task"])["bound_ms"]
+        wrong.timers["bound_ms"] = [bounds[key] for key in zip(wrong.timers["setting"], wrong.timers["task"])]
+        wrong.hot_path = self.evidence.hot_path.replace(
+            {"executor": {"rm-ro": "default", "default": "rm-ro"}}
         )
         found = self.verdicts(wrong)
         for claim in (
@@ -157,49 +158,51 @@ class Simulated(ReproductionTest):
             self.assertIn(found[claim], (NOT, PARTLY), claim)
 
     def test_few_live_samples_decide_nothing(self):
-        brief = copy.deepcopy(self.evidence)
-        for executor in cells.PAPER_HOT_PATH:
-            samples = self.evidence.hot_path[("autoware", "simulated", executor, 80)][0]
-            brief.hot_path[("autoware", "live", executor, 80)] = {0: samples[:20]}
-        found = {v.claim.name: v for v in judge(brief, Reference())}["best-worst-case"]
+        brief = fresh(self.evidence)
+        few = brief.hot_path.groupby(["study", "executor"]).head(20).assign(source="live")
+        brief.hot_path = pd.concat([brief.hot_path, few], ignore_index=True)
+        found = {v.claim.name: v for v in judge(brief)}["best-worst-case"]
         self.assertEqual(found.findings["live"].verdict, NO_DATA)
         self.assertEqual(found.verdict, REPRODUCED)
 
     def test_live_losses_are_told_and_tolerated_only_up_to_their_share(self):
-        live = copy.deepcopy(self.evidence)
-        for percent in cells.UTILISATIONS:
-            for executor in cells.TIMER_EXECUTORS:
-                runs = copy.deepcopy(self.evidence.timers[("timers", "simulated", percent, executor)])
-                live.timers[("timers", "live", percent, executor)] = runs
-        command = ["hotpath", "run", "--executor", "rm-ro", "--graph", "timers_only_60"]
+        live = fresh(self.evidence)
         facts = {
             "study": "timers",
             "source": "live",
+            "executors": ["rm-ro"],
+            "load_percent": 60,
             "repetition": 0,
-            "command": command,
-            "noise": {"marks": ["x"]},
         }
-        live.cells = [facts]
-        imu = next(
-            t
-            for name, t in live.timers[("timers", "live", 60, "rm-ro")].tasks.items()
-            if "imu" in name.lower()
+        live.cells = [{**facts, "name": "live.timers.60.rm-ro.1", "noise": {"marks": ["x"]}}]
+        timers = self.evidence.timers[self.evidence.timers["study"] == "timers"].assign(source="live")
+        here = (
+            (timers["setting"] == 60) & (timers["executor"] == "rm-ro") & timers["task"].str.contains("IMU")
         )
-        for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (imu.reached // 2, NOT)):
-            imu.skipped_in = Counter({0: lost})
-            found = {v.claim.name: v for v in judge(live, Reference())}["no-drops"].findings
+        for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (int(timers[here]["reached"].iloc[0]) // 2, NOT)):
+            timers.loc[here, "skipped"] = lost
+            live.timers, live._studies = pd.concat([self.evidence.timers, timers], ignore_index=True), {}
+            found = {v.claim.name: v for v in judge(live)}["no-drops"].findings
             self.assertEqual(found["simulated"].verdict, REPRODUCED)
             self.assertEqual(found["live"].verdict, verdict, lost)
             if lost:
                 self.assertIn(f"{lost} of them in repetitions marked", found["live"].text)
 
     def test_samples_are_read_back_as_written(self):
-        samples = evidence_of.read_samples(self.output / "data")
-        key = ("hot path", "autoware", "simulated", "80 %", "rm-ro", "", "0")
-        written = sorted(
-            round(v, 6) for v in self.evidence.hot_path[("autoware", "simulated", "rm-ro", 80)][0]
+        stored = evidence_of.stored(self.output)
+        key = ("autoware", "simulated", "rm-ro")
+        written, read = (e.latencies(*key).pooled() for e in (self.evidence, stored))
+        self.assertEqual(sorted(read), sorted(round(v, 6) for v in written))
+        pd.testing.assert_frame_equal(stored.timers, self.evidence.timers, check_dtype=False)
+
+    def test_claims_are_judged_again_from_what_is_stored(self):
+        again = call(
+            [sys.executable, "-B", "-m", "hotpath_report", "report", self.output, "--output", self.folder()]
         )
-        self.assertEqual(sorted(samples[key]), written)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        page = Path(again.stdout.split()[0]).parent
+        self.assertEqual((page / "claims.json").read_bytes(), (self.output / "claims.json").read_bytes())
+        self.assertEqual((page / "report.md").read_bytes(), (self.output / "report.md").read_bytes())
 
     def test_a_complete_reproduction_repeats_no_cell(self):
         before = finished_cells(self.output)
@@ -220,12 +223,12 @@ class Simulated(ReproductionTest):
     def test_compare_results_sees_another_executor(self):
         other = self.folder() / "other"
         shutil.copytree(self.output / "data", other / "data")
-        changed = copy.deepcopy(self.evidence)
-        changed.hot_path[("autoware", "simulated", "rm-ro", 80)] = changed.hot_path[
-            ("autoware", "simulated", "default", 80)
-        ]
-        key = ("timers", "simulated", 90, "rm-ro")
-        changed.timers[key] = changed.timers[("timers", "simulated", 90, "default")]
+        changed = fresh(self.evidence)
+        frame = changed.hot_path
+        default = frame[frame["executor"] == "default"].assign(executor="rm-ro")
+        changed.hot_path = pd.concat([frame[frame["executor"] != "rm-ro"], default], ignore_index=True)
+        for name in ("timers", "responses"):
+            setattr(changed, name, as_if(getattr(changed, name), "timers", "rm-ro", "default"))
         evidence_of.write(changed, other / "data")
         claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
         (other / "claims.json").write_text(
@@ -370,9 +373,10 @@ class Live(ReproductionTest):
         output = self.folder()
         (output / "cells").mkdir()
         mode = cells.MODES["quick"]
-        cell = cells.live("timers", (60,), "rm-ro", 0.5, 0, mode, "--graph", "timers_only_60")
+        cell = next(c for c in cells.live_cells(mode) if c.study == "timers" and c.executors == ("rm-ro",))
+        cell = dataclasses.replace(cell, duration_s=0.5)
         cpu = max(os.sched_getaffinity(0))
-        runner = runner_of.Runner(HOTPATH, "a build", output, [cpu], lambda: None)
+        runner = runner_of.Runner(HOTPATH, "a build", output, [cpu])
         runner.run_all([cell], 1)
         self.assertEqual(runner.failed, [])
         self.assertTrue(runner.complete(cell))
@@ -380,17 +384,15 @@ class Live(ReproductionTest):
         self.assertEqual(set(facts["noise"]), {"stolen_percent", "others_percent", "held_up_ms", "marks"})
         self.assertEqual(facts["at_once"], 1)
         self.assertIn(str(cpu), facts["command"])
-        self.assertFalse(
-            runner_of.Runner(HOTPATH, "another build", output, [cpu], lambda: None).complete(cell)
-        )
+        self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu]).complete(cell))
 
     def test_a_cell_that_fails_leaves_its_sentence_and_no_folder(self):
         output = self.folder()
         (output / "cells").mkdir()
-        cell = cells.Cell("broken", "timers", "simulated", ("simulate", "--graph", "nowhere"), 1)
-        runner = runner_of.Runner(HOTPATH, "a build", output, [0], lambda: None)
+        cell = cells.Cell("timers", "simulated", "broken", 1, ("default",), "nowhere", duration_s=1)
+        runner = runner_of.Runner(HOTPATH, "a build", output, [0])
         runner.run_all([cell], 1)
-        self.assertEqual([failed.name for failed, _ in runner.failed], ["broken"])
+        self.assertEqual([failed.name for failed, _ in runner.failed], ["simulated.timers.broken"])
         self.assertIn("nowhere", runner.failed[0][1])
         self.assertEqual([f for f in (output / "cells").iterdir() if not f.name.startswith(".")], [])
 
@@ -407,12 +409,12 @@ class Live(ReproductionTest):
                 },
             }
 
-        self.assertEqual(runner_of.noise_of(run(), 0)["marks"], [])
+        self.assertEqual(noise.noise_of(run(), 0)["marks"], [])
         for noisy in (
-            runner_of.noise_of(run(stolen_ms=51), 0),
-            runner_of.noise_of(run(hiccup_ns=5_100_000), 0),
-            runner_of.noise_of(run(disturbed=True), 0),
-            runner_of.noise_of(run(), 5.1),
+            noise.noise_of(run(stolen_ms=51), 0),
+            noise.noise_of(run(hiccup_ns=5_100_000), 0),
+            noise.noise_of(run(disturbed=True), 0),
+            noise.noise_of(run(), 5.1),
         ):
             self.assertEqual(len(noisy["marks"]), 1)
 

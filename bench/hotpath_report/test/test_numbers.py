@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The generated numbers of README.md and docs/ against results/."""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+class Numbers(unittest.TestCase):
+    def test_a_number_that_does_not_agree_is_found_and_mended(self):
+        with tempfile.TemporaryDirectory() as name:
+            root = Path(name)
+            shutil.copytree(
+                ROOT / "results",
+                root / "results",
+                ignore=shutil.ignore_patterns("traces", "*.svg", "*.png", "*.gz"),
+            )
+            shutil.copy2(ROOT / "README.md", root)
+            call = lambda *words: subprocess.run(  # noqa: E731
+                [sys.executable, "-B", str(ROOT / "tools/check_numbers.py"), "--root", name, *words],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            readme = root / "README.md"
+            self.assertEqual(call("--check").returncode, 0)
+            before = readme.read_text(encoding="utf-8")
+            readme.write_text(before.replace("| `default` | 240 |", "| `default` | 241 |"), encoding="utf-8")
+            found = call("--check")
+            self.assertEqual(found.returncode, 1)
+            self.assertIn("hot_path_table", found.stderr)
+            self.assertEqual(call().returncode, 0)
+            self.assertEqual(readme.read_text(encoding="utf-8"), before)
+            readme.write_text(before.replace("<!-- generated: bench_bars -->", ""), encoding="utf-8")
+            self.assertIn("bench_bars", call("--check").stderr)
+            readme.write_text(before, encoding="utf-8")
+            page = root / "results/paper/report.md"
+            page.write_text(
+                page.read_text(encoding="utf-8").replace("worst cases", "best cases"), encoding="utf-8"
+            )
+            found = call("--check")
+            self.assertEqual(found.returncode, 1)
+            self.assertIn("slowdown", found.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
