@@ -101,13 +101,7 @@ class Run:
             for key, value in self["platform"].items()
             if key.endswith("_us") and value
         ]
-        return (
-            " · ".join([*charged, f"execution times: {self['execution_times']}"]) if charged else self.free()
-        )
-
-    def free(self) -> str:
-        """The words for a platform without costs."""
-        return f"no costs · execution times: {self['execution_times']}"
+        return " · ".join([*(charged or ["no costs"]), f"execution times: {self['execution_times']}"])
 
     def latencies(self) -> pd.DataFrame:
         """Outputs of chains after the warm-up: executor, repetition, chain, hot_path_ms."""

@@ -2,12 +2,11 @@
 """The hot-path latency of each executor, as the paper's last figure (Section VII-C)."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 from matplotlib.axes import Axes
 
 from hotpath_report import style
@@ -122,10 +121,16 @@ def draw_runs(folders: Sequence[str], output: str | None) -> None:
     style.save(figure, output or Path(folders[0]), "hot_path")
 
 
-def draw_rows(rows: list[Row], real_ms: dict[str, float | None], width: float) -> Drawing:
+def draw_rows(
+    rows: list[Row],
+    width: float,
+    real_ms: Mapping[str, float | None] | None = None,
+    label: str = "hot-path latency (ms)",
+) -> Drawing:
     """One panel of rows, with the worst cases (ms) of the real ROS 2 stack where they are known."""
+    real_ms = real_ms or {}
     narrow = style.is_narrow(width)
-    rows = rows if narrow else with_ratios(rows)
+    rows = [replace(row, notes=("", "")) if narrow else row for row in rows]  # no room for ratios
     figure, (axes,) = style.new_figure(width, 0.6 + 0.62 * len(rows))
     sources = violins.sources_of(rows)
     violins.draw_rows(
@@ -134,8 +139,8 @@ def draw_rows(rows: list[Row], real_ms: dict[str, float | None], width: float) -
     for y, row in enumerate(rows):
         if real_ms.get(row.executor):
             axes.plot([real_ms[row.executor]], [y + 0.26], **style.reference_mark(zorder=6))
-    axes.set_xlabel("hot-path latency (ms)")
+    axes.set_xlabel(label)
     known = any(real_ms.values())
     marks = [style.dot("worst of the real ROS 2 stack", **style.reference_mark())] if known else []
     violins.add_key(figure, sources, marks)
-    return Drawing(figure, pd.DataFrame() if not rows else violins.table_of(rows))
+    return Drawing(figure, violins.table_of(rows))

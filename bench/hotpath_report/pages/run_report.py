@@ -5,13 +5,11 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from hotpath_report import style
 from hotpath_report.errors import InputError
-from hotpath_report.figures import violins
-from hotpath_report.figures.violins import Drawing, Row
+from hotpath_report.figures import hot_path
 from hotpath_report.pages.comparison import HEADER, compared
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
-from hotpath_report.run import SOURCES, Run
+from hotpath_report.run import Run
 from hotpath_report.samples import samples_by
 from hotpath_report.statistics import Samples
 
@@ -44,28 +42,6 @@ class ReportedRun:
         partial_run = "partial: it did not end; " if self.run.partial else ""
         warnings = " ".join(self.run.get("warnings", []))
         return f"{self.name}: {partial_run}{self.run.what_ran()}. {warnings}".replace("\n", " · ").strip()
-
-
-def rows_of(runs: Sequence[ReportedRun], key: tuple[str, str]) -> list[Row]:
-    """Rows of a figure for one chain or timer, run below run."""
-    rows = []
-    for executor in dict.fromkeys(e for run in runs for e in run.samples.get(key, {})):
-        found = [(r.run.source, r.samples[key][executor]) for r in runs if executor in r.samples.get(key, {})]
-        of_source = {source: [s for kind, s in found if kind == source] for source in SOURCES}
-        for k in range(max(map(len, of_source.values()))):
-            both = [of_source[s][k] if k < len(of_source[s]) else None for s in SOURCES]
-            rows.append(Row(executor if k == 0 else f"{executor} ({k + 1})", executor, both))
-    return rows
-
-
-def draw(rows: list[Row], label: str, width: float) -> Drawing:
-    """Violins of one chain or timer."""
-    figure, (axes,) = style.new_figure(width, 0.6 + 0.62 * len(rows))
-    sources = violins.sources_of(rows)
-    violins.draw_rows(axes, rows, violins.axis_limit(rows), sources)
-    axes.set_xlabel(label)
-    violins.add_key(figure, sources)
-    return Drawing(figure, violins.table_of(rows))
 
 
 def comparison(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Table:
@@ -107,7 +83,9 @@ def sections(runs: Sequence[ReportedRun]) -> list[Section]:
         label, text = CHAIN if key[0] == "Chain" else TIMER
         title = " ".join(key)
         name = "".join(c.lower() if c.isalnum() else "_" for c in title)
-        figure = make_figure(name, f"{title}: {label}", partial(draw, rows_of(runs, key), label), commands)
+        rows = hot_path.rows_of_runs([run.samples.get(key, {}) for run in runs], [run.run for run in runs])
+        draw = partial(hot_path.draw_rows, hot_path.with_ratios(rows), label=label)
+        figure = make_figure(name, f"{title}: {label}", draw, commands)
         made.append(Section(name, title, label, text, [figure] if figure else [], [comparison(runs, key)]))
     return made
 

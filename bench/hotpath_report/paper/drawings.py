@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which figure shows what of the evidence, by item of the reproduction."""
 
-from collections.abc import Callable, Sequence
+import itertools
 
 import pandas as pd
 
@@ -14,7 +14,6 @@ from hotpath_report.paper.evidence import Evidence
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import Samples
 
-Draw = Callable[[Evidence, float], Drawing | None]
 SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
 
 
@@ -23,16 +22,19 @@ def latencies(evidence: Evidence, study: str, source: str, executor: str) -> Sam
     return evidence.latencies(study, source, executor) or evidence.latencies("autoware", source, executor)
 
 
-def hot_path_of(executors: Sequence[str], study: str = "autoware") -> Draw:
+def hot_path_of(
+    evidence: Evidence,
+    width: float,
+    executors: str,
+    study: str = "autoware",
+    baseline: str = hot_path.BASELINE,
+) -> Drawing | None:
     """Hot-path latencies; those of Autoware with the real stack's worst cases."""
-
-    def draw(evidence: Evidence, width: float) -> Drawing | None:
-        rows = [Row(e, e, [latencies(evidence, study, s, e) for s in SOURCES]) for e in executors]
-        rows = [row for row in rows if row.halves]
-        real = {e: evidence.reference.hot_path_ms(e, "max") for e in executors} if study == "autoware" else {}
-        return hot_path.draw_rows(rows, real, width) if rows else None
-
-    return draw
+    names = EXECUTORS[executors]
+    rows = [Row(e, e, [latencies(evidence, study, s, e) for s in SOURCES]) for e in names]
+    rows = [row for row in rows if row.halves]
+    real = {e: evidence.reference.hot_path_ms(e, "max") for e in names} if study == "autoware" else {}
+    return hot_path.draw_rows(hot_path.with_ratios(rows, baseline), width, real) if rows else None
 
 
 def dropped_jobs(evidence: Evidence, width: float) -> Drawing | None:
@@ -47,29 +49,22 @@ def dropped_jobs(evidence: Evidence, width: float) -> Drawing | None:
     return Drawing(figure, table.rename(columns={"setting": "utilisation_percent", "skipped": "dropped"}))
 
 
-def responses(group: str) -> Draw:
+def responses(evidence: Evidence, width: float, group: str) -> Drawing | None:
     """Response times of a group of timers, with their bounds under RM."""
-
-    def draw(evidence: Evidence, width: float) -> Drawing | None:
-        runs = evidence.timer_runs()
-        if runs.responses.empty:
-            return None
-        # The exact analysis with the paper's release cost; under RM alone, as in the paper.
-        with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
-        figure = timers.responses(runs, (group,), SETS, with_cost, width)
-        tables = [
-            violins.percentile_table(
-                dict(zip(["source", "utilisation_percent", "executor", "tasks"], key)), samples
-            )
-            for source in SOURCES
-            for percent in UTILISATIONS
-            for executor in runs.executors()
-            for key in [(source, percent, executor, group)]
-            if (samples := runs.samples(percent, source, executor, group)) is not None
-        ]
-        return Drawing(figure, pd.concat(tables))
-
-    return draw
+    runs = evidence.timer_runs()
+    if runs.responses.empty:
+        return None
+    # The exact analysis with the paper's release cost; under RM alone, as in the paper.
+    with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
+    figure = timers.responses(runs, (group,), SETS, with_cost, width)
+    tables = [
+        violins.percentile_table(
+            dict(zip(["source", "utilisation_percent", "executor", "tasks"], key)), samples
+        )
+        for key in itertools.product(SOURCES, UTILISATIONS, runs.executors(), [group])
+        if (samples := runs.samples(key[1], key[0], *key[2:])) is not None
+    ]
+    return Drawing(figure, pd.concat(tables))
 
 
 def tightness(evidence: Evidence, width: float) -> Drawing | None:
@@ -134,44 +129,3 @@ def over_phases(evidence: Evidence, width: float) -> Drawing | None:
         return None
     creation = {e: s.worst for e in EXECUTORS["map"] if (s := evidence.latencies("autoware", "simulated", e))}
     return Drawing(maps.over_phases(draws, creation, EXECUTORS["map"], width), maps.table_of_draws(draws))
-
-
-# By item: name of the figure, what it shows, drawing function
-FIGURES: dict[str, tuple[str, str, Draw]] = {
-    "dropped-jobs": (
-        "dropped_jobs",
-        "Dropped jobs of each executor on the three timers-only sets",
-        dropped_jobs,
-    ),
-    "wcrt-table": (
-        "bound_tightness",
-        "Worst observed response time of each task in percent of its bound",
-        tightness,
-    ),
-    "response-camera": ("response_camera", "Response times of the camera timers", responses("camera")),
-    "response-lidar": ("response_lidar", "Response times of the LiDAR timers", responses("lidar")),
-    "response-imu": ("response_imu", "Response times of the IMU timer", responses("imu")),
-    "end-to-end": ("end_to_end_reduction", "Reduction of the end-to-end bound of each chain", reductions),
-    "hot-path": (
-        "hot_path",
-        "Hot-path latency under the paper's four executors",
-        hot_path_of(EXECUTORS["paper_hot_path"]),
-    ),
-    "overhead": (
-        "release_cost",
-        "Length of a releaser's pass over the timers that it releases",
-        release_cost,
-    ),
-    "executors": (
-        "hot_path_all",
-        "Hot-path latency under all executors",
-        hot_path_of(EXECUTORS["all_on_autoware"]),
-    ),
-    "rules": (
-        "hot_path_rules",
-        "Hot-path latency under rules and ties",
-        hot_path_of(EXECUTORS["rules"], "rules"),
-    ),
-    "load": ("hot_path_load", "Hot-path latency over load", over_load),
-    "phases": ("hot_path_phases", "Worst hot-path latency over random phases", over_phases),
-}

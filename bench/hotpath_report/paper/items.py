@@ -2,7 +2,7 @@
 """The items of a reproduction, from items.toml."""
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 
@@ -14,7 +14,12 @@ class Item:
     title: str
     paper: str  # where the paper shows it; empty: it does not
     studies: tuple[str, ...]
+    figure: str  # name of its file
+    caption: str
+    draw: str
+    table: str
     text: str
+    options: dict[str, str] = field(default_factory=dict)
 
 
 def read() -> tuple[Item, ...]:

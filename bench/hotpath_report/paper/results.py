@@ -14,16 +14,15 @@ import pandas as pd
 from hotpath_report import statistics
 from hotpath_report.figures.violins import percentile_table
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.paper import drawings, tables
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper.cells import MODES
 from hotpath_report.paper.claims import Verdict, judge
-from hotpath_report.paper.drawings import FIGURES
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import NO_DATA, NOT, PAPER_SLOWDOWN, PARTLY, REPRODUCED
 from hotpath_report.paper.items import ITEMS
 from hotpath_report.paper.noise import NOISE_RULE
 from hotpath_report.paper.progress import duration_text
-from hotpath_report.paper.tables import TABLES
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.tables import write_file, write_json
@@ -161,11 +160,10 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
         if item.name not in items:
             continue
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
-        name, title, draw = FIGURES[item.name]
-        commands = command_lines(evidence, item.studies)
-        figure = make_figure(name, title, partial(draw, evidence), commands)
+        draw = partial(getattr(drawings, item.draw), evidence, **item.options)
+        figure = make_figure(item.figure, item.caption, draw, command_lines(evidence, item.studies))
         section.figures += [figure] if figure else []
-        table = TABLES[item.name](evidence)
+        table = getattr(tables, item.table)(evidence, **item.options)
         section.tables += [table] if table and table.rows else []
         made.append(section)
     return made

@@ -2,8 +2,8 @@
 """The tables beside the figures of a reproduction."""
 
 import itertools
-from collections.abc import Callable, Sequence
 
+from hotpath_report.figures.hot_path import BASELINE
 from hotpath_report.figures.bounds import fit_release_cost
 from hotpath_report.figures.waters import METHODS
 from hotpath_report.pages.comparison import HEADER, compared, percentile_cells
@@ -15,9 +15,6 @@ from hotpath_report.paper.reference import Reference
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import Samples
-
-Build = Callable[[Evidence], Table | None]
-BASELINE = "default"
 
 
 def drop_rates(evidence: Evidence) -> Table:
@@ -57,22 +54,16 @@ def wcrt(evidence: Evidence) -> Table | None:
     return Table("Bounds in ms; in parentheses the paper's printed value", header, rows)
 
 
-def response_times(group: str) -> Build:
+def response_times(evidence: Evidence, group: str) -> Table:
     """Response times of a group of timers."""
-
-    def build(evidence: Evidence) -> Table:
-        runs, rows = evidence.timer_runs(), []
-        for executor, percent, source in itertools.product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
-            samples = runs.samples(percent, source, executor, group)
-            if samples is not None:
-                late = runs.total("deadline_overruns", percent, source, executor, group)
-                rows.append(
-                    [executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late]
-                )
-        header = ["executor", "set", "source", "jobs", "median ms", "p99 ms", "worst ms", "late"]
-        return Table("Response times", header, rows, folded=True)
-
-    return build
+    runs, rows = evidence.timer_runs(), []
+    for executor, percent, source in itertools.product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
+        samples = runs.samples(percent, source, executor, group)
+        if samples is not None:
+            late = runs.total("deadline_overruns", percent, source, executor, group)
+            rows.append([executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late])
+    header = ["executor", "set", "source", "jobs", "median ms", "p99 ms", "worst ms", "late"]
+    return Table("Response times", header, rows, folded=True)
 
 
 def bounds_reduction(evidence: Evidence) -> Table | None:
@@ -115,30 +106,23 @@ def real_row(reference: Reference, executor: str, baseline: str) -> list[str]:
     ]
 
 
-def hot_path(executors: Sequence[str], study: str = "autoware", baseline: str = BASELINE) -> Build:
+def hot_path(evidence: Evidence, executors: str, study: str = "autoware", baseline: str = BASELINE) -> Table:
     """Hot-path latencies, compared with a baseline."""
-
-    def build(evidence: Evidence) -> Table:
-        rows = []
-        for source in SOURCES:
-            base = evidence.latencies("autoware", source, baseline)
-            for executor in executors:
-                samples = latencies(evidence, study, source, executor)
-                if samples is not None:
-                    cells = compared(samples, None if executor == baseline else base)
-                    cells.insert(4, f"{samples.middle_worst():.1f}")
-                    rows.append([executor, source, *cells])
-        if study == "autoware":
-            known = [e for e in executors if evidence.reference.hot_path_ms(e, "p50") is not None]
-            rows += [real_row(evidence.reference, executor, baseline) for executor in known]
-        header = ["executor", "source", *HEADER[:4], "of the middle run", *HEADER[4:]]
-        title = (
-            f"Hot-path latency; ratio of worst cases, Cliff's delta and rank test compare with {baseline}: above 1 and"
-            " 0 is better"
+    rows, names = [], EXECUTORS[executors]
+    for source, executor in itertools.product(SOURCES, names):
+        base, samples = evidence.latencies("autoware", source, baseline), latencies(
+            evidence, study, source, executor
         )
-        return Table(title, header, rows)
-
-    return build
+        if samples is not None:
+            cells = compared(samples, None if executor == baseline else base)
+            cells.insert(4, f"{samples.middle_worst():.1f}")
+            rows.append([executor, source, *cells])
+    if study == "autoware":
+        known = [e for e in names if evidence.reference.hot_path_ms(e, "p50") is not None]
+        rows += [real_row(evidence.reference, executor, baseline) for executor in known]
+    header = ["executor", "source", *HEADER[:4], "of the middle run", *HEADER[4:]]
+    title = "Hot-path latency; ratio of worst cases, Cliff's delta and rank test compare with "
+    return Table(f"{title}{baseline}: above 1 and 0 is better", header, rows)
 
 
 def release(evidence: Evidence) -> Table | None:
@@ -184,19 +168,3 @@ def against_phases(evidence: Evidence) -> Table:
         "worst draw's",
     ]
     return Table("Draws of random phases", header, rows)
-
-
-TABLES: dict[str, Build] = {
-    "dropped-jobs": drop_rates,
-    "wcrt-table": wcrt,
-    "response-camera": response_times("camera"),
-    "response-lidar": response_times("lidar"),
-    "response-imu": response_times("imu"),
-    "end-to-end": bounds_reduction,
-    "hot-path": hot_path(EXECUTORS["paper_hot_path"]),
-    "overhead": release,
-    "executors": hot_path(EXECUTORS["all_on_autoware"]),
-    "rules": hot_path(EXECUTORS["rules"], "rules", EXECUTORS["rules"][0]),
-    "load": against_load,
-    "phases": against_phases,
-}
