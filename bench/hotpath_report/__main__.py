@@ -59,7 +59,7 @@ def call(options: dict[str, Any]) -> None:
 def main(arguments: Sequence[str]) -> int:
     """Exit code: 2 for input that cannot be used, 1 for what failed otherwise; the last line on standard error says
     what is wrong."""
-    if arguments[:1] == ["reproduce"]:  # has an interruptible life of its own
+    if arguments[:1] == ["reproduce"]:  # handles signals itself
         from hotpath_report.paper import reproduce
 
         return reproduce.main(arguments[1:])

@@ -49,7 +49,7 @@ class Executor:
 
     @property
     def has_timer_thread(self) -> bool:
-        """Whether a thread of its own releases the timers."""
+        """Whether a separate thread releases the timers."""
         return self.family != "wait_set"
 
 

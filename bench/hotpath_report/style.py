@@ -14,11 +14,8 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (needs the backend)
-from matplotlib.artist import Artist  # noqa: E402
 from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
-from matplotlib.lines import Line2D  # noqa: E402
-from matplotlib.patches import Rectangle  # noqa: E402
 
 from hotpath_report.hotpath_command import executor_named  # noqa: E402
 
@@ -53,10 +50,9 @@ def colour_of(executor: str) -> str:
     return known.colour if known else FAINT
 
 
-def is_narrow(figure_or_width: Figure | float) -> bool:
-    """Whether the figure is for a phone."""
-    width = figure_or_width.get_figwidth() if isinstance(figure_or_width, Figure) else figure_or_width
-    return bool(width < 6)
+def is_narrow(inches: float) -> bool:
+    """Whether a figure of this width is for a phone."""
+    return inches < 6
 
 
 def new_figure(
@@ -101,9 +97,9 @@ def add_title(figure: Figure, title: str, subtitle: str, partial: bool = False) 
     figure.text(left, 1 - 0.44 / height, subtitle, fontsize=10, color=FAINT, va="top", linespacing=1.35)
 
 
-def add_key(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
+def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     """A legend below all panels, in at most so many columns, with room for it."""
-    narrow = is_narrow(figure)
+    narrow = is_narrow(figure.get_figwidth())
     columns = 2 if narrow else min(columns, len(handles))
     reserve(figure, below=0.1 + 0.2 * -(-len(handles) // columns))
     figure.legend(
@@ -126,17 +122,17 @@ def rows_of_labels(axes: Axes, labels: Sequence[str]) -> None:
     axes.set_ylim(len(labels) - 0.45, -0.55)
 
 
-def patch(label: str, **look: Any) -> Rectangle:
+def patch(label: str, **look: Any) -> Any:
     """A key's patch."""
-    return Rectangle((0, 0), 1, 1, label=label, **({"facecolor": FAINT} | look))
+    return plt.Rectangle((0, 0), 1, 1, label=label, **({"facecolor": FAINT} | look))
 
 
-def line(label: str, **look: Any) -> Line2D:
+def line(label: str, **look: Any) -> Any:
     """A key's line."""
-    return Line2D([], [], label=label, **({"color": INK} | look))
+    return plt.Line2D([], [], label=label, **({"color": INK} | look))
 
 
-def dot(label: str, marker: str = "o", **look: Any) -> Line2D:
+def dot(label: str, marker: str = "o", **look: Any) -> Any:
     """A key's marker."""
     return line(label, **({"linestyle": "", "marker": marker} | look))
 
@@ -199,6 +195,5 @@ def for_page(svg: str, prefix: str, label: str) -> str:
         (r"(?s)<metadata>.*?</metadata>", ""),
     ):
         svg = re.sub(pattern, replacement, svg)
-    svg = re.sub(r'(<svg[^>]*?) (width|height)="[^"]*"', r"\1", svg, count=1)
-    svg = re.sub(r'(<svg[^>]*?) (width|height)="[^"]*"', r"\1", svg, count=1)
+    svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # those of the element itself
     return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}"', 1)

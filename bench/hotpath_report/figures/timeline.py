@@ -181,7 +181,7 @@ def draw_row(axes: Axes, window: Window, task: str, y: float) -> None:
 
 
 def draw_releaser(axes: Axes, window: Window, y: float) -> None:
-    """When timers were released: of interest where a thread of its own does so."""
+    """When timers were released: of interest where a separate thread does so."""
     colour = colour_of(TIMER_MANAGEMENT)
     if window.release_slots:
         spans = [(begin, end - begin) for begin, end in window.release_slots]

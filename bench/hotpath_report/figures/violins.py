@@ -74,7 +74,7 @@ def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], si
     values = samples.pooled()
     low, high = float(values.min()), float(values.max())
     # A small panel has no room for more points.
-    small = axes.get_subplotspec().get_gridspec().ncols > 1 or style.is_narrow(axes.figure)
+    small = axes.get_subplotspec().get_gridspec().ncols > 1 or style.is_narrow(axes.figure.get_figwidth())
     x, share = density(values, limit, 120 if small else 240)
     inside = (x >= low - limit / 200) & (x <= high + limit / 200)
     x, share = x[inside], share[inside]

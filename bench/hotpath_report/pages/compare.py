@@ -13,14 +13,14 @@ import pandas as pd
 
 from hotpath_report.errors import InputError
 from hotpath_report.pages.run_report import ReportedRun
-from hotpath_report.paper.evidence import (
+from hotpath_report.paper.storage import (
     HOT_PATH_FILE,
     RESPONSES_FILE,
     SETTING,
     TIMERS_FILE,
     read_samples,
-    read_table,
 )
+from hotpath_report.paper.evidence import read_table
 from hotpath_report.paper.runner import facts_of
 from hotpath_report.samples import group_of, samples_by
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference

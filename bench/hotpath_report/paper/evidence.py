@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the cells measured, as frames; written to and read from data/ of a reproduction.
+"""What the cells measured, as frames.
 
 Every quantity leaves out the warm-up in the same way, by the rule of `hotpath summarize`.
 """
@@ -20,12 +20,9 @@ from hotpath_report.paper.reference import Reference
 from hotpath_report.run import Run
 from hotpath_report.samples import COUNTS, TimerRuns, samples_by
 from hotpath_report.statistics import Samples
-from hotpath_report.tables import read_json, write_file, write_json
+from hotpath_report.tables import read_json
 
-HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.gz", "timers.csv"
-CELLS_FILE = "cells.json"
 COPIED_TABLES = ("waters_summary.csv", "waters_histogram.csv", "wcrt_table.csv", "release_cost.csv")
-SETTING = "utilisation_percent"  # a timers-only set in files; frames call it `setting`
 HOT_PATH_KEYS = ["study", "source", "load_percent", "executor", "repetition"]
 RESPONSE_KEYS = ["study", "source", "setting", "executor", "task", "repetition"]
 TIMER_COLUMNS = [*RESPONSE_KEYS, *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"]
@@ -39,26 +36,6 @@ def read_table(path: Path) -> pd.DataFrame:
         raise InputError(f"{path}: ends too early, or is damaged; make it again") from None
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from None
-
-
-def read_samples(path: Path) -> pd.DataFrame:
-    """A file of samples, a row for each."""
-    frame = read_table(path).rename(columns={SETTING: "setting"})
-    if "count" not in frame:
-        raise InputError(f"{path}: column `count` is missing")
-    return frame.loc[frame.index.repeat(frame["count"])].drop(columns="count").reset_index(drop=True)
-
-
-def write_samples(frame: pd.DataFrame, keys: list[str], value: str, path: Path) -> None:
-    """The same samples give the same bytes. A value of a deterministic simulation, whose samples repeat, is written
-    once with its count."""
-    frame = frame[[*keys, value]]
-    texts = frame[value].map(lambda v: f"{v:.6f}".rstrip("0").rstrip("."))
-    frame = frame.assign(**{value: texts}, count=1)
-    simulated = frame["source"] == "simulated"
-    counted = frame[simulated].groupby([*keys, value], sort=False, as_index=False)["count"].sum()
-    both = pd.concat([counted, frame[~simulated]]).rename(columns={"setting": SETTING})
-    write_file(path, gzip.compress(both.to_csv(index=False).encode(), 6, mtime=0))
 
 
 def base_name(executor: str) -> str:
@@ -205,35 +182,3 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
     made.timers = joined(timers, made.timers.columns)
     made.responses = joined(responses, made.responses.columns)
     return made
-
-
-def write(evidence: Evidence, folder: Path) -> None:
-    """Everything that figures, tables and claims need, as data/."""
-    folder.mkdir(parents=True, exist_ok=True)
-    write_samples(evidence.hot_path, HOT_PATH_KEYS, "hot_path_ms", folder / HOT_PATH_FILE)
-    write_samples(evidence.responses, RESPONSE_KEYS, "response_ms", folder / RESPONSES_FILE)
-    timers = evidence.timers.rename(columns={"setting": SETTING})
-    write_file(folder / TIMERS_FILE, timers.to_csv(index=False))
-    for name, table in evidence.tables.items():
-        write_file(folder / name, table.to_csv(index=False))
-    write_json(folder / CELLS_FILE, evidence.cells)
-
-
-def stored(publication: Path) -> Evidence:
-    """Evidence of a published reproduction, from its data/ and facts.json. Raises InputError."""
-    data, facts = publication / "data", read_json(publication / "facts.json", "reproduce_paper.sh --publish")
-    timers = read_table(data / TIMERS_FILE).rename(columns={SETTING: "setting"})
-    missing = [c for c in TIMER_COLUMNS if c not in timers]
-    if missing:
-        raise InputError(
-            f"{data / TIMERS_FILE}: column `{missing[0]}` is missing; an earlier version wrote it"
-        )
-    return Evidence(
-        read_samples(data / HOT_PATH_FILE),
-        timers,
-        read_samples(data / RESPONSES_FILE),
-        {name: read_table(data / name) for name in COPIED_TABLES if (data / name).exists()},
-        read_json(data / CELLS_FILE),
-        facts["machine"],
-        facts["mode"],
-    )

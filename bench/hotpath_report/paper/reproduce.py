@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     )
     output = "results, and what goes on after an interruption (%(default)s)"
     made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
-    jobs = "live single-core repetitions at the same time, each on a processor of its own (%(default)s)"
+    jobs = "live single-core repetitions at the same time, each on another processor (%(default)s)"
     made.add_argument("--jobs", metavar="N", type=int, default=1, help=jobs)
     copy = "then copy what a repository should carry to this folder, as results/paper"
     made.add_argument("--publish", metavar="FOLDER", type=Path, help=copy)

@@ -14,8 +14,7 @@ import pandas as pd
 from hotpath_report import statistics
 from hotpath_report.figures.violins import percentile_table
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
-from hotpath_report.paper import drawings, tables
-from hotpath_report.paper import evidence as evidence_of
+from hotpath_report.paper import drawings, storage, tables
 from hotpath_report.paper.cells import MODES
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
@@ -220,7 +219,7 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
 
 def write_results(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes everything that a reproduction leaves; `planned`: live repetitions that the plan has."""
-    evidence_of.write(evidence, folder / "data")
+    storage.write(evidence, folder / "data")
     verdicts = write_page_of(evidence, items, folder, planned)
     live = evidence.live_cells()
     seconds = sum(c["duration_s"] for c in live)
@@ -242,7 +241,7 @@ def write_results(evidence: Evidence, items: Collection[str], folder: Path, plan
 
 def write_published(publication: Path, folder: Path) -> None:
     """Judges and draws a published reproduction again, from its data/."""
-    evidence = evidence_of.stored(publication)
+    evidence = storage.stored(publication)
     studies = {c["study"] for c in evidence.cells}
     items = [item.name for item in ITEMS if set(item.studies) <= studies]
     write_page_of(evidence, items, folder, len(evidence.live_cells()))

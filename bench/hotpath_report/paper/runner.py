@@ -93,7 +93,7 @@ class Runner:
         return sorted(self.cpus[slot : slot + 1] if cell.cores == 1 else self.cpus[: cell.cores])
 
     def place(self, cell: Cell, slot: int) -> tuple[str, ...]:
-        """Options of a live cell. In DDS domains of their own, cells at the same time do not discover each other."""
+        """Options of a live cell. In different DDS domains, cells at the same time do not discover each other."""
         cpus = self.cpus_of(cell, slot)
         return ("--cpus", ",".join(map(str, cpus)), "--domain", str(slot)) if cpus else ()
 

@@ -19,7 +19,7 @@ import pandas as pd
 
 from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
-from hotpath_report.paper import noise
+from hotpath_report.paper import noise, storage
 from hotpath_report.paper import runner as runner_of
 from hotpath_report.paper.claims import judge
 from hotpath_report.paper.findings import NO_DATA, NOT, PARTLY, REPRODUCED
@@ -189,7 +189,7 @@ class Simulated(ReproductionTest):
                 self.assertIn(f"{lost} of them in repetitions marked", found["live"].text)
 
     def test_samples_are_read_back_as_written(self):
-        stored = evidence_of.stored(self.output)
+        stored = storage.stored(self.output)
         key = ("autoware", "simulated", "rm-ro")
         written, read = (e.latencies(*key).pooled() for e in (self.evidence, stored))
         self.assertEqual(sorted(read), sorted(round(v, 6) for v in written))
@@ -229,7 +229,7 @@ class Simulated(ReproductionTest):
         changed.hot_path = pd.concat([frame[frame["executor"] != "rm-ro"], default], ignore_index=True)
         for name in ("timers", "responses"):
             setattr(changed, name, as_if(getattr(changed, name), "timers", "rm-ro", "default"))
-        evidence_of.write(changed, other / "data")
+        storage.write(changed, other / "data")
         claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
         (other / "claims.json").write_text(
             json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8"
@@ -243,11 +243,11 @@ class Simulated(ReproductionTest):
     def test_compare_results_refuses_a_damaged_file(self):
         other = self.folder() / "other"
         shutil.copytree(self.output / "data", other / "data")
-        samples = other / "data" / evidence_of.HOT_PATH_FILE
+        samples = other / "data" / storage.HOT_PATH_FILE
         samples.write_bytes(samples.read_bytes()[:-100])
         refused = hotpath("compare-results", self.output, other)
         self.assertEqual(refused.returncode, 2, refused.stderr)
-        self.assertIn(evidence_of.HOT_PATH_FILE, refused.stderr)
+        self.assertIn(storage.HOT_PATH_FILE, refused.stderr)
 
     def test_page_in_a_browser(self):
         check_in_browser(self, self.output / "report.html")
