@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One look for all figures: colours, type, panels, keys, and SVG that a page can theme."""
 
-import html
-import io
 import os
-import re
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -37,7 +34,6 @@ SERIES = (
     INK,
 )
 DASHED = (0, (5, 3))
-THEMED = {INK: "var(--ink)", FAINT: "var(--faint)", GRID: "var(--grid)", GROUND: "var(--ground)"}
 # Numbers stay legible where a line passes behind them.
 OPAQUE = {"facecolor": GROUND, "edgecolor": "none", "alpha": 0.85, "pad": 0.6}
 
@@ -149,10 +145,20 @@ def reference_mark(**look: Any) -> dict[str, Any]:
     return mark | look
 
 
+def settle(figure: Figure) -> None:
+    """Lays the panels out, in whole steps: the solver's last digits differ from one time to the next, and the same data
+    shall give the same bytes."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        axes.set_position([round(share, 4) for share in axes.get_position().bounds])
+
+
 def save(figure: Figure, folder: str | Path, name: str) -> None:
     """Writes name.svg and name.png, each under its final name only when it is whole, and prints their names."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    settle(figure)
     for suffix, metadata in ((".svg", {"Date": None, "Creator": "hotpath"}), (".png", {"Software": None})):
         handle, unfinished = tempfile.mkstemp(dir=folder, prefix=f".{name}", suffix=suffix)
         os.close(handle)
@@ -165,35 +171,3 @@ def save(figure: Figure, folder: str | Path, name: str) -> None:
             raise
         print(folder / (name + suffix))
     plt.close(figure)
-
-
-def svg_of(figure: Figure) -> str:
-    """The figure as SVG whose text stays text, with coordinates to a tenth of a point."""
-    stream = io.StringIO()
-    with plt.rc_context({"svg.fonttype": "none"}):
-        figure.savefig(stream, format="svg", facecolor="none", metadata={"Date": None, "Creator": "hotpath"})
-    plt.close(figure)
-    return re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
-
-
-def _rounded(attribute: re.Match[str]) -> str:
-    """No digit and no word too many: a page of many figures shrinks by a third."""
-    text = re.sub(r"(\.\d)\d+", r"\1", attribute[0])
-    # Without curves, all that follows the first point are lines anyway.
-    return text if re.search("[CQ]", text) else re.sub(r"\s+L ", " ", text)
-
-
-def for_page(svg: str, prefix: str, label: str) -> str:
-    """An <svg> element that follows the page's colours, scales with it, and shares no id with another."""
-    svg = svg[svg.index("<svg") :]
-    for colour, variable in THEMED.items():
-        svg = svg.replace(colour, variable)
-    for pattern, replacement in (
-        (r'\bid="', f'id="{prefix}-'),
-        (r"url\(#", f"url(#{prefix}-"),
-        (r'href="#', f'href="#{prefix}-'),
-        (r"(?s)<metadata>.*?</metadata>", ""),
-    ):
-        svg = re.sub(pattern, replacement, svg)
-    svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # those of the element itself
-    return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}"', 1)

@@ -13,7 +13,8 @@ import markupsafe
 import pandas as pd
 
 from hotpath_report.figures.violins import Drawing
-from hotpath_report.style import NARROW, WIDE, for_page, svg_of
+from hotpath_report.pages.svg import for_page, svg_of
+from hotpath_report.style import NARROW, WIDE
 from hotpath_report.tables import write_file
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"

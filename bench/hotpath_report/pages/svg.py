@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures as SVG that a page can theme."""
+
+import html
+import io
+import re
+
+from matplotlib.figure import Figure
+
+from hotpath_report.style import FAINT, GRID, GROUND, INK, plt, settle
+
+THEMED = {INK: "var(--ink)", FAINT: "var(--faint)", GRID: "var(--grid)", GROUND: "var(--ground)"}
+
+
+def svg_of(figure: Figure) -> str:
+    """A figure as SVG whose text stays text, with coordinates to a tenth of a point."""
+    settle(figure)
+    stream = io.StringIO()
+    with plt.rc_context({"svg.fonttype": "none"}):
+        figure.savefig(stream, format="svg", facecolor="none", metadata={"Date": None, "Creator": "hotpath"})
+    plt.close(figure)
+    return re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """No digit and no word too many: a page of many figures shrinks by a third."""
+    text = re.sub(r"(\.\d)\d+", r"\1", attribute[0])
+    # Without curves, all that follows the first point are lines anyway.
+    return text if re.search("[CQ]", text) else re.sub(r"\s+L ", " ", text)
+
+
+def for_page(svg: str, prefix: str, label: str) -> str:
+    """An <svg> element that follows the page's colours, scales with it, and shares no id with another."""
+    svg = svg[svg.index("<svg") :]
+    for colour, variable in THEMED.items():
+        svg = svg.replace(colour, variable)
+    for pattern, replacement in (
+        (r'\bid="', f'id="{prefix}-'),
+        (r"url\(#", f"url(#{prefix}-"),
+        (r'href="#', f'href="#{prefix}-'),
+        (r"(?s)<metadata>.*?</metadata>", ""),
+    ):
+        svg = re.sub(pattern, replacement, svg)
+    svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # those of the element itself
+    return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}"', 1)
