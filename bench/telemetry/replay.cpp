@@ -60,7 +60,7 @@ class Replay {
     Time now = start_;
     for (std::int64_t tick = 0; now < end_ && interrupted() == 0; ++tick) {
       std::this_thread::sleep_until(started + tick * kClockPeriod);
-      const Duration elapsed = now() - started;
+      const Duration elapsed = hotpath::now() - started;
       now = std::min(start_ + from_ms(to_ms(elapsed) * options_.speed), end_);
       telemetry::Clock clock;
       clock.run_id(info.run_id());
