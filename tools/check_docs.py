@@ -15,7 +15,12 @@ HOP = re.compile(r"`([\w:.]+)` \(`([\w/.]+)`\)")
 
 def pages(root: Path) -> list[Path]:
     """README, CONTRIBUTING, docs/ and the README of each folder."""
-    return [*root.glob("*.md"), *root.glob("docs/*.md"), *root.glob("*/README.md"), *root.glob("*/*/README.md")]
+    return [
+        *root.glob("*.md"),
+        *root.glob("docs/*.md"),
+        *root.glob("*/README.md"),
+        *root.glob("*/*/README.md"),
+    ]
 
 
 def anchors(page: Path) -> set[str]:
