@@ -35,7 +35,7 @@ end_all() {
 trap end_all EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
-# Each in a process group of its own, which Ctrl-C does not reach: they end in our order.
+# Each in a separate process group, which Ctrl-C does not reach: they end in our order.
 set -m
 start() {
   "$@" &

@@ -20,7 +20,7 @@ TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> na
     const auto position = static_cast<std::size_t>(found - tasks.begin());
     if (repetition == Revisits::forbidden && std::find(chain.begin(), chain.end(), position) != chain.end()) {
       throw AnalysisError(where + " repeats the task '" + names[i] +
-                          "'; every task may stand in it only once");
+                          "'; every task may appear in it only once");
     }
     chain.push_back(position);
   }

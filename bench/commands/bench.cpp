@@ -57,7 +57,7 @@ void add_bench_command(CLI::App& app) {
   bench->add_flag("--quick", suite.quick, "A short look: fewer sizes, shorter runs, once");
   bench
       ->add_option("--repetitions", suite.repetitions,
-                   "Runs of each benchmark program, each in a process of its own")
+                   "Runs of each benchmark program, each in a new process")
       ->type_name("N")
       ->check(CLI::Range(1, 100).description(""))
       ->capture_default_str();

@@ -22,7 +22,8 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
              "all at once, as the graph file says, or at random")
       ->default_str("creation")
       ->group(kWhatRuns);
-  command.add_option("--phases-file", o.phases_file, "As `--phases given`, from a CSV file: see the README")
+  command
+      .add_option("--phases-file", o.phases_file, "As `--phases given`, from a CSV file: see docs/phases.md")
       ->type_name("FILE")
       ->group(kWhatRuns);
   add_number(command, "--phase-step", o.phase_step_ms, 0, 1e6, "MS",

@@ -55,7 +55,7 @@ void add_live_options(CLI::App& command, RunOptions& o) {
   command
       .add_flag("--live", o.live,
                 "Publish statistics and every hot-path sample over Fast\n"
-                "DDS while it runs, from a process of its own that gives\n"
+                "DDS while it runs, from a separate process that gives\n"
                 "way to all others: topics hotpath/run, hotpath/statistics\n"
                 "and hotpath/chain_samples in the domain of --domain")
       ->group(live);

@@ -143,7 +143,7 @@ class Coordinator {
         if (began_) {
           progress_(std::clamp(now() - epoch_, Duration::zero(), plan_.length));
         } else {
-          note_shared_memory();  // whoever dies from now on leaves nothing unknown
+          note_shared_memory();  // a process that dies from now on leaves nothing unknown
         }
         bool closed = false;
         const auto message =

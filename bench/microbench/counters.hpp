@@ -12,7 +12,7 @@
 
 namespace hotpath::gbench {
 
-/// What one live measurement found: the time that stands for it, and further values by name. Units are the
+/// What one live measurement found: its time, and further values by name. Units are the
 /// endings of names.
 struct Measurement {
   double time_ns = 0;
@@ -23,7 +23,7 @@ struct Measurement {
   void add_samples(const std::string& name, std::vector<double> samples_ns);
 };
 
-/// Runs `measure` in a process of its own, so that nothing that ran before has an influence, and makes its
+/// Runs `measure` in a new process, so that nothing that ran before has an influence, and makes its
 /// values the benchmark's: manual time and counters. A measurement that throws or dies becomes the
 /// benchmark's error. The calling process must have one thread only.
 void run_isolated(benchmark::State& state, const std::function<Measurement()>& measure);

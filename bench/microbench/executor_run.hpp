@@ -46,7 +46,7 @@ class LiveRun {
 /// `n` timers of one period, due one after another.
 TaskSet staggered_timers(std::uint32_t n, Duration period);
 
-/// `n` subscriptions, each in a callback group of its own.
+/// `n` subscriptions, each in a separate callback group.
 TaskSet subscriptions(std::uint32_t n, std::uint32_t depth = 1);
 
 /// The executor's own defaults, with a timer thread at SCHED_FIFO 90 or an ordinary one where it has one.

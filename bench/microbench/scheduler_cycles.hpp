@@ -23,7 +23,7 @@ inline std::vector<std::uint32_t> shuffled(std::int64_t n, std::uint64_t seed) {
   return order;
 }
 
-/// `n` tasks, each in a callback group of its own. Timers: one is due every microsecond.
+/// `n` tasks, each in a separate callback group. Timers: one is due every microsecond.
 inline TaskSet task_set(std::int64_t n, TaskKind kind) {
   const std::vector<std::uint32_t> phase = shuffled(n, 1), urgency = shuffled(n, 2);
   TaskSet set;

@@ -4,7 +4,7 @@
 namespace hotpath {
 
 /// From now on SIGINT and SIGTERM ask for an orderly end. Another one kills as usual, unless it comes within
-/// a second: whoever forwards a terminal's signal, as timeout(1) does, sends it twice.
+/// a second: a program that forwards a terminal's signal, as timeout(1) does, sends it twice.
 void catch_interrupts();
 
 /// The signal that asked for an end; 0: none so far.

@@ -57,7 +57,7 @@ class PerfettoWriter {
     first_ = false;
   }
 
-  /// A process and a worker have names, which stand before their first event.
+  /// A process and a worker have names, which come before their first event.
   void name_track(const JobRecord& r) {
     if (processes_.insert(r.process).second) {
       const std::string name = trace_.executor + ", repetition " + std::to_string(trace_.repetition) +
@@ -108,7 +108,7 @@ class PerfettoWriter {
     }
   }
 
-  /// An end binds to the slice that stands before it, which thus may last no time at all.
+  /// An end binds to the slice before it, which thus may last no time at all.
   void flows(const JobRecord& r) {
     const auto end = [&](const char* phase, std::uint64_t id) {
       event({{"ph", phase},

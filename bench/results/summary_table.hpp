@@ -10,7 +10,7 @@ namespace hotpath {
 /// For each chain one table with a row per executor, each interval below its value; a graph without chains
 /// gives one table of its jobs. Below it whether the loss equations hold, and what else the reader must know.
 /// Plain ASCII, at most 120 columns as long as executors' names stay within 9 characters and latencies within
-/// 1 s. `-` stands for what was not measured.
+/// 1 s. `-`: not measured.
 void write_table(std::ostream& out, const Summary& summary);
 
 /// The same tables in GitHub's Markdown, each interval in the cell of its value.

@@ -153,7 +153,7 @@ class Replay {
 }  // namespace
 
 void replay_run(const ReplayOptions& options) {
-  if (!options.live) throw UsageError("replay publishes a stored run for whoever watches; add --live");
+  if (!options.live) throw UsageError("replay publishes a stored run over Fast DDS; add --live");
   try {
     Replay(options).run();
   } catch (const nlohmann::json::exception& error) {

@@ -9,7 +9,7 @@
 
 namespace hotpath {
 
-/// A participant of its own that publishes what reference_system/idl/Telemetry.idl describes, in the default
+/// A separate participant that publishes what reference_system/idl/Telemetry.idl describes, in the default
 /// partition. No publication waits for a reader. Its destruction removes all that Fast DDS created.
 class TelemetryWriters {
  public:

@@ -189,7 +189,7 @@ class Machine(FaultTest):
         )  # fmt: skip
         self.assert_nothing_looks_whole("run")
 
-    @unittest.skipUnless(can_unshare_network(), "needs a network namespace of its own")
+    @unittest.skipUnless(can_unshare_network(), "needs a separate network namespace")
     def test_no_network_interface(self):
         code, out, err = self.finish(
             subprocess.Popen(

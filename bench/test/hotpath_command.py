@@ -100,7 +100,7 @@ class RunFolder:
 
 
 class CommandTest(unittest.TestCase):
-    """A test that runs the command in a folder of its own and finds /dev/shm afterwards as it was before."""
+    """A test that runs the command in a new folder and finds /dev/shm afterwards as it was before."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="hotpath_test_")

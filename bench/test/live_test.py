@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live publishing and replay of the real command, as a Fast DDS reader in a process of its own sees them, held against
+"""Live publishing and replay of the real command, as a Fast DDS reader in another process sees them, held against
 what the run wrote."""
 
 import collections

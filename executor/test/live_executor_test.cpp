@@ -23,7 +23,7 @@ void burn(Duration d) {
   }
 }
 
-/// fast (2 ms) -> a -> b, slow (10 ms), each callback in a group of its own.
+/// fast (2 ms) -> a -> b, slow (10 ms), each callback in a separate group.
 TaskSet two_timers_and_a_sequence() {
   const auto timer = [](const char* name, int period_ms) {
     Task t;

@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 inline Time at(Duration since_epoch) { return Time{} + since_epoch; }
 
-/// Adds a timer with an implicit deadline and a callback group of its own; returns its id.
+/// Adds a timer with an implicit deadline in a new callback group; returns its id.
 inline TaskId add_timer(TaskSet& set, Duration period, Duration wcet, Duration phase = 0ms) {
   Task t;
   t.name = "T" + std::to_string(set.size());
@@ -29,7 +29,7 @@ inline TaskId add_timer(TaskSet& set, Duration period, Duration wcet, Duration p
   return set.size() - 1;
 }
 
-/// Adds a subscription to what `publishers` publish, with a callback group of its own; returns its id.
+/// Adds a subscription to what `publishers` publish, in a new callback group; returns its id.
 inline TaskId add_subscription(TaskSet& set, const std::vector<TaskId>& publishers, Duration wcet,
                                std::uint32_t depth = 1) {
   Task t;

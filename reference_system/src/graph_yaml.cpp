@@ -14,7 +14,7 @@ constexpr std::string_view kNotInNames = ",\"'`";
 /// Names and descriptions get into JSON, which is UTF-8.
 constexpr const char* kUtf8Remedy = "save the file in the encoding UTF-8";
 
-/// yaml-cpp gives an empty value no mark of its own.
+/// yaml-cpp gives an empty value no mark.
 int line_of(const YAML::Node& node, int otherwise) {
   return node.Mark().is_null() ? otherwise : node.Mark().line + 1;
 }
@@ -144,7 +144,7 @@ YamlMap::YamlMap(const YamlValue& value, std::string what)
     const auto [previous, is_new] =
         values_.emplace(key, std::pair(line_of(entry.second, line), YAML::Node(entry.second)));
     if (!is_new) {
-      throw InputError(*file_, line, "`" + key + "` stands twice in " + what_,
+      throw InputError(*file_, line, "`" + key + "` occurs twice in " + what_,
                        "keep one (the other is in line " + std::to_string(previous->second.first) + ")");
     }
     keys_.push_back(key);

@@ -17,7 +17,7 @@ namespace hotpath {
 /// Room for a prefix before the 255 bytes that DDS allows.
 inline constexpr std::size_t kMaxTopicBytes = 200;
 
-/// One value of a YAML file that knows where it stands and what it is called, with checked conversions; all
+/// One value of a YAML file that knows its place and what it is called, with checked conversions; all
 /// throw InputError.
 class YamlValue {
  public:
@@ -29,7 +29,7 @@ class YamlValue {
 
   /// Valid UTF-8.
   std::string text() const;
-  /// Names may stand in CSV columns and in messages: no blanks, commas, quotes; a node's no slash either.
+  /// Names appear in CSV columns and in messages: no blanks, commas, quotes; a node's no slash either.
   std::string name() const { return checked_name(kMaxNameBytes, false); }
   std::string topic() const { return checked_name(kMaxTopicBytes, true); }
   Duration milliseconds(bool zero_allowed) const;

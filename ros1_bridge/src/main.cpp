@@ -70,7 +70,7 @@ void refuse_namesake(const RosNode& node) {
     return;
   }
   throw WrongUse("a node " + node.name() + " runs already (" + uri +
-                 "): start this one with another name or in a namespace of its own, such as __ns:=second");
+                 "): start this one with another name or in another namespace, such as __ns:=second");
 }
 
 /// Makes the node known again to a roscore that was started anew, until it is told to stop.

@@ -18,7 +18,7 @@ void report_other_type(const std::string& topic, const std::string& type) {
     ROS_ERROR_STREAM("another node publishes "
                      << topic << " as " << other.datatype << ", the bridge as " << type
                      << ", and subscribers refuse one of both: start the bridge in a "
-                        "namespace of its own (__ns:=NAME)");
+                        "another namespace (__ns:=NAME)");
   }
 }
 

@@ -41,7 +41,7 @@ def main():
 
         rospy.Subscriber(topic, roslib.message.get_message_class(name), callback, queue_size=None, tcp_nodelay=True)
     say({"topic": None, "message": "subscribed"})
-    sys.stdin.read()  # until whoever started this closes it
+    sys.stdin.read()  # until the program that started this closes it
 
 
 if __name__ == "__main__":

@@ -112,7 +112,7 @@ class Process:
 
 
 class Listener(Process):
-    """A ROS 1 subscriber in a process of its own."""
+    """A ROS 1 subscriber in another process."""
 
     def __init__(self, topics, environment, folder):
         self.by_topic = {topic: [] for topic in [None, *topics]}
@@ -184,7 +184,7 @@ class Master:
 
 
 class BridgeTest(unittest.TestCase):
-    """A test in a folder, with a master and a DDS domain of its own."""
+    """A test with its own folder, master and DDS domain."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="hotpath_bridge_test_")

@@ -21,7 +21,7 @@ Decision EventsScheduler::next_event() {
   if (events_->empty()) return {};
   Job job = events_->pop();
   if (unread_.is_subscription(job.task)) {
-    // The event stands for any sample: it takes what there is, at the moment it runs. After an overwriting
+    // The event is for any sample: it takes what there is, at the moment it runs. After an overwriting
     // that may be a younger sample than the one that brought the event.
     const Time release = job.release;
     if (unread_.count(job.task) > 0) {

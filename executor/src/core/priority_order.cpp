@@ -38,7 +38,7 @@ std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
       timers.push_back(id);
     }
   }
-  // Timers from the most urgent on: whoever reaches a subscription first gives it its level.
+  // Timers from the most urgent on: the first to reach a subscription gives it its level.
   std::stable_sort(timers.begin(), timers.end(), [&](TaskId a, TaskId b) { return level[a] < level[b]; });
   std::vector<bool> reached(set.size(), false);
   std::vector<TaskId> pending;

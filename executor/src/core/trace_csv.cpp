@@ -111,7 +111,7 @@ struct RowIn {
 
 Outcome outcome_of(const CsvReader& in, std::size_t column) {
   if (const auto outcome = parse<Outcome>(in.text(column))) return *outcome;
-  in.fail("unknown outcome `" + std::string(in.text(column)) + "`", "README lists them");
+  in.fail("unknown outcome `" + std::string(in.text(column)) + "`", "docs/results.md lists them");
 }
 
 Time instant(const RowIn& row, std::size_t column) { return from_ns(row.in.number<std::int64_t>(column)); }

@@ -40,7 +40,7 @@ PeriodicTasks periodic_tasks(const TaskSet& set, Policy policy);
 
 /// What a method can take, for check_tasks() to refuse the rest.
 struct MethodScope {
-  std::string_view method;          ///< As it stands in messages, with author and year.
+  std::string_view method;          ///< As messages name it, with author and year.
   std::string_view instead;         ///< Methods that take what this one refuses.
   bool arbitrary_deadlines = true;  ///< D > T allowed.
   bool jitter = true;               ///< J > 0 allowed.

@@ -23,7 +23,7 @@ class JobSink {
   virtual void ended(const JobRecord& record) = 0;
 };
 
-/// Collects the records of a simulation into a trace, ordered by start; jobs that never start stand where
+/// Collects the records of a simulation into a trace, ordered by start; jobs that never start are where
 /// their fate was settled.
 class TraceRecorder final : public JobSink {
  public:

@@ -32,7 +32,7 @@ struct SimulationError : std::runtime_error {
 };
 
 /// Drives `scheduler`, made for `set` and not begun, through virtual time from 0 on, with the calls that a
-/// live executor makes (take_turn, sample_arrived, finished) and no decision of its own. Memory does not grow
+/// live executor makes (take_turn, sample_arrived, finished) and decides nothing itself. Memory does not grow
 /// with the duration. Same input, same result.
 ///
 /// At one instant: first running jobs finish and publish, then delayed samples arrive, then sleeping workers

@@ -5,7 +5,7 @@
 
 namespace hotpath {
 
-/// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling). The only place where it stands.
+/// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling). The only place that has it.
 class Timer {
  public:
   Timer() = default;

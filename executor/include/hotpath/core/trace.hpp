@@ -11,7 +11,7 @@ namespace hotpath {
 /// One job of a run. Which instants are set follows from the outcome: `ran` has all, `running` no finish,
 /// `empty` start equal to finish, `queued` and `overwritten` neither.
 struct JobRecord {
-  Job job;  ///< job.skipped stands for that many further timestamps, each a row `skipped` of jobs.csv.
+  Job job;  ///< job.skipped counts further timestamps, each a row `skipped` of jobs.csv.
   Time start{};
   Time finish{};
   Duration cpu_time{-1};  ///< CPU time of the thread over the job; -1: not measured.

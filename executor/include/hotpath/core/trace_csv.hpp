@@ -10,7 +10,7 @@
 
 namespace hotpath {
 
-/// Header line of jobs.csv (without the newline); README explains every column.
+/// Header line of jobs.csv (without the newline); docs/results.md explains every column.
 extern const std::string kJobsCsvHeader;
 extern const std::string kChainsCsvHeader;
 

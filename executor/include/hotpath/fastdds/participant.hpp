@@ -63,7 +63,7 @@ class FastDdsParticipant {
                                                  eprosima::fastdds::dds::DataReaderListener* listener);
 
   /// Waits until every endpoint has met its partners in the participants of this class with the same
-  /// partition; whoever else listens or publishes there does not count. Throws TransportError that names one
+  /// partition; others that listen or publish there do not count. Throws TransportError that names one
   /// that has not by `deadline`.
   void wait_until_matched(Time deadline) const;
 

@@ -9,7 +9,7 @@
 namespace hotpath {
 
 /// Lets one thread sleep until an absolute instant of CLOCK_MONOTONIC or until another wakes it. Unlike a
-/// condition variable it takes no mutex on waking, and whoever wakes decides under its own lock whether
+/// condition variable it takes no mutex on waking, and the waking thread decides under its own lock whether
 /// anybody sleeps.
 class Parker {
  public:

@@ -136,7 +136,7 @@ struct TaskOrigin {
 };
 
 /// The tasks of a graph: for each node in creation order its subscriptions in input order, then its timer;
-/// every node is a callback group of its own. A task's `feeds` are the subscriptions of the topic that its
+/// every node is a separate callback group. A task's `feeds` are the subscriptions of the topic that its
 /// jobs publish to: both inputs of a fusion feed its output, a cyclic node's subscriptions feed nothing, its
 /// timer feeds its output, each connection of an intersection feeds its own output.
 struct GraphTasks {

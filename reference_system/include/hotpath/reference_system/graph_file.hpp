@@ -31,10 +31,10 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///              release_cost_us, pass_cost_us, dispatch_cost_us, wake_up_us, delivery_delay_us
 ///
 /// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the
-/// node's name unless given; the depth is 1, for command nodes 10 (upstream). Nodes stand in creation order.
-/// Milliseconds and microseconds are decimal and exact down to one nanosecond. The platform is the machine of
-/// simulations (GraphPlatform). Throws InputError for a file that cannot be
-/// read or is not a valid graph.
+/// node's name unless given; the depth is 1, for command nodes 10 (upstream). The order of nodes is the order
+/// of creation. Milliseconds and microseconds are decimal and exact down to one nanosecond. The platform is
+/// the machine of simulations (GraphPlatform). Throws InputError for a file that cannot be read or is not a
+/// valid graph.
 [[nodiscard]] Graph load_graph(const std::string& path);
 
 /// The path of a graph file. What has a slash or ends in .yaml or .yml is a path already; a bare name is
