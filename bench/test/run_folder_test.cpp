@@ -139,7 +139,7 @@ TEST_F(RunFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
   Trace many = trace(0);
   many.jobs.resize(10000, many.jobs.front());
   fill();
-  EXPECT_THROW(folder.append(set_, {}, many, {}), RunError);
+  EXPECT_THROW(folder.append(set_, {}, many), RunError);
   EXPECT_THROW(folder.finish(), RunError);
   EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
 }
