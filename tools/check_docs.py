@@ -47,10 +47,11 @@ def lost_hops(tour: Path, root: Path) -> Iterator[str]:
     if not hops:
         yield "there is no hop like `function` (`file`)"
     for function, file in hops:
-        name = re.split(r"::|\.", function)[-1]
         if not (root / file).exists():
             yield f"there is no {file}"
-        elif not re.search(rf"\b{name}\b", (root / file).read_text(encoding="utf-8")):
+            continue
+        text = (root / file).read_text(encoding="utf-8")
+        if not all(re.search(rf"\b{word}\b", text) for word in re.findall(r"\w+", function)):
             yield f"{file} has no {function}"
 
 

@@ -95,12 +95,12 @@ def paper_verdicts(root: Path) -> str:
 
 
 def bench_bars(root: Path) -> str:
-    """The table of that name in the report of `hotpath bench`."""
+    """Conditions and the table of that name in the report of `hotpath bench`."""
     report = (root / "results/bench/report.md").read_text(encoding="utf-8")
-    found = re.search(r"## Against the bar\n\n(.*?\n)\n", report, re.S)
+    found = re.search(r"\n\n(.*?\n\n).*?## Against the bar\n\n(.*?\n)\n", report, re.S)
     if found is None:
         raise ValueError("results/bench/report.md has no table `Against the bar`")
-    return found[1]
+    return found[1] + found[2]
 
 
 BLOCKS: dict[str, Callable[[Path], str]] = {

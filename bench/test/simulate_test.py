@@ -281,7 +281,7 @@ class Validate(SimulateTest):
             self.assertEqual(entry["measured_ms"], entry["simulated_ms"])
         self.assertIn("which the fork leaves to its heap", out)
 
-    def test_a_run_with_the_phases_of_a_golden_trace_stands_beside_it(self):
+    def test_a_run_with_the_phases_of_a_golden_trace_is_shown_beside_it(self):
         trace = TRACES / "timers_only_80.edf-ro.csv"
         options = ("--graph", "timers_only_80", "--executors", "edf-ro,dm-re", "--duration", 10, "--warm-up", 0)
         same = self.simulate(*options, "--phases-file", trace, output="same")

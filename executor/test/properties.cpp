@@ -29,9 +29,7 @@ Trace run_random(const TaskSet& set, const ExecutorEntry& executor, std::uint64_
   return simulate_trace(set, executor, scheduling, workload, options);
 }
 
-std::string policy_of(const ExecutorEntry& executor) {
-  return std::string(executor.name.substr(0, executor.name.find('-')));
-}
+std::string policy_of(const ExecutorEntry& executor) { return to_string(*executor.traits.policy); }
 
 CaseResult result(const Trace& trace, std::string wrong) { return {std::move(wrong), trace.jobs.size()}; }
 
@@ -76,7 +74,7 @@ CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t s
   const Trace trace = run_random(set, executor, seed, platform, scheduling);
   std::string wrong = legal(set, trace);
   if (wrong.empty()) wrong = balanced(set, trace);
-  if (wrong.empty() && (executor.name == "multi" || executor.name == "default")) {
+  if (wrong.empty() && executor.traits.family == Family::wait_set) {
     wrong = groups_exclusive(set, trace);
   }
   return result(trace, std::move(wrong));
@@ -129,7 +127,7 @@ CaseResult follows_priorities(const ExecutorEntry& executor, std::uint64_t seed)
   }
   std::vector<int> worker(set.size(), 0);
   for (TaskId id = 0; id < set.size(); ++id) {
-    if (executor.name.ends_with("-re") && set[id].kind == TaskKind::timer) worker[id] = 1;
+    if (set[id].kind == TaskKind::timer) worker[id] = static_cast<int>(executor.traits.timer_worker());
   }
   Platform platform;
   platform.cores = static_cast<unsigned>(uniform(random, 1, 2));
@@ -200,12 +198,14 @@ std::vector<Property> properties() {
     add("legal_and_nothing_lost", 1000, executor, legal_and_nothing_lost);
     add("works_while_a_job_waits", 600, executor, works_while_a_job_waits);
     add("runs_for_the_execution_time", 50, executor, runs_for_the_execution_time);
+    if (executor.traits.many_workers) {
+      add("reentrant_groups_leave_no_worker_idle", 600, executor, reentrant_groups_leave_no_worker_idle);
+    }
     if (executor.traits.family != Family::priority_events) continue;
     add("follows_priorities", 600, executor, follows_priorities);
-    if (executor.name.ends_with("-ro")) add("skips_no_release", 300, executor, skips_no_release);
+    if (executor.traits.timers == TimerHandling::release_only)
+      add("skips_no_release", 300, executor, skips_no_release);
   }
-  add("reentrant_groups_leave_no_worker_idle", 600, *find_executor("multi"),
-      reentrant_groups_leave_no_worker_idle);
   for (const std::string policy : {"rm", "dm", "fp", "edf"}) {
     all.push_back({"release_only_equals_release_and_execute/" + policy, 600, [policy](std::uint64_t seed) {
                      return release_only_equals_release_and_execute(policy, seed);
