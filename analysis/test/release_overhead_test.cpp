@@ -19,7 +19,7 @@ TEST(SectionVB, ReleaseOnlyFixedPointOfTheFacts) {
               {29200, 30160, 960}, {29500, 30460, 960}, {83900, 85460, 1560}};
   for (const auto& row : rows) {
     PeriodicTasks tasks = paper_timers_only(60);
-    tasks[6].wcet = row.wcet * kUs;
+    tasks[6].wcet = tasks[6].bcet = row.wcet * kUs;
     const auto overhead = release_overhead_ro(tasks, 6, kDelta);
     ASSERT_TRUE(overhead) << row.wcet;
     EXPECT_EQ(overhead->t0, row.t0 * kUs) << row.wcet;

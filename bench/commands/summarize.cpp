@@ -37,7 +37,7 @@ void summarize_run(const SummarizeOptions& options) {
 void add_summarize_command(CLI::App& app) {
   auto options = std::make_shared<SummarizeOptions>();
   CLI::App* command = app.add_subcommand(
-      "summarize", "Make the summary of a stored run anew, so that new measures apply to it");
+      "summarize", "Make the summary of a stored run anew: new measures apply to old runs");
   command->add_option("RUN", options->run, "Folder of `hotpath run`, `compare` or `simulate`");
   command
       ->add_option(

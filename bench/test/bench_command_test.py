@@ -142,7 +142,7 @@ class BenchCommand(CommandTest):
 class Report(unittest.TestCase):
     """report.md, from figures that are known."""
 
-    SCRIPT = pathlib.Path(__file__).parent.parent / "plots" / "bench_report.py"
+    ROOM = pathlib.Path(__file__).resolve().parents[1]  # has the package
     MACHINE = {
         "cpu_model": "a processor", "processors": 2, "kernel": "6.1", "compiler": "g++ 12", "build_type": "Release",
         "noise": {"clock_cost_ns": 22, "hiccups": [{"cpu": 0, "p999_ns": 1500, "max_ns": 40000}]},
@@ -156,8 +156,8 @@ class Report(unittest.TestCase):
                    "complexities": [{"benchmark": "drain/rm-ro/tasks", "order": "NlgN", "coefficient_ns": 5.5,
                                      "rms_percent": 4}], **changes}  # fmt: skip
         (pathlib.Path(folder) / "bench.json").write_text(json.dumps(content))
-        command = [sys.executable, "-B", str(self.SCRIPT), folder]
-        result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+        command = [sys.executable, "-B", "-m", "hotpath_report", "bench", folder]
+        result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False, cwd=self.ROOM)
         path = pathlib.Path(folder) / "report.md"
         pictures = sorted(f.name for f in path.parent.glob("*.svg"))
         return result, path.read_text() if path.exists() else "", pictures

@@ -16,6 +16,7 @@ NOBODY = 65534
 COMMANDS = ("run", "compare", "simulate", "timeline", "replay", "validate", "list", "graph", "analyze", "experiment", "machine", "bench")
 IS_ROOT = os.geteuid() == 0
 BRIEF = ("--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
+LONGER = ("--transport", "intra_process", "--duration", 1, "--warm-up", 0)
 LONG = ("--duration", 30, "--warm-up", 0)
 
 
@@ -203,8 +204,8 @@ class Machine(FaultTest):
 
     def test_file_size_limit(self):
         self.assert_refused(
-            ["run", *BRIEF, "--output", "run"], "jobs.csv.part", "File too large", code=FAILURE,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000)),
+            ["run", *LONGER, "--output", "run"], "jobs.csv.part", "File too large", code=FAILURE,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000)),  # more than run.json
         )  # fmt: skip
         self.assert_nothing_looks_whole("run")
 
