@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Tests under sanitizers, in build folders of their presets: ThreadSanitizer for the live executor and the record log,
+# AddressSanitizer with UndefinedBehaviorSanitizer for executor, graphs and analysis. With --all, AddressSanitizer for
+# every test.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export PATH="/usr/bin:$PATH"
+
+# run PRESET TARGETS TESTS: builds the targets and runs the tests whose names match.
+run() {
+  local log="build-$1.log"
+  echo "== $1"
+  { cmake --preset "$1" && cmake --build --preset "$1" --target $2; } >"$log" 2>&1 || { tail -40 "$log"; exit 1; }
+  ctest --preset "$1" -R "$3" --output-on-failure --no-tests=error
+}
+
+threads=(hotpath_executor_live_executor_test hotpath_executor_live_parts_test)
+run tsan "${threads[*]}" "$(IFS='|'; echo "^(${threads[*]})\$")"
+if [ "${1:-}" = --all ]; then
+  run asan all .
+else
+  memory=(hotpath_executor_{trace,csv,simulator,events,wait_set,live_executor,live_parts}_test
+    hotpath_reference_system_graph_file_test)
+  run asan "${memory[*]}" "$(IFS='|'; echo "^(${memory[*]})\$")"
+fi
