@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
 #include "microbench/bench_compare.hpp"
 #include "microbench/bench_suite.hpp"
 #include "program/errors.hpp"
@@ -50,48 +50,29 @@ void compare(const std::string& before, const std::string& after) {
 }  // namespace
 
 void add_bench_command(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  SuiteOptions& suite = arguments->suite;
-  CLI::App* bench =
-      app.add_subcommand("bench", "Measure what executors and transports cost, or compare two such runs");
-  bench->add_flag("--quick", suite.quick, "A short look: fewer sizes, shorter runs, once");
-  bench
-      ->add_option("--repetitions", suite.repetitions,
-                   "Runs of each benchmark program, each in a new process")
-      ->type_name("N")
+  auto [bench, o] = add_command<Arguments>(
+      app, "bench", "Measure what executors and transports cost, or compare two such runs",
+      "hotpath bench --output before", [](const Arguments& a) {
+        a.compare.empty() ? run_suite(a.suite) : compare(a.compare[0], a.compare[1]);
+      });
+  bench.add_flag("--quick", o.suite.quick, "A short look: fewer sizes, shorter runs, once");
+  add_text(bench, "--repetitions", o.suite.repetitions, "N",
+           "Runs of each benchmark program, each in a new process")
       ->check(CLI::Range(1, 100).description(""))
       ->capture_default_str();
-  bench
-      ->add_option("--only", suite.programs,
-                   "Some of scheduler, simulator, executor, transport,\nhot_path; by default all")
-      ->type_name("NAMES")
+  add_text(bench, "--only", o.suite.programs, "NAMES",
+           "Some of scheduler, simulator, executor, transport,\nhot_path; by default all")
       ->delimiter(',')
       ->check(CLI::IsMember(bench_programs()).description(""));
-  bench->add_option("--seed", suite.seed, "Decides the order of programs")
-      ->type_name("N")
-      ->capture_default_str();
-  bench
-      ->add_option("--time-out", suite.time_out_s,
-                   "A program that runs longer than this has hung and is ended")
-      ->type_name("SECONDS")
+  add_text(bench, "--seed", o.suite.seed, "N", "Decides the order of programs")->capture_default_str();
+  add_text(bench, "--time-out", o.suite.time_out_s, "SECONDS",
+           "A program that runs longer than this has hung and is ended")
       ->check(CLI::Range(1.0, 86400.0).description(""))
       ->capture_default_str();
-  bench->add_option("--output", suite.output, "Folder of the results; by default runs/DATE-bench")
-      ->type_name("FOLDER");
-  bench
-      ->add_option(
-          "--compare", arguments->compare,
-          "Measure nothing: say which values of the folder NEW\ndiffer from those of OLD, and by how much")
-      ->type_name("OLD NEW")
+  add_text(bench, "--output", o.suite.output, "FOLDER", "Folder of the results; by default runs/DATE-bench");
+  add_text(bench, "--compare", o.compare, "OLD NEW",
+           "Measure nothing: say which values of the folder NEW\ndiffer from those of OLD, and by how much")
       ->expected(2);
-  bench->footer("Example:  hotpath bench --output before");
-  bench->callback([arguments] {
-    if (!arguments->compare.empty()) {
-      compare(arguments->compare[0], arguments->compare[1]);
-    } else {
-      run_suite(arguments->suite);
-    }
-  });
 }
 
 }  // namespace hotpath

@@ -22,8 +22,4 @@ void add_summarize_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_compare_results_command(CLI::App& app);
 
-/// Each adds one subcommand of `experiment`.
-void add_wcrt_table_experiment(CLI::App& experiment);
-void add_waters_experiment(CLI::App& experiment);
-
 }  // namespace hotpath

@@ -1,78 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/common_options.hpp"
-
 #include "commands/option_helpers.hpp"
 
 namespace hotpath {
 
 void add_graph_options(CLI::App& command, CommonOptions& o) {
-  command.add_option("--graph", o.graph, "A name (`hotpath list graphs`), or the path of a YAML file")
-      ->type_name("GRAPH")
-      ->capture_default_str()
-      ->group(kWhatRuns);
+  command.option_defaults()->group(kWhatRuns);
+  add_text(command, "--graph", o.graph, "GRAPH", "A name (`hotpath list graphs`), or the path of a YAML file")
+      ->capture_default_str();
   add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
-             "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says")
-      ->group(kWhatRuns);
-  add_choice(
-      command, "--work", o.work,
-      "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the graph says")
-      ->group(kWhatRuns);
+             "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
+  add_choice(command, "--work", o.work,
+             "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the "
+             "graph says");
   add_choice(command, "--phases", o.phases,
              "When timers start: one after another as under rclcpp,\n"
              "all at once, as the graph file says, or at random")
-      ->default_str("creation")
-      ->group(kWhatRuns);
-  command
-      .add_option("--phases-file", o.phases_file, "As `--phases given`, from a CSV file: see docs/phases.md")
-      ->type_name("FILE")
-      ->group(kWhatRuns);
+      ->default_str("creation");
+  add_text(command, "--phases-file", o.phases_file, "FILE",
+           "As `--phases given`, from a CSV file: see docs/phases.md");
   add_number(command, "--phase-step", o.phase_step_ms, 0, 1e6, "MS",
              "With `--phases creation`: time from one node to the next;\n"
-             "by default what rclcpp needs for it")
-      ->group(kWhatRuns);
+             "by default what rclcpp needs for it");
   add_choice(command, "--rule", o.rule,
              "Subscriptions under the paper's executors: priority of\n"
              "the timers upstream, or before all timers")
-      ->default_str("inherit")
-      ->group(kWhatRuns);
+      ->default_str("inherit");
   add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first")
-      ->default_str("lifo")
-      ->group(kWhatRuns);
+      ->default_str("lifo");
 }
 
 void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
+  command.option_defaults()->group(kHowLong);
   add_number(command, "--duration", o.duration_s, 0.1, longest_s, "SECONDS",
              "Measured time of each repetition")
-      ->capture_default_str()
-      ->group(kHowLong);
+      ->capture_default_str();
   add_number(command, "--warm-up", o.warm_up_s, 0, 3600, "SECONDS",
              "Time before that, whose latencies do not count")
-      ->capture_default_str()
-      ->group(kHowLong);
+      ->capture_default_str();
   add_number(command, "--repetitions", o.repetitions, 1, 10000, "N", "Repetitions per executor")
-      ->capture_default_str()
-      ->group(kHowLong);
-  command.add_option("--seed", o.seed, "Decides whatever is random, and resampling for the intervals")
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(kHowLong);
+      ->capture_default_str();
+  add_text(command, "--seed", o.seed, "N", "Decides whatever is random, and resampling for the intervals")
+      ->capture_default_str();
 }
 
 void add_output_option(CLI::App& command, CommonOptions& o) {
-  command.add_option("--output", o.output, "New folder for the results; by default runs/DATE-GRAPH")
-      ->type_name("FOLDER")
-      ->group("Results");
+  command.option_defaults()->group("Results");
+  add_text(command, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-GRAPH");
 }
 
 void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& o) {
+  command.option_defaults()->group(kWhatRuns);
   command
       .add_option(option, o.executors,
                   "Names of `hotpath list executors` with commas between,\n"
                   "also variants as in rm-ro:first or multi:4; or `paper`\n"
                   "(the paper's seven, by default) or `all`")
       ->type_name("NAMES")
-      ->delimiter(',')
-      ->group(kWhatRuns);
+      ->delimiter(',');
 }
 
 std::vector<std::string> executors_of(const std::vector<std::string>& names) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <iostream>
-#include <memory>
 #include <sstream>
 
 #include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_picture.hpp"
 #include "program/child_process.hpp"
@@ -64,13 +64,11 @@ void print_graph(const GraphOptions& options) {
 }  // namespace
 
 void add_graph_command(CLI::App& app) {
-  auto options = std::make_shared<GraphOptions>();
-  CLI::App* graph = app.add_subcommand("graph", "Check a graph file and show what it describes");
-  graph->add_option("GRAPH", options->graph, "Name of a graph (`hotpath list graphs`) or path of a file")
-      ->required();
-  auto* dot = graph->add_flag("--dot", options->dot, "Print it for Graphviz, the hot path marked");
-  graph->add_flag("--svg", options->svg, "Draw it with Graphviz, to standard output")->excludes(dot);
-  graph->callback([options] { print_graph(*options); });
+  auto [graph, o] = add_command<GraphOptions>(app, "graph", "Check a graph file and show what it describes",
+                                              "", print_graph);
+  graph.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")->required();
+  auto* dot = graph.add_flag("--dot", o.dot, "Print it for Graphviz, the hot path marked");
+  graph.add_flag("--svg", o.svg, "Draw it with Graphviz, to standard output")->excludes(dot);
 }
 
 }  // namespace hotpath

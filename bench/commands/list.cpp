@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/text_table.hpp"
@@ -52,10 +52,10 @@ void print_graphs() {
 void add_list_command(CLI::App& app) {
   CLI::App* list = app.add_subcommand("list", "What there is to choose from");
   list->require_subcommand(1);
-  auto json = std::make_shared<bool>(false);
-  CLI::App* executors = list->add_subcommand("executors", "Names, rclcpp's classes, how they schedule");
-  executors->add_flag("--json", *json, "As JSON, with family, policy and colour in figures");
-  executors->callback([json] { *json ? print_executors_json() : print_executors(); });
+  auto [executors, json] =
+      add_command<bool>(*list, "executors", "Names, rclcpp's classes, how they schedule", "",
+                        [](bool as_json) { as_json ? print_executors_json() : print_executors(); });
+  executors.add_flag("--json", json, "As JSON, with family, policy and colour in figures");
   list->add_subcommand("graphs", "Graphs that go by a bare name")->callback(print_graphs);
 }
 

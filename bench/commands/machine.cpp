@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
 #include "machine/machine.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
@@ -59,21 +59,18 @@ TextTable hiccups(const MachineNoise& noise) {
 }  // namespace
 
 void add_machine_command(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* machine =
-      app.add_subcommand("machine", "Say what this machine is like, and what it does to a measurement");
-  machine->add_option("--duration", arguments->seconds, "Time to watch all cores for hiccups")
-      ->type_name("SECONDS")
+  auto [machine, o] = add_command<Arguments>(
+      app, "machine", "Say what this machine is like, and what it does to a measurement",
+      "hotpath machine --duration 10 --output machine.json", [](const Arguments& arguments) {
+        const Machine m = read_machine(from_ms(arguments.seconds * 1000));
+        std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
+        for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
+        if (!arguments.output.empty()) write_whole_file(arguments.output, "--output", to_json(m));
+      });
+  add_text(machine, "--duration", o.seconds, "SECONDS", "Time to watch all cores for hiccups")
       ->check(CLI::Range(0.01, 60.0).description(""))
       ->capture_default_str();
-  machine->add_option("--output", arguments->output, "Store it as JSON, too")->type_name("FILE");
-  machine->footer("Example:  hotpath machine --duration 10 --output machine.json");
-  machine->callback([arguments] {
-    const Machine m = read_machine(from_ms(arguments->seconds * 1000));
-    std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
-    for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
-    if (!arguments->output.empty()) write_whole_file(arguments->output, "--output", to_json(m));
-  });
+  add_text(machine, "--output", o.output, "FILE", "Store it as JSON, too");
 }
 
 }  // namespace hotpath

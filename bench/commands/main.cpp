@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
@@ -66,32 +67,25 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", HOTPATH_VERSION);
   app.failure_message(wrong_use);
   app.require_subcommand(1);
-  hotpath::add_run_command(app);
-  hotpath::add_compare_command(app);
-  hotpath::add_simulate_command(app);
-  hotpath::add_timeline_command(app);
-  hotpath::add_replay_command(app);
-  hotpath::add_validate_command(app);
-  hotpath::add_list_command(app);
-  hotpath::add_graph_command(app);
-  hotpath::add_analyze_command(app);
-  hotpath::add_experiment_command(app);
-  hotpath::add_machine_command(app);
-  hotpath::add_bench_command(app);
-  hotpath::add_summarize_command(app);
-  hotpath::add_report_command(app);
-  hotpath::add_compare_results_command(app);
+  using namespace hotpath;
+  for (const auto add : {add_run_command, add_compare_command, add_simulate_command, add_timeline_command,
+                         add_replay_command, add_validate_command, add_list_command, add_graph_command,
+                         add_analyze_command, add_experiment_command, add_machine_command, add_bench_command,
+                         add_summarize_command, add_report_command, add_compare_results_command})
+    add(app);
   try {
     app.parse(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-      throw hotpath::RunError("standard output could not be written; files are not affected");
+      throw RunError("standard output could not be written; files are not affected");
     }
-    return hotpath::interrupted() != 0 ? 128 + hotpath::interrupted() : 0;
+    return interrupted() != 0 ? 128 + interrupted() : 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const hotpath::UsageError& error) {
+  } catch (const UsageError& error) {
     return report(error, 2);
-  } catch (const hotpath::InputError& error) {
+  } catch (const InputError& error) {
+    return report(error, 2);
+  } catch (const AnalysisError& error) {
     return report(error, 2);
   } catch (const std::exception& error) {
     return report(error, 1);

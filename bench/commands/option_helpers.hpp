@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -11,8 +12,21 @@
 #include <vector>
 
 #include "hotpath/core/enum_text.hpp"
+#include "setup/common_options.hpp"
 
 namespace hotpath {
+
+/// Adds a subcommand that `run` does, once its options, which live as long as the command, are parsed.
+template <class Options, class Run>
+std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& name,
+                                           const std::string& description, const std::string& example,
+                                           Run run) {
+  CLI::App& command = *app.add_subcommand(name, description);
+  auto options = std::make_shared<Options>();
+  if (!example.empty()) command.footer("Example:  " + example);
+  command.callback([options, run] { run(*options); });
+  return {command, *options};
+}
 
 /// The type of a value that may be optional.
 template <class Value>
@@ -36,6 +50,13 @@ CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& val
       ->type_name(list);
 }
 
+/// An option whose value the help calls `kind`.
+template <class Value>
+CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
+                      const std::string& help) {
+  return command.add_option(option, value, help)->type_name(kind);
+}
+
 /// A number within limits; whole if `value`, which may be optional, is.
 template <class Value>
 CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, double least, double most,
@@ -54,5 +75,21 @@ CLI::Option* add_number(CLI::App& command, const std::string& option, Value& val
   };
   return command.add_option(option, value, help)->check(CLI::Validator(check, ""))->type_name(unit);
 }
+
+/// The names of the options' groups in the help.
+inline constexpr const char* kWhatRuns = "What runs";
+inline constexpr const char* kHowLong = "How long";
+
+/// Adds --graph, --load, --work, the phases, --rule and --ties; `options` must outlive the parse.
+void add_graph_options(CLI::App& command, CommonOptions& options);
+
+/// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
+void add_length_options(CLI::App& command, CommonOptions& options, double longest_s);
+
+void add_output_option(CLI::App& command, CommonOptions& options);
+
+/// Executors of a command that takes several: `names` as given, none or `paper` as the paper's, `all`.
+void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& options);
+[[nodiscard]] std::vector<std::string> executors_of(const std::vector<std::string>& names);
 
 }  // namespace hotpath

@@ -1,37 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
 #include "program/python_tool.hpp"
 
 namespace hotpath {
 
 namespace {
 
+/// What a command of the Python package is given.
 struct Arguments {
   std::vector<std::string> runs;
-  std::string output;
+  std::string before, after, output;
 };
 
-void write_report(const Arguments& arguments) {
-  std::vector<std::string> words = arguments.runs;
-  if (!arguments.output.empty()) words.insert(words.end(), {"--output", arguments.output});
-  run_python_tool("report", words);
+void run_tool(const std::string& command, std::vector<std::string> words, const std::string& option,
+              const std::string& output) {
+  if (!output.empty()) words.insert(words.end(), {option, output});
+  run_python_tool(command, words);
 }
 
 }  // namespace
 
 void add_report_command(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* report =
-      app.add_subcommand("report", "One page, HTML and Markdown, about any runs or comparisons");
-  report->add_option("RUN", arguments->runs, "Folders of `hotpath run`, `compare` or `simulate`")->required();
-  report->add_option("--output", arguments->output, "Folder of the page; by default report/ in the first RUN")
-      ->type_name("FOLDER");
-  report->footer("Example:  hotpath report runs/live runs/simulated --output page");
-  report->callback([arguments] { write_report(*arguments); });
+  auto [command, o] =
+      add_command<Arguments>(app, "report", "One page, HTML and Markdown, about any runs or comparisons",
+                             "hotpath report runs/live runs/simulated --output page",
+                             [](const Arguments& a) { run_tool("report", a.runs, "--output", a.output); });
+  command.add_option("RUN", o.runs, "Folders of `hotpath run`, `compare` or `simulate`")->required();
+  add_text(command, "--output", o.output, "FOLDER",
+           "Folder of the page; by default report/ in the first RUN");
+}
+
+void add_compare_results_command(CLI::App& app) {
+  auto [command, o] = add_command<Arguments>(
+      app, "compare-results", "Which percentiles of NEW differ from those of OLD beyond noise",
+      "hotpath compare-results results/paper runs/paper", [](const Arguments& a) {
+        run_tool("compare-results", {a.before, a.after}, "--csv", a.output);
+      });
+  command.add_option("OLD", o.before, "Folder of a reproduction, or of a run")->required();
+  command.add_option("NEW", o.after, "Folder of the same kind")->required();
+  add_text(command, "--csv", o.output, "FILE", "Also write the table to this file");
 }
 
 }  // namespace hotpath

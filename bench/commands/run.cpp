@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <memory>
-
 #include "commands/commands.hpp"
-#include "commands/common_options.hpp"
 #include "commands/option_helpers.hpp"
 #include "live/live_run.hpp"
 
@@ -16,61 +13,41 @@ struct Arguments {
 };
 
 void add_where_options(CLI::App& command, RunOptions& o) {
-  const auto where = std::string("Where it runs");
+  command.option_defaults()->group("Where it runs");
   add_choice(command, "--transport", o.transport, "What carries messages: DDS, or pointers in one process")
-      ->default_str("fastdds")
-      ->group(where);
+      ->default_str("fastdds");
   add_number(command, "--processes", o.processes, 1, 64, "N",
              "Split the nodes over that many processes (fastdds only)")
-      ->capture_default_str()
-      ->group(where);
-  add_choice(command, "--network", o.network, "How messages get from process to process")
-      ->default_str("udp")
-      ->group(where);
-  command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone")
-      ->group(where);
-  add_number(command, "--domain", o.domain, 0, 232, "N", "DDS domain")->capture_default_str()->group(where);
-  command.add_option("--cpus", o.cpus, "Processors to run on, as in 1 or 0,2-3; by default all")
-      ->type_name("LIST")
-      ->group(where);
-  command
-      .add_option("--executor-policy", o.executor_policy,
-                  "Scheduling class of executor threads, other, fifo:N or\nrr:N; by default other")
-      ->type_name("POLICY")
-      ->group(where);
-  command
-      .add_option("--timer-policy", o.timer_policy,
-                  "The same for the timer management thread; by default\n"
-                  "fifo:90 under the paper's executors, where permitted")
-      ->type_name("POLICY")
-      ->group(where);
-  command.add_flag("--lock-memory", o.lock_memory, "Keep all memory resident (mlockall)")->group(where);
-  command
-      .add_flag("--cpu-time", o.measure_cpu_time, "Record the CPU time of every job (costs a microsecond)")
-      ->group(where);
+      ->capture_default_str();
+  add_choice(command, "--network", o.network, "How messages get from process to process")->default_str("udp");
+  command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone");
+  add_number(command, "--domain", o.domain, 0, 232, "N", "DDS domain")->capture_default_str();
+  add_text(command, "--cpus", o.cpus, "LIST", "Processors to run on, as in 1 or 0,2-3; by default all");
+  add_text(command, "--executor-policy", o.executor_policy, "POLICY",
+           "Scheduling class of executor threads, other, fifo:N or\nrr:N; by default other");
+  add_text(command, "--timer-policy", o.timer_policy, "POLICY",
+           "The same for the timer management thread; by default\n"
+           "fifo:90 under the paper's executors, where permitted");
+  command.add_flag("--lock-memory", o.lock_memory, "Keep all memory resident (mlockall)");
+  command.add_flag("--cpu-time", o.measure_cpu_time,
+                   "Record the CPU time of every job (costs a microsecond)");
 }
 
 void add_live_options(CLI::App& command, RunOptions& o) {
-  const auto live = std::string("Live publishing");
-  command
-      .add_flag("--live", o.live,
-                "Publish statistics and every hot-path sample over Fast\n"
-                "DDS while it runs, from a separate process that gives\n"
-                "way to all others: topics hotpath/run, hotpath/statistics\n"
-                "and hotpath/chain_samples in the domain of --domain")
-      ->group(live);
+  command.option_defaults()->group("Live publishing");
+  command.add_flag("--live", o.live,
+                   "Publish statistics and every hot-path sample over Fast\n"
+                   "DDS while it runs, from a separate process that gives\n"
+                   "way to all others: topics hotpath/run, hotpath/statistics\n"
+                   "and hotpath/chain_samples in the domain of --domain");
   command
       .add_flag("--live-alternate", o.live_alternate,
                 "As --live in the 2nd and 3rd of every four repetitions,\n"
                 "and tell what it did to the median hot-path latency")
-      ->excludes("--live")
-      ->group(live);
-  command
-      .add_option("--live-cpus", o.live_cpus,
-                  "Processors of the process that publishes; by default\n"
-                  "those that --cpus leaves, if any")
-      ->type_name("LIST")
-      ->group(live);
+      ->excludes("--live");
+  add_text(command, "--live-cpus", o.live_cpus, "LIST",
+           "Processors of the process that publishes; by default\n"
+           "those that --cpus leaves, if any");
 }
 
 /// The options that both commands share; `o` must outlive the parse.
@@ -80,8 +57,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add_length_options(command, o, 86400);
   add_number(command, "--time-out", o.time_out_s, 0.1, 3600, "SECONDS",
              "A process that answers this much later than it should\nhas hung: its repetition fails")
-      ->capture_default_str()
-      ->group(kHowLong);
+      ->capture_default_str();
   add_where_options(command, o);
   add_live_options(command, o);
   add_output_option(command, o);
@@ -90,32 +66,28 @@ void add_run_options(CLI::App& command, RunOptions& o) {
 }  // namespace
 
 void add_run_command(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* run = app.add_subcommand("run", "Measure a graph live under one executor");
-  run->add_option("--executor,--executors", arguments->executor, "One of `hotpath list executors`")
-      ->type_name("NAME")
+  auto [run, o] = add_command<Arguments>(app, "run", "Measure a graph live under one executor",
+                                         "hotpath run --executor edf-ro --duration 10 --output runs/first",
+                                         [](Arguments& arguments) {
+                                           arguments.options.executors = {arguments.executor};
+                                           run_experiment(arguments.options);
+                                         });
+  add_text(run, "--executor,--executors", o.executor, "NAME", "One of `hotpath list executors`")
       ->capture_default_str()
       ->group(kWhatRuns);
-  add_run_options(*run, arguments->options);
-  run->footer("Example:  hotpath run --executor edf-ro --duration 10 --output runs/first");
-  run->callback([arguments] {
-    arguments->options.executors = {arguments->executor};
-    run_experiment(arguments->options);
-  });
+  add_run_options(run, o.options);
 }
 
 void add_compare_command(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* compare =
-      app.add_subcommand("compare", "Measure a graph live under several executors, repetitions interleaved");
-  add_executors_option(*compare, "--executors", arguments->options);
-  arguments->options.repetitions = 3;
-  add_run_options(*compare, arguments->options);
-  compare->footer("Example:  hotpath compare --executors default,rm-ro,edf-ro --duration 10");
-  compare->callback([arguments] {
-    arguments->options.executors = executors_of(arguments->options.executors);
-    run_experiment(arguments->options);
-  });
+  auto [compare, o] = add_command<RunOptions>(
+      app, "compare", "Measure a graph live under several executors, repetitions interleaved",
+      "hotpath compare --executors default,rm-ro,edf-ro --duration 10", [](RunOptions& options) {
+        options.executors = executors_of(options.executors);
+        run_experiment(options);
+      });
+  add_executors_option(compare, "--executors", o);
+  o.repetitions = 3;
+  add_run_options(compare, o);
 }
 
 }  // namespace hotpath

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <memory>
 
 #include "commands/commands.hpp"
-#include "commands/common_options.hpp"
 #include "commands/option_helpers.hpp"
 #include "simulated/simulated_run.hpp"
 
@@ -23,64 +21,52 @@ std::string option_name(std::string_view key) {
 }
 
 void add_platform_options(CLI::App& command, SimulateOptions& o) {
-  const std::string where =
-      "The simulated machine, by default as the graph's `platform` says, else without costs";
-  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1")->group(where);
+  command.option_defaults()->group(
+      "The simulated machine, by default as the graph's `platform` says, else without costs");
+  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1");
   add_choice(command, "--timer-thread", o.timer_thread,
              "Priority of the timer management thread: above the\n"
-             "executor thread or equal; else raised under the\npaper's executors only, as in live runs")
-      ->group(where);
+             "executor thread or equal; else raised under the\npaper's executors only, as in live runs");
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
     const PlatformCost& cost = kPlatformCosts[i];
     add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
-               std::string(cost.meaning))
-        ->group(where);
+               std::string(cost.meaning));
   }
-  command
-      .add_option("--execution-times", o.execution_times,
-                  "worst: as the graph says; uniform: between best and worst\n"
-                  "case, at random; replay:RUN: as measured by a run of the\n"
-                  "same executors on the same graph, from its folder")
-      ->type_name("worst|uniform|replay:RUN")
-      ->group(where);
+  add_text(command, "--execution-times", o.execution_times, "worst|uniform|replay:RUN",
+           "worst: as the graph says; uniform: between best and worst\n"
+           "case, at random; replay:RUN: as measured by a run of the\n"
+           "same executors on the same graph, from its folder");
 }
 
 }  // namespace
 
 void add_simulate_command(CLI::App& app) {
-  auto options = std::make_shared<SimulateOptions>();
-  SimulateOptions& o = *options;
+  auto [simulate, o] = add_command<SimulateOptions>(
+      app, "simulate", "Run a graph under executors in virtual time: exact, repeatable, fast",
+      "hotpath simulate --executors all --duration 600 --output runs/simulated", [](SimulateOptions options) {
+        options.executors = executors_of(options.executors);
+        run_simulated_experiment(options);
+      });
   o.duration_s = 60;
-  CLI::App* simulate =
-      app.add_subcommand("simulate", "Run a graph under executors in virtual time: exact, repeatable, fast");
-  add_executors_option(*simulate, "--executors,--executor", o);
-  add_graph_options(*simulate, o);
-  simulate
-      ->add_option("--phases-of", o.phases_of,
-                   "First timestamps of the same executor and repetition of\na run, from its folder")
-      ->type_name("RUN")
-      ->group(kWhatRuns);
-  add_length_options(*simulate, o, kLongestSimulation_s);
+  add_executors_option(simulate, "--executors,--executor", o);
+  add_graph_options(simulate, o);
+  add_text(simulate, "--phases-of", o.phases_of, "RUN",
+           "First timestamps of the same executor and repetition of\na run, from its folder");
+  add_length_options(simulate, o, kLongestSimulation_s);
   add_number(
-      *simulate, "--max-backlog", o.max_backlog, 1, 1e9, "JOBS",
-      "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task")
-      ->group(kHowLong);
-  add_platform_options(*simulate, o);
-  add_number(*simulate, "--threads", o.threads, 0, 1024, "N",
+      simulate, "--max-backlog", o.max_backlog, 1, 1e9, "JOBS",
+      "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task");
+  add_platform_options(simulate, o);
+  add_number(simulate, "--threads", o.threads, 0, 1024, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
       ->capture_default_str()
       ->group("Results");
   simulate
-      ->add_flag("--no-trace", o.no_trace,
-                 "Keep no jobs: no jobs.csv, no quantiles of response\ntimes, and memory that hardly grows "
-                 "with time")
+      .add_flag("--no-trace", o.no_trace,
+                "Keep no jobs: no jobs.csv, no quantiles of response\ntimes, and memory that hardly grows "
+                "with time")
       ->group("Results");
-  add_output_option(*simulate, o);
-  simulate->footer("Example:  hotpath simulate --executors all --duration 600 --output runs/simulated");
-  simulate->callback([options] {
-    options->executors = executors_of(options->executors);
-    run_simulated_experiment(*options);
-  });
+  add_output_option(simulate, o);
 }
 
 }  // namespace hotpath

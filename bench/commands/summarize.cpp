@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
@@ -35,22 +35,15 @@ void summarize_run(const SummarizeOptions& options) {
 }  // namespace
 
 void add_summarize_command(CLI::App& app) {
-  auto options = std::make_shared<SummarizeOptions>();
-  CLI::App* command = app.add_subcommand(
-      "summarize", "Make the summary of a stored run anew: new measures apply to old runs");
-  command->add_option("RUN", options->run, "Folder of `hotpath run`, `compare` or `simulate`");
-  command
-      ->add_option(
-          "--responses", options->responses,
-          "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
-          "nothing else")
-      ->type_name("FILE");
-  command
-      ->add_option("--golden", options->golden,
-                   "Instead: what became of each timer of a golden trace,\nas JSON to standard output")
-      ->type_name("FILE");
-  command->footer("Example:  hotpath summarize runs/first");
-  command->callback([options] { summarize_run(*options); });
+  auto [command, o] = add_command<SummarizeOptions>(
+      app, "summarize", "Make the summary of a stored run anew: new measures apply to old runs",
+      "hotpath summarize runs/first", summarize_run);
+  command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`");
+  add_text(command, "--responses", o.responses, "FILE",
+           "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
+           "nothing else");
+  add_text(command, "--golden", o.golden, "FILE",
+           "Instead: what became of each timer of a golden trace,\nas JSON to standard output");
 }
 
 }  // namespace hotpath

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
 #include <iostream>
-#include <memory>
-#include <sstream>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
+#include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/perfetto.hpp"
 #include "results/stored_run.hpp"
@@ -39,11 +38,9 @@ void draw(const TimelineOptions& o) {
   if (svg.extension() != ".svg") {
     throw UsageError("--svg " + svg.string() + ": the name must end in .svg; a .png is written beside it");
   }
-  std::ostringstream from, to;
-  from << o.from_ms;
-  to << o.to_ms.value_or(o.from_ms + 500);
   run_python_tool("timeline", {o.run, "--executor", o.executor, "--repetition", std::to_string(o.repetition),
-                               "--from", from.str(), "--to", to.str(), "--output", svg.string()});
+                               "--from", text("%g", o.from_ms), "--to",
+                               text("%g", o.to_ms.value_or(o.from_ms + 500)), "--output", svg.string()});
 }
 
 void show_timeline(TimelineOptions o) {
@@ -60,24 +57,19 @@ void show_timeline(TimelineOptions o) {
 }  // namespace
 
 void add_timeline_command(CLI::App& app) {
-  auto options = std::make_shared<TimelineOptions>();
-  TimelineOptions& o = *options;
-  CLI::App* timeline =
-      app.add_subcommand("timeline", "Draw which job ran when, from a live or simulated run");
-  timeline->add_option("RUN", o.run, "Folder of the run")->required();
-  timeline->add_option("--executor", o.executor, "As named there; by default the first")->type_name("NAME");
-  add_number(*timeline, "--repetition", o.repetition, 0, 1e9, "N", "Which repetition")->capture_default_str();
-  add_number(*timeline, "--from", o.from_ms, 0, 1e12, "MS", "Begin, after the epoch of the run")
+  auto [timeline, o] =
+      add_command<TimelineOptions>(app, "timeline", "Draw which job ran when, from a live or simulated run",
+                                   "hotpath timeline runs/first --from 1000 --to 1200", show_timeline);
+  timeline.add_option("RUN", o.run, "Folder of the run")->required();
+  add_text(timeline, "--executor", o.executor, "NAME", "As named there; by default the first");
+  add_number(timeline, "--repetition", o.repetition, 0, 1e9, "N", "Which repetition")->capture_default_str();
+  add_number(timeline, "--from", o.from_ms, 0, 1e12, "MS", "Begin, after the epoch of the run")
       ->capture_default_str();
-  add_number(*timeline, "--to", o.to_ms, 0, 1e12, "MS",
+  add_number(timeline, "--to", o.to_ms, 0, 1e12, "MS",
              "End; by default 500 ms later in the chart, and the end\nof the run in the trace for Perfetto");
-  timeline->add_option("--svg", o.svg, "Gantt chart, a .png beside it; by default RUN/timeline.svg")
-      ->type_name("FILE");
-  timeline
-      ->add_option("--perfetto", o.perfetto, "Trace for ui.perfetto.dev, instead of the chart unless both")
-      ->type_name("FILE");
-  timeline->footer("Example:  hotpath timeline runs/first --from 1000 --to 1200");
-  timeline->callback([options] { show_timeline(*options); });
+  add_text(timeline, "--svg", o.svg, "FILE", "Gantt chart, a .png beside it; by default RUN/timeline.svg");
+  add_text(timeline, "--perfetto", o.perfetto, "FILE",
+           "Trace for ui.perfetto.dev, instead of the chart unless both");
 }
 
 }  // namespace hotpath

@@ -14,8 +14,8 @@
 #include "live/publisher.hpp"
 #include "live/run_process.hpp"
 #include "machine/machine.hpp"
+#include "machine/proc_files.hpp"
 #include "machine/shared_memory_watch.hpp"
-#include "machine/stolen_time.hpp"
 #include "program/child_process.hpp"
 #include "program/interrupt.hpp"
 

@@ -12,7 +12,6 @@
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
-#include "machine/stolen_time.hpp"
 
 namespace hotpath {
 
@@ -106,39 +105,31 @@ nlohmann::json to_json(const Machine& m) {
           {"timer_slack_ns", m.timer_slack_ns},
           {"stolen_percent", m.stolen_percent},
           {"real_time_threads", m.real_time_threads},
-          {"noise", to_json(m.noise)}};
+          {"noise", m.noise}};
 }
 
 std::vector<std::string> warnings(const Machine& m) {
   std::vector<std::string> sentences;
-  if (!m.hypervisor.empty()) {
-    sentences.push_back("This is a virtual machine: its processors can be taken away at any time.");
-  }
-  if (!m.governor.empty() && m.governor != "performance") {
-    sentences.push_back("The frequency governor is " + m.governor + ", not performance.");
-  }
-  if (m.load_average > 0.5 * m.processors) {
-    sentences.push_back("Something else is running: the load average is " +
-                        std::to_string(m.load_average).substr(0, 4) + " on " + std::to_string(m.processors) +
-                        " processors.");
-  }
-  if (m.turbo == "on") {
-    sentences.push_back(
-        "Turbo is on: the processor's speed depends on what else it does and on its temperature.");
-  }
-  if (m.stolen_percent > 1) {
-    sentences.push_back("The hypervisor has taken " + std::to_string(m.stolen_percent).substr(0, 4) +
-                        " % of the processors' time since boot.");
-  }
-  if (!m.real_time_threads.empty()) {
+  const auto warn_if = [&](bool unfit, const std::string& sentence) {
+    if (unfit) sentences.push_back(sentence);
+  };
+  warn_if(!m.hypervisor.empty(), "This is a virtual machine: its processors can be taken away at any time.");
+  warn_if(!m.governor.empty() && m.governor != "performance",
+          "The frequency governor is " + m.governor + ", not performance.");
+  warn_if(m.load_average > 0.5 * m.processors, "Something else is running: the load average is " +
+                                                   std::to_string(m.load_average).substr(0, 4) + " on " +
+                                                   std::to_string(m.processors) + " processors.");
+  warn_if(m.turbo == "on",
+          "Turbo is on: the processor's speed depends on what else it does and on its temperature.");
+  warn_if(m.stolen_percent > 1, "The hypervisor has taken " + std::to_string(m.stolen_percent).substr(0, 4) +
+                                    " % of the processors' time since boot.");
+  if (const std::size_t n = m.real_time_threads.size(); n > 0) {
     sentences.push_back("Other real-time threads run here and come first whenever they want to: " +
                         m.real_time_threads.front() +
-                        (m.real_time_threads.size() > 1
-                             ? " and " + std::to_string(m.real_time_threads.size() - 1) + " more."
-                             : "."));
+                        (n > 1 ? " and " + std::to_string(n - 1) + " more." : "."));
   }
   for (const std::string& sentence : warnings(m.noise)) sentences.push_back(sentence);
-  if (m.build_type == "Debug") sentences.push_back("This is a debug build.");
+  warn_if(m.build_type == "Debug", "This is a debug build.");
   return sentences;
 }
 

@@ -5,9 +5,54 @@
 #include <string>
 #include <vector>
 
-#include "machine/machine_noise.hpp"
+#include "hotpath/core/time.hpp"
+#include "program/latency_histogram.hpp"
 
 namespace hotpath {
+
+/// How long a thread that only reads the clock was held up on one core, by the kernel, other threads or the
+/// hypervisor.
+struct Hiccups {
+  int cpu = 0;
+  Duration p99{}, p999{}, max{};  ///< Of all distances between two readings.
+  double lost_percent = 0;        ///< Share of the time that went by in gaps of 10 microseconds and more.
+};
+
+/// What the machine does to a measurement by itself.
+struct MachineNoise {
+  Duration length{};             ///< For how long the cores were watched.
+  std::vector<Hiccups> cores;    ///< Those that the process may use.
+  Duration clock_resolution{};   ///< Of CLOCK_MONOTONIC, as the kernel says.
+  double clock_cost_ns = 0;      ///< One reading of it.
+  double cpu_clock_cost_ns = 0;  ///< One reading of a thread's CPU time.
+};
+
+/// Distances between consecutive readings of a clock.
+class HiccupHistogram {
+ public:
+  static constexpr Duration kGap = std::chrono::microseconds(10);  ///< From here on time counts as lost.
+
+  void add(Duration distance) {
+    distances_.add(distance);
+    total_ += distance;
+    if (distance >= kGap) lost_ += distance;
+  }
+  /// Quantiles within 1 %.
+  Hiccups summary(int cpu) const;
+
+ private:
+  LatencyHistogram distances_;
+  Duration total_{}, lost_{};
+};
+
+/// Keeps every allowed core busy for `length`, all at the same time (after rigtorp's hiccups). All threads
+/// have ended when it returns.
+MachineNoise measure_noise(Duration length);
+
+void to_json(nlohmann::json& j, const MachineNoise& noise);
+
+/// Whole sentences about noise that results will show.
+std::vector<std::string> warnings(const MachineNoise& noise);
 
 /// What decides about a result on this machine; stored with every result.
 struct Machine {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "machine/machine_noise.hpp"
+#include "machine/machine.hpp"
 
 #include <algorithm>
 #include <ctime>
 #include <latch>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <thread>
 
 #include "hotpath/live/thread_setup.hpp"
@@ -49,25 +48,9 @@ std::string microseconds(Duration d) { return std::to_string(d.count() / 1000) +
 }  // namespace
 
 Hiccups HiccupHistogram::summary(int cpu) const {
-  Hiccups h;
-  h.cpu = cpu;
-  if (count_ == 0) return h;
-  std::vector<Duration> gaps = gaps_;
-  std::sort(gaps.begin(), gaps.end());
-  const auto quantile_at = [&](double share) {
-    auto rank = static_cast<std::uint64_t>(static_cast<double>(count_ - 1) * share);
-    for (std::size_t ns = 0; ns < short_.size(); ++ns) {
-      if (rank < short_[ns]) return Duration(ns);
-      rank -= short_[ns];
-    }
-    return gaps[rank];
-  };
-  h.p99 = quantile_at(0.99);
-  h.p999 = quantile_at(0.999);
-  h.max = quantile_at(1);
-  const Duration lost = std::accumulate(gaps.begin(), gaps.end(), Duration{});
-  if (total_ > Duration{}) h.lost_percent = 100 * to_ms(lost) / to_ms(total_);
-  return h;
+  if (distances_.count() == 0) return {cpu};
+  return {cpu, distances_.quantile(0.99), distances_.quantile(0.999), distances_.max(),
+          100 * to_ms(lost_) / to_ms(std::max(total_, Duration(1)))};
 }
 
 MachineNoise measure_noise(Duration length) {
@@ -94,20 +77,20 @@ MachineNoise measure_noise(Duration length) {
   return noise;
 }
 
-nlohmann::json to_json(const MachineNoise& noise) {
-  nlohmann::json cores = nlohmann::json::array();
-  for (const Hiccups& h : noise.cores) {
-    cores.push_back({{"cpu", h.cpu},
-                     {"p99_ns", h.p99.count()},
-                     {"p999_ns", h.p999.count()},
-                     {"max_ns", h.max.count()},
-                     {"lost_percent", h.lost_percent}});
-  }
-  return {{"watched_ms", to_ms(noise.length)},
-          {"hiccups", cores},
-          {"clock_resolution_ns", noise.clock_resolution.count()},
-          {"clock_cost_ns", noise.clock_cost_ns},
-          {"cpu_clock_cost_ns", noise.cpu_clock_cost_ns}};
+static void to_json(nlohmann::json& j, const Hiccups& h) {
+  j = {{"cpu", h.cpu},
+       {"p99_ns", h.p99.count()},
+       {"p999_ns", h.p999.count()},
+       {"max_ns", h.max.count()},
+       {"lost_percent", h.lost_percent}};
+}
+
+void to_json(nlohmann::json& j, const MachineNoise& noise) {
+  j = {{"watched_ms", to_ms(noise.length)},
+       {"hiccups", noise.cores},
+       {"clock_resolution_ns", noise.clock_resolution.count()},
+       {"clock_cost_ns", noise.clock_cost_ns},
+       {"cpu_clock_cost_ns", noise.cpu_clock_cost_ns}};
 }
 
 std::vector<std::string> warnings(const MachineNoise& noise) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -15,8 +16,14 @@ std::string text(const char* format, auto... values) {
 }
 
 /// `-` for what is no finite number.
-std::string fixed(double value, int decimals);
+inline std::string fixed(double value, int decimals) {
+  return std::isfinite(value) ? text("%.*f", decimals, value) : "-";
+}
 
-std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ");
+inline std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ") {
+  std::string all;
+  for (const std::string& word : words) all += (&word == words.data() ? "" : separator) + word;
+  return all;
+}
 
 }  // namespace hotpath

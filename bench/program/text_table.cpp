@@ -29,8 +29,8 @@ std::string one_line(const std::string& upper, const std::string& lower) {
 TextTable::TextTable(std::string title, std::vector<std::string> header) : title_(std::move(title)) {
   for (const std::string& text : header) {
     const std::size_t end = text.find('\n');
-    header_.push_back(end == std::string::npos ? Header{"", text}
-                                               : Header{text.substr(0, end), text.substr(end + 1)});
+    header_.push_back(end == std::string::npos ? Cell("", text)
+                                               : Cell(text.substr(0, end), text.substr(end + 1)));
   }
 }
 
@@ -43,24 +43,23 @@ bool TextTable::left_aligned(std::size_t column) const {
 }
 
 std::vector<std::size_t> TextTable::widths() const {
-  std::vector<std::size_t> widest;
-  for (const Header& h : header_) widest.push_back(std::max(width(h.upper), width(h.lower)));
-  for (const auto& row : rows_) {
+  std::vector<std::size_t> widest(header_.size());
+  const auto widen = [&](const std::vector<Cell>& row) {
     for (std::size_t c = 0; c < row.size(); ++c) {
       widest[c] = std::max({widest[c], width(row[c].value), width(row[c].below)});
     }
-  }
+  };
+  widen(header_);
+  std::for_each(rows_.begin(), rows_.end(), widen);
   return widest;
 }
 
-/// `text`: what the line holds in a column.
-template <class GetText>
-void TextTable::write_line(std::ostream& out, GetText text) const {
+void TextTable::write_line(std::ostream& out, const std::vector<Cell>& row, std::string Cell::*of) const {
   const std::vector<std::size_t> widest = widths();
   std::string line;
   for (std::size_t c = 0; c < header_.size(); ++c) {
     if (widest[c] == 0) continue;
-    const std::string& content = text(c);
+    const std::string& content = row[c].*of;
     const std::string padding(widest[c] - width(content), ' ');
     if (!line.empty()) line.append(kBetweenColumns, ' ');
     line += left_aligned(c) ? content + padding : padding + content;
@@ -70,13 +69,13 @@ void TextTable::write_line(std::ostream& out, GetText text) const {
 }
 
 void TextTable::write_plain(std::ostream& out) const {
-  const auto any = [](const auto& of, auto has) { return std::any_of(of.begin(), of.end(), has); };
+  const auto any = [](const std::vector<Cell>& row, std::string Cell::*line) {
+    return std::any_of(row.begin(), row.end(), [&](const Cell& cell) { return !(cell.*line).empty(); });
+  };
   if (!title_.empty()) out << title_ << "\n\n";
-  if (any(header_, [](const Header& h) { return !h.upper.empty(); })) {
-    write_line(out, [&](std::size_t c) -> const std::string& { return header_[c].upper; });
-  }
-  if (any(header_, [](const Header& h) { return !h.lower.empty(); })) {
-    write_line(out, [&](std::size_t c) -> const std::string& { return header_[c].lower; });
+  if (any(header_, &Cell::value)) write_line(out, header_, &Cell::value);
+  if (any(header_, &Cell::below)) {
+    write_line(out, header_, &Cell::below);
     std::size_t total = 0;
     for (const std::size_t characters : widths()) {
       if (characters > 0) total += characters + (total > 0 ? kBetweenColumns : 0);
@@ -84,15 +83,14 @@ void TextTable::write_plain(std::ostream& out) const {
     out << std::string(total, '-') << '\n';
   }
   for (const auto& row : rows_) {
-    write_line(out, [&](std::size_t c) -> const std::string& { return row[c].value; });
-    if (!any(row, [](const Cell& cell) { return !cell.below.empty(); })) continue;
-    write_line(out, [&](std::size_t c) -> const std::string& { return row[c].below; });
+    write_line(out, row, &Cell::value);
+    if (any(row, &Cell::below)) write_line(out, row, &Cell::below);
   }
 }
 
 void TextTable::write_markdown(std::ostream& out) const {
   out << "**" << title_ << "**\n\n";
-  for (const Header& h : header_) out << "| " << one_line(h.upper, h.lower) << ' ';
+  for (const Cell& h : header_) out << "| " << one_line(h.value, h.below) << ' ';
   out << "|\n";
   for (std::size_t c = 0; c < header_.size(); ++c) out << (left_aligned(c) ? "| --- " : "| ---: ");
   out << "|\n";

@@ -31,18 +31,14 @@ class TextTable {
   void write_markdown(std::ostream& out) const;
 
  private:
-  /// The upper and the lower line of a column's header.
-  struct Header {
-    std::string upper, lower;
-  };
   /// The first column and all with words are aligned left, those with numbers alone right.
   bool left_aligned(std::size_t column) const;
   std::vector<std::size_t> widths() const;
-  template <class GetText>
-  void write_line(std::ostream& out, GetText text) const;
+  /// One of a row's two lines.
+  void write_line(std::ostream& out, const std::vector<Cell>& row, std::string Cell::*line) const;
 
   const std::string title_;
-  std::vector<Header> header_;
+  std::vector<Cell> header_;  ///< Those of one line are `below`.
   std::vector<std::vector<Cell>> rows_;
 };
 

@@ -3,7 +3,6 @@
 
 #include <cerrno>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "program/errors.hpp"
 
@@ -18,7 +17,13 @@ std::string write_and_rename(const fs::path& file, const FileContent& content) {
   const fs::path part = file.string() + ".part";
   errno = 0;
   std::ofstream out(part, std::ios::binary);
-  if (out) content.write(out);
+  if (const auto* text = std::get_if<std::string>(&content)) {
+    out << *text;
+  } else if (const auto* json = std::get_if<nlohmann::json>(&content)) {
+    out << json->dump(2) << "\n";
+  } else if (out) {
+    std::get<std::function<void(std::ostream&)>>(content)(out);
+  }
   out.close();
   std::error_code error(errno, std::generic_category());
   if (out) {
@@ -33,11 +38,6 @@ std::string write_and_rename(const fs::path& file, const FileContent& content) {
 }
 
 }  // namespace
-
-FileContent::FileContent(std::string text)
-    : write_([text = std::move(text)](std::ostream& out) { out << text; }) {}
-
-FileContent::FileContent(nlohmann::json content) : FileContent(content.dump(2) + "\n") {}
 
 void write_whole_file(const fs::path& file, const FileContent& content) {
   if (const std::string failure = write_and_rename(file, content); !failure.empty()) throw RunError(failure);

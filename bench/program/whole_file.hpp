@@ -1,29 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <concepts>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <variant>
 
 namespace hotpath {
 
 /// What a file holds: text, JSON (with a line break at its end), or what a function writes.
-class FileContent {
- public:
-  using Write = std::function<void(std::ostream&)>;
-  template <std::invocable<std::ostream&> Function>
-  FileContent(Function write) : write_(std::move(write)) {}
-  FileContent(std::string text);
-  FileContent(nlohmann::json content);
-
-  void write(std::ostream& out) const { write_(out); }
-
- private:
-  Write write_;
-};
+using FileContent = std::variant<std::string, nlohmann::json, std::function<void(std::ostream&)>>;
 
 /// Writes a file, which gets its name when it is whole; one that has the name is replaced then. Leaves
 /// nothing behind when it cannot be written (disk full, for example), and throws RunError, or, where a file

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two schedules of one task set side by side, and the authors' response time (their sensor.hpp).
-#include "validation/schedule_comparison.hpp"
+#include "validation/validation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "validation/run_validation.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -13,7 +11,7 @@
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 #include "simulated/own_times.hpp"
-#include "validation/prediction.hpp"
+#include "validation/validation.hpp"
 
 namespace hotpath {
 
@@ -40,7 +38,17 @@ class ValidatedRun {
  public:
   ValidatedRun(const fs::path& run, const fs::path& reference)
       : reference_(reference), measured_(run, "RUN") {
-    read_facts();
+    try {
+      const json& facts = measured_.facts();
+      graph_ = load_graph(find_graph(facts.at("graph").at("file").get<std::string>()));
+      graph_.work = word<WorkMode>(facts, "work");
+      if (facts.contains("platform")) graph_.platform = platform_from_json(facts.at("platform"));
+      graph_.platform.cores = measured_.cores();
+      scheduling_ = {word<SubscriptionRule>(facts, "rule"), word<Ties>(facts, "ties"), 2};
+      load_percent_ = facts.at("load_percent").get<double>();
+    } catch (const json::exception& error) {
+      measured_.fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
+    }
     tasks_ = make_tasks(graph_);
     measured_.load(tasks_.set);
   }
@@ -58,24 +66,10 @@ class ValidatedRun {
     return parse<Enum>(facts.at(key).get<std::string>()).value_or(Enum{});
   }
 
-  void read_facts() {
-    try {
-      const json& facts = measured_.facts();
-      graph_ = load_graph(find_graph(facts.at("graph").at("file").get<std::string>()));
-      graph_.work = word<WorkMode>(facts, "work");
-      if (facts.contains("platform")) graph_.platform = platform_from_json(facts.at("platform"));
-      graph_.platform.cores = measured_.cores();
-      scheduling_ = {word<SubscriptionRule>(facts, "rule"), word<Ties>(facts, "ties"), 2};
-      load_percent_ = facts.at("load_percent").get<double>();
-    } catch (const json::exception& error) {
-      measured_.fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
-    }
-  }
-
   RunValidation validate(const Trace& trace) const {
     GraphTasks tasks = tasks_;
     const auto first = measured_.first_timestamps(tasks.set, trace.executor, trace.repetition);
-    for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
+    set_phases(tasks.set, first);
     const ExecutorSpec executor = parse_executor(trace.executor, scheduling_);
     SimulationOptions options;
     options.platform = make_platform(graph_, *executor.entry);
@@ -128,7 +122,7 @@ class ValidatedRun {
       latencies.real = real_latencies(row);
       const auto theirs = read_phases(file, graph_, label_there);
       TaskSet set = tasks_.set;
-      for (TaskId id = 0; id < theirs.size(); ++id) set.tasks[id].phase = theirs[id];
+      set_phases(set, theirs);
       latencies.phases_differ_ms = largest_phase_difference_ms(set, first);
       return;
     }

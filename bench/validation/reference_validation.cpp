@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "validation/timers_only_validation.hpp"
-
 #include <algorithm>
 #include <map>
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "validation/prediction.hpp"
-#include "validation/schedule_comparison.hpp"
+#include "validation/validation.hpp"
 
 namespace hotpath {
 
@@ -22,17 +19,23 @@ struct TimersOnlyRun {
   double imu_lost_percent = 0, response_p50_ms = 0, response_p99_ms = 0;
 };
 
+void widen(Range& range, double x) { range = {std::min(range.front(), x), std::max(range.back(), x)}; }
+
 void add(TimersOnlyRanges& ranges, const TimersOnlyRun& run) {
-  ranges.imu_lost_percent.add(run.imu_lost_percent);
-  ranges.response_authors_p50_ms.add(run.response_p50_ms);
-  ranges.response_authors_p99_ms.add(run.response_p99_ms);
+  widen(ranges.imu_lost_percent, run.imu_lost_percent);
+  widen(ranges.response_authors_p50_ms, run.response_p50_ms);
+  widen(ranges.response_authors_p99_ms, run.response_p99_ms);
+}
+
+/// Whether they have a value in common, or nearly so.
+bool meet(const Range& a, const Range& b, double slack) {
+  return a.front() - slack <= b.back() && b.front() <= a.back() + slack;
 }
 
 TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duration step) {
   constexpr Duration kLength = 45s;
   GraphTasks tasks = make_tasks(graph);
-  const auto first = make_phases(graph, tasks, Phases::creation, {step, 1});
-  for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
+  set_phases(tasks.set, make_phases(graph, tasks, Phases::creation, {step, 1}));
   const Schedule s = predict_timers(tasks.set, executor, reference_platform(executor), kLength);
   TimersOnlyRun run;
   for (TaskId id = 0; id < s.set.size(); ++id) {
@@ -55,11 +58,7 @@ TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duratio
 using Subject = std::pair<std::string, std::string>;
 
 std::map<Subject, TimersOnlyRanges> read_measured(const fs::path& file) {
-  struct Sum {
-    int tasks = 0;
-    TimersOnlyRun run;
-  };
-  std::map<Subject, std::map<std::string, Sum>> by_repetition;
+  std::map<Subject, std::map<std::string, std::pair<int, TimersOnlyRun>>> by_repetition;
   for (CsvReader row(file); row.next();) {
     const Subject subject(row.text("utilisation_percent"), row.text("executor"));
     auto& [tasks, run] = by_repetition[subject][std::string(row.text("repetition"))];
@@ -72,10 +71,10 @@ std::map<Subject, TimersOnlyRanges> read_measured(const fs::path& file) {
   }
   std::map<Subject, TimersOnlyRanges> measured;
   for (const auto& [subject, repetitions] : by_repetition) {
-    for (auto [repetition, sum] : repetitions) {
-      sum.run.response_p50_ms /= sum.tasks;
-      sum.run.response_p99_ms /= sum.tasks;
-      add(measured[subject], sum.run);
+    for (const auto& [repetition, sum] : repetitions) {
+      const auto& [tasks, run] = sum;
+      add(measured[subject],
+          {run.imu_lost_percent, run.response_p50_ms / tasks, run.response_p99_ms / tasks});
     }
   }
   return measured;
@@ -89,15 +88,6 @@ const ExecutorEntry* executor_of_fork(const std::string& name) {
 
 }  // namespace
 
-void Range::add(double x) {
-  low = std::min(low, x);
-  high = std::max(high, x);
-}
-
-bool Range::meets(const Range& other, double slack) const {
-  return low - slack <= other.high && other.low <= high + slack;
-}
-
 std::vector<TimersOnlyValidation> validate_timers_only(const fs::path& reference) {
   std::vector<TimersOnlyValidation> all;
   for (const auto& [subject, measured] : read_measured(reference / "rclcpp_timers_only.csv")) {
@@ -108,11 +98,41 @@ std::vector<TimersOnlyValidation> validate_timers_only(const fs::path& reference
     for (const Duration step : {2500us, 3000us, 3500us, 4000us, 4500us, 5000us}) {
       add(simulated, predict(graph, *executor, step));
     }
-    const bool lost_fits = measured.imu_lost_percent.meets(simulated.imu_lost_percent, kSameLoss_percent);
+    const bool lost_fits = meet(measured.imu_lost_percent, simulated.imu_lost_percent, kSameLoss_percent);
     all.push_back({graph.name, std::string(executor->name), measured, simulated,
                    lost_fits ? "lost jobs as measured"
                              : "lost jobs differ: the phases of these runs were not recorded, and they "
                                "decide which timers share a window"});
+  }
+  return all;
+}
+
+std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& reference) {
+  Graph graph = load_graph(find_graph("autoware"));
+  for (Node& node : graph.nodes) {
+    if (node.execution_time > Duration{}) node.execution_time = node.best_case_execution_time = 4220us;
+  }
+  const std::filesystem::path file = reference / "rclcpp_autoware_phases.csv";
+  std::vector<AutowareValidation> all;
+  for (CsvReader row(file); row.next();) {
+    const std::string label(row.text("executor"));
+    const std::string name = label.substr(0, label.find(' '));
+    GraphTasks tasks = make_tasks(graph);
+    set_phases(tasks.set, read_phases(file, graph, name));
+    // Subscriptions before timers, and of two equals the earlier first, as the fork's heap has it.
+    const ExecutorSpec executor = parse_executor(name, {SubscriptionRule::first, Ties::fifo, 2});
+    SimulationOptions options;
+    options.platform = reference_platform(*executor.entry);
+    options.duration = 30s;
+    const WorstCaseTimes times(tasks.set);
+    // The six outputs of a hyperperiod (600 ms) differ: a whole number of them counts.
+    const Prediction p = predict(graph, tasks, executor, times, options, 1200ms);
+    AutowareValidation v{label, real_latencies(row), latency_quantiles(p.latencies_ms.at(0)), ""};
+    v.verdict =
+        median_verdict(v.measured, v.simulated, executor.entry->traits.many_workers ? 0.10 : 0.05,
+                       "six outputs alternate, and costs decide which of two crunch counts the median "
+                       "falls on");
+    all.push_back(std::move(v));
   }
   return all;
 }

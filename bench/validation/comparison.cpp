@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "validation/schedule_comparison.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "hotpath/core/job_order.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "program/text.hpp"
+#include "validation/validation.hpp"
 
 namespace hotpath {
 
@@ -86,6 +87,65 @@ ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& p
 
 bool agrees(const ScheduleComparison& c) {
   return c.similarity >= kSimilar && c.largest_loss_difference() <= kSameLoss_percent;
+}
+
+Prediction predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+                   const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up) {
+  std::vector<ChainObservation> observations;
+  GraphWorkload workload(graph, tasks, times, &observations);
+  Prediction p;
+  p.trace = simulate_trace(tasks.set, *executor.entry, executor.scheduler, workload, options);
+  p.latencies_ms.resize(graph.chains.size());
+  for (const ChainObservation& o : observations) {
+    if (o.sink_start < Time{} + warm_up) continue;
+    p.latencies_ms[o.chain].push_back(to_ms(o.sink_start - o.latest_source_start));
+  }
+  return p;
+}
+
+Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
+                        Duration duration) {
+  platform.wall_clock_work = true;
+  const WorstCaseTimes times(set);
+  PublishingWorkload workload(times);
+  SimulationOptions options;
+  options.platform = platform;
+  options.duration = duration;
+  return schedule_of(set, simulate_trace(set, executor, {}, workload, options));
+}
+
+void set_phases(TaskSet& set, const std::vector<Duration>& first) {
+  for (TaskId id = 0; id < first.size(); ++id) set.tasks[id].phase = first[id];
+}
+
+double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first) {
+  double largest = 0;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    largest = std::max(largest, std::abs(to_ms(set[id].phase - first[id])));
+  }
+  return largest;
+}
+
+LatencyQuantiles latency_quantiles(std::vector<double> samples_ms) {
+  std::sort(samples_ms.begin(), samples_ms.end());
+  const Quantiles q = quantiles(samples_ms);
+  return {q.n, quantile(samples_ms, 0.1), q.p50, q.p90, q.p99, q.max};
+}
+
+LatencyQuantiles real_latencies(const CsvReader& row) {
+  return {std::nullopt,
+          row.number<double>("hot_path_p10_ms"),
+          row.number<double>("hot_path_p50_ms"),
+          row.number<double>("hot_path_p90_ms"),
+          row.number<double>("hot_path_p99_ms"),
+          row.number<double>("hot_path_max_ms")};
+}
+
+std::string median_verdict(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
+                           double tolerance, const std::string& otherwise) {
+  const double percent = 100 * (simulated.p50 / measured.p50 - 1);
+  if (std::abs(percent) <= 100 * tolerance) return text("the median agrees (%+.1f %%)", percent);
+  return text("the median is %+.1f %% off: ", percent) + otherwise;
 }
 
 }  // namespace hotpath
