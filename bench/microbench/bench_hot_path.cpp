@@ -8,8 +8,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "live/repetition_runner.hpp"
-#include "microbench/counters.hpp"
-#include "microbench/program.hpp"
+#include "microbench/measurement.hpp"
 #include "microbench/raw_graph.hpp"
 #include "setup/executor_spec.hpp"
 
@@ -19,14 +18,6 @@ using namespace hotpath;
 using namespace std::chrono_literals;
 
 constexpr Duration kWarmUp = 300ms;
-
-Graph reference_graph() { return load_graph(find_graph("autoware")); }
-
-Graph graph_without_work() {
-  Graph graph = reference_graph();
-  scale_to_load(graph, 0);
-  return graph;
-}
 
 class Runs {
  public:
@@ -43,14 +34,11 @@ class Runs {
     repeat(state, executor, transport, [&](const Repetition& repetition) {
       std::vector<double> latencies;
       for (const ChainRecord& c : repetition.trace.chains) {
-        if (c.chain == 0) latencies.push_back(static_cast<double>(c.hot_path_latency.count()));
+        if (c.chain == 0) latencies.push_back(gbench::ns(c.hot_path_latency));
       }
       // The warm-up's share of them: outputs come at a constant rate.
-      const auto skipped = static_cast<std::ptrdiff_t>(latencies.size()) * kWarmUp / (kWarmUp + measured_);
-      latencies.erase(latencies.begin(), latencies.begin() + skipped);
-      gbench::Measurement found;
-      found.add_samples("hot_path", std::move(latencies));
-      return found;
+      const double share = gbench::ns(kWarmUp) / gbench::ns(kWarmUp + measured_);
+      return gbench::Measurement{}.add_samples("hot_path", gbench::warm(std::move(latencies), share));
     });
   }
 
@@ -75,10 +63,9 @@ class Runs {
 
  private:
   static gbench::Measurement cpu_per_callback(Duration cpu, std::uint64_t callbacks) {
-    gbench::Measurement found;
-    found.time_ns = static_cast<double>(cpu.count()) / static_cast<double>(callbacks);
-    found.counters = {{"cpu_per_callback_ns", found.time_ns}, {"callbacks", static_cast<double>(callbacks)}};
-    return found;
+    const auto number = static_cast<double>(callbacks);
+    const double each = gbench::ns(cpu) / number;
+    return {each, {{"cpu_per_callback_ns", each}, {"callbacks", number}}};
   }
 
   static FastDdsOptions fastdds_options() {
@@ -100,9 +87,7 @@ class Runs {
     for (auto _ : state) {
       const RepetitionResult result = run_repetition(plan, [](Duration) {});
       if (!result.measured) return state.SkipWithError(("no result: " + result.failure).c_str());
-      const gbench::Measurement found = measure(result.repetition);
-      state.SetIterationTime(found.time_ns / 1e9);
-      for (const auto& [name, value] : found.counters) state.counters[name] = value;
+      measure(result.repetition).report(state);
     }
   }
 
@@ -117,8 +102,10 @@ class Runs {
 int main(int argc, char** argv) {
   return gbench::run_program(argc, argv, [](bool quick) {
     const Duration measured = quick ? 700ms : 2s;
-    const auto working = std::make_shared<Runs>(reference_graph(), measured);
-    const auto idle = std::make_shared<Runs>(graph_without_work(), measured);
+    Graph graph = load_graph(find_graph("autoware"));
+    const auto working = std::make_shared<Runs>(graph, measured);
+    scale_to_load(graph, 0);
+    const auto idle = std::make_shared<Runs>(graph, measured);
     const auto add = [](const std::string& name, const std::function<void(benchmark::State&)>& run) {
       return benchmark::RegisterBenchmark(name.c_str(), run)->Iterations(1)->UseManualTime();
     };

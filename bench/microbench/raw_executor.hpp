@@ -9,6 +9,7 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <functional>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -17,6 +18,15 @@
 #include "hotpath/live/thread_setup.hpp"
 
 namespace hotpath::gbench {
+
+/// A message to write with `writer`, its contents as the loan came. Throws std::runtime_error without one.
+inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
+  void* message = nullptr;
+  writer.loan_sample(message,
+                     eprosima::fastdds::dds::DataWriter::LoanInitializationKind::NO_LOAN_INITIALIZATION);
+  if (message == nullptr) throw std::runtime_error("Fast DDS lent no sample");
+  return message;
+}
 
 /// The yardstick of executor and transport: Fast DDS with loaned samples and the threads of a live executor,
 /// a listener that hands each sample over to one thread that handles samples and timers in order, and nothing

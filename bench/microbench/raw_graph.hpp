@@ -5,10 +5,8 @@
 
 #include <deque>
 #include <map>
-#include <stdexcept>
 #include <string>
 
-#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/message.hpp"
 #include "microbench/raw_executor.hpp"
@@ -93,13 +91,7 @@ class RawGraph {
     }
   }
 
-  static void publish(eprosima::fastdds::dds::DataWriter& writer) {
-    using Initialization = eprosima::fastdds::dds::DataWriter::LoanInitializationKind;
-    void* message = nullptr;
-    writer.loan_sample(message, Initialization::NO_LOAN_INITIALIZATION);
-    if (message == nullptr) throw std::runtime_error("Fast DDS lent no sample");
-    writer.write(message);
-  }
+  static void publish(eprosima::fastdds::dds::DataWriter& writer) { writer.write(borrow_raw(writer)); }
 
   std::deque<RawNode> nodes_;
   Executor executor_;
