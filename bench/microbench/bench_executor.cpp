@@ -174,9 +174,7 @@ double since_timestamp(const JobRecord& r) { return ns(r.start - r.job.timestamp
 /// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so that theirs
 /// leaves the wake-up out: the lateness holds for all.
 Measurement dispatch_timers(const ExecutorEntry& entry, Duration length) {
-  const TaskSet set = staggered_timers(1, 1ms);
-  NoWork handler;
-  LiveRun live(set, entry.make(set, {}), handler, default_options(entry));
+  LiveRun live(staggered_timers(1, 1ms), entry);
   live.run(length);
   return Measurement{}
       .add_samples("release_to_start", live.of_jobs(since_release))
@@ -185,9 +183,7 @@ Measurement dispatch_timers(const ExecutorEntry& entry, Duration length) {
 
 /// Samples from another thread, one every millisecond, on an otherwise idle executor.
 Measurement dispatch_samples(const ExecutorEntry& entry, Duration length) {
-  const TaskSet set = subscriptions(1);
-  NoWork handler;
-  LiveRun live(set, entry.make(set, {}), handler, default_options(entry));
+  LiveRun live(subscriptions(1), entry);
   std::atomic<bool> stop = false;
   std::thread publisher([&] {
     minimise_timer_slack();
@@ -206,38 +202,34 @@ Measurement dispatch_samples(const ExecutorEntry& entry, Duration length) {
 Measurement hand_over(Duration length) {
   std::mutex mutex;
   std::condition_variable arrived;
-  Time sent{};
-  bool full = false, stop = false;
+  Time sent{};  // the epoch: taken; never: no more come
   std::vector<double> latencies;
   latencies.reserve(100'000);
   std::thread taker([&] {
     std::unique_lock lock(mutex);
     for (;;) {
-      arrived.wait(lock, [&] { return full || stop; });
-      if (stop) return;
-      full = false;
-      const Time sent_at = sent;
+      arrived.wait(lock, [&] { return sent != Time{}; });
+      const Time sent_at = std::exchange(sent, Time{});
+      if (sent_at == kNever) return;
       lock.unlock();
       latencies.push_back(ns(now() - sent_at));
       lock.lock();
     }
   });
+  const auto send = [&](bool last) {
+    {
+      const std::lock_guard lock(mutex);
+      sent = last ? kNever : now();
+    }
+    arrived.notify_one();
+  };
   minimise_timer_slack();
   const Time end = now() + length;
   for (Time next = now() + 1ms; next < end; next += 1ms) {
     sleep_until(next);
-    {
-      const std::lock_guard lock(mutex);
-      sent = now();
-      full = true;
-    }
-    arrived.notify_one();
+    send(false);
   }
-  {
-    const std::lock_guard lock(mutex);
-    stop = true;
-  }
-  arrived.notify_one();
+  send(true);
   taker.join();
   return Measurement{}.add_samples("arrival_to_start", std::move(latencies));
 }
@@ -271,12 +263,11 @@ ExecutorOptions with_timer_policy(const std::string& policy) {
 Measurement wake_up(const std::string& policy, Duration length) {
   constexpr int kTurns = 4;
   const TaskSet set = staggered_timers(1, 1ms);
-  NoWork handler;
   std::vector<double> executor, bare;
   for (int turn = 0; turn < kTurns; ++turn) {
     const std::vector<double> sleeps = bare_sleeps(policy, length / kTurns);
     bare.insert(bare.end(), sleeps.begin(), sleeps.end());
-    LiveRun live(set, find_executor("rm-ro")->make(set, {}), handler, with_timer_policy(policy));
+    LiveRun live(set, find_executor("rm-ro")->make(set, {}), no_work(), with_timer_policy(policy));
     live.run(length / kTurns);
     const std::vector<double> releases =
         live.of_jobs([](const JobRecord& r) { return ns(r.job.release - r.job.timestamp); });
@@ -319,8 +310,7 @@ Measurement cpu_time_per(Duration cpu, double callbacks, Duration length) {
 /// CPU time of an executor whose ten timers do nothing.
 Measurement timers_only(const ExecutorEntry& entry, int callbacks_per_s, Duration length) {
   const TaskSet set = staggered_timers(10, Duration(10s) / callbacks_per_s);
-  NoWork handler;
-  LiveRun live(set, entry.make(set, {}), handler, default_options(entry));
+  LiveRun live(set, entry);
   const Duration cpu = live.run(length);
   return cpu_time_per(cpu, live.jobs_run(), length);
 }
@@ -353,7 +343,8 @@ void register_release_benchmarks(bool quick) {
   }
 }
 
-void register_executor_benchmarks(bool quick) {
+void register_all(bool quick) {
+  register_release_benchmarks(quick);
   const Duration length = quick ? 200ms : 1s;
   for (const char* policy : {"other", "fifo:90"}) {
     register_isolated(std::string("wake_up/policy:") + policy, [=] { return wake_up(policy, 2 * length); });
@@ -385,8 +376,5 @@ void register_executor_benchmarks(bool quick) {
 }  // namespace hotpath::gbench
 
 int main(int argc, char** argv) {
-  return hotpath::gbench::run_program(argc, argv, [](bool quick) {
-    hotpath::gbench::register_release_benchmarks(quick);
-    hotpath::gbench::register_executor_benchmarks(quick);
-  });
+  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
 }

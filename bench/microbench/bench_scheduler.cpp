@@ -6,7 +6,6 @@
 #include <string>
 
 #include "hotpath/live/clock.hpp"
-#include "microbench/bench_queues.hpp"
 #include "microbench/measurement.hpp"
 #include "microbench/scheduler_cycles.hpp"
 

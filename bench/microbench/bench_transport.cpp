@@ -76,7 +76,7 @@ class HotpathSide {
   void add_subscribers() {
     const TaskSet set = subscriptions(plan_.subscribers, kDepth);
     const ExecutorEntry& entry = *find_executor("events-ro");
-    live_.emplace(set, entry.make(set, {}), handler_, default_options(entry), plan_.samples() + 1);
+    live_.emplace(set, entry.make(set, {}), no_work(), default_options(entry), plan_.samples() + 1);
     for (TaskId id = 0; id < set.size(); ++id) {
       transport_->add_reader(kTopic, id, kDepth, 1, live_->executor());
     }
@@ -94,7 +94,6 @@ class HotpathSide {
 
  private:
   const Plan plan_;
-  NoWork handler_;
   std::optional<LiveRun> live_;
   std::unique_ptr<Transport<Message>> transport_;
   std::uint32_t writer_ = 0;
@@ -134,7 +133,7 @@ class RawSide {
  private:
   const Plan plan_;
   std::vector<double> latencies_;
-  RawExecutor<Traits> executor_;
+  RawExecutor<Message> executor_;
   FastDdsParticipant participant_;
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
 };

@@ -20,10 +20,12 @@ inline void sleep_until(Time instant) {
 }
 
 /// A handler whose jobs do nothing.
-class NoWork final : public JobHandler {
- public:
-  void run(const Job&, Time, Sample, Worker) override {}
-};
+inline JobHandler& no_work() {
+  static class NoWork final : public JobHandler {
+    void run(const Job&, Time, Sample, Worker) override {}
+  } handler;
+  return handler;
+}
 
 /// A live executor and the memory of its records.
 class LiveRun {
@@ -38,6 +40,10 @@ class LiveRun {
     }
     executor_ = std::make_unique<Executor>(set, std::move(scheduler), handler, logs_, options);
   }
+
+  /// An executor with its defaults, whose jobs do nothing.
+  LiveRun(const TaskSet& set, const ExecutorEntry& entry)
+      : LiveRun(set, entry.make(set, {}), no_work(), default_options(entry)) {}
 
   Executor& executor() { return *executor_; }
 

@@ -31,10 +31,9 @@ inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
 /// The yardstick of executor and transport: Fast DDS with loaned samples and the threads of a live executor,
 /// a listener that hands each sample over to one thread that handles samples and timers in order, and nothing
 /// else. (Participant and endpoints are set up by FastDdsParticipant, so that all settings are the same.)
-template <class Traits>
+template <class Message>
 class RawExecutor {
  public:
-  using Message = typename Traits::Message;
   using OnSample = std::function<void(const Message&)>;
 
   ~RawExecutor() { stop(); }
