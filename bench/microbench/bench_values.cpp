@@ -72,7 +72,7 @@ void add_row(BenchValues& bench, const json& row) {
   }
 }
 
-/// Every repetition is one sample of its own.
+/// Every repetition is one sample.
 RepeatedSamples repetitions(const std::vector<double>& values) {
   std::vector<std::vector<double>> samples;
   for (const double v : values) samples.push_back({v});

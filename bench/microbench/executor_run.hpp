@@ -87,7 +87,7 @@ class LiveRun {
   Time warm_{};
 };
 
-/// `n` subscriptions, each in a callback group of its own.
+/// `n` subscriptions, each in a separate callback group.
 inline TaskSet subscriptions(std::uint32_t n, std::uint32_t depth = 1) {
   TaskSet set;
   set.groups.assign(n, CallbackGroup::mutually_exclusive);

@@ -39,7 +39,7 @@ inline std::vector<double> warm(std::vector<double> samples, double share = 0.1)
   return samples;
 }
 
-/// What one live measurement found: the time that it reports, and further values by name. Units are the
+/// What one live measurement found: its time, and further values by name. Units are the
 /// endings of names.
 struct Measurement {
   double time_ns = 0;
@@ -65,7 +65,7 @@ struct Measurement {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Measurement, time_ns, counters)
 
-/// Runs `measure` in a process of its own, so that nothing that ran before has an influence, and makes its
+/// Runs `measure` in a new process, so that nothing that ran before has an influence, and makes its
 /// values the benchmark's: manual time and counters. A measurement that throws or dies becomes the
 /// benchmark's error. The calling process must have one thread only.
 inline void run_isolated(benchmark::State& state, const std::function<Measurement()>& measure) {

@@ -167,7 +167,7 @@ struct StandardQueueOfKeys {
 };
 
 struct SortedVector {
-  std::vector<KeyedJob> jobs;  // the first to run is the last
+  std::vector<KeyedJob> jobs;  // the first to run is the last element
   void push(const Job& job) {
     const KeyedJob keyed{key_of(job), job};
     jobs.insert(std::lower_bound(jobs.begin(), jobs.end(), keyed), keyed);
