@@ -6,8 +6,8 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
-#include "microbench/bench_compare.hpp"
 #include "microbench/bench_suite.hpp"
+#include "microbench/bench_values.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {

@@ -1,25 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an executor costs with real threads and the real clock. Here: the release of timers, as the authors of
-// the paper measured it (their trace_timer_management_overhead.sh): delta per released timer and k per pass
-// of the timer management thread, waiting for the lock left out.
+// What an executor costs with real threads and the real clock: the release of timers, as the authors of the
+// paper measured it (their trace_timer_management_overhead.sh): delta per released timer and k per pass of
+// the timer management thread, waiting for the lock left out. Then dispatch latency, wake-up latency,
+// throughput and CPU time of whole live executors.
+#include <atomic>
+#include <condition_variable>
 #include <mutex>
-#include <thread>
 
 #include "hotpath/core/events_scheduler.hpp"
-#include "hotpath/live/clock.hpp"
-#include "microbench/bench_executor_live.hpp"
-#include "microbench/counters.hpp"
 #include "microbench/executor_run.hpp"
-#include "microbench/program.hpp"
+#include "setup/executor_spec.hpp"
 
+namespace hotpath::gbench {
 namespace {
 
-using namespace hotpath;
-using namespace std::chrono_literals;
-using gbench::Measurement;
-using gbench::ns;
-
 constexpr Worker kExecutor = EventsScheduler::kExecutor, kTimerManagement = EventsScheduler::kTimerManagement;
+
+/// `n` timers of one period, due one after another.
+TaskSet staggered_timers(std::uint32_t n, Duration period) {
+  TaskSet set;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    Task& t = set.tasks.emplace_back();
+    t.name = "timer" + std::to_string(i);
+    t.period = t.deadline = period;
+    t.phase = period * i / n;
+  }
+  return set;
+}
 
 /// Another scheduler whose releases are timed.
 class TimedReleases final : public Scheduler {
@@ -107,7 +114,7 @@ class ParkedWorker {
 /// Passes of the timer management thread, each with `due` timers due: its turn under the lock, and the
 /// wake-up of a sleeping executor thread after it.
 Measurement release_passes(const ExecutorEntry& entry, std::uint32_t due, bool wake, int passes) {
-  TaskSet set = gbench::staggered_timers(due, 1ms);
+  TaskSet set = staggered_timers(due, 1ms);
   for (Task& t : set.tasks) t.phase = Duration{};
   std::vector<double> delta, k;
   delta.reserve(static_cast<std::size_t>(passes) * due);
@@ -135,10 +142,7 @@ Measurement release_passes(const ExecutorEntry& entry, std::uint32_t due, bool w
     while (!wake && scheduler.decide(kExecutor, virtual_now).job) {
     }
   }
-  Measurement found;
-  found.add_samples("delta", gbench::warm(std::move(delta)));
-  found.add_samples("k", gbench::warm(std::move(k)));
-  return found;
+  return Measurement{}.add_samples("delta", warm(std::move(delta))).add_samples("k", warm(std::move(k)));
 }
 
 /// delta in a running executor, whose timer management thread sleeps between two passes.
@@ -155,37 +159,222 @@ Measurement live_releases(const ExecutorEntry& entry, bool executor_busy, Durati
    private:
     const bool busy_;
   } handler(executor_busy);
-  const TaskSet set = gbench::staggered_timers(1, 1ms);
+  const TaskSet set = staggered_timers(1, 1ms);
   std::vector<double> delta;
   delta.reserve(1'000'000);
-  gbench::LiveRun live(set, std::make_unique<TimedReleases>(entry.make(set, {}), delta), handler,
-                       default_options(entry), 1'000'000);
+  LiveRun live(set, std::make_unique<TimedReleases>(entry.make(set, {}), delta), handler,
+               default_options(entry), 1'000'000);
   live.run(length);
+  return Measurement{}.add_samples("delta", warm(std::move(delta)));
+}
+
+double since_release(const JobRecord& r) { return ns(r.start - r.job.release); }
+double since_timestamp(const JobRecord& r) { return ns(r.start - r.job.timestamp); }
+
+/// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so that theirs
+/// leaves the wake-up out: the lateness holds for all.
+Measurement dispatch_timers(const ExecutorEntry& entry, Duration length) {
+  LiveRun live(staggered_timers(1, 1ms), entry);
+  live.run(length);
+  return Measurement{}
+      .add_samples("release_to_start", live.of_jobs(since_release))
+      .add_samples("lateness", live.of_jobs(since_timestamp));
+}
+
+/// Samples from another thread, one every millisecond, on an otherwise idle executor.
+Measurement dispatch_samples(const ExecutorEntry& entry, Duration length) {
+  LiveRun live(subscriptions(1), entry);
+  std::atomic<bool> stop = false;
+  std::thread publisher([&] {
+    minimise_timer_slack();
+    for (Time next = now() + 30ms; !stop; next += 1ms) {
+      sleep_until(next);
+      live.executor().deliver(0, {now(), kNever, {}}, {});
+    }
+  });
+  live.run(length);
+  stop = true;
+  publisher.join();
+  return Measurement{}.add_samples("arrival_to_start", live.of_jobs(since_timestamp));
+}
+
+/// The yardstick of that: a value from one thread to another with a condition variable.
+Measurement hand_over(Duration length) {
+  std::mutex mutex;
+  std::condition_variable arrived;
+  Time sent{};  // the epoch: taken; never: no more come
+  std::vector<double> latencies;
+  latencies.reserve(100'000);
+  std::thread taker([&] {
+    std::unique_lock lock(mutex);
+    for (;;) {
+      arrived.wait(lock, [&] { return sent != Time{}; });
+      const Time sent_at = std::exchange(sent, Time{});
+      if (sent_at == kNever) return;
+      lock.unlock();
+      latencies.push_back(ns(now() - sent_at));
+      lock.lock();
+    }
+  });
+  const auto send = [&](bool last) {
+    {
+      const std::lock_guard lock(mutex);
+      sent = last ? kNever : now();
+    }
+    arrived.notify_one();
+  };
+  minimise_timer_slack();
+  const Time end = now() + length;
+  for (Time next = now() + 1ms; next < end; next += 1ms) {
+    sleep_until(next);
+    send(false);
+  }
+  send(true);
+  taker.join();
+  return Measurement{}.add_samples("arrival_to_start", std::move(latencies));
+}
+
+/// Lateness of a bare loop of absolute sleeps, in a thread with this policy and minimal timer slack.
+std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
+  std::vector<double> late;
+  late.reserve(100'000);
+  std::thread sleeper([&] {
+    minimise_timer_slack();
+    static_cast<void>(apply_thread_policy({parse_thread_policy(policy), true}));
+    const Time first = now() + 20ms;
+    for (Time next = first; next < first + length; next += 1ms) {
+      sleep_until(next);
+      late.push_back(ns(now() - next));
+    }
+  });
+  sleeper.join();
+  return warm(std::move(late));
+}
+
+/// The executor's own defaults, with a timer thread at SCHED_FIFO 90 or an ordinary one where it has one.
+/// Throws ThreadSetupError when that is not permitted.
+ExecutorOptions with_timer_policy(const std::string& policy) {
+  ExecutorOptions options;
+  options.timer_thread = {parse_thread_policy(policy), true};
+  return options;
+}
+
+/// Lateness of the timer management thread's releases and of a bare loop, in turns.
+Measurement wake_up(const std::string& policy, Duration length) {
+  constexpr int kTurns = 4;
+  const TaskSet set = staggered_timers(1, 1ms);
+  std::vector<double> executor, bare;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const std::vector<double> sleeps = bare_sleeps(policy, length / kTurns);
+    bare.insert(bare.end(), sleeps.begin(), sleeps.end());
+    LiveRun live(set, find_executor("rm-ro")->make(set, {}), no_work(), with_timer_policy(policy));
+    live.run(length / kTurns);
+    const std::vector<double> releases =
+        live.of_jobs([](const JobRecord& r) { return ns(r.job.release - r.job.timestamp); });
+    executor.insert(executor.end(), releases.begin(), releases.end());
+  }
   Measurement found;
-  found.add_samples("delta", gbench::warm(std::move(delta)));
+  found.add_samples("wake_up", std::move(executor));
+  found.add_samples("bare_sleep", std::move(bare));
+  found.counters["ratio_to_bare_sleep"] =
+      found.counters["wake_up_p50_ns"] / found.counters["bare_sleep_p50_ns"];
   return found;
 }
 
-void register_all(bool quick) {
+/// Every job makes its own task ready again: as many jobs as there are tasks are ready at all times.
+Measurement throughput(const ExecutorSpec& executor, std::uint32_t ready, Duration length) {
+  class Refill final : public JobHandler {
+   public:
+    void run(const Job& job, Time start, Sample, Worker) override {
+      sink->deliver(job.task, {start, start + 1ms, job.ref()}, {});
+    }
+    SampleSink* sink = nullptr;
+  } handler;
+  const TaskSet set = subscriptions(ready);
+  LiveRun live(set, executor.entry->make(set, executor.scheduler), handler, default_options(*executor.entry),
+               1000);
+  handler.sink = &live.executor();
+  for (TaskId id = 0; id < ready; ++id) live.executor().deliver(id, {now(), now(), {}}, {});
+  const Time before = now();
+  live.run(length);
+  const Duration wall = now() - before;
+  const double jobs = live.jobs_run();
+  return {ns(wall) / jobs, {{"jobs_per_s", jobs / ns(wall) * 1e9}}};
+}
+
+Measurement cpu_time_per(Duration cpu, double callbacks, Duration length) {
+  const double each = ns(cpu) / callbacks;
+  return {each, {{"cpu_per_callback_ns", each}, {"cpu_percent", 100 * ns(cpu) / ns(length)}}};
+}
+
+/// CPU time of an executor whose ten timers do nothing.
+Measurement timers_only(const ExecutorEntry& entry, int callbacks_per_s, Duration length) {
+  const TaskSet set = staggered_timers(10, Duration(10s) / callbacks_per_s);
+  LiveRun live(set, entry);
+  const Duration cpu = live.run(length);
+  return cpu_time_per(cpu, live.jobs_run(), length);
+}
+
+Measurement bare_timer(int callbacks_per_s, Duration length) {
+  const Duration before = process_cpu_time();
+  const Time first = now();
+  double wake_ups = 0;
+  for (Time next = first; next < first + length; next += Duration(1s) / callbacks_per_s, ++wake_ups)
+    sleep_until(next);
+  return cpu_time_per(process_cpu_time() - before, wake_ups, length);
+}
+
+void register_release_benchmarks(bool quick) {
   const Duration length = quick ? 200ms : 1s;
   for (const char* name : {"events-ro", "rm-ro", "edf-ro"}) {
     const ExecutorEntry& e = *find_executor(name);
     for (const std::uint32_t due : {1U, 8U, 64U}) {
       for (const bool wake : {false, true}) {
         const int passes = (quick ? 1000 : 5000) * (wake ? 1 : 4);
-        gbench::register_isolated("release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
-                                      "/wake:" + (wake ? "1" : "0"),
-                                  [=, &e] { return release_passes(e, due, wake, passes); });
+        register_isolated("release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
+                              "/wake:" + (wake ? "1" : "0"),
+                          [=, &e] { return release_passes(e, due, wake, passes); });
       }
     }
     for (const bool busy : {false, true}) {
-      gbench::register_isolated("live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
-                                [=, &e] { return live_releases(e, busy, length); });
+      register_isolated("live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
+                        [=, &e] { return live_releases(e, busy, length); });
     }
   }
-  gbench::register_live_benchmarks(quick);
+}
+
+void register_all(bool quick) {
+  register_release_benchmarks(quick);
+  const Duration length = quick ? 200ms : 1s;
+  for (const char* policy : {"other", "fifo:90"}) {
+    register_isolated(std::string("wake_up/policy:") + policy, [=] { return wake_up(policy, 2 * length); });
+  }
+  register_isolated("dispatch_sample/condition_variable", [=] { return hand_over(length); });
+  for (const int rate : {100, 1000}) {
+    register_isolated("timers_only/bare_sleep/per_s:" + std::to_string(rate),
+                      [=] { return bare_timer(rate, length); });
+  }
+  for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "events-ro",
+                                 "events-re", "rm-ro", "rm-re"}) {
+    for (const std::uint32_t ready : {1U, 100U}) {
+      register_isolated("throughput/" + name + "/ready:" + std::to_string(ready),
+                        [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
+    }
+  }
+  for (const std::string name : {"default", "static", "multi", "events-ro", "events-re", "rm-ro", "rm-re"}) {
+    const ExecutorEntry& e = *find_executor(name);
+    register_isolated("dispatch_timer/" + name, [=, &e] { return dispatch_timers(e, length); });
+    register_isolated("dispatch_sample/" + name, [=, &e] { return dispatch_samples(e, length); });
+    for (const int rate : {100, 1000}) {
+      register_isolated("timers_only/" + name + "/per_s:" + std::to_string(rate),
+                        [=, &e] { return timers_only(e, rate, length); });
+    }
+  }
 }
 
 }  // namespace
+}  // namespace hotpath::gbench
 
-int main(int argc, char** argv) { return gbench::run_program(argc, argv, register_all); }
+int main(int argc, char** argv) {
+  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
+}

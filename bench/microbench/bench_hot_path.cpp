@@ -2,31 +2,102 @@
 // The reference system as a Google Benchmark: each run is one repetition in fresh processes. hot_path's time
 // is the median latency; callback's is the CPU time of one callback of a graph without work, beside that of
 // the same graph on Fast DDS alone.
+#include <Message4kbPubSubTypes.h>
 #include <unistd.h>
+
+#include <deque>
+#include <map>
 
 #include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/message.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "live/repetition_runner.hpp"
-#include "microbench/counters.hpp"
-#include "microbench/program.hpp"
-#include "microbench/raw_graph.hpp"
+#include "microbench/measurement.hpp"
+#include "microbench/raw_executor.hpp"
 #include "setup/executor_spec.hpp"
 
+namespace hotpath::gbench {
 namespace {
-
-using namespace hotpath;
-using namespace std::chrono_literals;
 
 constexpr Duration kWarmUp = 300ms;
 
-Graph reference_graph() { return load_graph(find_graph("autoware")); }
+/// The yardstick of a whole graph without work: its topics, timers and message sizes over Fast DDS, with the
+/// threads of a live executor and none of our code, and with nodes that only pass data on. (What they publish
+/// is left as the loan came.)
+class RawGraph {
+ public:
+  /// First timestamps are the phases in `tasks`, relative to `epoch`. Throws TransportError.
+  RawGraph(const Graph& graph, const GraphTasks& tasks, const FastDdsOptions& options, Time epoch)
+      : participant_(options) {
+    participant_.register_type(eprosima::fastdds::dds::TypeSupport(new msg::Message4kbPubSubType));
+    std::map<std::string, std::uint32_t> readers, writers;
+    for (const Node& node : graph.nodes) {
+      for (const Input& input : node.inputs) ++readers[input.topic];
+      for (const std::string& output : node.outputs) ++writers[output];
+    }
+    for (const Node& node : graph.nodes) {
+      RawNode& raw = nodes_.emplace_back();
+      for (const std::string& output : node.outputs) {
+        raw.writers.push_back(participant_.add_writer(output, 1, readers[output]));
+      }
+    }
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      const TaskOrigin origin = tasks.origin[id];
+      const Node& node = graph.nodes[origin.node];
+      RawNode& raw = nodes_[origin.node];
+      if (origin.input) {
+        const Input& input = node.inputs[*origin.input];
+        executor_.add_reader(participant_, input.topic, input.depth, writers[input.topic],
+                             subscription(node, raw, *origin.input));
+      } else {
+        executor_.add_timer(epoch + tasks.set[id].phase, node.period, [this, &raw] {
+          ++callbacks_;
+          publish(*raw.writers.front());
+        });
+      }
+    }
+    participant_.wait_until_matched(now() + std::chrono::seconds(10));
+  }
 
-Graph graph_without_work() {
-  Graph graph = reference_graph();
-  scale_to_load(graph, 0);
-  return graph;
-}
+  void start() { executor_.start(); }
+  void stop() { executor_.stop(); }
+
+  /// Timers and samples handled until stop().
+  std::uint64_t callbacks() const { return callbacks_; }
+
+ private:
+  using Executor = RawExecutor<msg::Message4kb>;
+
+  struct RawNode {
+    std::vector<eprosima::fastdds::dds::DataWriter*> writers;
+    std::uint32_t inputs_seen = 0;  // of a fusion, since its last publication
+  };
+
+  Executor::OnSample subscription(const Node& node, RawNode& raw, std::uint32_t input) {
+    const bool passes_on = node.type == NodeType::transform || node.type == NodeType::intersection;
+    auto* const writer = passes_on                       ? raw.writers[input]
+                         : node.type == NodeType::fusion ? raw.writers.front()
+                                                         : nullptr;
+    // A fusion publishes when each of its inputs has come, the others with every sample.
+    const std::uint32_t own = passes_on ? 0 : 1U << input,
+                        all = passes_on ? 0 : (1U << node.inputs.size()) - 1;
+    return [this, &raw, writer, own, all](const msg::Message4kb&) {
+      ++callbacks_;
+      raw.inputs_seen |= own;
+      if (writer == nullptr || raw.inputs_seen != all) return;
+      raw.inputs_seen = 0;
+      publish(*writer);
+    };
+  }
+
+  static void publish(eprosima::fastdds::dds::DataWriter& writer) { writer.write(borrow_raw(writer)); }
+
+  std::deque<RawNode> nodes_;
+  Executor executor_;
+  FastDdsParticipant participant_;
+  std::uint64_t callbacks_ = 0;
+};
 
 class Runs {
  public:
@@ -43,14 +114,11 @@ class Runs {
     repeat(state, executor, transport, [&](const Repetition& repetition) {
       std::vector<double> latencies;
       for (const ChainRecord& c : repetition.trace.chains) {
-        if (c.chain == 0) latencies.push_back(static_cast<double>(c.hot_path_latency.count()));
+        if (c.chain == 0) latencies.push_back(ns(c.hot_path_latency));
       }
       // The warm-up's share of them: outputs come at a constant rate.
-      const auto skipped = static_cast<std::ptrdiff_t>(latencies.size()) * kWarmUp / (kWarmUp + measured_);
-      latencies.erase(latencies.begin(), latencies.begin() + skipped);
-      gbench::Measurement found;
-      found.add_samples("hot_path", std::move(latencies));
-      return found;
+      const double share = ns(kWarmUp) / ns(kWarmUp + measured_);
+      return Measurement{}.add_samples("hot_path", warm(std::move(latencies), share));
     });
   }
 
@@ -62,23 +130,22 @@ class Runs {
     });
   }
 
-  gbench::Measurement raw_callback() const {
+  Measurement raw_callback() const {
     const Time epoch = now() + 500ms;
-    gbench::RawGraph raw(graph_, tasks_, fastdds_options(), epoch);
+    RawGraph raw(graph_, tasks_, fastdds_options(), epoch);
     std::this_thread::sleep_until(epoch);
-    const Duration before = gbench::process_cpu_time();
+    const Duration before = process_cpu_time();
     raw.start();
     std::this_thread::sleep_until(epoch + kWarmUp + measured_);
     raw.stop();
-    return cpu_per_callback(gbench::process_cpu_time() - before, raw.callbacks());
+    return cpu_per_callback(process_cpu_time() - before, raw.callbacks());
   }
 
  private:
-  static gbench::Measurement cpu_per_callback(Duration cpu, std::uint64_t callbacks) {
-    gbench::Measurement found;
-    found.time_ns = static_cast<double>(cpu.count()) / static_cast<double>(callbacks);
-    found.counters = {{"cpu_per_callback_ns", found.time_ns}, {"callbacks", static_cast<double>(callbacks)}};
-    return found;
+  static Measurement cpu_per_callback(Duration cpu, std::uint64_t callbacks) {
+    const auto number = static_cast<double>(callbacks);
+    const double each = ns(cpu) / number;
+    return {each, {{"cpu_per_callback_ns", each}, {"callbacks", number}}};
   }
 
   static FastDdsOptions fastdds_options() {
@@ -88,7 +155,7 @@ class Runs {
   }
 
   void repeat(benchmark::State& state, const std::string& executor, TransportKind transport,
-              const std::function<gbench::Measurement(const Repetition&)>& measure) const {
+              const std::function<Measurement(const Repetition&)>& measure) const {
     RepetitionPlan plan;
     plan.graph = &graph_;
     plan.tasks = tasks_;
@@ -100,9 +167,7 @@ class Runs {
     for (auto _ : state) {
       const RepetitionResult result = run_repetition(plan, [](Duration) {});
       if (!result.measured) return state.SkipWithError(("no result: " + result.failure).c_str());
-      const gbench::Measurement found = measure(result.repetition);
-      state.SetIterationTime(found.time_ns / 1e9);
-      for (const auto& [name, value] : found.counters) state.counters[name] = value;
+      measure(result.repetition).report(state);
     }
   }
 
@@ -113,12 +178,17 @@ class Runs {
 };
 
 }  // namespace
+}  // namespace hotpath::gbench
 
 int main(int argc, char** argv) {
-  return gbench::run_program(argc, argv, [](bool quick) {
+  using namespace hotpath;
+  using namespace hotpath::gbench;
+  return run_program(argc, argv, [](bool quick) {
     const Duration measured = quick ? 700ms : 2s;
-    const auto working = std::make_shared<Runs>(reference_graph(), measured);
-    const auto idle = std::make_shared<Runs>(graph_without_work(), measured);
+    Graph graph = load_graph(find_graph("autoware"));
+    const auto working = std::make_shared<Runs>(graph, measured);
+    scale_to_load(graph, 0);
+    const auto idle = std::make_shared<Runs>(graph, measured);
     const auto add = [](const std::string& name, const std::function<void(benchmark::State&)>& run) {
       return benchmark::RegisterBenchmark(name.c_str(), run)->Iterations(1)->UseManualTime();
     };
@@ -133,7 +203,7 @@ int main(int argc, char** argv) {
         })->Unit(benchmark::kMicrosecond);
       }
     }
-    gbench::register_isolated("callback/raw_fastdds", [=] {
+    register_isolated("callback/raw_fastdds", [=] {
       return idle->raw_callback();
     })->Unit(benchmark::kMicrosecond);
   });

@@ -5,100 +5,67 @@
 #include <array>
 #include <string>
 
-#include "hotpath/analysis/statistics.hpp"
-#include "microbench/bench_queues.hpp"
-#include "microbench/program.hpp"
+#include "hotpath/live/clock.hpp"
+#include "microbench/measurement.hpp"
 #include "microbench/scheduler_cycles.hpp"
 
+namespace hotpath::gbench {
 namespace {
-
-using namespace hotpath;
-using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
-using gbench::SampleCycle;
-using gbench::TimerCycle;
 
 /// Jobs of one timed block: so many that reading the clock does not count, so few that the ready queue hardly
 /// changes.
 constexpr std::int64_t kBlock = 50;
 
-std::int64_t block_of(std::int64_t tasks) { return std::min(kBlock, tasks / 2); }
-
-enum class Ready { empty, hundred, full };
-
-std::int64_t ready_jobs(Ready ready, std::int64_t tasks) {
-  switch (ready) {
-    case Ready::empty:
-      return 0;
-    case Ready::hundred:
-      return 100;
-    case Ready::full:
-      return tasks - block_of(tasks);
-  }
-  return 0;
-}
-
-/// Time of one operation: the median over blocks, which an interruption of one block does not change.
-class BlockTimes {
- public:
-  explicit BlockTimes(std::int64_t block) : block_(block) { per_job_ns_.reserve(kKept); }
-  void add(Clock::duration d) {
-    if (per_job_ns_.size() < kKept) {
-      per_job_ns_.push_back(static_cast<double>(Duration(d).count()) / static_cast<double>(block_));
-    }
-  }
-  double median() { return quantiles(std::move(per_job_ns_)).p50; }
-
- private:
-  static constexpr std::size_t kKept = 100'000;
-  const std::int64_t block_;
-  std::vector<double> per_job_ns_;
-};
-
-/// Time: release, decision and finish of one job, the mean. Counters: each of them.
+/// Time: release, decision and finish of one job, the mean. Counters: each of them, the median over blocks,
+/// which an interruption of one block does not change. `ready` jobs wait all the time, at most all that there
+/// are.
 template <class Cycle>
-void cycle(benchmark::State& state, const ExecutorEntry& executor, Ready ready) {
-  const std::int64_t tasks = state.range(0), block = block_of(tasks);
-  Cycle jobs(executor, tasks, ready_jobs(ready, tasks));
+void cycle(benchmark::State& state, const ExecutorEntry& executor, std::int64_t ready) {
+  const std::int64_t tasks = state.range(0), block = std::min(kBlock, tasks / 2);
+  Cycle jobs(executor, tasks, std::min(ready, tasks - block));
   std::array<Job, kBlock> running;
-  BlockTimes release(block), decide(block), finish(block);
+  const auto active = std::span(running).first(static_cast<std::size_t>(block));
+  constexpr std::size_t kKept = 100'000;
+  std::array<std::vector<double>, 3> per_job_ns;
+  for (auto& samples : per_job_ns) samples.reserve(kKept);
   while (state.KeepRunningBatch(block)) {
     jobs.prepare(block);
-    const Clock::time_point t0 = Clock::now();
+    const Time t0 = now();
     for (std::int64_t i = 0; i < block; ++i) jobs.release();
-    const Clock::time_point t1 = Clock::now();
-    for (std::int64_t i = 0; i < block; ++i) running[static_cast<std::size_t>(i)] = *jobs.decide().job;
-    const Clock::time_point t2 = Clock::now();
-    for (std::int64_t i = 0; i < block; ++i) jobs.finish(running[static_cast<std::size_t>(i)]);
-    const Clock::time_point t3 = Clock::now();
-    release.add(t1 - t0);
-    decide.add(t2 - t1);
-    finish.add(t3 - t2);
+    const Time t1 = now();
+    for (Job& job : active) job = *jobs.decide().job;
+    const Time t2 = now();
+    for (const Job& job : active) jobs.finish(job);
+    const Time t3 = now();
+    const std::array spent = {t1 - t0, t2 - t1, t3 - t2};
+    for (std::size_t i = 0; i < spent.size() && per_job_ns[i].size() < kKept; ++i) {
+      per_job_ns[i].push_back(ns(spent[i]) / static_cast<double>(block));
+    }
     state.SetIterationTime(std::chrono::duration<double>(t3 - t0).count());
   }
-  state.counters["release_ns"] = release.median();
-  state.counters["decide_ns"] = decide.median();
-  state.counters["finish_ns"] = finish.median();
+  state.counters["release_ns"] = quantiles(per_job_ns[0]).p50;
+  state.counters["decide_ns"] = quantiles(per_job_ns[1]).p50;
+  state.counters["finish_ns"] = quantiles(per_job_ns[2]).p50;
   state.SetComplexityN(tasks);
 }
 
 /// All timers due at once: released and decided to the last.
 void drain(benchmark::State& state, const ExecutorEntry& executor) {
-  TaskSet set = gbench::task_set(state.range(0), TaskKind::timer);
+  TaskSet set = task_set(state.range(0), TaskKind::timer);
   for (Task& t : set.tasks) t.phase = 0us;
   const Duration period = set.tasks.front().period;
   const auto scheduler = executor.make(set, {});
   const Worker releaser = static_cast<Worker>(scheduler->workers().size() - 1);
   const Worker worker = executor.traits.timer_worker();
-  Time now{};
-  scheduler->begin(now);
+  Time at{};
+  scheduler->begin(at);
   for (auto _ : state) {
-    while (scheduler->release_timers(releaser, now).released > 0) {
+    while (scheduler->release_timers(releaser, at).released > 0) {
     }
-    while (const auto job = scheduler->decide(worker, now).job) {
-      benchmark::DoNotOptimize(scheduler->finished(worker, *job, now));
+    while (const auto job = scheduler->decide(worker, at).job) {
+      benchmark::DoNotOptimize(scheduler->finished(worker, *job, at));
     }
-    now += period;
+    at += period;
   }
   state.SetItemsProcessed(state.iterations() * state.range(0));
   state.SetComplexityN(state.range(0));
@@ -108,23 +75,22 @@ void register_all(bool quick) {
   const std::int64_t most = quick ? 10'000 : 100'000;
   const double min_time = quick ? 0.01 : 0.05;
   const auto grow = [&](benchmark::internal::Benchmark* b, std::int64_t least, std::int64_t largest) {
-    b->RangeMultiplier(10)->Range(least, largest)->MinTime(min_time)->Complexity();
-    return b;
+    return b->RangeMultiplier(10)->Range(least, largest)->MinTime(min_time)->Complexity();
   };
   // dm and fp differ from rm in the table of priorities alone.
   const std::array timers = {"default", "static", "multi", "events-ro", "events-re",
                              "rm-ro",   "rm-re",  "fp-ro", "edf-ro",    "edf-re"};
   // Release-only and release-and-execute treat samples alike.
   const std::array samples = {"default", "static", "multi", "events-ro", "fp-ro", "edf-ro"};
-  const std::array levels = {std::pair{"empty", Ready::empty}, std::pair{"100", Ready::hundred},
-                             std::pair{"full", Ready::full}};
+  const std::array levels = {std::pair{"empty", std::int64_t{0}}, std::pair{"100", std::int64_t{100}},
+                             std::pair{"full", most}};
   const auto add_cycles = [&]<class Cycle>(const std::string& kind, const auto& names) {
     for (const auto& [level_name, level] : levels) {
       for (const char* name : names) {
         const std::string benchmark = kind + "/" + name + "/ready:" + level_name + "/tasks";
         grow(benchmark::RegisterBenchmark(benchmark.c_str(), cycle<Cycle>, std::ref(*find_executor(name)),
                                           level),
-             level == Ready::hundred ? 1000 : 10, most)
+             level == 100 ? 1000 : 10, most)
             ->UseManualTime();
       }
     }
@@ -141,9 +107,12 @@ void register_all(bool quick) {
          100, wait_set ? std::min<std::int64_t>(most, 10'000) : most)
         ->Unit(benchmark::kMicrosecond);
   }
-  gbench::register_queues(most, min_time);
+  register_queues(most, min_time);
 }
 
 }  // namespace
+}  // namespace hotpath::gbench
 
-int main(int argc, char** argv) { return gbench::run_program(argc, argv, register_all); }
+int main(int argc, char** argv) {
+  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
+}

@@ -5,12 +5,10 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "microbench/program.hpp"
+#include "microbench/measurement.hpp"
 
 namespace hotpath::gbench {
 namespace {
-
-using namespace std::chrono_literals;
 
 /// A graph with the phases that simulations have by default.
 struct Subject {

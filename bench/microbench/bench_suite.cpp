@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "hotpath/live/clock.hpp"
@@ -88,9 +87,8 @@ class Suite {
     std::vector<std::pair<std::uint32_t, std::size_t>> order;
     std::mt19937_64 random(options_.seed);
     for (std::uint32_t r = 0; r < options_.repetitions; ++r) {
-      const std::size_t begin = order.size();
       for (std::size_t p = 0; p < paths_.size(); ++p) order.emplace_back(r, p);
-      std::shuffle(order.begin() + static_cast<std::ptrdiff_t>(begin), order.end(), random);
+      std::shuffle(order.end() - static_cast<std::ptrdiff_t>(paths_.size()), order.end(), random);
     }
     return order;
   }

@@ -1,24 +1,142 @@
 // SPDX-License-Identifier: Apache-2.0
 // One-way latency, publication to start of the callback, and CPU time per message of every transport; beside
 // each path over Fast DDS, Fast DDS with the same threads and none of our code.
+#include <PayloadPubSubTypes.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <stdexcept>
+#include <optional>
 
-#include "microbench/counters.hpp"
-#include "microbench/program.hpp"
-#include "microbench/transport_sides.hpp"
+#include "hotpath/fastdds/fastdds_transport.hpp"
+#include "hotpath/live/intra_process_transport.hpp"
+#include "microbench/executor_run.hpp"
+#include "microbench/raw_executor.hpp"
 
+namespace hotpath::gbench {
 namespace {
 
-using namespace hotpath;
-using namespace std::chrono_literals;
-using gbench::Measurement;
-using gbench::ns;
-using gbench::Path;
-using gbench::Plan;
+constexpr const char* kTopic = "payload";
+constexpr Duration kDiscovery = 10s;
+constexpr std::uint32_t kDepth = 10;  ///< Enough for a disturbed machine to lose nothing.
+
+template <class M, class P>
+struct PayloadTraits {
+  using Message = M;
+  using PubSubType = P;
+  static SampleInfo info(const M& m) { return {from_ns(m.published()), kNever, {0, m.number()}}; }
+};
+using Payload4k = PayloadTraits<msg::Payload4k, msg::Payload4kPubSubType>;
+using Payload64k = PayloadTraits<msg::Payload64k, msg::Payload64kPubSubType>;
+using Payload256k = PayloadTraits<msg::Payload256k, msg::Payload256kPubSubType>;
+using Payload1m = PayloadTraits<msg::Payload1m, msg::Payload1mPubSubType>;
+
+enum class Path { intra_process, fastdds_in_process, fastdds_shared_memory, fastdds_udp };
+
+struct Plan {
+  Path path = Path::intra_process;
+  std::uint32_t subscribers = 1;
+  int messages = 0;
+  Duration period = 1ms;
+
+  int warm_up() const { return messages / 5; }
+  std::size_t samples() const { return static_cast<std::size_t>(messages + warm_up()) * subscribers; }
+  FastDdsOptions fastdds() const {
+    FastDdsOptions options;
+    options.partition = "bench-transport";
+    if (path == Path::fastdds_shared_memory) options.network = FastDdsOptions::Network::shared_memory;
+    return options;
+  }
+};
+
+/// This process's share of a path through hotpath: its transport, and an executor for its subscribers.
+template <class Traits>
+class HotpathSide {
+ public:
+  using Message = typename Traits::Message;
+
+  explicit HotpathSide(const Plan& plan) : plan_(plan) {
+    if (plan.path == Path::intra_process) {
+      transport_ = std::make_unique<IntraProcessTransport<Message>>();
+    } else {
+      transport_ = std::make_unique<FastDdsTransport<Traits>>(plan.fastdds());
+    }
+  }
+  ~HotpathSide() {
+    if (live_) {
+      live_->executor().stop();
+      live_->executor().join();
+      live_->executor().close();
+    }
+    transport_.reset();
+  }
+
+  void add_writer() { writer_ = transport_->add_writer(kTopic, kDepth, plan_.subscribers); }
+  void add_subscribers() {
+    const TaskSet set = subscriptions(plan_.subscribers, kDepth);
+    const ExecutorEntry& entry = *find_executor("events-ro");
+    live_.emplace(set, entry.make(set, {}), no_work(), default_options(entry), plan_.samples() + 1);
+    for (TaskId id = 0; id < set.size(); ++id) {
+      transport_->add_reader(kTopic, id, kDepth, 1, live_->executor());
+    }
+  }
+  void wait_until_matched() { transport_->wait_until_matched(now() + kDiscovery); }
+  void start() { live_->executor().start(now(), kNever - 1h); }
+  std::vector<double> stop() {
+    live_->executor().stop();
+    live_->executor().join();
+    return live_->of_jobs([](const JobRecord& r) { return ns(r.start - r.job.timestamp); });
+  }
+
+  Message& borrow() { return transport_->borrow(writer_); }
+  void publish(Message& message) { transport_->publish(writer_, message, Traits::info(message)); }
+
+ private:
+  const Plan plan_;
+  std::optional<LiveRun> live_;
+  std::unique_ptr<Transport<Message>> transport_;
+  std::uint32_t writer_ = 0;
+};
+
+/// The same share with Fast DDS alone.
+template <class Traits>
+class RawSide {
+ public:
+  using Message = typename Traits::Message;
+
+  explicit RawSide(const Plan& plan) : plan_(plan), participant_(plan.fastdds()) {
+    latencies_.reserve(plan.samples());
+    participant_.register_type(eprosima::fastdds::dds::TypeSupport(new typename Traits::PubSubType));
+  }
+  void add_writer() { writer_ = participant_.add_writer(kTopic, kDepth, plan_.subscribers); }
+  void add_subscribers() {
+    for (std::uint32_t i = 0; i < plan_.subscribers; ++i) {
+      executor_.add_reader(participant_, kTopic, kDepth, 1, [this](const Message& message) {
+        const Time start = now();
+        if (latencies_.size() < latencies_.capacity()) {
+          latencies_.push_back(ns(start - Traits::info(message).published));
+        }
+      });
+    }
+  }
+  void wait_until_matched() { participant_.wait_until_matched(now() + kDiscovery); }
+  void start() { executor_.start(); }
+  std::vector<double> stop() {
+    executor_.stop();
+    return latencies_;
+  }
+
+  Message& borrow() { return *static_cast<Message*>(borrow_raw(*writer_)); }
+  void publish(Message& message) { writer_->write(&message); }
+
+ private:
+  const Plan plan_;
+  std::vector<double> latencies_;
+  RawExecutor<Message> executor_;
+  FastDdsParticipant participant_;
+  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
+};
 
 /// Publishes the plan's messages at its rate; returns the CPU time that the process used after the warm-up.
 template <class Side>
@@ -29,9 +147,9 @@ Duration publish_all(Side& side, const Plan& plan, const std::function<void()>& 
   for (int i = 0; i < plan.messages + plan.warm_up(); ++i) {
     if (i == plan.warm_up()) {
       warm();
-      before = gbench::process_cpu_time();
+      before = process_cpu_time();
     }
-    gbench::sleep_until(next);
+    sleep_until(next);
     auto& message = side.borrow();
     message.number(static_cast<std::uint64_t>(i));
     message.published(to_ns(now()));
@@ -40,18 +158,16 @@ Duration publish_all(Side& side, const Plan& plan, const std::function<void()>& 
     next = std::max(next + plan.period, now() + plan.period / 2);
   }
   std::this_thread::sleep_for(20ms);  // what is under way arrives
-  return gbench::process_cpu_time() - before;
+  return process_cpu_time() - before;
 }
 
 Measurement measurement_of(std::vector<double> latencies, Duration cpu, const Plan& plan) {
   const double arrived = static_cast<double>(latencies.size()) / static_cast<double>(plan.samples());
-  const auto warm =
-      static_cast<std::ptrdiff_t>(latencies.size()) * plan.warm_up() / (plan.messages + plan.warm_up());
-  latencies.erase(latencies.begin(), latencies.begin() + warm);
+  const double share = static_cast<double>(plan.warm_up()) / (plan.messages + plan.warm_up());
   Measurement found;
-  found.add_samples("latency", std::move(latencies));
-  found.counters.emplace_back("cpu_per_message_ns", ns(cpu) / plan.messages);
-  found.counters.emplace_back("arrived_percent", 100 * arrived);
+  found.add_samples("latency", warm(std::move(latencies), share));
+  found.counters["cpu_per_message_ns"] = ns(cpu) / plan.messages;
+  found.counters["arrived_percent"] = 100 * arrived;
   return found;
 }
 
@@ -81,40 +197,38 @@ std::int64_t hear(int descriptor) {
 /// Subscribers in this process, the publisher in another.
 template <class Side>
 Measurement in_two_processes(const Plan& plan) {
-  std::array<int, 2> from_publisher{}, to_publisher{};
-  if (pipe(from_publisher.data()) != 0 || pipe(to_publisher.data()) != 0) {
-    throw std::runtime_error("no pipe to the publishing process");
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) != 0) {
+    throw std::runtime_error("no connection to the publishing process");
   }
+  const int ours = ends[0], publishers = ends[1];
   const pid_t publisher = fork();
   if (publisher < 0) throw std::runtime_error("cannot start the publishing process");
+  close(publisher == 0 ? ours : publishers);
   if (publisher == 0) {
-    close(from_publisher[0]);
-    close(to_publisher[1]);
     try {
       Side side(plan);
       side.add_writer();
       side.wait_until_matched();
-      const Duration cpu = publish_all(side, plan, [&] { tell(from_publisher[1], 0); });
-      tell(from_publisher[1], cpu.count());
-      hear(to_publisher[0]);
+      const Duration cpu = publish_all(side, plan, [&] { tell(publishers, 0); });
+      tell(publishers, cpu.count());
+      hear(publishers);
     } catch (const std::exception&) {  // the subscribers' process has gone, or finds out that we have
     }
     _exit(0);
   }
-  close(from_publisher[1]);
-  close(to_publisher[0]);
   Measurement found;
   {
     Side side(plan);
     side.add_subscribers();
     side.start();
     side.wait_until_matched();
-    hear(from_publisher[0]);
-    const Duration before = gbench::process_cpu_time();
-    const Duration publishers(hear(from_publisher[0]));
-    const Duration own = gbench::process_cpu_time() - before;
-    found = measurement_of(side.stop(), own + publishers, plan);
-    tell(to_publisher[1], 0);
+    hear(ours);
+    const Duration before = process_cpu_time();
+    const Duration theirs(hear(ours));
+    const Duration cpu = process_cpu_time() - before + theirs;
+    found = measurement_of(side.stop(), cpu, plan);
+    tell(ours, 0);
   }
   waitpid(publisher, nullptr, 0);
   return found;
@@ -123,7 +237,7 @@ Measurement in_two_processes(const Plan& plan) {
 template <template <class> class Side, class Traits>
 void add(const std::string& name, const Plan& plan) {
   const bool two = plan.path == Path::fastdds_shared_memory || plan.path == Path::fastdds_udp;
-  gbench::register_isolated(name, [=] {
+  register_isolated(name, [=] {
     return two ? in_two_processes<Side<Traits>>(plan) : in_one_process<Side<Traits>>(plan);
   })->Unit(benchmark::kMicrosecond);
 }
@@ -139,8 +253,8 @@ void add_path(const char* path_name, Path path, std::uint32_t subscribers, bool 
   plan.messages = static_cast<int>(std::clamp<std::int64_t>((quick ? 100ms : 400ms) / plan.period, 30, 400));
   const std::string name = std::string("one_way/") + path_name + "/kib:" + std::to_string(kib) +
                            "/subscribers:" + std::to_string(subscribers);
-  add<gbench::HotpathSide, Traits>(name + "/hotpath", plan);
-  if (path != Path::intra_process) add<gbench::RawSide, Traits>(name + "/raw_fastdds", plan);
+  add<HotpathSide, Traits>(name + "/hotpath", plan);
+  if (path != Path::intra_process) add<RawSide, Traits>(name + "/raw_fastdds", plan);
 }
 
 void register_all(bool quick) {
@@ -150,13 +264,16 @@ void register_all(bool quick) {
                             std::pair{"fastdds_udp", Path::fastdds_udp}};
   for (const auto& [name, path] : paths) {
     for (const std::uint32_t subscribers : {1U, 10U, 100U})
-      add_path<gbench::Payload4k>(name, path, subscribers, quick);
-    add_path<gbench::Payload64k>(name, path, 1, quick);
-    add_path<gbench::Payload256k>(name, path, 1, quick);
-    add_path<gbench::Payload1m>(name, path, 1, quick);
+      add_path<Payload4k>(name, path, subscribers, quick);
+    add_path<Payload64k>(name, path, 1, quick);
+    add_path<Payload256k>(name, path, 1, quick);
+    add_path<Payload1m>(name, path, 1, quick);
   }
 }
 
 }  // namespace
+}  // namespace hotpath::gbench
 
-int main(int argc, char** argv) { return gbench::run_program(argc, argv, register_all); }
+int main(int argc, char** argv) {
+  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
+}

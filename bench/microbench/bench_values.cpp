@@ -2,10 +2,13 @@
 #include "microbench/bench_values.hpp"
 
 #include <algorithm>
-#include <array>
-#include <nlohmann/json.hpp>
+#include <cmath>
+#include <map>
+#include <set>
 #include <stdexcept>
-#include <string_view>
+
+#include "program/text.hpp"
+#include "program/text_table.hpp"
 
 namespace hotpath {
 
@@ -13,23 +16,19 @@ namespace {
 
 using nlohmann::json;
 
-double nanoseconds(const std::string& unit) {
-  if (unit == "ns") return 1;
-  if (unit == "us") return 1e3;
-  if (unit == "ms") return 1e6;
-  if (unit == "s") return 1e9;
-  throw std::invalid_argument("unknown time unit `" + unit + "`");
+double nanoseconds(const json& row, const char* key) {
+  static const std::map<std::string, double> units = {{"ns", 1}, {"us", 1e3}, {"ms", 1e6}, {"s", 1e9}};
+  const std::string unit = row.at("time_unit");
+  if (!units.contains(unit)) throw std::invalid_argument("unknown time unit `" + unit + "`");
+  return row.at(key).get<double>() * units.at(unit);
 }
 
-/// Numbers of Google Benchmark's own that are no bench.
-bool is_bookkeeping(std::string_view key) {
-  constexpr std::array<std::string_view, 9> own = {"family_index",    "per_family_instance_index",
-                                                   "repetitions",     "repetition_index",
-                                                   "threads",         "iterations",
-                                                   "real_time",       "cpu_time",
-                                                   "items_per_second"};
-  return std::find(own.begin(), own.end(), key) != own.end();
-}
+/// Numbers of Google Benchmark's own that are no result.
+const std::set<std::string> kBookkeeping = {"family_index",    "per_family_instance_index",
+                                            "repetitions",     "repetition_index",
+                                            "threads",         "iterations",
+                                            "real_time",       "cpu_time",
+                                            "items_per_second"};
 
 /// `/iterations:1/manual_time` and the like say how it was measured, not what.
 std::string without_modifiers(std::string name) {
@@ -51,7 +50,7 @@ void add_complexity(BenchValues& bench, const json& row) {
   }
   if (row.at("aggregate_name") == "BigO") {
     known->order = row.at("big_o");
-    known->coefficient_ns = row.at("real_coefficient").get<double>() * nanoseconds(row.at("time_unit"));
+    known->coefficient_ns = nanoseconds(row, "real_coefficient");
   } else if (row.at("aggregate_name") == "RMS") {
     known->rms_percent = row.at("rms").get<double>() * 100;
   }
@@ -67,12 +66,34 @@ void add_row(BenchValues& bench, const json& row) {
     bench.errors.push_back(benchmark + ": " + row.value("error_message", ""));
     return;
   }
-  bench.values[{benchmark, "time_ns"}].push_back(row.at("real_time").get<double>() *
-                                                 nanoseconds(row.at("time_unit")));
+  bench.values[{benchmark, "time_ns"}].push_back(nanoseconds(row, "real_time"));
   for (const auto& [key, value] : row.items()) {
-    if (value.is_number() && !is_bookkeeping(key)) bench.values[{benchmark, key}].push_back(value);
+    if (value.is_number() && !kBookkeeping.contains(key)) bench.values[{benchmark, key}].push_back(value);
   }
 }
+
+/// Every repetition is one sample.
+RepeatedSamples repetitions(const std::vector<double>& values) {
+  std::vector<std::vector<double>> samples;
+  for (const double v : values) samples.push_back({v});
+  return RepeatedSamples(std::move(samples));
+}
+
+bool comparable(const std::vector<double>& values) {
+  return values.size() >= kLeastRepetitions &&
+         std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v) && v > 0; });
+}
+
+const std::map<Verdict, std::string> kVerdicts = {{Verdict::within_noise, "within noise"},
+                                                  {Verdict::smaller, "smaller"},
+                                                  {Verdict::larger, "larger"},
+                                                  {Verdict::not_comparable, "not comparable"}};
+
+bool beyond_noise(const ValueComparison& c) {
+  return c.verdict == Verdict::smaller || c.verdict == Verdict::larger;
+}
+
+double effect(const ValueComparison& c) { return std::abs(std::log(c.ratio.value)); }
 
 }  // namespace
 
@@ -85,17 +106,11 @@ void add_google_benchmark_output(BenchValues& bench, const json& output) {
 }
 
 json to_json(const BenchValues& bench) {
-  json rows = json::array(), complexities = json::array();
+  json rows = json::array();
   for (const auto& [key, values] : bench.values) {
     rows.push_back({{"benchmark", key.first}, {"metric", key.second}, {"values", values}});
   }
-  for (const auto& c : bench.complexities) {
-    complexities.push_back({{"benchmark", c.benchmark},
-                            {"order", c.order},
-                            {"coefficient_ns", c.coefficient_ns},
-                            {"rms_percent", c.rms_percent}});
-  }
-  return {{"figures", rows}, {"complexities", complexities}, {"errors", bench.errors}};
+  return {{"figures", rows}, {"complexities", bench.complexities}, {"errors", bench.errors}};
 }
 
 BenchValues bench_values_from_json(const json& content) {
@@ -104,16 +119,54 @@ BenchValues bench_values_from_json(const json& content) {
     for (const json& row : content.at("figures")) {
       bench.values[{row.at("benchmark"), row.at("metric")}] = row.at("values").get<std::vector<double>>();
     }
-    for (const json& row : content.at("complexities")) {
-      bench.complexities.push_back({row.at("benchmark"), row.at("order"),
-                                    row.at("coefficient_ns").get<double>(),
-                                    row.at("rms_percent").get<double>()});
-    }
-    bench.errors = content.at("errors").get<std::vector<std::string>>();
+    content.at("complexities").get_to(bench.complexities);
+    content.at("errors").get_to(bench.errors);
   } catch (const json::exception& error) {
     throw std::invalid_argument(std::string("not written by `hotpath bench`: ") + error.what());
   }
   return bench;
+}
+
+std::vector<ValueComparison> compare_values(const BenchValues& before, const BenchValues& after,
+                                            std::uint64_t seed) {
+  BootstrapOptions options;
+  options.confidence = kCompareConfidence;
+  options.seed = seed;
+  std::vector<ValueComparison> comparisons;
+  for (const auto& [key, old_values] : before.values) {
+    const auto found = after.values.find(key);
+    if (found == after.values.end()) continue;
+    ValueComparison c{key.first, key.second, kNoValue, kNoValue, {}, Verdict::not_comparable};
+    const RepeatedSamples old_samples = repetitions(old_values), new_samples = repetitions(found->second);
+    c.before = quantile(old_samples.pooled(), 0.5);
+    c.after = quantile(new_samples.pooled(), 0.5);
+    if (comparable(old_values) && comparable(found->second)) {
+      c.ratio = ratio_of_quantiles(new_samples, old_samples, 0.5, options);
+      c.verdict = c.ratio.interval->high < 1  ? Verdict::smaller
+                  : c.ratio.interval->low > 1 ? Verdict::larger
+                                              : Verdict::within_noise;
+    }
+    comparisons.push_back(std::move(c));
+  }
+  return comparisons;
+}
+
+void write_comparison(std::ostream& out, const std::vector<ValueComparison>& comparisons) {
+  std::vector<ValueComparison> rows = comparisons;
+  std::stable_sort(rows.begin(), rows.end(), [](const ValueComparison& a, const ValueComparison& b) {
+    if (beyond_noise(a) != beyond_noise(b)) return beyond_noise(a);
+    return beyond_noise(a) && effect(a) > effect(b);
+  });
+  TextTable table("", {"value", "before", "after", "ratio", "[99 % interval]", ""});
+  for (const ValueComparison& c : rows) {
+    const auto& interval = c.ratio.interval;
+    table.add_row({c.benchmark + " " + c.metric, fixed(c.before, 1), fixed(c.after, 1),
+                   interval ? fixed(c.ratio.value, 3) : "",
+                   interval ? text("[%.3f, %.3f]", interval->low, interval->high) : "",
+                   kVerdicts.at(c.verdict)});
+  }
+  out << table << std::count_if(rows.begin(), rows.end(), beyond_noise) << " of " << rows.size()
+      << " values differ beyond noise.\n";
 }
 
 }  // namespace hotpath

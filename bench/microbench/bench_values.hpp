@@ -2,10 +2,13 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
+#include <ostream>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath {
 
@@ -20,6 +23,7 @@ struct BenchValues {
     std::string benchmark, order;  ///< `lgN`, `N` and so on.
     double coefficient_ns = 0;     ///< Time per unit of that order.
     double rms_percent = 0;        ///< Root mean square error of the fit.
+    NLOHMANN_DEFINE_TYPE_INTRUSIVE(Complexity, benchmark, order, coefficient_ns, rms_percent)
   };
   std::vector<Complexity> complexities;  ///< Of the last repetition.
   std::vector<std::string> errors;       ///< Benchmarks that failed, with the reason.
@@ -32,5 +36,34 @@ void add_google_benchmark_output(BenchValues& bench, const nlohmann::json& outpu
 /// As in bench.json; the second throws std::invalid_argument that says what is missing.
 nlohmann::json to_json(const BenchValues& bench);
 BenchValues bench_values_from_json(const nlohmann::json& content);
+
+/// Repetitions that each side needs before a difference can be called one. Fewer have no interval worth the
+/// name.
+inline constexpr std::size_t kLeastRepetitions = 3;
+
+/// Confidence of the intervals: of a thousand values that have not changed, a few still seem to.
+inline constexpr double kCompareConfidence = 0.99;
+
+enum class Verdict : std::uint8_t {
+  within_noise,
+  smaller,        ///< Beyond noise.
+  larger,         ///< Beyond noise.
+  not_comparable  ///< Too few repetitions, or values that have no ratio.
+};
+
+/// One value before and after a change.
+struct ValueComparison {
+  std::string benchmark, metric;
+  double before = kNoValue, after = kNoValue;  ///< Medians over repetitions.
+  Estimate ratio;                              ///< after / before, with its bootstrap interval.
+  Verdict verdict = Verdict::not_comparable;
+};
+
+/// All values that both have. The same seed gives the same intervals.
+std::vector<ValueComparison> compare_values(const BenchValues& before, const BenchValues& after,
+                                            std::uint64_t seed = 1);
+
+/// A line for each value, those beyond noise first and the largest effects first among them, and a count.
+void write_comparison(std::ostream& out, const std::vector<ValueComparison>& comparisons);
 
 }  // namespace hotpath

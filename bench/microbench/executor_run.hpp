@@ -2,58 +2,103 @@
 #pragma once
 
 #include <cstdlib>
-#include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/executor.hpp"
+#include "microbench/measurement.hpp"
 
 namespace hotpath::gbench {
 
 /// Sleeps by the clock's absolute time, without the slack that a relative sleep may add up.
-void sleep_until(Time instant);
+inline void sleep_until(Time instant) {
+  const timespec t{to_ns(instant) / 1'000'000'000, to_ns(instant) % 1'000'000'000};
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+  }
+}
 
 /// A handler whose jobs do nothing.
-class NoWork final : public JobHandler {
- public:
-  void run(const Job&, Time, Sample, Worker) override {}
-};
+inline JobHandler& no_work() {
+  static class NoWork final : public JobHandler {
+    void run(const Job&, Time, Sample, Worker) override {}
+  } handler;
+  return handler;
+}
 
 /// A live executor and the memory of its records.
 class LiveRun {
  public:
   LiveRun(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler,
-          const ExecutorOptions& options, std::uint64_t records_per_worker);
+          const ExecutorOptions& options, std::uint64_t records_per_worker = 100'000) {
+    const std::size_t logs = scheduler->workers().size() + 1;
+    const std::size_t bytes = (RecordLog<JobRecord>::bytes(records_per_worker) + 63) / 64 * 64;
+    memory_.reset(static_cast<char*>(std::aligned_alloc(64, bytes * logs)));
+    for (std::size_t i = 0; i < logs; ++i) {
+      logs_.push_back(RecordLog<JobRecord>::create(memory_.get() + i * bytes, records_per_worker));
+    }
+    executor_ = std::make_unique<Executor>(set, std::move(scheduler), handler, logs_, options);
+  }
+
+  /// An executor with its defaults, whose jobs do nothing.
+  LiveRun(const TaskSet& set, const ExecutorEntry& entry)
+      : LiveRun(set, entry.make(set, {}), no_work(), default_options(entry)) {}
 
   Executor& executor() { return *executor_; }
 
   /// Starts it soon and waits until `length` later; returns the CPU time that the process used from the epoch
   /// to the end.
-  Duration run(Duration length);
+  Duration run(Duration length) {
+    const Time epoch = now() + 20ms;
+    warm_ = epoch + length / 10;
+    executor_->start(epoch, epoch + length);
+    std::this_thread::sleep_until(epoch);
+    const Duration before = process_cpu_time();
+    executor_->join();
+    return process_cpu_time() - before;
+  }
 
   /// `value` of every job that ran, without those that started in the first tenth of the run. After run().
-  std::vector<double> of_jobs(const std::function<double(const JobRecord&)>& value) const;
-  std::uint64_t jobs_run() const;
+  template <class Value>
+  std::vector<double> of_jobs(Value value) const {
+    std::vector<double> values;
+    for (const auto& log : logs_) {
+      for (const JobRecord& r : log.contents()) {
+        if (r.outcome == Outcome::ran && r.start >= warm_) values.push_back(value(r));
+      }
+    }
+    return values;
+  }
+
+  double jobs_run() const {
+    std::uint64_t jobs = 0;
+    for (const auto& log : logs_) {
+      for (const JobRecord& r : log.contents()) jobs += r.outcome == Outcome::ran ? 1 : 0;
+      jobs += log.lost();
+    }
+    return static_cast<double>(jobs);
+  }
 
  private:
-  std::unique_ptr<void, decltype(&std::free)> memory_{nullptr, std::free};
+  std::unique_ptr<char, decltype(&std::free)> memory_{nullptr, std::free};
   Executor::Logs logs_;
   std::unique_ptr<Executor> executor_;
   Time warm_{};
 };
 
-/// `n` timers of one period, due one after another.
-TaskSet staggered_timers(std::uint32_t n, Duration period);
-
 /// `n` subscriptions, each in a separate callback group.
-TaskSet subscriptions(std::uint32_t n, std::uint32_t depth = 1);
-
-/// The executor's own defaults, with a timer thread at SCHED_FIFO 90 or an ordinary one where it has one.
-/// Throws ThreadSetupError when that is not permitted.
-ExecutorOptions with_timer_policy(const std::string& policy);
-
-/// Nanoseconds from one instant to a later one.
-inline double ns(Duration d) { return static_cast<double>(d.count()); }
+inline TaskSet subscriptions(std::uint32_t n, std::uint32_t depth = 1) {
+  TaskSet set;
+  set.groups.assign(n, CallbackGroup::mutually_exclusive);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    Task& t = set.tasks.emplace_back();
+    t.name = "subscription" + std::to_string(i);
+    t.kind = TaskKind::subscription;
+    t.group = i;
+    t.depth = depth;
+  }
+  return set;
+}
 
 }  // namespace hotpath::gbench

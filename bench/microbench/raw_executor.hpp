@@ -9,6 +9,7 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <functional>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -18,13 +19,21 @@
 
 namespace hotpath::gbench {
 
+/// A message to write with `writer`, its contents as the loan came. Throws std::runtime_error without one.
+inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
+  void* message = nullptr;
+  writer.loan_sample(message,
+                     eprosima::fastdds::dds::DataWriter::LoanInitializationKind::NO_LOAN_INITIALIZATION);
+  if (message == nullptr) throw std::runtime_error("Fast DDS lent no sample");
+  return message;
+}
+
 /// The yardstick of executor and transport: Fast DDS with loaned samples and the threads of a live executor,
 /// a listener that hands each sample over to one thread that handles samples and timers in order, and nothing
 /// else. (Participant and endpoints are set up by FastDdsParticipant, so that all settings are the same.)
-template <class Traits>
+template <class Message>
 class RawExecutor {
  public:
-  using Message = typename Traits::Message;
   using OnSample = std::function<void(const Message&)>;
 
   ~RawExecutor() { stop(); }

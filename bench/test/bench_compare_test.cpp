@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Figures out of Google Benchmark's JSON, and which of them differ beyond noise.
-#include "microbench/bench_compare.hpp"
+#include "microbench/bench_values.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
