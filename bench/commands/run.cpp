@@ -70,7 +70,7 @@ void add_run_command(CLI::App& app) {
                                          "hotpath run --executor edf-ro --duration 10 --output runs/first",
                                          [](Arguments& arguments) {
                                            arguments.options.executors = {arguments.executor};
-                                           run_experiment(arguments.options);
+                                           run_live(arguments.options);
                                          });
   add_text(run, "--executor,--executors", o.executor, "NAME", "One of `hotpath list executors`")
       ->capture_default_str()
@@ -83,7 +83,7 @@ void add_compare_command(CLI::App& app) {
       app, "compare", "Measure a graph live under several executors, repetitions interleaved",
       "hotpath compare --executors default,rm-ro,edf-ro --duration 10", [](RunOptions& options) {
         options.executors = executors_of(options.executors);
-        run_experiment(options);
+        run_live(options);
       });
   add_executors_option(compare, "--executors", o);
   o.repetitions = 3;

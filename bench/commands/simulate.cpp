@@ -45,7 +45,7 @@ void add_simulate_command(CLI::App& app) {
       app, "simulate", "Run a graph under executors in virtual time: exact, repeatable, fast",
       "hotpath simulate --executors all --duration 600 --output runs/simulated", [](SimulateOptions options) {
         options.executors = executors_of(options.executors);
-        run_simulated_experiment(options);
+        run_simulated(options);
       });
   o.duration_s = 60;
   add_executors_option(simulate, "--executors,--executor", o);

@@ -18,7 +18,7 @@ WRONG_USE = 2  # exit code of `hotpath` for input that cannot be used
 def program() -> Path:
     """The program: $HOTPATH, that of the build tree, or that of the prefix in which this package is installed."""
     if "HOTPATH" in os.environ:
-        return Path(os.environ["HOTPATH"])
+        return Path(os.environ["HOTPATH"]).resolve()
     built, installed = PACKAGE.parents[1] / "build/bench/hotpath", PACKAGE.parents[2] / "bin/hotpath"
     return installed if installed.exists() and not built.exists() else built
 

@@ -32,18 +32,18 @@ using nlohmann::json;
 /// What a process needs before its epoch and after its end, for the estimate of the time left.
 constexpr Duration kOverhead = std::chrono::milliseconds(400);
 
-class Experiment {
+class LiveRun {
  public:
-  explicit Experiment(const RunOptions& options) : options_(options) {
+  explicit LiveRun(const RunOptions& options) : options_(options) {
     if (options_.quick) {
       options_.duration_s = 2;
       options_.warm_up_s = 0.5;
       options_.repetitions = 1;
     }
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
-    graph_ = experiment_graph(options_);
+    graph_ = graph_to_run(options_);
     tasks_ = make_tasks(graph_);
-    executors_ = experiment_executors(options_);
+    executors_ = executors_to_run(options_);
     counting_ = summary_options(options_, graph_, tasks_);
     for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
     check();
@@ -98,7 +98,7 @@ class Experiment {
       throw UsageError("--processes " + std::to_string(options_.processes) + ": the graph has only " +
                        std::to_string(graph_.nodes.size()) + " nodes");
     }
-    for (const ExecutorSpec& e : executors_) experiment_phases(options_, graph_, tasks_, e, 0);
+    for (const ExecutorSpec& e : executors_) phases_of_repetition(options_, graph_, tasks_, e, 0);
   }
 
   void check_publishing() {
@@ -158,7 +158,7 @@ class Experiment {
     RepetitionPlan p;
     p.graph = &graph_;
     p.tasks = tasks_;
-    const std::vector<Duration> phases = experiment_phases(options_, graph_, tasks_, executor, repetition);
+    const std::vector<Duration> phases = phases_of_repetition(options_, graph_, tasks_, executor, repetition);
     for (TaskId id = 0; id < phases.size(); ++id) p.tasks.set.tasks[id].phase = phases[id];
     p.executor = executor;
     p.repetition = repetition;
@@ -341,6 +341,6 @@ class Experiment {
 
 }  // namespace
 
-void run_experiment(const RunOptions& options) { Experiment(options).run(); }
+void run_live(const RunOptions& options) { LiveRun(options).run(); }
 
 }  // namespace hotpath

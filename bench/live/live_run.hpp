@@ -7,6 +7,6 @@ namespace hotpath {
 
 /// Runs all repetitions of all executors, interleaved in seeded random order, into one result folder; prints
 /// the table and draws the figures. Throws UsageError, InputError, RunError.
-void run_experiment(const RunOptions& options);
+void run_live(const RunOptions& options);
 
 }  // namespace hotpath

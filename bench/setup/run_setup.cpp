@@ -30,7 +30,7 @@ std::string output_folder(const CommonOptions& options, const Graph& graph) {
   return options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + graph.name : options.output;
 }
 
-Graph experiment_graph(const CommonOptions& options) {
+Graph graph_to_run(const CommonOptions& options) {
   Graph graph = load_graph(find_graph(options.graph));
   if (options.work) graph.work = *options.work;
   if (options.load_percent) {
@@ -43,7 +43,7 @@ Graph experiment_graph(const CommonOptions& options) {
   return graph;
 }
 
-std::vector<ExecutorSpec> experiment_executors(const CommonOptions& options) {
+std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options) {
   const SchedulerOptions defaults{options.rule, options.ties, 0};
   std::vector<ExecutorSpec> executors;
   std::set<std::string> labels;
@@ -54,9 +54,9 @@ std::vector<ExecutorSpec> experiment_executors(const CommonOptions& options) {
   return executors;
 }
 
-std::vector<Duration> experiment_phases(const CommonOptions& options, const Graph& graph,
-                                        const GraphTasks& tasks, const ExecutorSpec& executor,
-                                        std::uint32_t repetition) {
+std::vector<Duration> phases_of_repetition(const CommonOptions& options, const Graph& graph,
+                                           const GraphTasks& tasks, const ExecutorSpec& executor,
+                                           std::uint32_t repetition) {
   if (!options.phases_file.empty()) {
     return read_phases(options.phases_file, graph, std::string(executor.entry->name));
   }

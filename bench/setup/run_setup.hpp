@@ -19,23 +19,23 @@ std::string time_stamp(const char* format);
 /// Where results go: what --output says, or runs/DATE-GRAPH.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
-/// The graph of an experiment, with the work and load asked for. Throws InputError, UsageError.
-Graph experiment_graph(const CommonOptions& options);
+/// The graph of a run, with the work and load asked for. Throws InputError, UsageError.
+Graph graph_to_run(const CommonOptions& options);
 
 /// The executors asked for. Throws UsageError, also for one named twice.
-std::vector<ExecutorSpec> experiment_executors(const CommonOptions& options);
+std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options);
 
 /// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
 /// where a file of phases tells them apart. Throws InputError, UsageError.
-std::vector<Duration> experiment_phases(const CommonOptions& options, const Graph& graph,
-                                        const GraphTasks& tasks, const ExecutorSpec& executor,
-                                        std::uint32_t repetition);
+std::vector<Duration> phases_of_repetition(const CommonOptions& options, const Graph& graph,
+                                           const GraphTasks& tasks, const ExecutorSpec& executor,
+                                           std::uint32_t repetition);
 
 std::vector<std::string> chain_names(const Graph& graph);
 std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
 SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
 
-/// What run.json says of a live and of a simulated experiment alike.
+/// What run.json says of a live and of a simulated run alike.
 nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
                             const std::vector<ExecutorSpec>& executors);
 

@@ -35,7 +35,7 @@ const std::string kReplay = "replay:";
 
 /// With what the options override of its platform.
 Graph simulated_graph(const SimulateOptions& options) {
-  Graph graph = experiment_graph(options);
+  Graph graph = graph_to_run(options);
   GraphPlatform& p = graph.platform;
   p.cores = options.cores.value_or(p.cores);
   p.timer_thread = options.timer_thread.value_or(p.timer_thread);
@@ -48,13 +48,13 @@ Graph simulated_graph(const SimulateOptions& options) {
   return graph;
 }
 
-class SimulatedExperiment {
+class SimulatedRun {
  public:
-  explicit SimulatedExperiment(const SimulateOptions& options)
+  explicit SimulatedRun(const SimulateOptions& options)
       : options_(options),
         graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
-        executors_(experiment_executors(options)),
+        executors_(executors_to_run(options)),
         counting_(summary_options(options, graph_, tasks_)),
         chains_(measured_chains(graph_, tasks_)) {
     prepare();
@@ -115,7 +115,7 @@ class SimulatedExperiment {
 
   std::vector<Duration> first_timestamps(const ExecutorSpec& e, std::uint32_t r) const {
     if (phases_of_) return phases_of_->first_timestamps(tasks_.set, e.label, r);
-    return experiment_phases(options_, graph_, tasks_, e, r);
+    return phases_of_repetition(options_, graph_, tasks_, e, r);
   }
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
@@ -126,7 +126,7 @@ class SimulatedExperiment {
     return std::make_unique<WorstCaseTimes>(tasks_.set);
   }
 
-  /// Refuses an experiment whose traces would not fit into this machine.
+  /// Refuses a run whose traces would not fit into this machine.
   void check_memory() const {
     if (options_.no_trace) return;
     double per_second = 0;
@@ -260,6 +260,6 @@ class SimulatedExperiment {
 
 }  // namespace
 
-void run_simulated_experiment(const SimulateOptions& options) { SimulatedExperiment(options).run(); }
+void run_simulated(const SimulateOptions& options) { SimulatedRun(options).run(); }
 
 }  // namespace hotpath
