@@ -38,7 +38,7 @@ TEST(ChildProcess, ReadsItsInputAndWritesItsLog) {
 }
 
 TEST(ChildProcess, EndsWithAllThatItStarted) {
-  ChildProcess child({.words = shell("sleep 100 & sleep 100"), .own_group = true});
+  ChildProcess child({.words = shell("tail -f /dev/null & tail -f /dev/null"), .own_group = true});
   EXPECT_EQ(child.wait(50ms), std::nullopt);
   child.kill_group();
   EXPECT_EQ(how_it_ended(child.wait()), "was ended by a signal (Killed)");
