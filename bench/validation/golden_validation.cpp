@@ -30,7 +30,8 @@ std::string golden_verdict(const ScheduleComparison& bare, const ScheduleCompari
     return "the same but for the order among equal periods, which the fork leaves to its heap";
   }
   const std::string charged =
-      text("%.0f us of dispatch and %.0f us of wake-up", to_us(p.dispatch_cost), to_us(p.wake_up_latency));
+      text("%.0f us of dispatch, %.0f us for each wait and %.0f us of wake-up", to_us(p.dispatch_cost),
+           to_us(p.wait_cost + p.other_entities * p.wait_cost_per_entity), to_us(p.wake_up_latency));
   if (agrees(costs)) {
     return agrees(bare) ? "the same but for places where a release and the end of a job almost coincide"
                         : "costs decide: timers fall due about when a window closes, and " + charged +
@@ -47,7 +48,7 @@ GoldenValidation validate(const std::string& set, const ExecutorEntry& executor,
   GoldenValidation v;
   v.set = set;
   v.executor = executor.name;
-  v.costs = reference_platform(executor);
+  v.costs = reference_platform(executor, real.set.size());
   v.without_costs = compare_schedules(real, predict_timers(real.set, executor, {}, length));
   v.with_costs = compare_schedules(real, predict_timers(real.set, executor, v.costs, length));
   v.verdict = golden_verdict(v.without_costs, v.with_costs, v.costs);

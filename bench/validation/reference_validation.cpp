@@ -36,7 +36,8 @@ TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duratio
   constexpr Duration kLength = 45s;
   GraphTasks tasks = make_tasks(graph);
   set_phases(tasks.set, make_phases(graph, tasks, Phases::creation, {step, 1}));
-  const Schedule s = predict_timers(tasks.set, executor, reference_platform(executor), kLength);
+  const Schedule s =
+      predict_timers(tasks.set, executor, reference_platform(executor, tasks.set.size()), kLength);
   TimersOnlyRun run;
   for (TaskId id = 0; id < s.set.size(); ++id) {
     std::vector<double> responses;
@@ -122,7 +123,7 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
     // Subscriptions before timers, and of two equals the earlier first, as the fork's heap has it.
     const ExecutorSpec executor = parse_executor(name, {SubscriptionRule::first, Ties::fifo, 2});
     SimulationOptions options;
-    options.platform = reference_platform(*executor.entry);
+    options.platform = reference_platform(*executor.entry, static_cast<std::uint32_t>(graph.nodes.size()));
     options.duration = 30s;
     const WorstCaseTimes times(tasks.set);
     // The six outputs of a hyperperiod (600 ms) differ: a whole number of them counts.

@@ -58,6 +58,8 @@ void to_json(json& j, const GoldenValidation& v) {
   j = {{"set", v.set},
        {"executor", v.executor},
        {"dispatch_cost_us", to_us(v.costs.dispatch_cost)},
+       {"wait_cost_us", to_us(v.costs.wait_cost)},
+       {"wait_cost_per_entity_us", to_us(v.costs.wait_cost_per_entity)},
        {"wake_up_us", to_us(v.costs.wake_up_latency)},
        {"without_costs", comparison_json(v.without_costs, "measured", "simulated")},
        {"with_costs", comparison_json(v.with_costs, "measured", "simulated")},

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulator against what the real ROS 2 stack did, job by job: the golden traces of the paper's
-// timers-only sets (reference_system/ros2_reference). Their timer thread ran at SCHED_FIFO 90, above the
-// executor thread.
+// timers-only sets (reference_system/ros2_reference/traces; their timer thread ran at SCHED_FIFO 90, above
+// the executor thread), and those of Humble's and Jazzy's executors.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/job_order.hpp"
 #include "hotpath/core/platform.hpp"
+#include "hotpath/core/rebuilt_wait_set_scheduler.hpp"
+#include "hotpath/core/wait_set_scheduler.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {
@@ -79,8 +82,8 @@ class SimilarWithCosts : public testing::TestWithParam<Case> {};
 
 TEST_P(SimilarWithCosts, SequenceAndLostJobs) {
   const GoldenTrace real = reference(GetParam().level, GetParam().executor);
-  const Trace simulated =
-      simulate_like(real, GetParam().executor, reference_platform(*find_executor(GetParam().executor)));
+  const Trace simulated = simulate_like(
+      real, GetParam().executor, reference_platform(*find_executor(GetParam().executor), real.set.size()));
   JobOrder expected = sequence(real), got = sequence(simulated);
   const std::string executor = GetParam().executor;
   if (executor == "rm-ro") {
@@ -121,6 +124,162 @@ TEST(GoldenTraceBoundary, WakeUpLatencyAloneDecidesStaticAt60AndEventsReAt80) {
   const GoldenTrace st = reference("60", "static");
   EXPECT_LT(similarity(sequence(simulate_like(st, "static")), sequence(st)), 0.96);
   EXPECT_GT(similarity(sequence(simulate_like(st, "static", late)), sequence(st)), 0.99);
+}
+
+/// A trace of rclcpp 16 (Humble) or 28 (Jazzy).
+struct Recorded {
+  const char* file;
+  const char* executor;
+  unsigned workers;
+  std::vector<std::string> order;  ///< Entity order, by first letters; empty: creation.
+};
+std::ostream& operator<<(std::ostream& out, const Recorded& r) { return out << r.file; }
+
+SchedulerOptions scheduling(const Recorded& recorded, const TaskSet& set) {
+  SchedulerOptions options;
+  options.workers = recorded.workers;
+  for (const std::string& name : recorded.order) {
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (set[id].name.starts_with(name)) options.entity_order.push_back(id);
+    }
+  }
+  return options;
+}
+
+/// What the real jobs took, by the timestamps that they were called for.
+Trace measured_times(const GoldenTrace& real) {
+  Trace trace;
+  std::vector<Time> called;
+  for (const Task& task : real.set.tasks) called.push_back(Time{} + task.phase);
+  for (const GoldenJob& job : real.jobs) {
+    JobRecord r;
+    r.job.task = job.task;
+    const Task& task = real.set[job.task];
+    r.job.sequence = static_cast<std::uint64_t>((called[job.task] - Time{} - task.phase) / task.period);
+    r.start = job.start;
+    r.finish = job.finish;
+    r.outcome = Outcome::ran;
+    r.job.skipped = static_cast<std::uint32_t>((job.next_call - called[job.task]) / task.period - 1);
+    trace.jobs.push_back(r);
+    called[job.task] = job.next_call;
+  }
+  return trace;
+}
+
+/// Of the timestamps up to the last job of the task.
+double skipped_percent(const Trace& trace, TaskId task) {
+  double lost = 0, ran = 0;
+  for (const JobRecord& r : trace.jobs) {
+    if (r.job.task != task || r.outcome != Outcome::ran) continue;
+    lost += r.job.skipped;
+    ++ran;
+  }
+  return 100 * lost / (lost + ran);
+}
+
+Trace replay(const GoldenTrace& real, const Trace& measured, const Recorded& recorded) {
+  const ExecutorEntry& executor = *find_executor(recorded.executor);
+  const ReplayedTimes times(real.set, measured);
+  PublishingWorkload workload(times);
+  SimulationOptions options;
+  options.platform = reference_platform(executor, real.set.size());
+  options.platform.cores = std::max(1U, recorded.workers);
+  options.duration = real.jobs.back().start - Time{} + 1ns;
+  return simulate_trace(real.set, executor, scheduling(recorded, real.set), workload, options);
+}
+
+class SecondSet : public testing::TestWithParam<Recorded> {};
+
+TEST_P(SecondSet, SequenceAndLostJobs) {
+  const GoldenTrace real =
+      read_golden_trace(std::string(HOTPATH_REFERENCE_DIR) + "/" + GetParam().file + ".csv");
+  const Trace measured = measured_times(real);
+  const Trace simulated = replay(real, measured, GetParam());
+  const JobOrder expected = sequence(real), got = sequence(simulated);
+  const double similar = similarity(expected, got);
+  RecordProperty("similarity", std::to_string(similar));
+  EXPECT_GE(similar, GetParam().workers > 1 ? 0.95 : 0.98);
+  for (TaskId id = 0; id < real.set.size(); ++id) {
+    EXPECT_NEAR(skipped_percent(measured, id), skipped_percent(simulated, id), 1.0) << real.set[id].name;
+  }
+}
+
+// Both follow from the traces: addresses in the memory of those processes.
+const std::vector<std::string> kHumbleStatic = {"FrontL", "RearL", "FrontC", "Left", "RearC", "Right", "IMU"};
+const std::vector<std::string> kHumbleMulti = {"FrontL", "RearL", "Left", "FrontC", "RearC", "Right", "IMU"};
+INSTANTIATE_TEST_SUITE_P(
+    GoldenTrace, SecondSet,
+    testing::Values(Recorded{"traces_humble/timers_60.static", "static", 0, kHumbleStatic},
+                    Recorded{"traces_humble/timers_84.static", "static", 0, kHumbleStatic},
+                    Recorded{"traces_humble/timers_60.multi_2", "multi", 2, kHumbleMulti},
+                    Recorded{"traces_humble/timers_96.multi_2", "multi", 2, kHumbleMulti},
+                    Recorded{"traces_jazzy/timers_60.default", "default", 0, {}},
+                    Recorded{"traces_jazzy/timers_84.default", "default", 0, {}},
+                    Recorded{"traces_jazzy/timers_60.cbg_1", "cbg", 1, {}},
+                    Recorded{"traces_jazzy/timers_96.cbg_1", "cbg", 1, {}},
+                    Recorded{"traces_jazzy/timers_60.cbg_2", "cbg", 2, {}},
+                    Recorded{"traces_jazzy/timers_84.cbg_2", "cbg", 2, {}}),
+    [](const auto& recorded) {
+      std::string n = recorded.param.file;
+      std::replace_if(
+          n.begin(), n.end(), [](char c) { return !std::isalnum(c); }, '_');
+      return n;
+    });
+
+/// The order in which `scheduler` runs the tasks of a trace when its workers look for work, and are done with
+/// it, at the recorded instants.
+JobOrder order_at_recorded_instants(const GoldenTrace& real, Scheduler& scheduler) {
+  struct Look {
+    Time at;
+    Worker worker;
+    bool ends;  ///< A job of the worker ends; otherwise one starts.
+  };
+  std::vector<Look> looks;
+  for (const GoldenJob& job : real.jobs) {
+    looks.push_back({job.start, job.worker, false});
+    looks.push_back({job.finish, job.worker, true});
+  }
+  std::stable_sort(looks.begin(), looks.end(), [](const Look& a, const Look& b) { return a.at < b.at; });
+  scheduler.begin(Time{});
+  std::array<std::optional<Job>, 2> decided, running;
+  const auto decide = [&](Worker w, Time now) {
+    if (!running[w] && !decided[w]) decided[w] = scheduler.decide(w, now).job;
+  };
+  for (const Worker w : {0U, 1U}) decide(w, Time{});
+  JobOrder order;
+  for (const Look& look : looks) {
+    if (look.ends) {
+      const auto job = std::exchange(running[look.worker], std::nullopt);
+      const WorkerSet woken = job ? scheduler.finished(look.worker, *job, look.at).wake : WorkerSet{};
+      decide(look.worker, look.at);
+      for (const Worker w : {0U, 1U}) {
+        if (woken.contains(w)) decide(w, look.at);
+      }
+    } else {
+      decide(look.worker, look.at);
+      // Which of two idle workers got to the job is of no interest.
+      if (!decided[look.worker]) std::swap(decided[0], decided[1]);
+      running[look.worker] = std::exchange(decided[look.worker], std::nullopt);
+      if (running[look.worker]) order.push_back(running[look.worker]->task);
+    }
+  }
+  return order;
+}
+
+/// Jazzy's wait set keeps its order from job to job, and parameter events of the seven nodes have mixed it
+/// before the first timer. When a worker gets to look is the operating system's business: in a quarter of the
+/// cases where one timer follows another by some milliseconds, the second worker was put on the processor of
+/// the first and got it after a time slice of 3 ms; from there on a simulation goes another way. So the
+/// instants are taken from the trace, and the scheduler says what is found.
+TEST(RebuiltWaitSet, RunsWhatJazzyRanAtTheRecordedInstants) {
+  for (const char* level : {"60", "96"}) {
+    const GoldenTrace real = read_golden_trace(std::string(HOTPATH_REFERENCE_DIR) + "/traces_jazzy/timers_" +
+                                               level + ".multi_2.csv");
+    RebuiltWaitSetScheduler scheduler(real.set, 2);
+    EXPECT_GE(similarity(order_at_recorded_instants(real, scheduler), sequence(real)), 0.97) << level;
+    WaitSetScheduler humble(real.set, 2);
+    EXPECT_LT(similarity(order_at_recorded_instants(real, humble), sequence(real)), 0.95) << level;
+  }
 }
 
 }  // namespace

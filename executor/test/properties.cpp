@@ -74,7 +74,7 @@ CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t s
   const Trace trace = run_random(set, executor, seed, platform, scheduling);
   std::string wrong = legal(set, trace);
   if (wrong.empty()) wrong = balanced(set, trace);
-  if (wrong.empty() && executor.traits.family == Family::wait_set) {
+  if (wrong.empty() && executor.traits.many_workers) {
     wrong = groups_exclusive(set, trace);
   }
   return result(trace, std::move(wrong));
@@ -112,6 +112,33 @@ CaseResult reentrant_groups_leave_no_worker_idle(const ExecutorEntry& multi, std
   platform.cores = 3;
   const Trace trace = run_random(set, multi, seed, platform, {.workers = 3});
   return result(trace, work_conserving(trace, 3));
+}
+
+/// With the remedy against starvation: whatever becomes ready runs before any other task of its group has run
+/// three times.
+CaseResult nobody_is_overtaken_for_ever(const ExecutorEntry& fair, std::uint64_t seed) {
+  Random random(seed);
+  const TaskSet set = random_groups(random, random_graph(random, 5, 4, tenths(random, 5, 30)));
+  Platform platform;
+  platform.cores = 3;
+  const Trace trace = run_random(set, fair, seed, platform, {.workers = 3});
+  for (const JobRecord& waits : trace.jobs) {
+    if (!started(waits) && waits.outcome != Outcome::queued) continue;
+    const Time until = started(waits) ? waits.start : trace.end;
+    // Of several unread samples a window takes one.
+    Time from = waits.job.timestamp;
+    for (const JobRecord& own : trace.jobs) {
+      if (started(own) && own.job.task == waits.job.task && own.start < until)
+        from = std::max(from, own.start);
+    }
+    std::map<TaskId, int> ahead;
+    for (const JobRecord& other : trace.jobs) {
+      if (!started(other) || set[other.job.task].group != set[waits.job.task].group) continue;
+      if (other.job.task == waits.job.task || other.start <= from || other.start >= until) continue;
+      if (++ahead[other.job.task] > 2) return result(trace, "overtaken for ever: " + describe(waits));
+    }
+  }
+  return result(trace, {});
 }
 
 /// Per worker: no job starts while one of higher priority waits, and at most one of lower priority blocks.
@@ -198,8 +225,11 @@ std::vector<Property> properties() {
     add("legal_and_nothing_lost", 1000, executor, legal_and_nothing_lost);
     add("works_while_a_job_waits", 600, executor, works_while_a_job_waits);
     add("runs_for_the_execution_time", 50, executor, runs_for_the_execution_time);
-    if (executor.traits.many_workers) {
+    if (executor.traits.many_workers && executor.traits.family == Family::wait_set) {
       add("reentrant_groups_leave_no_worker_idle", 600, executor, reentrant_groups_leave_no_worker_idle);
+    }
+    if (executor.name == "multi-fair") {
+      add("nobody_is_overtaken_for_ever", 600, executor, nobody_is_overtaken_for_ever);
     }
     if (executor.traits.family != Family::priority_events) continue;
     add("follows_priorities", 600, executor, follows_priorities);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // SingleThreadedExecutor and MultiThreadedExecutor (rclcpp 26.0.0 executor.cpp,
-// allocator_memory_strategy.hpp, multi_threaded_executor.cpp).
+// allocator_memory_strategy.hpp, multi_threaded_executor.cpp), and the latter from rclcpp 28 on.
 #include "hotpath/core/wait_set_scheduler.hpp"
 
+#include "hotpath/core/rebuilt_wait_set_scheduler.hpp"
 #include "one_worker_fixture.hpp"
 
 namespace hotpath::test {
@@ -200,6 +201,62 @@ TEST_F(MultiThreadedExecutor, OnlyOneIdleWorkerWaitsAndHandsTheWaitOn) {
   EXPECT_EQ(decision.job->task, a);
   EXPECT_EQ(decision.wake, WorkerSet::of(1));
   EXPECT_FALSE(scheduler->decide(1, at(10ms)).job);
+}
+
+TEST_F(MultiThreadedExecutor, TheRemedyKeepsWhatIsBlockedAheadOfWhatIsFoundLater) {
+  const TaskId a = add_timer(set, 10ms, 0ms);
+  const TaskId b = add_timer(set, 100ms, 0ms);
+  set.tasks[b].group = set.tasks[a].group;
+  for (const Blocked blocked : {Blocked::forgotten, Blocked::kept}) {
+    OneWorkerFixture::start(2U, blocked);
+    const Job running = *scheduler->decide(0, at(0ms)).job;
+    EXPECT_EQ(running.task, a);
+    EXPECT_FALSE(scheduler->decide(1, at(1ms)).job);  // polls: b stays, or is forgotten
+    scheduler->finished(0, running, at(10ms));        // a is due again
+    EXPECT_EQ(scheduler->decide(0, at(10ms)).job->task, blocked == Blocked::kept ? b : a);
+  }
+}
+
+class RebuiltWaitSet : public OneWorkerFixture<RebuiltWaitSetScheduler> {};
+
+TEST_F(RebuiltWaitSet, AGroupThatWasBusyAtARebuildGoesToTheEnd) {
+  const TaskId a = add_timer(set, 10ms, 0ms);
+  const TaskId b = add_timer(set, 10ms, 0ms);
+  start(2U);
+  const Job first = *scheduler->decide(0, at(0ms)).job;
+  const Job second = *scheduler->decide(1, at(0ms)).job;
+  EXPECT_EQ(first.task, a);
+  EXPECT_EQ(second.task, b);
+  scheduler->finished(1, second, at(2ms));
+  EXPECT_FALSE(scheduler->decide(1, at(2ms)).job);  // rebuilt without a
+  scheduler->finished(0, first, at(3ms));
+  EXPECT_FALSE(scheduler->decide(1, at(3ms)).job);  // rebuilt: b, a
+  EXPECT_FALSE(scheduler->decide(0, at(3ms)).job);
+  EXPECT_EQ(scheduler->decide(1, at(10ms)).job->task, b);
+  EXPECT_EQ(scheduler->decide(0, at(10ms)).job->task, a);
+}
+
+TEST_F(RebuiltWaitSet, OfTheSnapshotABlockedTimerStaysAndABlockedSubscriptionDoesNot) {
+  const TaskId blocking = add_timer(set, 100ms, 0ms);
+  const TaskId timer = add_timer(set, 100ms, 0ms);
+  const TaskId blocked = add_subscription(set, {timer}, 0ms);
+  const TaskId other = add_subscription(set, {timer}, 0ms);
+  set.tasks[timer].group = set.tasks[blocked].group = set.tasks[blocking].group;
+  start(2U);
+  scheduler->sample_arrived(blocked, {}, at(0ms));
+  scheduler->sample_arrived(other, {}, at(0ms));
+  const Job running = *scheduler->decide(0, at(0ms)).job;
+  EXPECT_EQ(running.task, blocking);
+  const Job beside = *scheduler->decide(1, at(1ms)).job;
+  EXPECT_EQ(beside.task, other);  // looked at `timer`, which stays, and at `blocked`, which does not
+  scheduler->finished(0, running, at(2ms));
+  const Job from_snapshot = *scheduler->decide(0, at(2ms)).job;
+  EXPECT_EQ(from_snapshot.task, timer);
+  EXPECT_EQ(from_snapshot.release, at(0ms));
+  scheduler->finished(0, from_snapshot, at(3ms));
+  const Job from_next_poll = *scheduler->decide(0, at(3ms)).job;
+  EXPECT_EQ(from_next_poll.task, blocked);
+  EXPECT_EQ(from_next_poll.release, at(3ms));
 }
 
 TEST(MultiThreadedExecutorSimulated, OneGroupOnTwoCoresIsSequentialAndTwoGroupsAreParallel) {

@@ -19,6 +19,9 @@ Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
   p.release_cost = given.release_cost;
   p.pass_cost = given.pass_cost;
   p.dispatch_cost = given.dispatch_cost;
+  p.wait_cost = given.wait_cost;
+  p.wait_cost_per_entity = given.wait_cost_per_entity;
+  p.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(graph.nodes.size());
   p.wake_up_latency = given.wake_up;
   p.delivery_delay = given.delivery_delay;
   p.wall_clock_work = graph.work == WorkMode::wall;

@@ -38,7 +38,9 @@ CsvReader::CsvReader(std::istream& in, std::string name, CsvLayout layout)
 CsvReader::CsvReader(std::istream& in, std::string name, std::vector<std::string> columns, CsvLayout layout,
                      std::size_t lines_before)
     : in_(&in), name_(std::move(name)), layout_(layout), header_(std::move(columns)), line_(lines_before) {
-  first_line_is_row_ = read_line() && fields_.front() != header_.front();
+  if (!read_line()) return;
+  first_line_is_row_ = fields_.front() != header_.front();
+  if (!first_line_is_row_) header_.assign(fields_.begin(), fields_.end());
 }
 
 CsvReader::~CsvReader() = default;

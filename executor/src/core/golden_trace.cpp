@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "hotpath/core/csv.hpp"
+#include "hotpath/core/timer.hpp"
 
 namespace hotpath {
 
@@ -31,6 +32,16 @@ Task read_task(const std::string& line, const std::string& file, std::size_t num
   return task;
 }
 
+/// Next calls of polled timers, which are called when their jobs start.
+void call_timers(GoldenTrace& trace) {
+  std::vector<Timer> timers;
+  for (TaskId id = 0; id < trace.set.size(); ++id) timers.emplace_back(id, trace.set[id], Time{});
+  for (GoldenJob& job : trace.jobs) {
+    timers[job.task].call(job.start);
+    job.next_call = timers[job.task].next_call();
+  }
+}
+
 }  // namespace
 
 bool is_golden_trace(std::string_view first_line) { return first_line.starts_with(kHeaderMark); }
@@ -43,20 +54,30 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
   std::size_t line = 0;
   for (std::string text; in.peek() == kHeaderMark && std::getline(in, text);) {
     trace.set.tasks.push_back(read_task(text, file.string(), ++line));
-    ids[trace.set.tasks.back().name] = trace.set.size() - 1;
+    Task& task = trace.set.tasks.back();
+    task.group = ids[task.name] = trace.set.size() - 1;
+    trace.set.groups.resize(trace.set.size(), CallbackGroup::mutually_exclusive);
   }
   CsvReader jobs(in, file.string(), {"task", "count", "start_ns", "finish_ns", "next_call_ns"},
                  CsvLayout::written, line);
+  const bool has_worker = jobs.find_column("thread").has_value();
   while (jobs.next()) {
     const auto id = ids.find(jobs.text(0));
     if (id == ids.end()) {
       jobs.fail("task " + std::string(jobs.text(0)) + " is not in the header", "give it a line `# TASK ...`");
     }
     const auto instant = [&](std::size_t column) { return from_ns(jobs.number<std::int64_t>(column)); };
-    trace.jobs.push_back({id->second, jobs.number<std::uint64_t>(1), instant(2), instant(3), instant(4)});
+    GoldenJob job{id->second, jobs.number<std::uint64_t>(1), instant(2), instant(3), {}, 0};
+    if (has_worker) {
+      job.worker = jobs.number<Worker>(4);
+    } else {
+      job.next_call = instant(4);
+    }
+    trace.jobs.push_back(job);
   }
   std::stable_sort(trace.jobs.begin(), trace.jobs.end(),
                    [](const GoldenJob& a, const GoldenJob& b) { return a.start < b.start; });
+  if (has_worker) call_timers(trace);
   return trace;
 }
 

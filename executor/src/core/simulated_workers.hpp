@@ -18,7 +18,7 @@ class SimulatedWorkers {
     asleep,
     blocked,   ///< Waits for the scheduler's lock.
     turn,      ///< About to take a turn, in no time.
-    release,   ///< Pays for the releases of its turn and holds the lock.
+    release,   ///< Pays for the releases or for the wait of its turn and holds the lock.
     dispatch,  ///< Pays for the start of the job that it decided for.
     run,       ///< Runs that job.
   };
@@ -27,6 +27,7 @@ class SimulatedWorkers {
     Step step = Step::asleep;
     bool woken = false;    ///< Somebody woke it since its last turn.
     bool in_pass = false;  ///< It has released timers since it last slept or ran a job.
+    bool slept = true;     ///< It has not run a job since it last slept.
     bool on_core = false;
     bool raised = false;   ///< Its OS priority is the higher of the two.
     Time until = kNever;   ///< On a core: end of the step. Asleep: when it competes for a core again.
@@ -126,6 +127,7 @@ inline void SimulatedWorkers::leave(Worker w, Time now) {
 
 inline void SimulatedWorkers::sleep(Worker w, Time wake_at, Time now) {
   states_[w].step = Step::asleep;
+  states_[w].slept = true;
   states_[w].until = wake_at == kNever ? kNever : wake_at + wake_up_latency_;
   leave(w, now);
 }

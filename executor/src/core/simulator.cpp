@@ -33,8 +33,8 @@ void check_options(const SimulationOptions& options) {
   const Platform& p = options.platform;
   check(p.cores >= 1, "a simulation needs at least one core");
   check(p.time_slice > Duration{}, "the time slice must be positive");
-  for (const Duration d :
-       {p.release_cost, p.pass_cost, p.dispatch_cost, p.delivery_delay, p.wake_up_latency, p.time_slice}) {
+  for (const Duration d : {p.release_cost, p.pass_cost, p.dispatch_cost, p.wait_cost, p.wait_cost_per_entity,
+                           p.delivery_delay, p.wake_up_latency, p.time_slice}) {
     check(d >= Duration{} && d <= kLongest, "costs, delays and latencies must lie in 0 to 2^60 ns");
   }
   check(options.duration > Duration{}, "the duration must be positive");
@@ -145,16 +145,26 @@ class Simulation {
     worker.wake_at = turn.decision.wake_at;
     worker.to_wake = turn.decision.wake;
     if (events_) count_backlog(worker, turn.released);
-    if (turn.released > 0) {
-      Duration cost = platform_.release_cost * turn.released;
-      if (!worker.in_pass) cost += platform_.pass_cost;
-      worker.in_pass = true;
-      if (cost > Duration{}) {
-        lock_holder_ = w;
-        return workers_.begin_step(w, Step::release, cost, now_);
-      }
+    const Duration cost = cost_under_lock(worker, turn);
+    if (cost > Duration{}) {
+      lock_holder_ = w;
+      return workers_.begin_step(w, Step::release, cost, now_);
     }
     follow(w);
+  }
+
+  Duration cost_under_lock(SimulatedWorkers::State& worker, const Turn& turn) const {
+    Duration cost{};
+    if (turn.released > 0) {
+      cost += platform_.release_cost * turn.released;
+      if (!worker.in_pass) cost += platform_.pass_cost;
+      worker.in_pass = true;
+    }
+    if (worker.has_job && turn.decision.waited_for > 0 && !worker.slept) {
+      cost += platform_.wait_cost +
+              platform_.wait_cost_per_entity * (turn.decision.waited_for + platform_.other_entities);
+    }
+    return cost;
   }
 
   void unlock() {
@@ -184,6 +194,7 @@ class Simulation {
     SimulatedWorkers::State& worker = workers_[w];
     const Job& job = worker.job;
     worker.start = now_;
+    worker.slept = false;
     if (job.empty) {
       if (sink_) sink_->ended(record(w, Outcome::empty));
       done(w);

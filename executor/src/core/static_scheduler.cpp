@@ -3,30 +3,26 @@
 
 namespace hotpath {
 
-namespace {
-
-bool any(TaskId) { return true; }
-
-}  // namespace
-
 Arrival StaticScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
   return {WorkerSet::of(0), unread_.add(task, sample).overwritten};
 }
 
 std::optional<Job> StaticScheduler::next_ready(Time now) {
-  if (auto job = take_sample(any)) return job;
-  // rclcpp asks again, although nobody else calls timers.
-  return call_timer(now, [now](TaskId, const Timer& timer) { return timer.is_ready(now); });
+  return take(now, [this, now](TaskId id) {
+    // rclcpp asks a timer again, although nobody else calls it.
+    return is_ready(id, now) ? Pick::run : Pick::leave;
+  });
 }
 
 Decision StaticScheduler::decide(Worker, Time now) {
   Decision decision;
   decision.job = next_ready(now);
   if (!decision.job) {
-    poll(now, any);
+    forget_snapshot();
+    decision.waited_for = poll(now, [](TaskId) { return true; });
     decision.job = next_ready(now);
   }
-  if (!decision.job) decision.wake_at = next_timer(any);
+  if (!decision.job) decision.wake_at = next_timer([](TaskId) { return true; });
   return decision;
 }
 

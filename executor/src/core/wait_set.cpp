@@ -1,17 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/wait_set.hpp"
 
+#include <cassert>
+
 namespace hotpath {
 
-WaitSet::WaitSet(const TaskSet& set, unsigned workers)
-    : set_(set), unread_(set), roles_(workers, WorkerRole::executor) {
+WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
+                 const std::vector<TaskId>& entity_order)
+    : set_(set),
+      unread_(set),
+      roles_(workers, WorkerRole::executor),
+      runs_first_(runs_first),
+      timer_index_(set.size(), 0),
+      snapshot_(set.size()),
+      group_busy_(set.groups.size(), false) {
   assert(workers >= 1 && workers <= kMaxWorkers);
-  for (TaskId id = 0; id < set_.size(); ++id) {
+  assert(entity_order.empty() || entity_order.size() == set.size());
+  for (TaskId i = 0; i < set_.size(); ++i) {
+    const TaskId id = entity_order.empty() ? i : entity_order[i];
     if (!set_[id].local) continue;
-    (set_[id].kind == TaskKind::timer ? timer_ids_ : subscription_ids_).push_back(id);
+    if (set_[id].kind == TaskKind::timer) {
+      timer_index_[id] = static_cast<std::uint32_t>(timer_ids_.size());
+      timer_ids_.push_back(id);
+    } else {
+      subscription_ids_.push_back(id);
+    }
   }
-  ready_timers_.reserve(timer_ids_.size());
-  ready_subscriptions_.reserve(subscription_ids_.size());
+  snapshot_.reserve(timer_ids_.size() + subscription_ids_.size());
 }
 
 void WaitSet::begin(Time epoch) {

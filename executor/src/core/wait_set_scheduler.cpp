@@ -11,24 +11,19 @@ Arrival WaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, 
 }
 
 std::optional<Job> WaitSetScheduler::pick(Time now) {
-  std::optional<Job> job = call_timer(now, [this](TaskId id, const Timer&) { return group_free(id); });
-  if (!job) job = take_sample([this](TaskId id) { return group_free(id); });
-  if (job) {
-    const std::uint32_t group = set_[job->task].group;
-    if (set_.groups[group] == CallbackGroup::mutually_exclusive) group_busy_[group] = true;
-  }
-  return job;
+  return take(now, [this](TaskId id) { return group_free(id) ? Pick::run : Pick::leave; });
 }
 
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
   idle_.erase(worker);
   if (waiting_ == worker) waiting_.reset();
 
-  const auto group_is_free = [this](TaskId id) { return group_free(id); };
+  const auto in_free_group = [this](TaskId id) { return group_free(id); };
   Decision decision;
   decision.job = pick(now);
   if (!decision.job) {
-    poll(now, group_is_free);
+    if (blocked_ == Blocked::forgotten) forget_snapshot();
+    decision.waited_for = poll(now, in_free_group);
     decision.job = pick(now);
   }
   if (decision.job) {
@@ -40,13 +35,13 @@ Decision WaitSetScheduler::decide(Worker worker, Time now) {
   idle_.insert(worker);
   if (!waiting_) {
     waiting_ = worker;
-    decision.wake_at = next_timer(group_is_free);
+    decision.wake_at = next_timer(in_free_group);
   }
   return decision;
 }
 
 Effect WaitSetScheduler::finished(Worker, const Job& job, Time) {
-  group_busy_[set_[job.task].group] = false;
+  free_group(job.task);
   Effect effect;
   // The interrupt guard condition, so that the group is in the wait again.
   if (waiting_) effect.wake = WorkerSet::of(*waiting_);

@@ -31,7 +31,7 @@ class CsvReader {
   /// `in` outlives the reader; `name` is its file's in messages.
   CsvReader(std::istream& in, std::string name, CsvLayout layout = CsvLayout::written);
   /// For files that may lack their header: a first line that does not begin with the name of the first column
-  /// is a row. `lines_before` of the file have been read from `in`.
+  /// is a row, and `columns` are the names. `lines_before` of the file have been read from `in`.
   CsvReader(std::istream& in, std::string name, std::vector<std::string> columns, CsvLayout layout,
             std::size_t lines_before = 0);
   ~CsvReader();

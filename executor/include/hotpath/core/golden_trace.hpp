@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hotpath/core/task.hpp"
+#include "hotpath/core/worker.hpp"
 
 namespace hotpath {
 
@@ -15,14 +16,16 @@ struct GoldenJob {
   std::uint64_t count = 0;  ///< Jobs of the task before it.
   Time start{}, finish{};
   Time next_call{};  ///< The timer's next call as read at the start of the job.
+  Worker worker = 0;
 };
 
 /// A golden trace: what the real ROS 2 stack did with a set of timers, job by job
-/// (reference_system/ros2_reference/traces/SET.EXECUTOR.csv). A line for each timer,
+/// (reference_system/ros2_reference/traces*/SET.EXECUTOR.csv). A line for each timer,
 /// `# TASK period_ns N wcet_ns N first_release_ns N`, then one for each job,
-/// `TASK,COUNT,START,FINISH,NEXT_CALL` in nanoseconds since the epoch of the run.
+/// `TASK,COUNT,START,FINISH,NEXT_CALL` in nanoseconds since the epoch of the run; or, after a header that
+/// names a column `thread`, with the worker in place of the next call, which then follows from rcl's rule.
 struct GoldenTrace {
-  TaskSet set;
+  TaskSet set;                  ///< Each timer in a callback group of its own.
   std::vector<GoldenJob> jobs;  ///< By start.
 };
 

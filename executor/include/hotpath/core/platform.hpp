@@ -28,6 +28,13 @@ struct Platform {
   Duration pass_cost{};
   /// Occupies a worker's core between a decision that yields a job and the start of that job.
   Duration dispatch_cost{};
+  /// In front of the dispatch, when the decision needed a new wait: to build a wait set and to scan it when
+  /// rcl_wait returns, once and for each entity in it. No other worker decides meanwhile. A worker that slept
+  /// built its wait set before and pays the wake-up alone.
+  Duration wait_cost{}, wait_cost_per_entity{};
+  /// Entities in every wait beside the tasks that it waits for: the services of parameters, guard conditions
+  /// and waitables that each of rclcpp's nodes has.
+  std::uint32_t other_entities = 0;
   /// From a publication to the arrival of the sample. The publisher's core is not occupied.
   Duration delivery_delay{};
   /// From the instant at which a sleeping worker is to wake until it competes for a core.
@@ -45,9 +52,16 @@ inline Platform default_platform(const ExecutorEntry& executor) {
   return platform;
 }
 
-/// The reference machine under the real ROS 2 stack, with what this executor cost there.
-inline Platform reference_platform(const ExecutorEntry& executor) {
+/// Entities of a node of rclcpp that its executor waits for beside its timers and subscriptions: six services
+/// of parameters, the subscription to parameter events, the guard condition of its callback group.
+inline constexpr std::uint32_t kEntitiesOfANode = 8;
+
+/// The reference machine under the real ROS 2 stack, with what this executor cost there with so many nodes.
+inline Platform reference_platform(const ExecutorEntry& executor, std::uint32_t nodes) {
   Platform platform;
+  platform.wait_cost = executor.traits.reference.wait;
+  platform.wait_cost_per_entity = executor.traits.reference.wait_per_entity;
+  platform.other_entities = kEntitiesOfANode * nodes;
   platform.cores = executor.traits.reference.cores;
   platform.dispatch_cost = executor.traits.reference.dispatch;
   platform.wake_up_latency = executor.traits.reference.wake_up;

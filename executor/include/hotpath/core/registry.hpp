@@ -16,6 +16,9 @@ struct SchedulerOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;
   unsigned workers = 0;  ///< Multi-threaded: number of workers; 0 takes rclcpp's default, max(2, processors).
+  /// Wait sets: all tasks in the order in which those of one kind are scanned; empty: that of creation. With
+  /// rclcpp it follows addresses in memory (Humble's maps of weak pointers, Jazzy's hash maps).
+  std::vector<TaskId> entity_order = {};
 };
 
 /// Which design of rclcpp an executor follows.
@@ -23,11 +26,13 @@ enum class Family : std::uint8_t {
   wait_set,         ///< Level-triggered: polls a wait set (SingleThreaded-, Static-, MultiThreadedExecutor).
   events,           ///< Edge-triggered: a FIFO events queue (rclcpp's experimental EventsExecutor).
   priority_events,  ///< The paper's: priority events queue, timers released all together.
+  callback_groups,  ///< A queue of ready callback groups (EventsCBGExecutor).
 };
 constexpr auto enum_texts(Family) {
   return std::to_array<EnumText<Family>>({{Family::wait_set, "wait_set"},
                                           {Family::events, "events"},
-                                          {Family::priority_events, "priority_events"}});
+                                          {Family::priority_events, "priority_events"},
+                                          {Family::callback_groups, "callback_groups"}});
 }
 
 /// How an executor serves timers.
@@ -35,20 +40,24 @@ enum class TimerHandling : std::uint8_t {
   polled,               ///< The executor thread finds them ready in its wait set.
   release_only,         ///< The timer management thread releases them into the events queue.
   release_and_execute,  ///< The timer management thread runs them itself.
+  marked_ready,  ///< The timer management thread marks them ready, the executor thread calls them and skips.
 };
 constexpr auto enum_texts(TimerHandling) {
-  return std::to_array<EnumText<TimerHandling>>(
-      {{TimerHandling::polled, "polled"},
-       {TimerHandling::release_only, "release_only"},
-       {TimerHandling::release_and_execute, "release_and_execute"}});
+  return std::to_array<EnumText<TimerHandling>>({{TimerHandling::polled, "polled"},
+                                                 {TimerHandling::release_only, "release_only"},
+                                                 {TimerHandling::release_and_execute, "release_and_execute"},
+                                                 {TimerHandling::marked_ready, "marked_ready"}});
 }
 
 /// What an executor costs on the reference machine with the real ROS 2 stack
 /// (reference_system/ros2_reference).
 struct ReferenceCosts {
-  unsigned cores;     ///< Processors that its threads had.
-  Duration dispatch;  ///< End of a job to the start of the next that was already due, median.
-  Duration wake_up;   ///< A timer's instant to the start of its job when nothing ran, median.
+  unsigned cores;            ///< Processors that its threads had.
+  Duration dispatch;         ///< End of a job to the start of the next one of the same snapshot, median.
+  Duration wake_up;          ///< A timer's instant to the start of its job when nothing ran, median.
+  Duration wait;             ///< Wait sets: end of a job to the start of the next by a new wait, beyond
+                             ///< `dispatch` and what the entities cost.
+  Duration wait_per_entity;  ///< Wait sets.
 };
 
 /// What an executor is, for code that treats executors differently; nothing asks for it by their names. No

@@ -7,10 +7,11 @@ namespace hotpath {
 
 /// rclcpp 26.0.0 StaticSingleThreadedExecutor (static_single_threaded_executor.cpp): each wait is followed by
 /// all executables that it found ready, subscriptions first, then timers, which must be ready again when
-/// their turn comes; each in creation order. Callback groups are ignored.
+/// their turn comes; each in entity order. Callback groups are ignored.
 class StaticScheduler final : public WaitSet {
  public:
-  explicit StaticScheduler(const TaskSet& set) : WaitSet(set, 1) {}
+  explicit StaticScheduler(const TaskSet& set, const std::vector<TaskId>& entity_order = {})
+      : WaitSet(set, 1, TaskKind::subscription, entity_order) {}
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;

@@ -12,6 +12,7 @@ class Timer {
   Timer(TaskId task, const Task& t, Time epoch)
       : task_(task), period_(t.period), deadline_(t.deadline), next_call_(epoch + t.phase) {}
 
+  [[nodiscard]] TaskId task() const { return task_; }
   [[nodiscard]] Time next_call() const { return next_call_; }
   [[nodiscard]] bool is_ready(Time now) const { return next_call_ <= now; }
 

@@ -12,7 +12,8 @@
 namespace hotpath {
 
 /// What rclcpp's executors that poll a wait set have in common: the timers and subscriptions of this process
-/// in creation order, and the snapshot of those that the last poll found ready.
+/// in entity order, and the snapshot of those that the last poll found ready and that have not run since, in
+/// the order in which they run.
 class WaitSet : public Scheduler {
  public:
   [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
@@ -24,94 +25,143 @@ class WaitSet : public Scheduler {
   }
 
  protected:
-  WaitSet(const TaskSet& set, unsigned workers);
+  /// What happens to a task of the snapshot when a worker looks for its next job.
+  enum class Pick : std::uint8_t {
+    run,
+    leave,   ///< Look at the next one; this one stays in the snapshot.
+    forget,  ///< Look at the next one; this one waits for the next poll.
+  };
 
-  /// Takes the snapshot anew, of those tasks of which `eligible(TaskId)` is true.
+  /// A snapshot's tasks of kind `runs_first` run before those of the other kind, each kind in
+  /// `entity_order`, as in SchedulerOptions.
+  WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order);
+
+  /// Adds the ready tasks of which `eligible(TaskId)` is true to the snapshot, behind what it has. Returns
+  /// the number of tasks in the wait set.
   template <class Eligible>
-  void poll(Time now, Eligible&& eligible) {
-    polled_at_ = now;
-    ready_timers_.clear();
-    ready_subscriptions_.clear();
-    for (std::uint32_t i = 0; i < timer_ids_.size(); ++i) {
-      if (timers_[i].is_ready(now) && eligible(timer_ids_[i])) ready_timers_.add(i);
+  std::uint32_t poll(Time now, Eligible&& eligible) {
+    if (runs_first_ == TaskKind::timer) poll_timers(now, eligible);
+    for (const TaskId id : subscription_ids_) {
+      if (unread_.count(id) > 0 && eligible(id)) snapshot_.add(id, now);
     }
-    for (std::uint32_t i = 0; i < subscription_ids_.size(); ++i) {
-      const TaskId id = subscription_ids_[i];
-      if (unread_.count(id) > 0 && eligible(id)) ready_subscriptions_.add(i);
-    }
+    if (runs_first_ != TaskKind::timer) poll_timers(now, eligible);
+    return static_cast<std::uint32_t>(timer_ids_.size() + subscription_ids_.size());
   }
 
-  /// The job of the first eligible timer of the snapshot, which is called.
-  template <class Eligible>
-  std::optional<Job> call_timer(Time now, Eligible&& eligible) {
-    const auto timer =
-        ready_timers_.take_first([&](std::uint32_t i) { return eligible(timer_ids_[i], timers_[i]); });
-    if (!timer) return std::nullopt;
-    Job job = timers_[*timer].call(now);
-    job.release = polled_at_;
-    return job;
+  /// Adds `task` alone, if it is ready.
+  void poll_task(TaskId task, Time now) {
+    if (is_ready(task, now)) snapshot_.add(task, now);
   }
 
-  /// The job of the first eligible subscription of the snapshot, whose oldest sample is taken.
-  template <class Eligible>
-  std::optional<Job> take_sample(Eligible&& eligible) {
-    const auto subscription =
-        ready_subscriptions_.take_first([&](std::uint32_t i) { return eligible(subscription_ids_[i]); });
-    if (!subscription) return std::nullopt;
-    Job job = unread_.take(subscription_ids_[*subscription]);
+  void forget_snapshot() { snapshot_.clear(); }
+
+  /// The job of the first task of the snapshot for which `pick(TaskId)` says `run`: the timer is called, the
+  /// subscription's oldest sample is taken, and a mutually exclusive group is busy until free_group().
+  template <class Decide>
+  std::optional<Job> take(Time now, Decide&& pick) {
+    const TaskId id = snapshot_.take_first(pick);
+    if (id == kNoTask) return std::nullopt;
+    Job job = set_.tasks[id].kind == TaskKind::timer ? timer(id).call(now) : unread_.take(id);
     // A sample overwritten since the poll gave its place in the snapshot to a younger one.
-    job.release = std::max(polled_at_, job.timestamp);
+    job.release = std::max(snapshot_.added_at(id), job.timestamp);
+    group_busy_[group(id)] = set_.groups[group(id)] == CallbackGroup::mutually_exclusive;
     return job;
   }
+
+  [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[group(task)]; }
+  void free_group(TaskId task) { group_busy_[group(task)] = false; }
 
   /// When the first of the eligible timers falls due.
   template <class Eligible>
   [[nodiscard]] Time next_timer(Eligible&& eligible) const {
     Time next = kNever;
-    for (std::uint32_t i = 0; i < timer_ids_.size(); ++i) {
+    for (std::size_t i = 0; i < timers_.size(); ++i) {
       if (eligible(timer_ids_[i])) next = std::min(next, timers_[i].next_call());
     }
     return next;
   }
 
+  [[nodiscard]] Timer& timer(TaskId id) { return timers_[timer_index_[id]]; }
+  [[nodiscard]] bool is_ready(TaskId id, Time now) {
+    return set_.tasks[id].kind == TaskKind::timer ? timer(id).is_ready(now) : unread_.count(id) > 0;
+  }
+  [[nodiscard]] const std::vector<TaskId>& timer_ids() const { return timer_ids_; }
+  [[nodiscard]] const std::vector<TaskId>& subscription_ids() const { return subscription_ids_; }
+
   const TaskSet set_;
   UnreadSamples unread_;
 
  private:
-  /// What a poll found ready, in creation order. Mostly the front is taken.
-  class ReadyList {
+  /// Mostly the front is taken.
+  class Snapshot {
    public:
-    void reserve(std::size_t n) { items_.reserve(n); }
+    explicit Snapshot(TaskId tasks) : contains_(tasks, false), added_at_(tasks) {}
+    void reserve(std::size_t n) { tasks_.reserve(n); }
     void clear() {
-      items_.clear();
+      for (std::size_t at = next_; at < tasks_.size(); ++at) contains_[tasks_[at]] = false;
+      tasks_.clear();
       next_ = 0;
     }
-    void add(std::uint32_t item) { items_.push_back(item); }
-    template <class Executable>
-    std::optional<std::uint32_t> take_first(Executable&& executable) {
-      for (std::size_t at = next_; at < items_.size(); ++at) {
-        const std::uint32_t item = items_[at];
-        if (!executable(item)) continue;
-        if (at == next_) {
-          ++next_;
-        } else {
-          items_.erase(items_.begin() + static_cast<std::ptrdiff_t>(at));
-        }
-        return item;
+    void add(TaskId task, Time now) {
+      if (contains_[task]) return;
+      contains_[task] = true;
+      added_at_[task] = now;
+      if (tasks_.size() == tasks_.capacity()) {
+        tasks_.erase(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(next_));
+        next_ = 0;
       }
-      return std::nullopt;
+      tasks_.push_back(task);
+    }
+    /// When the task was added last.
+    [[nodiscard]] Time added_at(TaskId task) const { return added_at_[task]; }
+    template <class Decide>
+    TaskId take_first(Decide&& pick) {
+      for (std::size_t at = next_; at < tasks_.size();) {
+        const TaskId task = tasks_[at];
+        const Pick what = pick(task);
+        if (what == Pick::leave) {
+          ++at;
+          continue;
+        }
+        remove(at);
+        at = std::max(at, next_);
+        if (what == Pick::run) return task;
+      }
+      return kNoTask;
     }
 
    private:
-    std::vector<std::uint32_t> items_;
+    void remove(std::size_t at) {
+      contains_[tasks_[at]] = false;
+      if (at == next_) {
+        ++next_;
+      } else {
+        tasks_.erase(tasks_.begin() + static_cast<std::ptrdiff_t>(at));
+      }
+    }
+
+    std::vector<TaskId> tasks_;
     std::size_t next_ = 0;
+    std::vector<std::uint8_t> contains_;  // by task
+    std::vector<Time> added_at_;          // by task
   };
 
+  [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
+
+  template <class Eligible>
+  void poll_timers(Time now, Eligible&& eligible) {
+    for (std::size_t i = 0; i < timers_.size(); ++i) {
+      if (timers_[i].is_ready(now) && eligible(timer_ids_[i])) snapshot_.add(timer_ids_[i], now);
+    }
+  }
+
   const std::vector<WorkerRole> roles_;
-  std::vector<TaskId> timer_ids_, subscription_ids_;  // creation order
+  const TaskKind runs_first_;
+  std::vector<TaskId> timer_ids_, subscription_ids_;  // in entity order
   std::vector<Timer> timers_;                         // parallel to timer_ids_
-  ReadyList ready_timers_, ready_subscriptions_;      // the snapshot, as indices into the lists above
-  Time polled_at_{};
+  std::vector<std::uint32_t> timer_index_;            // by task
+  Snapshot snapshot_;
+  std::vector<bool> group_busy_;
 };
 
 }  // namespace hotpath

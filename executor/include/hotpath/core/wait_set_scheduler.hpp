@@ -1,33 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "hotpath/core/wait_set.hpp"
 
 namespace hotpath {
 
-/// rclcpp's SingleThreadedExecutor (one worker) and MultiThreadedExecutor (several), rclcpp 26.0.0
-/// executor.cpp and allocator_memory_strategy.hpp: at a polling point every ready timer and subscription is
+/// What a poll does with tasks of the snapshot whose callback groups are busy.
+enum class Blocked : std::uint8_t {
+  forgotten,  ///< rclcpp up to 26 (Humble, Iron).
+  kept,       ///< Ahead of what it finds: the remedy of Teper et al. (Thread Carefully, EMSOFT 2024).
+};
+
+/// rclcpp's SingleThreadedExecutor (one worker), and MultiThreadedExecutor (several) up to rclcpp 26
+/// (executor.cpp, allocator_memory_strategy.hpp): at a polling point every ready timer and subscription is
 /// entered once into a snapshot that all workers share; the processing window picks timers before
-/// subscriptions, each in creation order, and `call()` happens at the pick. What becomes ready meanwhile
-/// waits for the next poll. A mutually exclusive callback group with a running job is left out of polls and
-/// picks.
+/// subscriptions, each in entity order, and `call()` happens at the pick. What becomes ready meanwhile waits
+/// for the next poll. A mutually exclusive callback group with a running job is left out of polls and picks.
 class WaitSetScheduler final : public WaitSet {
  public:
-  /// `workers` in [1, kMaxWorkers].
-  WaitSetScheduler(const TaskSet& set, unsigned workers)
-      : WaitSet(set, workers), group_busy_(set.groups.size(), false) {}
+  /// `workers` in [1, kMaxWorkers]; with one, no group is ever busy when it looks for work.
+  WaitSetScheduler(const TaskSet& set, unsigned workers, Blocked blocked = Blocked::forgotten,
+                   const std::vector<TaskId>& entity_order = {})
+      : WaitSet(set, workers, TaskKind::timer, entity_order), blocked_(blocked) {}
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
 
  private:
-  [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[set_.tasks[task].group]; }
   std::optional<Job> pick(Time now);
 
-  std::vector<bool> group_busy_;
+  const Blocked blocked_;
   WorkerSet idle_;
   // Of the idle workers only one sleeps in rcl_wait; the others queue on its mutex
   // (multi_threaded_executor.cpp).

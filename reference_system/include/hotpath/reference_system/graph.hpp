@@ -68,7 +68,8 @@ struct GraphPlatform {
   unsigned cores = 1;  ///< In [1, kMaxWorkers].
   TimerThread timer_thread = TimerThread::by_executor;
   ExecutionTimeModel execution_times = ExecutionTimeModel::worst;
-  Duration release_cost{}, pass_cost{}, dispatch_cost{}, wake_up{}, delivery_delay{};  ///< >= 0.
+  Duration release_cost{}, pass_cost{}, dispatch_cost{}, wait_cost{}, wait_cost_per_entity{}, wake_up{},
+      delivery_delay{};  ///< >= 0.
 };
 
 /// A cost of the platform as files and options know it.
@@ -83,6 +84,9 @@ inline constexpr std::array kPlatformCosts = {
     PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "For each pass of the releaser (k)"},
     PlatformCost{"dispatch_cost_us", &GraphPlatform::dispatch_cost,
                  "From a decision to the start of its job"},
+    PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "For each wait of a wait-set executor"},
+    PlatformCost{"wait_cost_per_entity_us", &GraphPlatform::wait_cost_per_entity,
+                 "For each entity in it, of which every node has 8 beside its timer and its subscriptions"},
     PlatformCost{"wake_up_us", &GraphPlatform::wake_up, "Until a woken thread competes for a core"},
     PlatformCost{"delivery_delay_us", &GraphPlatform::delivery_delay,
                  "From a publication to the arrival of the sample"},

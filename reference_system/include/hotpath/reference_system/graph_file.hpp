@@ -28,7 +28,8 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///                command:       input
 ///     chains:  - name, nodes, sources, sink
 ///     platform: cores, timer_thread: by_executor|raised|equal, execution_times: worst|uniform,
-///              release_cost_us, pass_cost_us, dispatch_cost_us, wake_up_us, delivery_delay_us
+///              release_cost_us, pass_cost_us, dispatch_cost_us, wait_cost_us,
+///              wait_cost_per_entity_us, wake_up_us, delivery_delay_us
 ///
 /// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the
 /// node's name unless given; the depth is 1, for command nodes 10 (upstream). The order of nodes is the order

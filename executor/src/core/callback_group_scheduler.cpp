@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/callback_group_scheduler.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace hotpath {
+
+namespace {
+
+std::vector<WorkerRole> roles(unsigned workers) {
+  assert(workers >= 1 && workers < kMaxWorkers);
+  std::vector<WorkerRole> all(workers, WorkerRole::executor);
+  all.push_back(WorkerRole::timer_management);
+  return all;
+}
+
+}  // namespace
+
+CallbackGroupScheduler::CallbackGroupScheduler(const TaskSet& set, unsigned workers)
+    : set_(set),
+      roles_(roles(workers)),
+      unread_(set),
+      timer_index_(set.size(), 0),
+      groups_(set.groups.size()),
+      ready_groups_(set.groups.size()) {}
+
+void CallbackGroupScheduler::begin(Time epoch) {
+  for (TaskId id = 0; id < set_.size(); ++id) {
+    if (!set_[id].local || set_[id].kind != TaskKind::timer) continue;
+    timer_index_[id] = static_cast<std::uint32_t>(timers_.size());
+    timers_.emplace_back(id, set_[id], epoch);
+  }
+  waiting_.reserve(timers_.size());
+  for (const Timer& timer : timers_) manage(static_cast<std::uint32_t>(&timer - timers_.data()));
+}
+
+void CallbackGroupScheduler::manage(std::uint32_t timer) {
+  waiting_.push_back({timers_[timer].next_call(), waited_++, timer});
+  std::push_heap(waiting_.begin(), waiting_.end(), later);
+}
+
+WorkerSet CallbackGroupScheduler::queue_group(std::uint32_t group) {
+  ready_groups_.push(group);
+  if (idle_.empty()) return {};
+  return WorkerSet::of(idle_.pop_first());
+}
+
+WorkerSet CallbackGroupScheduler::add_event(TaskId task, Time now) {
+  const std::uint32_t index = set_.tasks[task].group;
+  Group& group = groups_[index];
+  Job event;
+  event.task = task;
+  event.release = now;
+  group.events.push(event);
+  if (!std::exchange(group.idle, false)) return {};
+  return queue_group(index);
+}
+
+Effect CallbackGroupScheduler::release_timers(Worker worker, Time now) {
+  Effect effect;
+  if (worker != timer_manager()) return effect;
+  while (!waiting_.empty() && waiting_.front().next_call <= now) {
+    const std::uint32_t timer = waiting_.front().timer;
+    std::pop_heap(waiting_.begin(), waiting_.end(), later);
+    waiting_.pop_back();
+    effect.wake |= add_event(timers_[timer].task(), now);
+    ++effect.released;
+  }
+  return effect;
+}
+
+Arrival CallbackGroupScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
+  Arrival arrival;
+  arrival.overwritten = unread_.add(task, sample).overwritten;
+  arrival.wake = add_event(task, now);
+  return arrival;
+}
+
+Job CallbackGroupScheduler::take(const Job& event, Time now) {
+  Job job = event;
+  if (set_.tasks[event.task].kind == TaskKind::timer) {
+    job = timers_[timer_index_[event.task]].call(now);
+  } else if (unread_.count(event.task) > 0) {
+    job = unread_.take(event.task);
+  } else {
+    job.empty = true;
+  }
+  job.release = std::max(event.release, job.timestamp);
+  return job;
+}
+
+Decision CallbackGroupScheduler::decide(Worker worker, Time now) {
+  Decision decision;
+  if (worker == timer_manager()) {
+    decision.wake_at = waiting_.empty() ? kNever : waiting_.front().next_call;
+  } else if (ready_groups_.empty()) {
+    idle_.insert(worker);
+  } else {
+    idle_.erase(worker);
+    decision.job = take(groups_[ready_groups_.pop()].events.pop(), now);
+  }
+  return decision;
+}
+
+Effect CallbackGroupScheduler::finished(Worker, const Job& job, Time) {
+  Effect effect;
+  const Task& task = set_.tasks[job.task];
+  if (task.kind == TaskKind::timer) {
+    const std::uint32_t timer = timer_index_[job.task];
+    manage(timer);
+    if (waiting_.front().timer == timer) effect.wake.insert(timer_manager());
+  }
+  Group& group = groups_[task.group];
+  if (group.events.empty()) {
+    group.idle = true;
+  } else {
+    effect.wake |= queue_group(task.group);
+  }
+  return effect;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/rebuilt_wait_set_scheduler.hpp"
+
+#include <algorithm>
+#include <ranges>
+
+namespace hotpath {
+
+RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers,
+                                                 const std::vector<TaskId>& entity_order)
+    : WaitSet(set, workers, TaskKind::timer, entity_order),
+      waited_timers_(timer_ids()),
+      waited_subscriptions_(subscription_ids()),
+      is_waited_for_(set.size(), true) {}
+
+Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
+  Arrival arrival;
+  arrival.overwritten = unread_.add(task, sample).overwritten;
+  if (waiting_ && is_waited_for_[task]) arrival.wake = WorkerSet::of(*waiting_);
+  return arrival;
+}
+
+void RebuiltWaitSetScheduler::rebuild(std::vector<TaskId>& waited, const std::vector<TaskId>& all) {
+  std::erase_if(waited, [this](TaskId id) {
+    if (group_free(id)) return false;
+    is_waited_for_[id] = false;
+    return true;
+  });
+  const auto before = static_cast<std::ptrdiff_t>(waited.size());
+  for (const TaskId id : all) {
+    if (is_waited_for_[id] || !group_free(id)) continue;
+    is_waited_for_[id] = true;
+    waited.push_back(id);
+  }
+  std::sort(waited.begin() + before, waited.end(), std::greater<>());
+}
+
+void RebuiltWaitSetScheduler::rebuild() {
+  needs_rebuild_ = false;
+  rebuild(waited_timers_, timer_ids());
+  rebuild(waited_subscriptions_, subscription_ids());
+}
+
+std::optional<Job> RebuiltWaitSetScheduler::pick(Time now) {
+  return take(now, [this](TaskId id) {
+    if (group_free(id)) return Pick::run;
+    return set_.tasks[id].kind == TaskKind::timer ? Pick::leave : Pick::forget;
+  });
+}
+
+std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
+  forget_snapshot();
+  for (const TaskId id : waited_timers_) poll_task(id, now);
+  for (const TaskId id : waited_subscriptions_) poll_task(id, now);
+  if (std::exchange(interrupted_, false)) needs_rebuild_ = true;
+  return pick(now);
+}
+
+Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
+  idle_.erase(worker);
+  Decision decision;
+  if (waiting_ == worker) {
+    waiting_.reset();
+    decision.job = wait(now);  // the wait that it was in returns
+  } else {
+    decision.job = pick(now);
+  }
+  while (!decision.job) {
+    if (needs_rebuild_) rebuild();
+    decision.waited_for = static_cast<std::uint32_t>(waited_timers_.size() + waited_subscriptions_.size());
+    decision.job = wait(now);
+    if (!needs_rebuild_) break;
+  }
+  if (decision.job) {
+    if (!waiting_ && !idle_.empty()) decision.wake = WorkerSet::of(idle_.first());
+    return decision;
+  }
+  idle_.insert(worker);
+  if (!waiting_) {
+    waiting_ = worker;
+    decision.wake_at =
+        next_timer([this, now](TaskId id) { return is_waited_for_[id] && !is_ready(id, now); });
+  }
+  return decision;
+}
+
+Effect RebuiltWaitSetScheduler::finished(Worker, const Job& job, Time) {
+  Effect effect;
+  if (set_.groups[set_.tasks[job.task].group] == CallbackGroup::mutually_exclusive) {
+    free_group(job.task);
+    interrupted_ = true;
+    if (waiting_) effect.wake = WorkerSet::of(*waiting_);
+  }
+  return effect;
+}
+
+}  // namespace hotpath
