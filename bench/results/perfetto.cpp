@@ -144,7 +144,7 @@ class PerfettoWriter {
   std::map<Key, std::uint64_t> arriving_;
   std::map<Key, std::vector<std::uint64_t>> leaving_;
   std::set<std::uint16_t> processes_;
-  std::set<std::pair<std::uint16_t, std::uint8_t>> workers_;
+  std::set<std::pair<std::uint16_t, std::uint16_t>> workers_;
   bool first_ = true;
 };
 

@@ -4,6 +4,7 @@
 namespace hotpath {
 
 void TraceRecorder::started(const JobRecord& record) {
+  if (record.worker >= open_.size()) open_.resize(record.worker + 1U);
   open_[record.worker] = trace_.jobs.size();
   trace_.jobs.push_back(record);
 }

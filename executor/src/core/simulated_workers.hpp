@@ -2,7 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
+#include <bit>
+#include <cmath>
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
@@ -10,13 +11,13 @@
 
 namespace hotpath {
 
-/// The operating system of a simulation: which workers occupy the cores, and until when. All inline: it is
-/// half of the simulator's inner loop.
+/// The operating system of a simulation: which workers, of all executors, occupy the cores, and until when.
+/// All inline: it is half of the simulator's inner loop.
 class SimulatedWorkers {
  public:
   enum class Step : std::uint8_t {
     asleep,
-    blocked,   ///< Waits for the scheduler's lock.
+    blocked,   ///< Waits for its scheduler's lock.
     turn,      ///< About to take a turn, in no time.
     release,   ///< Pays for the releases or for the wait of its turn and holds the lock.
     dispatch,  ///< Pays for the start of the job that it decided for.
@@ -29,29 +30,37 @@ class SimulatedWorkers {
     bool in_pass = false;  ///< It has released timers since it last slept or ran a job.
     bool slept = true;     ///< It has not run a job since it last slept.
     bool on_core = false;
-    bool raised = false;   ///< Its OS priority is the higher of the two.
+    int priority = 0;      ///< Now: its own, or what a worker that waits for its lock lends it.
     Time until = kNever;   ///< On a core: end of the step. Asleep: when it competes for a core again.
     Duration remaining{};  ///< Off the cores: what is left of the step.
     Time step_end{};       ///< End of the step if the worker were never displaced.
     Time slice_end{};      ///< On a core.
     Duration slice_left{};
+    Duration slice{};  ///< Of the ordinary policy.
+    SimulatedThread thread;
+    std::uint32_t executor = 0;  ///< Whose worker it is,
+    Worker number = 0;           ///< and which one there.
+    unsigned core = 0;           ///< The last one that it had, where cores differ.
     // The worker's last decision.
     bool has_job = false;
     Job job;
     Time start{};       ///< Start of the job.
     Time wake_at{};     ///< Without a job.
-    WorkerSet to_wake;  ///< Others, once the lock is free.
+    WorkerSet to_wake;  ///< Others of its executor, once the lock is free.
   };
 
-  SimulatedWorkers(std::span<const WorkerRole> roles, const Platform& platform);
+  explicit SimulatedWorkers(const Platform& platform);
+
+  /// Adds the worker `number` of `executor`.
+  void add(std::uint32_t executor, Worker number, const SimulatedThread& thread);
 
   Worker size() const { return static_cast<Worker>(states_.size()); }
   State& operator[](Worker w) { return states_[w]; }
   const State& operator[](Worker w) const { return states_[w]; }
 
   /// The workers on cores, by priority, then by how long they have been ready.
-  std::size_t on_core() const { return std::min<std::size_t>(ready_.size(), cores_); }
-  Worker running(std::size_t i) const { return ready_[i]; }
+  std::size_t on_core() const { return running_.size(); }
+  Worker running(std::size_t i) const { return running_[i]; }
 
   /// The worker, which is ready, does this next.
   void begin_step(Worker w, Step step, Duration length, Time now);
@@ -61,45 +70,69 @@ class SimulatedWorkers {
   void leave(Worker w, Time now);
   /// The worker leaves until `wake_at` or until it is woken.
   void sleep(Worker w, Time wake_at, Time now);
-  void wake(WorkerSet set, Time now);
+  void wake(Worker w, Time now);
   /// Makes those asleep ready whose time has come.
   void wake_sleepers(Time now);
-  /// Makes those ready that wait for the lock.
-  void unblock(Time now);
+  /// The worker, which is ready, has this priority from now on.
+  void change_priority(Worker w, int priority, Time now);
 
   /// When a step ends, a sleeper wakes, or a time slice that others wait for is over, whichever comes first.
   Time next_instant(Time now) const;
-  /// Lets workers whose time slice is over change places with those of equal priority that wait.
+  /// Lets workers of the ordinary policy whose time slice is over change places with those that wait.
   void rotate_expired(Time now);
 
  private:
-  bool contended() const { return ready_.size() > cores_; }
-  bool shares_with_waiting(Worker w) const { return states_[w].raised == states_[ready_[cores_]].raised; }
+  /// Whether a worker of the ordinary policy waits for the core that `w` of the same policy has.
+  bool others_wait_for_core_of(Worker w) const;
   void assign_cores(Time now);
+  void choose_running();
+  bool place(Worker w);
+  void give_core(Worker w, Time now);
   void insert(Worker w);
+  static std::uint64_t bit(unsigned core) { return std::uint64_t{1} << core; }
+
+  static constexpr Worker kNobody = ~Worker{0};
 
   const std::size_t cores_;
   const Duration slice_, wake_up_latency_;
   const bool wall_clock_work_;
+  bool cores_differ_ = false;  // some worker may not run everywhere
   std::vector<State> states_;
-  std::vector<Worker> ready_;  // by priority, then by arrival; the first `cores_` have a core
+  std::vector<Worker> ready_;    // by priority, then by arrival
+  std::vector<Worker> running_;  // those of ready_ that have a core, in the same order
+  std::vector<Worker> owner_;    // by core, where cores differ
+  std::uint64_t tried_ = 0;      // cores that place() has looked at
 };
 
-inline SimulatedWorkers::SimulatedWorkers(std::span<const WorkerRole> roles, const Platform& platform)
-    : cores_(platform.cores),
+inline SimulatedWorkers::SimulatedWorkers(const Platform& platform)
+    : cores_(std::min(platform.cores, 64U)),
       slice_(platform.time_slice),
       wake_up_latency_(platform.wake_up_latency),
-      wall_clock_work_(platform.wall_clock_work),
-      states_(roles.size()) {
-  ready_.reserve(roles.size());
-  for (Worker w = 0; w < size(); ++w) {
-    states_[w].raised = platform.raised_releaser && roles[w] == WorkerRole::timer_management;
-  }
+      wall_clock_work_(platform.wall_clock_work) {}
+
+inline void SimulatedWorkers::add(std::uint32_t executor, Worker number, const SimulatedThread& thread) {
+  State& s = states_.emplace_back();
+  s.executor = executor;
+  s.number = number;
+  s.thread = thread;
+  s.priority = thread.priority;
+  // Linux's weights: a step of nice is a factor of 1.25.
+  s.slice = thread.nice == 0
+                ? slice_
+                : std::max(Duration(1),
+                           std::chrono::duration_cast<Duration>(slice_ * std::pow(1.25, -thread.nice)));
+  const std::uint64_t all = cores_ >= 64 ? ~std::uint64_t{0} : bit(static_cast<unsigned>(cores_)) - 1;
+  s.thread.processors &= all;
+  cores_differ_ |= s.thread.processors != all;
+  ready_.reserve(states_.size());
+  running_.reserve(states_.size());
+  owner_.assign(cores_, kNobody);
 }
 
 inline void SimulatedWorkers::insert(Worker w) {
+  const int priority = states_[w].priority;
   const auto place = std::find_if(ready_.begin(), ready_.end(),
-                                  [&](Worker other) { return states_[w].raised && !states_[other].raised; });
+                                  [&](Worker other) { return states_[other].priority < priority; });
   ready_.insert(place, w);
 }
 
@@ -114,7 +147,7 @@ inline void SimulatedWorkers::make_ready(Worker w, Time now) {
   State& s = states_[w];
   s.step = Step::turn;
   s.remaining = Duration{};
-  s.slice_left = slice_;
+  s.slice_left = s.slice;
   insert(w);
   assign_cores(now);
 }
@@ -132,15 +165,12 @@ inline void SimulatedWorkers::sleep(Worker w, Time wake_at, Time now) {
   leave(w, now);
 }
 
-inline void SimulatedWorkers::wake(WorkerSet set, Time now) {
-  while (!set.empty()) {
-    const Worker w = set.pop_first();
-    State& s = states_[w];
-    s.woken = true;
-    if (s.step != Step::asleep) continue;
-    s.until = std::min(s.until, now + wake_up_latency_);
-    if (s.until <= now) make_ready(w, now);
-  }
+inline void SimulatedWorkers::wake(Worker w, Time now) {
+  State& s = states_[w];
+  s.woken = true;
+  if (s.step != Step::asleep) return;
+  s.until = std::min(s.until, now + wake_up_latency_);
+  if (s.until <= now) make_ready(w, now);
 }
 
 inline void SimulatedWorkers::wake_sleepers(Time now) {
@@ -149,26 +179,80 @@ inline void SimulatedWorkers::wake_sleepers(Time now) {
   }
 }
 
-inline void SimulatedWorkers::unblock(Time now) {
-  for (Worker w = 0; w < size(); ++w) {
-    if (states_[w].step == Step::blocked) make_ready(w, now);
+inline void SimulatedWorkers::change_priority(Worker w, int priority, Time now) {
+  if (states_[w].priority == priority) return;
+  states_[w].priority = priority;
+  ready_.erase(std::find(ready_.begin(), ready_.end(), w));
+  insert(w);
+  assign_cores(now);
+}
+
+inline bool SimulatedWorkers::place(Worker w) {
+  State& s = states_[w];
+  const auto take = [&](unsigned core) {
+    owner_[core] = w;
+    s.core = core;
+    return true;
+  };
+  const std::uint64_t allowed = s.thread.processors;
+  if ((allowed & bit(s.core)) != 0 && owner_[s.core] == kNobody) return take(s.core);
+  for (std::uint64_t left = allowed; left != 0; left &= left - 1) {
+    const auto core = static_cast<unsigned>(std::countr_zero(left));
+    if (owner_[core] == kNobody) return take(core);
+  }
+  // One that was placed before, of the same or a higher priority, may have another core to go to.
+  for (std::uint64_t left = allowed & ~tried_; left != 0; left &= left - 1) {
+    const auto core = static_cast<unsigned>(std::countr_zero(left));
+    if ((tried_ & bit(core)) != 0) continue;
+    tried_ |= bit(core);
+    const Worker moved = owner_[core];
+    if (place(moved)) return take(core);
+  }
+  return false;
+}
+
+inline void SimulatedWorkers::choose_running() {
+  running_.clear();
+  if (!cores_differ_) {
+    running_.assign(ready_.begin(),
+                    ready_.begin() + static_cast<std::ptrdiff_t>(std::min(ready_.size(), cores_)));
+    return;
+  }
+  std::fill(owner_.begin(), owner_.end(), kNobody);
+  for (const Worker w : ready_) {
+    tried_ = 0;
+    if (running_.size() < cores_ && place(w)) running_.push_back(w);
   }
 }
 
+inline void SimulatedWorkers::give_core(Worker w, Time now) {
+  State& s = states_[w];
+  s.on_core = true;
+  s.until = wall_clock_work_ && s.step == Step::run ? std::max(now, s.step_end) : now + s.remaining;
+  s.slice_end = now + s.slice_left;
+}
+
 inline void SimulatedWorkers::assign_cores(Time now) {
-  for (std::size_t i = 0; i < ready_.size(); ++i) {
-    State& s = states_[ready_[i]];
-    const bool gets_core = i < cores_;
-    if (s.on_core == gets_core) continue;
-    s.on_core = gets_core;
-    if (gets_core) {
-      s.until = wall_clock_work_ && s.step == Step::run ? std::max(now, s.step_end) : now + s.remaining;
-      s.slice_end = now + s.slice_left;
-    } else {
-      s.remaining = s.until - now;
-      s.slice_left = std::max(Duration{}, s.slice_end - now);
-    }
+  // A worker that moves from one core to another goes on without a pause.
+  for (const Worker w : running_) {
+    State& s = states_[w];
+    if (!s.on_core) continue;  // it has left
+    s.remaining = s.until - now;
+    s.slice_left = std::max(Duration{}, s.slice_end - now);
+    s.on_core = false;
   }
+  choose_running();
+  for (const Worker w : running_) give_core(w, now);
+}
+
+inline bool SimulatedWorkers::others_wait_for_core_of(Worker w) const {
+  const State& s = states_[w];
+  if (s.priority != 0 || ready_.size() == running_.size()) return false;
+  if (!cores_differ_) return states_[ready_[cores_]].priority == 0;
+  return std::any_of(ready_.begin(), ready_.end(), [&](Worker other) {
+    const State& o = states_[other];
+    return !o.on_core && o.priority == 0 && (o.thread.processors & bit(s.core)) != 0;
+  });
 }
 
 inline Time SimulatedWorkers::next_instant(Time now) const {
@@ -176,26 +260,25 @@ inline Time SimulatedWorkers::next_instant(Time now) const {
   for (const State& s : states_) {
     if (s.on_core || s.step == Step::asleep) next = std::min(next, s.until);
   }
-  if (contended()) {
-    for (std::size_t i = 0; i < cores_; ++i) {
-      if (shares_with_waiting(ready_[i])) next = std::min(next, std::max(now, states_[ready_[i]].slice_end));
+  if (ready_.size() > running_.size()) {
+    for (const Worker w : running_) {
+      if (others_wait_for_core_of(w)) next = std::min(next, std::max(now, states_[w].slice_end));
     }
   }
   return next;
 }
 
 inline void SimulatedWorkers::rotate_expired(Time now) {
-  if (!contended()) return;
-  for (std::size_t i = 0; i < cores_ && contended();) {
-    const Worker w = ready_[i];
-    if (states_[w].slice_end > now || !shares_with_waiting(w)) {
+  for (std::size_t i = 0; i < running_.size() && ready_.size() > running_.size();) {
+    const Worker w = running_[i];
+    if (states_[w].slice_end > now || !others_wait_for_core_of(w)) {
       ++i;
       continue;
     }
-    ready_.erase(ready_.begin() + static_cast<std::ptrdiff_t>(i));
+    ready_.erase(std::find(ready_.begin(), ready_.end(), w));
     insert(w);
     assign_cores(now);
-    states_[w].slice_left = slice_;
+    states_[w].slice_left = states_[w].slice;
   }
 }
 

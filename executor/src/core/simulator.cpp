@@ -44,25 +44,35 @@ void check_options(const SimulationOptions& options) {
 
 class Simulation {
  public:
-  Simulation(const TaskSet& set, Scheduler& scheduler, Workload& workload, const SimulationOptions& options,
-             JobSink* sink)
+  Simulation(const TaskSet& set, std::span<const SimulatedExecutor> executors,
+             const std::vector<std::uint32_t>& executor_of, Workload& workload,
+             const SimulationOptions& options, JobSink* sink)
       : set_(set),
-        scheduler_(scheduler),
+        executor_of_(executor_of),
         workload_(workload),
         platform_(options.platform),
         end_(Time{} + options.duration),
         max_backlog_(options.max_backlog),
         sink_(sink),
-        workers_(scheduler.workers(), options.platform) {
-    const auto roles = scheduler.workers();
-    events_ = std::find(roles.begin(), roles.end(), WorkerRole::timer_management) != roles.end();
+        workers_(options.platform) {
+    for (const SimulatedExecutor& e : executors) {
+      const auto roles = e.scheduler->workers();
+      assert(e.threads.size() == roles.size());
+      Executor& executor = executors_.emplace_back();
+      executor.scheduler = e.scheduler;
+      executor.first = workers_.size();
+      executor.events = std::find(roles.begin(), roles.end(), WorkerRole::timer_management) != roles.end();
+      for (Worker w = 0; w < roles.size(); ++w) {
+        workers_.add(static_cast<std::uint32_t>(executors_.size() - 1), w, e.threads[w]);
+      }
+    }
     summary_.published.resize(set.size());
     arrived_.resize(set.size());
     summary_.end = end_;
   }
 
   SimulationSummary run() {
-    scheduler_.begin(Time{});
+    for (const Executor& executor : executors_) executor.scheduler->begin(Time{});
     for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
     take_steps();
     for (;;) {
@@ -82,6 +92,13 @@ class Simulation {
  private:
   using Step = SimulatedWorkers::Step;
 
+  struct Executor {
+    Scheduler* scheduler = nullptr;
+    Worker first = 0;  ///< Its first worker.
+    bool events = false;
+    std::optional<Worker> lock_holder;
+  };
+
   struct Sample {
     Time arrival;
     TaskId subscription;
@@ -91,12 +108,19 @@ class Simulation {
   /// Jobs that are done are so before anything else happens at this instant, even if a woken worker of
   /// higher priority takes their core now.
   void finish_jobs() {
-    WorkerSet done;
+    done_.clear();
     for (std::size_t i = 0; i < workers_.on_core(); ++i) {
       const Worker w = workers_.running(i);
-      if (workers_[w].step == Step::run && workers_[w].until <= now_) done.insert(w);
+      if (workers_[w].step == Step::run && workers_[w].until <= now_) done_.push_back(w);
     }
-    while (!done.empty()) finish_job(done.pop_first());
+    std::sort(done_.begin(), done_.end());
+    for (const Worker w : done_) finish_job(w);
+  }
+
+  Executor& executor_of(Worker w) { return executors_[workers_[w].executor]; }
+
+  void wake(const Executor& executor, WorkerSet numbers) {
+    while (!numbers.empty()) workers_.wake(executor.first + numbers.pop_first(), now_);
   }
 
   /// Everything that workers do at this instant: in rounds, so that after the release of one timer the worker
@@ -119,7 +143,7 @@ class Simulation {
       case Step::turn:
         return turn(w);
       case Step::release:
-        unlock();
+        unlock(w);
         return follow(w);
       case Step::dispatch:
         return start_job(w);
@@ -133,21 +157,26 @@ class Simulation {
 
   void turn(Worker w) {
     SimulatedWorkers::State& worker = workers_[w];
-    if (lock_holder_) {
+    Executor& executor = executor_of(w);
+    if (executor.lock_holder) {
       worker.step = Step::blocked;
       workers_.leave(w, now_);
+      const Worker holder = *executor.lock_holder;
+      if (workers_[holder].priority < worker.priority) {
+        workers_.change_priority(holder, worker.priority, now_);
+      }
       return;
     }
     worker.woken = false;
-    const Turn turn = take_turn(scheduler_, w, now_);
+    const Turn turn = take_turn(*executor.scheduler, worker.number, now_);
     worker.has_job = turn.decision.job.has_value();
     if (worker.has_job) worker.job = *turn.decision.job;
     worker.wake_at = turn.decision.wake_at;
     worker.to_wake = turn.decision.wake;
-    if (events_) count_backlog(worker, turn.released);
+    if (executor.events) count_backlog(worker, turn.released);
     const Duration cost = cost_under_lock(worker, turn);
     if (cost > Duration{}) {
-      lock_holder_ = w;
+      executor.lock_holder = w;
       return workers_.begin_step(w, Step::release, cost, now_);
     }
     follow(w);
@@ -167,15 +196,20 @@ class Simulation {
     return cost;
   }
 
-  void unlock() {
-    lock_holder_.reset();
-    workers_.unblock(now_);
+  void unlock(Worker w) {
+    Executor& executor = executor_of(w);
+    executor.lock_holder.reset();
+    workers_.change_priority(w, workers_[w].thread.priority, now_);
+    const auto end = executor.first + static_cast<Worker>(executor.scheduler->workers().size());
+    for (Worker other = executor.first; other < end; ++other) {
+      if (workers_[other].step == Step::blocked) workers_.make_ready(other, now_);
+    }
   }
 
   /// What the live loop does once it has left the lock.
   void follow(Worker w) {
     SimulatedWorkers::State& worker = workers_[w];
-    workers_.wake(worker.to_wake, now_);
+    wake(executor_of(w), worker.to_wake);
     if (worker.has_job) {
       worker.in_pass = false;
       workers_.begin_step(w, Step::dispatch, platform_.dispatch_cost, now_);
@@ -219,7 +253,8 @@ class Simulation {
 
   void done(Worker w) {
     again(w);
-    workers_.wake(scheduler_.finished(w, workers_[w].job, now_).wake, now_);
+    const Executor& executor = executor_of(w);
+    wake(executor, executor.scheduler->finished(workers_[w].number, workers_[w].job, now_).wake);
   }
 
   void publish(const Job& job) {
@@ -235,7 +270,8 @@ class Simulation {
   }
 
   void arrive(const Sample& sample) {
-    const Arrival arrival = scheduler_.sample_arrived(sample.subscription, sample.info, now_);
+    const Executor& executor = executors_[executor_of_[sample.subscription]];
+    const Arrival arrival = executor.scheduler->sample_arrived(sample.subscription, sample.info, now_);
     if (arrival.overwritten) {
       workload_.overwritten(sample.subscription, arrival.overwritten->sequence);
       if (sink_) {
@@ -246,8 +282,8 @@ class Simulation {
       }
     }
     workload_.delivered(sample.subscription, arrived_[sample.subscription]++, sample.info.parent);
-    if (events_ && ++events_waiting_ > max_backlog_) stop_overloaded();
-    workers_.wake(arrival.wake, now_);
+    if (executor.events && ++events_waiting_ > max_backlog_) stop_overloaded();
+    wake(executor, arrival.wake);
   }
 
   void arrive_next() {
@@ -288,7 +324,7 @@ class Simulation {
     r.start = workers_[w].start;
     r.finish = now_;
     r.outcome = outcome;
-    r.worker = static_cast<std::uint8_t>(w);
+    r.worker = static_cast<std::uint16_t>(w);
     return r;
   }
 
@@ -314,11 +350,11 @@ class Simulation {
         queued(worker.job, Outcome::queued);  // decided, but not started
       }
     }
-    scheduler_.unfinished(now_, queued);
+    for (const Executor& executor : executors_) executor.scheduler->unfinished(now_, queued);
   }
 
   const TaskSet& set_;
-  Scheduler& scheduler_;
+  const std::vector<std::uint32_t>& executor_of_;  // by task
   Workload& workload_;
   const Platform platform_;
   const Time end_;
@@ -328,8 +364,8 @@ class Simulation {
   SimulatedWorkers workers_;
   std::deque<Sample> on_the_way_;       // by arrival: the delay is the same for all
   std::vector<std::uint64_t> arrived_;  // per subscription
-  std::optional<Worker> lock_holder_;
-  bool events_ = false;
+  std::vector<Executor> executors_;
+  std::vector<Worker> done_;
   std::uint64_t timers_waiting_ = 0, events_waiting_ = 0;
   Time now_{};
   SimulationSummary summary_;
@@ -339,9 +375,21 @@ class Simulation {
 
 SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& workload,
                            const SimulationOptions& options, JobSink* sink) {
+  std::vector<SimulatedThread> threads(scheduler.workers().size());
+  for (Worker w = 0; w < threads.size(); ++w) {
+    const bool releaser = scheduler.workers()[w] == WorkerRole::timer_management;
+    threads[w].priority = releaser && options.platform.raised_releaser ? 1 : 0;
+  }
+  const SimulatedExecutor executor{&scheduler, threads};
+  return simulate(set, {&executor, 1}, std::vector<std::uint32_t>(set.size(), 0), workload, options, sink);
+}
+
+SimulationSummary simulate(const TaskSet& set, std::span<const SimulatedExecutor> executors,
+                           const std::vector<std::uint32_t>& executor_of, Workload& workload,
+                           const SimulationOptions& options, JobSink* sink) {
   check_options(options);
   for (const Task& task : set.tasks) check_task(task);
-  return Simulation(set, scheduler, workload, options, sink).run();
+  return Simulation(set, executors, executor_of, workload, options, sink).run();
 }
 
 Trace simulate_trace(const TaskSet& set, const ExecutorEntry& executor, const SchedulerOptions& scheduling,

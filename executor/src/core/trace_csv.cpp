@@ -161,7 +161,7 @@ constexpr JobColumn kJobColumns[] = {
      [](RowIn& i, std::size_t c) { i.r.job.deadline = instant(i, c); }},
     {"worker", Field::may_be_empty,
      [](const RowOut& o) { o.number_if(starts(o.r.outcome), unsigned{o.r.worker}); },
-     [](RowIn& i, std::size_t c) { i.r.worker = i.in.number<std::uint8_t>(c); }},
+     [](RowIn& i, std::size_t c) { i.r.worker = i.in.number<std::uint16_t>(c); }},
     {"cpu", Field::may_be_empty, [](const RowOut& o) { o.number_if(o.r.cpu >= 0, int{o.r.cpu}); },
      [](RowIn& i, std::size_t c) { i.r.cpu = i.in.number<std::int16_t>(c); }},
     {"process", Field::required, [](const RowOut& o) { o.line.number(o.r.process); },

@@ -197,7 +197,7 @@ void Executor::work(Worker worker) {
 void Executor::run_job(Worker worker, const Job& job, Sample sample) {
   JobRecord record;
   record.job = job;
-  record.worker = static_cast<std::uint8_t>(worker);
+  record.worker = static_cast<std::uint16_t>(worker);
   record.start = now();
   if (job.empty) {
     record.outcome = Outcome::empty;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
+#include <vector>
 
 #include "hotpath/core/trace.hpp"
 #include "hotpath/core/worker.hpp"
@@ -33,7 +33,7 @@ class TraceRecorder final : public JobSink {
 
  private:
   Trace& trace_;
-  std::array<std::size_t, kMaxWorkers> open_{};  // per worker: place of its running job
+  std::vector<std::size_t> open_;  // per worker: place of its running job
 };
 
 }  // namespace hotpath

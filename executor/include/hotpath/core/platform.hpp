@@ -1,20 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 #include "hotpath/core/registry.hpp"
 #include "hotpath/core/time.hpp"
 
 namespace hotpath {
 
+/// How the operating system schedules a worker's thread in a simulation.
+struct SimulatedThread {
+  int priority = 0;  ///< SCHED_FIFO: 1 to 99, the larger first. 0: the ordinary policy, below all of these.
+  int nice = 0;      ///< Ordinary policy, -20 to 19: scales the time slice.
+  std::uint64_t processors = ~std::uint64_t{0};  ///< Bit i: it may run on core i.
+};
+
 /// The machine under a simulation: identical cores, a preemptive operating system with fixed thread
 /// priorities, and what releasing and dispatching cost there. All costs are zero by default.
 ///
-/// The `cores` workers of highest priority among those that have something to do occupy the cores, on any of
-/// which each of them can run; a running job that a worker of higher priority displaces goes on later. Among
-/// workers of equal priority one that comes later waits until a running one has had the core for a time slice
-/// since it last waited: the round robin of SCHED_RR, and close to what the ordinary policy does.
+/// The workers of highest priority among those that have something to do occupy the cores on which they may
+/// run; a running job that a worker of higher priority displaces goes on later. Among workers of equal
+/// priority above 0 the one that came first runs (SCHED_FIFO). One of the ordinary policy that comes later
+/// waits until a running one has had the core for a time slice since it last waited: the round robin of
+/// SCHED_RR, and close to what Linux does. A worker that holds its executor's lock has the priority of those
+/// that wait for it.
 struct Platform {
-  unsigned cores = 1;           ///< >= 1.
+  unsigned cores = 1;           ///< >= 1; more than 64 are as good as 64.
   bool raised_releaser = true;  ///< Timer management worker above executor workers (the paper), or equal.
   Duration time_slice = std::chrono::milliseconds(3);  ///< > 0; near Linux's default (EEVDF: 0.7 to 2.8 ms).
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -42,6 +43,18 @@ struct SimulationError : std::runtime_error {
 /// At the end, samples still on their way arrive, and what has not started is recorded as `queued`.
 /// Throws SimulationError, also for a duration so long that instants would overflow.
 SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& workload,
+                           const SimulationOptions& options, JobSink* sink = nullptr);
+
+/// One of several executors of a simulation.
+struct SimulatedExecutor {
+  Scheduler* scheduler = nullptr;        ///< Made for the whole task set, of which its tasks are local.
+  std::vector<SimulatedThread> threads;  ///< By worker.
+};
+
+/// The same with several executors on one machine, of which `executor_of` says, by task, which one serves it.
+/// Their workers are numbered through. Platform::raised_releaser is of no effect: `threads` have priorities.
+SimulationSummary simulate(const TaskSet& set, std::span<const SimulatedExecutor> executors,
+                           const std::vector<std::uint32_t>& executor_of, Workload& workload,
                            const SimulationOptions& options, JobSink* sink = nullptr);
 
 /// Simulates one executor of the registry and keeps the whole trace (epoch 0).

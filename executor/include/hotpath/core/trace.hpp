@@ -16,7 +16,7 @@ struct JobRecord {
   Time finish{};
   Duration cpu_time{-1};  ///< CPU time of the thread over the job; -1: not measured.
   Outcome outcome = Outcome::ran;
-  std::uint8_t worker = 0;
+  std::uint16_t worker = 0;  ///< Unique in the run, over all its executors.
   std::uint16_t process = 0;
   std::int16_t cpu = -1;  ///< Processor on which the job finished; -1: unknown.
 };

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Several executors on several cores: threads with priorities and processors, against a small model that
+// advances by the millisecond.
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "hotpath/core/simulator.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath::test {
+namespace {
+
+/// A single-threaded executor for each timer of `set`, on a thread of its own.
+Trace one_executor_each(const TaskSet& set, const std::vector<SimulatedThread>& threads, unsigned cores,
+                        Duration duration) {
+  std::vector<std::unique_ptr<Scheduler>> schedulers;
+  std::vector<SimulatedExecutor> executors;
+  std::vector<std::uint32_t> executor_of(set.size());
+  std::iota(executor_of.begin(), executor_of.end(), 0);
+  for (TaskId id = 0; id < set.size(); ++id) {
+    TaskSet own = set;
+    for (TaskId other = 0; other < set.size(); ++other) own.tasks[other].local = other == id;
+    schedulers.push_back(find_executor("default")->make(own, {}));
+    executors.push_back({schedulers.back().get(), {threads[id]}});
+  }
+  const WorstCaseTimes times(set);
+  PublishingWorkload workload(times);
+  SimulationOptions options;
+  options.platform.cores = cores;
+  options.duration = duration;
+  Trace trace;
+  TraceRecorder recorder(trace);
+  simulate(set, executors, executor_of, workload, options, &recorder);
+  return trace;
+}
+
+/// Whether the threads can run at the same time, each on a core that it may have.
+bool fit(const std::vector<TaskId>& tasks, const std::vector<SimulatedThread>& threads, unsigned cores) {
+  if (tasks.size() > cores) return false;
+  std::vector<unsigned> order(cores);
+  std::iota(order.begin(), order.end(), 0U);
+  do {
+    bool all = true;
+    for (std::size_t i = 0; i < tasks.size(); ++i) all &= (threads[tasks[i]].processors >> order[i]) & 1U;
+    if (all) return true;
+  } while (std::next_permutation(order.begin(), order.end()));
+  return false;
+}
+
+/// Start and finish of all jobs under preemptive fixed priorities, all times whole milliseconds.
+std::vector<std::vector<Ran>> by_the_millisecond(const TaskSet& set,
+                                                 const std::vector<SimulatedThread>& threads, unsigned cores,
+                                                 int duration_ms) {
+  std::vector<TaskId> by_priority(set.size());
+  std::iota(by_priority.begin(), by_priority.end(), 0U);
+  std::sort(by_priority.begin(), by_priority.end(),
+            [&](TaskId a, TaskId b) { return threads[a].priority > threads[b].priority; });
+  std::vector<Duration> next_call, left(set.size(), 0ms);
+  for (const Task& task : set.tasks) next_call.push_back(task.phase);
+  std::vector<std::vector<Ran>> jobs(set.size());
+  for (Duration now = 0ms; now < duration_ms * 1ms; now += 1ms) {
+    std::vector<TaskId> running;
+    for (const TaskId id : by_priority) {
+      if (left[id] == 0ms && next_call[id] > now) continue;
+      running.push_back(id);
+      if (!fit(running, threads, cores)) running.pop_back();
+    }
+    for (const TaskId id : running) {
+      if (left[id] == 0ms) {
+        const auto number = static_cast<std::uint64_t>((next_call[id] - set[id].phase) / set[id].period);
+        while (next_call[id] <= now) next_call[id] += set[id].period;
+        left[id] = set[id].wcet;
+        jobs[id].push_back({id, number, now, 0ms});
+      }
+      left[id] -= 1ms;
+      if (left[id] == 0ms) jobs[id].back().finish = now + 1ms;
+    }
+  }
+  return jobs;
+}
+
+TEST(PreemptiveFixedPriorities, EqualASecondModelForRandomThreadsOnRandomProcessors) {
+  constexpr int kDuration = 120;
+  for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
+    Random random(seed);
+    const auto cores = static_cast<unsigned>(uniform(random, 1, 3));
+    TaskSet set;
+    std::vector<SimulatedThread> threads;
+    std::vector<int> priorities(static_cast<std::size_t>(uniform(random, 1, 6)));
+    std::iota(priorities.begin(), priorities.end(), 1);
+    std::shuffle(priorities.begin(), priorities.end(), random);
+    for (const int priority : priorities) {
+      add_timer(set, uniform(random, 4, 20) * 1ms, uniform(random, 1, 6) * 1ms, uniform(random, 0, 9) * 1ms);
+      const auto processors = static_cast<std::uint64_t>(uniform(random, 1, (1 << cores) - 1));
+      threads.push_back({priority, 0, processors});
+    }
+    const Trace trace = one_executor_each(set, threads, cores, kDuration * 1ms);
+    std::vector<std::vector<Ran>> simulated(set.size());
+    for (const Ran& job : schedule(trace)) simulated[job.task].push_back(job);
+    auto expected = by_the_millisecond(set, threads, cores, kDuration);
+    for (TaskId id = 0; id < set.size(); ++id) {
+      // A job that ends with the run is over in one of the two only.
+      std::erase_if(expected[id],
+                    [&](const Ran& r) { return r.finish == 0ms || r.finish == kDuration * 1ms; });
+      ASSERT_EQ(simulated[id], expected[id]) << "seed " << seed << ", task " << id;
+    }
+  }
+}
+
+TEST(OrdinaryPolicy, NiceScalesTheTimeSlice) {
+  TaskSet set;
+  add_timer(set, 1s, 90ms);
+  add_timer(set, 1s, 90ms);
+  const Trace trace = one_executor_each(set, {{0, -5, 1}, {0, 0, 1}}, 1, 500ms);
+  // 3.05 times as much of the core until the first is done, all of it afterwards.
+  EXPECT_NEAR(to_ms(schedule(trace)[0].finish), 90 * (1 + 1 / 3.05), 10);
+  EXPECT_EQ(schedule(trace)[1].finish, 180ms);
+}
+
+TEST(Publication, ReachesTheExecutorOfTheSubscription) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 10ms, 2ms);
+  const TaskId subscription = add_subscription(set, {timer}, 3ms);
+  const Trace trace = one_executor_each(set, {{1, 0, 1}, {2, 0, 2}}, 2, 10ms);
+  EXPECT_EQ(schedule(trace), (std::vector<Ran>{{timer, 0, 0ms, 2ms}, {subscription, 0, 2ms, 5ms}}));
+  EXPECT_EQ(trace.jobs[1].worker, 1U);
+}
+
+}  // namespace
+}  // namespace hotpath::test
