@@ -3,15 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <limits>
-#include <memory>
 
 #include "graph_source.hpp"
 #include "graph_yaml.hpp"
 #include "hotpath/core/worker.hpp"
+#include "yaml_file.hpp"
 
 namespace hotpath {
 
@@ -19,7 +16,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-constexpr std::size_t kMaxFileBytes = std::size_t{4} << 20;
+constexpr const char* kRemedy = "a graph is one YAML map that begins with `name: NAME` and lists `nodes`";
 constexpr std::int64_t kMaxDepth = 1000;
 constexpr std::uint32_t kCommandDepth = 10;  // upstream's nodes/settings.hpp
 
@@ -50,22 +47,6 @@ Words node_keys(NodeType type) {
   }
   if (type != NodeType::intersection && type != NodeType::command) add({"output"});
   return keys;
-}
-
-std::string read_text(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-  const auto fail = [&](const std::string& problem) {
-    throw InputError(path, 0, problem, "give the path of a readable YAML file");
-  };
-  if (!file) fail(std::string("the file cannot be opened (") + std::strerror(errno) + ")");
-  std::string text;
-  std::array<char, 65536> block;
-  while (const std::size_t bytes = std::fread(block.data(), 1, block.size(), file.get())) {
-    text.append(block.data(), bytes);
-    if (text.size() > kMaxFileBytes) fail("the file has more than 4 MiB, which no graph needs");
-  }
-  if (std::ferror(file.get())) fail(std::string("the file cannot be read (") + std::strerror(errno) + ")");
-  return text;
 }
 
 Input parse_input(const YamlValue& value, const std::string& node, std::uint32_t depth) {
@@ -235,28 +216,12 @@ GraphPlatform parse_platform(const YamlValue& value) {
   return p;
 }
 
-YAML::Node read_yaml(const std::string& file, const std::string& text) {
-  const std::string remedy = "a graph is one YAML map that begins with `name: NAME` and lists `nodes`";
-  std::vector<YAML::Node> documents;
-  try {
-    documents = YAML::LoadAll(text);
-  } catch (const YAML::Exception& error) {
-    const int line = error.mark.is_null() ? 0 : error.mark.line + 1;
-    throw InputError(file, line, "not valid YAML: " + error.msg,
-                     "correct indentation, colons and quotes here");
-  }
-  if (documents.empty() || documents.front().IsNull()) throw InputError(file, 0, "the file is empty", remedy);
-  if (documents.size() > 1) throw InputError(file, 0, "the file holds several YAML documents", remedy);
-  if (!documents.front().IsMap()) throw InputError(file, 1, "the file is not a map of keys", remedy);
-  return documents.front();
-}
-
 }  // namespace
 
 GraphSource parse_graph(const std::string& file, const std::string& text) {
   GraphSource source;
   source.file = file;
-  const YamlMap map(YamlValue(source.file, read_yaml(file, text), "the graph", 1), "the graph");
+  const YamlMap map(YamlValue(source.file, read_yaml(file, text, kRemedy), "the graph", 1), "the graph");
   map.check_keys({"name", "description", "work", "topics", "nodes", "chains", "platform"});
   Graph& graph = source.graph;
   graph.name = map.require("name", "NAME").name();
@@ -275,7 +240,7 @@ GraphSource parse_graph(const std::string& file, const std::string& text) {
 }
 
 Graph load_graph(const std::string& path) {
-  GraphSource source = parse_graph(path, read_text(path));
+  GraphSource source = parse_graph(path, read_text_file(path));
   check_graph(source);
   Graph& graph = source.graph;
   for (Chain& chain : graph.chains) {

@@ -7,7 +7,6 @@
 #include <sys/resource.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 
 namespace hotpath {
@@ -34,41 +33,25 @@ std::string list(const std::vector<int>& numbers) {
 
 }  // namespace
 
-std::string to_string(const ThreadPolicy& policy) {
-  const std::string name = to_string(policy.scheduling_class);
-  return policy.scheduling_class == ThreadPolicy::Class::other ? name
-                                                               : name + ":" + std::to_string(policy.priority);
-}
-
 std::string to_string(const WorkerThread& thread) {
   return to_string(thread.role) + std::string(" ") + to_string(thread.policy);
 }
 
-ThreadPolicy parse_thread_policy(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  const auto scheduling_class = parse<ThreadPolicy::Class>(text.substr(0, colon));
-  ThreadPolicy policy;
-  if (scheduling_class == ThreadPolicy::Class::other && colon == std::string::npos) return policy;
-  if (scheduling_class && scheduling_class != ThreadPolicy::Class::other && colon != std::string::npos) {
-    policy.scheduling_class = *scheduling_class;
-    const char* end = text.data() + text.size();
-    const auto parsed = std::from_chars(text.data() + colon + 1, end, policy.priority);
-    if (parsed.ec == std::errc{} && parsed.ptr == end && policy.priority >= 1 && policy.priority <= 99)
-      return policy;
-  }
-  throw std::invalid_argument("thread policy `" + text +
-                              "` is not one of other, fifo:N, rr:N with N from 1 to 99");
-}
-
 ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request) {
+  if (!request.processors.empty()) pin_to_cpus(request.processors);
+  const bool ordinary = request.policy.scheduling_class == ThreadPolicy::Class::other;
   sched_param parameters{};
-  parameters.sched_priority = request.policy.priority;
-  if (sched_setscheduler(0, native_class(request.policy.scheduling_class), &parameters) == 0)
+  parameters.sched_priority = ordinary ? 0 : request.policy.priority;
+  // The nice value is a thread's own in Linux.
+  if (sched_setscheduler(0, native_class(request.policy.scheduling_class), &parameters) == 0 &&
+      (!ordinary || request.policy.priority == 0 ||
+       setpriority(PRIO_PROCESS, 0, request.policy.priority) == 0)) {
     return request.policy;
+  }
   if (request.required) {
     throw ThreadSetupError("the thread policy " + to_string(request.policy) + " was refused (" +
                            std::strerror(errno) +
-                           "); run as root, give the user an rtprio limit, or ask for `other`");
+                           "); run as root, give the user an rtprio (or nice) limit, or ask for `other`");
   }
   return {};
 }

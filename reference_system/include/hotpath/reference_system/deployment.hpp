@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/thread_policy.hpp"
+#include "hotpath/reference_system/graph.hpp"
+
+namespace hotpath {
+
+/// One executor of a deployment, and how the operating system treats its threads.
+struct DeployedExecutor {
+  std::string name;      ///< Unique in the deployment.
+  std::string executor;  ///< As on the command line: `default`, `cbg:2`, `rm-ro:first`.
+  ThreadPolicy policy;
+  std::vector<int> processors;  ///< Of its threads; empty: all.
+  int line = 0;                 ///< In the deployment's file; 0: there is none.
+};
+
+/// Which executor serves which tasks of a graph, on which threads: `local` of a task set says it for one
+/// executor.
+struct Deployment {
+  std::string name;
+  std::string description;
+  std::string file;  ///< Empty for a preset.
+  std::vector<DeployedExecutor> executors;
+  std::vector<std::uint32_t> executor_of;  ///< By task.
+};
+
+/// A deployment that follows from the graph.
+struct DeploymentPreset {
+  std::string_view name;
+  std::string_view description;
+  Deployment (*make)(const Graph&, const GraphTasks&);
+};
+[[nodiscard]] std::span<const DeploymentPreset> deployment_presets();
+
+/// The deployment of a graph that a preset's name, the path of a file, or the bare name of a file in the
+/// folders of HOTPATH_DEPLOYMENTS or of this program says.
+///
+///     name, description
+///     executors: - name, executor, policy, processors, owns
+///
+/// `owns` is a list of nodes, or `rest` for all that no other executor owns; every node has one owner. The
+/// executor is `default` unless given, the policy `other`. Throws InputError.
+[[nodiscard]] Deployment find_deployment(const std::string& name_or_path, const Graph& graph,
+                                         const GraphTasks& tasks);
+
+/// Name and path of the files in those folders.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> list_deployment_files();
+
+}  // namespace hotpath

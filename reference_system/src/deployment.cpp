@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/deployment.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+namespace hotpath {
+
+namespace {
+
+constexpr int kHighestPriority = 98;
+
+Deployment single(const Graph& graph, const GraphTasks& tasks) {
+  Deployment d;
+  d.executors.push_back({graph.name, "default", {}, {}, 0});
+  d.executor_of.assign(tasks.set.size(), 0);
+  return d;
+}
+
+Deployment isolated(const Graph& graph, const GraphTasks& tasks) {
+  Deployment d;
+  for (const Node& node : graph.nodes) d.executors.push_back({node.name, "default", {}, {}, 0});
+  for (const TaskOrigin& origin : tasks.origin) d.executor_of.push_back(origin.node);
+  return d;
+}
+
+/// Groups of one executor each; that of a reentrant group has four threads (tier4's
+/// callback_isolated_executor).
+Deployment callback_isolated(const Graph& graph, const GraphTasks& tasks) {
+  Deployment d;
+  constexpr std::uint32_t kNone = ~0U;
+  std::vector<std::uint32_t> executor_of_group(tasks.set.groups.size(), kNone);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    std::uint32_t& executor = executor_of_group[tasks.set[id].group];
+    if (executor == kNone) {
+      executor = static_cast<std::uint32_t>(d.executors.size());
+      const bool reentrant = tasks.set.groups[tasks.set[id].group] == CallbackGroup::reentrant;
+      const std::string& node = graph.nodes[tasks.origin[id].node].name;
+      d.executors.push_back({node + "@" + tasks.set[id].name, reentrant ? "multi:4" : "default", {}, {}, 0});
+    }
+    d.executor_of.push_back(executor);
+  }
+  return d;
+}
+
+/// The shortest period from which data reaches each task.
+std::vector<Duration> rates(const TaskSet& set) {
+  std::vector<Duration> period;
+  for (const Task& task : set.tasks) {
+    period.push_back(task.kind == TaskKind::timer ? task.period : Duration::max());
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (TaskId id = 0; id < set.size(); ++id) {
+      for (const TaskId fed : set[id].feeds) {
+        if (period[fed] <= period[id]) continue;
+        period[fed] = period[id];
+        changed = true;
+      }
+    }
+  }
+  return period;
+}
+
+Deployment rate_monotonic_threads(const Graph&, const GraphTasks& tasks) {
+  Deployment d;
+  const std::vector<Duration> period = rates(tasks.set);
+  const std::set<Duration> levels(period.begin(), period.end());
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const auto slower = std::distance(levels.upper_bound(period[id]), levels.end());
+    const int priority = 1 + std::min(kHighestPriority, static_cast<int>(slower));
+    d.executors.push_back({tasks.set[id].name, "default", {ThreadPolicy::Class::fifo, priority}, {}, 0});
+    d.executor_of.push_back(id);
+  }
+  return d;
+}
+
+constexpr std::array kPresets = {
+    DeploymentPreset{"single", "one default executor for all nodes", single},
+    DeploymentPreset{"isolated", "a default executor on a thread of its own for each node", isolated},
+    DeploymentPreset{"cie", "CallbackIsolatedExecutor: a default executor for each callback group",
+                     callback_isolated},
+    DeploymentPreset{"rm-threads", "a SCHED_FIFO thread for each task, rate monotonic: fully preemptive",
+                     rate_monotonic_threads},
+};
+
+}  // namespace
+
+std::span<const DeploymentPreset> deployment_presets() { return kPresets; }
+
+}  // namespace hotpath

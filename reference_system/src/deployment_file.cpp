@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+
+#include "graph_text.hpp"
+#include "graph_yaml.hpp"
+#include "hotpath/reference_system/deployment.hpp"
+#include "yaml_file.hpp"
+#include "yaml_folders.hpp"
+
+#ifndef HOTPATH_DEPLOYMENT_DIRS
+#define HOTPATH_DEPLOYMENT_DIRS ""
+#endif
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRemedy =
+    "a deployment is one YAML map that begins with `name: NAME` and lists `executors`";
+constexpr std::int64_t kMaxProcessor = 63;
+
+/// Reads one file for one graph.
+class Reader {
+ public:
+  Reader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
+      : path_(path), graph_(graph), tasks_(tasks), owner_(graph.nodes.size(), kNobody) {
+    deployment_.file = path;
+  }
+
+  Deployment read() {
+    const YamlMap map(YamlValue(path_, read_yaml(path_, read_text_file(path_), kRemedy), "the deployment", 1),
+                      "the deployment");
+    map.check_keys({"name", "description", "executors"});
+    deployment_.name = map.require("name", "NAME").name();
+    if (const auto given = map.find("description")) deployment_.description = given->text();
+    for (const YamlValue& executor :
+         map.require("executors", "[{name: NAME, executor: default, owns: rest}]").list("an executor")) {
+      read_executor(executor);
+    }
+    give_rest();
+    for (const TaskOrigin& origin : tasks_.origin) deployment_.executor_of.push_back(owner_[origin.node]);
+    return std::move(deployment_);
+  }
+
+ private:
+  static constexpr std::uint32_t kNobody = ~0U;
+
+  void read_executor(const YamlValue& value) {
+    YamlMap map(value, "an executor");
+    DeployedExecutor executor;
+    executor.line = map.line();
+    const YamlValue name = map.require("name", "NAME");
+    executor.name = name.topic();
+    for (const DeployedExecutor& other : deployment_.executors) {
+      if (other.name == executor.name) name.fail("executor " + executor.name + " occurs twice", "rename one");
+    }
+    map.set_what("executor " + executor.name);
+    map.check_keys({"name", "executor", "policy", "processors", "owns"});
+    const auto kind = map.find("executor");
+    executor.executor = kind ? kind->text() : "default";
+    if (const auto given = map.find("policy")) {
+      try {
+        executor.policy = parse_thread_policy(given->text());
+      } catch (const std::invalid_argument& error) {
+        given->fail(error.what(), "write other, other:NICE, fifo:PRIORITY or rr:PRIORITY");
+      }
+    }
+    if (const auto given = map.find("processors")) {
+      for (const YamlValue& processor : given->list("a processor of " + executor.name)) {
+        executor.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+      }
+    }
+    own(map.require("owns", "[NODE] or rest"), executor.name);
+    deployment_.executors.push_back(std::move(executor));
+  }
+
+  void own(const YamlValue& value, const std::string& executor) {
+    const auto index = static_cast<std::uint32_t>(deployment_.executors.size());
+    if (value.is_text() && value.text() == "rest") {
+      if (rest_) value.fail("two executors own the rest", "name the nodes of one of them");
+      rest_ = index;
+      return;
+    }
+    for (const YamlValue& item : value.list("a node of " + executor)) {
+      const std::string name = item.text();
+      const Node* node = graph_.find(name);
+      if (node == nullptr) {
+        std::vector<std::string> names;
+        for (const Node& n : graph_.nodes) names.push_back(n.name);
+        item.fail("graph " + graph_.name + " has no node " + name, suggest(name, names));
+      }
+      std::uint32_t& owner = owner_[static_cast<std::size_t>(node - graph_.nodes.data())];
+      if (owner != kNobody) {
+        const std::string& first = owner == index ? executor : deployment_.executors[owner].name;
+        item.fail("the callback groups of node " + name + " belong to executor " + first + " already",
+                  "take the node out of one of the two");
+      }
+      owner = index;
+    }
+  }
+
+  void give_rest() {
+    for (std::size_t n = 0; n < owner_.size(); ++n) {
+      if (owner_[n] != kNobody) continue;
+      if (!rest_) {
+        throw InputError(path_, 1, "no executor owns node " + graph_.nodes[n].name,
+                         "name it, or give one executor `owns: rest`");
+      }
+      owner_[n] = *rest_;
+    }
+  }
+
+  const std::string path_;
+  const Graph& graph_;
+  const GraphTasks& tasks_;
+  std::vector<std::uint32_t> owner_;  // by node
+  std::optional<std::uint32_t> rest_;
+  Deployment deployment_;
+};
+
+std::map<std::string, fs::path> deployment_files() {
+  return yaml_files("HOTPATH_DEPLOYMENTS", HOTPATH_DEPLOYMENT_DIRS);
+}
+
+}  // namespace
+
+Deployment find_deployment(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks) {
+  for (const DeploymentPreset& preset : deployment_presets()) {
+    if (preset.name != name_or_path) continue;
+    Deployment d = preset.make(graph, tasks);
+    d.name = preset.name;
+    d.description = preset.description;
+    return d;
+  }
+  if (is_yaml_path(name_or_path)) return Reader(name_or_path, graph, tasks).read();
+  const auto files = deployment_files();
+  if (const auto found = files.find(name_or_path); found != files.end()) {
+    return Reader(found->second, graph, tasks).read();
+  }
+  std::vector<std::string> names;
+  for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);
+  for (const auto& [name, file] : files) names.push_back(name);
+  throw InputError(name_or_path, 0, "there is no deployment of this name",
+                   suggest(name_or_path, names) + " (a file is given with its extension .yaml)");
+}
+
+std::vector<std::pair<std::string, std::string>> list_deployment_files() {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const auto& [name, path] : deployment_files()) files.emplace_back(name, path);
+  return files;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "yaml_file.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "hotpath/core/input_error.hpp"
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::size_t kMaxFileBytes = std::size_t{4} << 20;
+
+}  // namespace
+
+std::string read_text_file(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  const auto fail = [&](const std::string& problem) {
+    throw InputError(path, 0, problem, "give the path of a readable YAML file");
+  };
+  if (!file) fail(std::string("the file cannot be opened (") + std::strerror(errno) + ")");
+  std::string text;
+  std::array<char, 65536> block;
+  while (const std::size_t bytes = std::fread(block.data(), 1, block.size(), file.get())) {
+    text.append(block.data(), bytes);
+    if (text.size() > kMaxFileBytes)
+      fail("the file has more than 4 MiB, which nothing needs that this program reads");
+  }
+  if (std::ferror(file.get())) fail(std::string("the file cannot be read (") + std::strerror(errno) + ")");
+  return text;
+}
+
+YAML::Node read_yaml(const std::string& file, const std::string& text, const std::string& remedy) {
+  std::vector<YAML::Node> documents;
+  try {
+    documents = YAML::LoadAll(text);
+  } catch (const YAML::Exception& error) {
+    const int line = error.mark.is_null() ? 0 : error.mark.line + 1;
+    throw InputError(file, line, "not valid YAML: " + error.msg,
+                     "correct indentation, colons and quotes here");
+  }
+  if (documents.empty() || documents.front().IsNull()) throw InputError(file, 0, "the file is empty", remedy);
+  if (documents.size() > 1) throw InputError(file, 0, "the file holds several YAML documents", remedy);
+  if (!documents.front().IsMap()) throw InputError(file, 1, "the file is not a map of keys", remedy);
+  return documents.front();
+}
+
+}  // namespace hotpath

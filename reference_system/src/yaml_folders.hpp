@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+namespace hotpath {
+
+/// Name to path of all files *.yaml in the folders that the environment variable lists, separated by colons,
+/// then in `built_in`. Of two of one name the first counts; folders that do not exist hold none.
+std::map<std::string, std::filesystem::path> yaml_files(const char* variable, const std::string& built_in);
+
+/// Whether the text is a path and not a bare name: it has a slash or ends in .yaml or .yml.
+bool is_yaml_path(const std::string& name_or_path);
+
+}  // namespace hotpath
