@@ -59,28 +59,25 @@ def call(options: dict[str, Any]) -> None:
 def main(arguments: Sequence[str]) -> int:
     """Exit code: 2 for input that cannot be used, 1 for what failed otherwise; the last line on standard error says
     what is wrong."""
-    if arguments[:1] == ["reproduce"]:  # handles signals itself
-        from hotpath_report.paper import reproduce
-
-        return reproduce.main(arguments[1:])
     parser = argparse.ArgumentParser(prog="hotpath_report", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add_commands(commands)
     commands.add_parser("reproduce", help="the paper's evaluation; see reproduce --help", add_help=False)
-    options = vars(parser.parse_args(arguments))
-    command = options["command"]
     try:
-        call(options)
+        if arguments[:1] == ["reproduce"]:  # has its own options and exit codes
+            from hotpath_report.paper.reproduce import reproduce
+
+            return reproduce(arguments[1:])
+        call(vars(parser.parse_args(arguments)))
+        return 0
     except InputError as error:
-        print(f"{command}: {error}", file=sys.stderr)
-        return EXIT_WRONG_USE
+        code, sentence = EXIT_WRONG_USE, str(error)
     except RunError as error:
-        print(f"{command}: {error}", file=sys.stderr)
-        return EXIT_FAILED
+        code, sentence = EXIT_FAILED, str(error)
     except OSError as error:
-        print(f"{command}: cannot write: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    return 0
+        code, sentence = EXIT_FAILED, f"cannot write: {error}"
+    print(f"{arguments[0]}: {sentence}", file=sys.stderr)
+    return code
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ The C++ library resamples whole repetitions, because the samples of one repetiti
 repetition is handed over in blocks of consecutive samples, a single exact one as it is.
 """
 
+import bisect
 import ctypes
 import functools
 import math
@@ -148,16 +149,8 @@ class RankTest:
     @property
     def magnitude(self) -> str:
         """Conventional words for the size of Cliff's delta (Romano et al. 2006)."""
-        size = abs(self.cliffs_delta.value)
-        return (
-            "negligible"
-            if size < 0.147
-            else "small"
-            if size < 0.33
-            else "medium"
-            if size < 0.474
-            else "large"
-        )
+        place = bisect.bisect((0.147, 0.33, 0.474), abs(self.cliffs_delta.value))
+        return ("negligible", "small", "medium", "large")[place]
 
     @property
     def p_text(self) -> str:

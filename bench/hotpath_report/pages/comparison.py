@@ -20,7 +20,7 @@ def percentile_cells(samples: Samples) -> list[str]:
 def compared(samples: Samples, baseline: Samples | None) -> list[Any]:
     """Cells below HEADER; without a baseline the comparison is empty."""
     cells = [f"{len(samples)} / {len(samples.repetitions)}", *percentile_cells(samples)]
-    if baseline is None:
+    if not baseline:
         return [*cells, "", "", ""]
     test = rank_test(samples, baseline)
     delta = f"{test.cliffs_delta.text(2)} ({test.magnitude})"

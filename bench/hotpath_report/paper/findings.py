@@ -2,12 +2,12 @@
 """What a check answers with, and what the checks share."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from dataclasses import dataclass
 
 import pandas as pd
 
-from hotpath_report.paper.cells import UTILISATIONS
+from hotpath_report.errors import Missing
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.statistics import Estimate, Samples
 
@@ -50,14 +50,9 @@ def graded(good: int | bool, of: int | bool, some: int | bool | None = None) -> 
     return REPRODUCED if good == of else PARTLY if (good if some is None else some) else NOT
 
 
-def percents(values: Iterable[float | None]) -> str:
+def percents(values: Iterable[float]) -> str:
     """60 / 80 / 90 %."""
-    return " / ".join("–" if v is None or math.isnan(v) else f"{v:.3g}" for v in values) + " %"
-
-
-def counts(values: Iterable[int | None]) -> str:
-    """Numbers of the three sets."""
-    return " / ".join("–" if v is None else str(v) for v in values)
+    return " / ".join("–" if math.isnan(v) else f"{v:.3g}" for v in values) + " %"
 
 
 def above(estimate: Estimate, neutral: float) -> bool:
@@ -70,16 +65,15 @@ def too_few(*groups: Samples) -> bool:
     return any(not s.exact and not s.resampled for s in groups)
 
 
-def on_all_sets(evidence: Evidence, source: str, *executors: str) -> bool:
-    """Whether each executor ran on all three timers-only sets."""
-    runs = evidence.timer_runs()
-    return all(runs.rows(p, source, e) is not None for p in UTILISATIONS for e in executors)
+def need(*data: Sized) -> None:
+    """Raises Missing unless there are data of each kind."""
+    if not all(map(len, data)):
+        raise Missing
 
 
 def paper_rows(evidence: Evidence) -> pd.DataFrame:
     """Rows of Table I with the paper's release cost; a bound that does not exist is infinite (ms)."""
     rows = evidence.table("wcrt_table.csv")
-    if rows.empty:
-        return rows
     rows = rows[rows["delta_of"] == "paper"]
+    need(rows)
     return rows.assign(bound_ms=(rows["bound_ns"] / 1e6).fillna(math.inf))
