@@ -101,12 +101,12 @@ def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     )
 
 
-def rows_of_labels(axes: Axes, labels: Sequence[str]) -> None:
-    """A labelled row for each text, downwards from 0."""
+def rows_of_labels(axes: Axes, labels: Sequence[str], **look: Any) -> None:
+    """A labelled row for each text, downwards from 0; `look` is that of Axes.set()."""
     axes.set_yticks(range(len(labels)), labels)
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")
-    axes.set_ylim(len(labels) - 0.45, -0.55)
+    axes.set(ylim=(len(labels) - 0.45, -0.55), **look)
 
 
 def note(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float], **look: Any) -> None:

@@ -38,8 +38,7 @@ def draw_hot_path(bench: Bench) -> bool:
         place = executors.index(executor) + 0.3 * (transports.index(transport) - (len(transports) - 1) / 2)
         look = {"color": style.colour_of(executor), "linestyle": "", "alpha": 0.8}
         axes.plot(medians, [place] * len(medians), marker=markers[transport], **look)
-    axes.set_xlim(left=0)
-    axes.set_xlabel("median latency of each repetition (ms)")
+    axes.set(xlim=(0, None), xlabel="median latency of each repetition (ms)")
     style.add_key(figure, [style.dot(t, marker) for t, marker in markers.items()], 6)
     style.add_title(figure, "The hot path of the reference system", bench.subtitle(), bench.partial)
     style.save(figure, bench.folder, "bench_hot_path")

@@ -56,9 +56,7 @@ def over_load(points: Points, executors: Sequence[str], width: float) -> Figure:
         axes.set_yticks(ticks, list(map(str, ticks)))
         axes.minorticks_off()
         axes.axvline(100, color=FAINT, linewidth=1, linestyle=style.DASHED)
-        axes.set_title(title)
-        axes.set_xlabel("load (% of one core)")
-        axes.set_ylabel("hot-path latency (ms)")
+        axes.set(title=title, xlabel="load (% of one core)", ylabel="hot-path latency (ms)")
     shown = [e for e in executors if any(e == other for _, other in points)]
     handles = [style.line(e, color=style.colour_of(e), linewidth=1.8, linestyle=dashes(e)) for e in shown]
     if any(source == "live" for source, _ in points):

@@ -183,9 +183,8 @@ def draw_run(
         draw_row(axes, window, task, y)
     if releaser:
         labels.append(draw_releaser(axes, window, len(labels)))
-    style.rows_of_labels(axes, labels)
-    axes.set_xlim(begin, end)
-    axes.set_xlabel("time since the epoch of the run (ms)")
+    label = "time since the epoch of the run (ms)"
+    style.rows_of_labels(axes, labels, xlim=(begin, end), xlabel=label)
     add_key(figure, window)
     style.add_title(figure, f"Timeline of {executor}", run.what_ran(), run.partial)
     path = Path(output or run.folder / "timeline.svg")

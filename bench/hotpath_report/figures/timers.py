@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -19,11 +20,6 @@ from hotpath_report.style import FAINT, INK
 
 MOST_SETTINGS = 5
 BAND = 0.82  # of a row, shared by the settings
-
-
-def alphas(count: int) -> list[float]:
-    """Shades of an executor's colour: the paler, the earlier the setting."""
-    return [0.4 + 0.55 * k / max(1, count - 1) for k in range(count)] if count > 1 else [0.85]
 
 
 def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look: dict[str, Any]) -> None:
@@ -47,7 +43,9 @@ def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look
 
 def drops(runs: TimerRuns, labels: Mapping[Any, str], width: float) -> Figure:
     """Dropped jobs of all timers, and of the IMU alone; `labels` names each setting."""
-    step, shades = BAND / len(labels), alphas(len(labels))
+    step = BAND / len(labels)
+    # The paler, the earlier the setting.
+    shades = list(np.linspace(0.4, 0.95, len(labels))) if len(labels) > 1 else [0.85]
     height = 0.8 + 0.17 * len(labels) * len(runs.executors)
     figure, panels = style.new_figure(width, height, 1, 2, share_y=True)
     for axes, group, title in zip(panels, (None, "imu"), ("All timers", "IMU alone")):
@@ -57,10 +55,8 @@ def drops(runs: TimerRuns, labels: Mapping[Any, str], width: float) -> Figure:
                 rates = [runs.drop_percent(setting, source, executor, group) for source in (*SOURCES, "real")]
                 look = {"color": style.colour_of(executor), "alpha": alpha}
                 draw_rates(axes, y + (k - (len(labels) - 1) / 2) * step, step, rates, look)
-        axes.set_title(title)
-        axes.margins(x=0.14)
+        axes.set(title=title, xlabel="dropped jobs (% of the timestamps)", xmargin=0.14)
         axes.set_xlim(0, max(1e-3, axes.get_xlim()[1]))
-        axes.set_xlabel("dropped jobs (% of the timestamps)")
     handles: list[Any] = [style.patch(label, alpha=a) for label, a in zip(labels.values(), shades)]
     sources = set(runs.counts["source"])
     if {*SOURCES} <= sources:

@@ -15,6 +15,7 @@ from hotpath_report.tables import read_json
 
 SIMULATED, REAL, LIVE = SERIES[:3]
 BAR_OF_AGREEMENT = 0.98
+LOST = "lost IMU jobs (%)"
 LATENCY_HEIGHT = 0.66  # of the distance between two rows
 
 Entry = dict[str, Any]
@@ -44,13 +45,6 @@ def span(axes: Axes, low: float, high: float, y: float, colour: str) -> None:
     axes.plot([low, high], [y, y], "-o", color=colour, linewidth=5, markersize=5, zorder=3)
 
 
-def finish(axes: Axes, names: Sequence[str], title: str, label: str) -> None:
-    """What every panel has."""
-    style.rows_of_labels(axes, names)
-    axes.set_title(title)
-    axes.set_xlabel(label)
-
-
 def draw_order(axes: Axes, golden: list[Entry]) -> None:
     """Similarity of the order of jobs, without and with costs."""
     for y, entry in enumerate(golden):
@@ -63,9 +57,9 @@ def draw_order(axes: Axes, golden: list[Entry]) -> None:
             text = f"up to equal periods ({bare['similarity']:.2f} with them)"
             style.note(axes, text, (0.9985, y), (-10, 0), ha="right", color=FAINT, bbox=style.OPAQUE)
     axes.axvline(BAR_OF_AGREEMENT, color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
-    axes.set_xlim(0.94, 1.002)
     label = "similarity of the two orders of jobs (1: the same)"
-    finish(axes, list(map(golden_name, golden)), "Golden traces, job by job", label)
+    look = {"title": "Golden traces, job by job", "xlabel": label, "xlim": (0.94, 1.002)}
+    style.rows_of_labels(axes, list(map(golden_name, golden)), **look)
 
 
 def draw_lost(axes: Axes, golden: list[Entry]) -> None:
@@ -76,10 +70,8 @@ def draw_lost(axes: Axes, golden: list[Entry]) -> None:
         axes.hlines(y, *sorted((real, simulated)), color=FAINT, linewidth=1, zorder=2)
         point(axes, real, y, REAL, 9, hollow=True)
         point(axes, simulated, y, SIMULATED)
-    axes.set_xlim(left=-1)
-    finish(
-        axes, list(map(golden_name, golden)), "Golden traces: jobs lost, costs modelled", "lost IMU jobs (%)"
-    )
+    look = {"title": "Golden traces: jobs lost, costs modelled", "xlabel": LOST, "xlim": (-1, None)}
+    style.rows_of_labels(axes, list(map(golden_name, golden)), **look)
 
 
 def draw_ranges(axes: Axes, entries: list[Entry]) -> None:
@@ -88,9 +80,8 @@ def draw_ranges(axes: Axes, entries: list[Entry]) -> None:
         for shift, side, colour in ((-0.16, "measured", REAL), (0.16, "simulated", SIMULATED)):
             low, high = entry[side]["imu_lost_percent"]
             span(axes, low, high, y + shift, colour)
-    finish(
-        axes, list(map(golden_name, entries)), "The authors' programs, phases unknown", "lost IMU jobs (%)"
-    )
+    look = {"title": "The authors' programs, phases unknown", "xlabel": LOST}
+    style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
 def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence[tuple[str, str]]) -> None:
@@ -106,8 +97,8 @@ def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence
         measured, simulated = entry["measured_ms"]["p50"], entry["simulated_ms"]["p50"]
         differs = f"  {100 * (simulated / measured - 1):+.1f} %" if measured and simulated else ""
         labels.append(run_name(entry) + differs)
-    axes.set_xlim(left=0)
-    finish(axes, labels, title, "hot-path latency (ms): 10th to 90th percentile, median")
+    label = "hot-path latency (ms): 10th to 90th percentile, median"
+    style.rows_of_labels(axes, labels, title=title, xlabel=label, xlim=(0, None))
 
 
 def draw_live_order(axes: Axes, entries: list[Entry]) -> None:
@@ -117,7 +108,8 @@ def draw_live_order(axes: Axes, entries: list[Entry]) -> None:
         point(axes, entry["comparison"]["similarity"], y, SIMULATED, 8)
     axes.axvline(BAR_OF_AGREEMENT, color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
     label = "similarity of the live order of jobs to the other's"
-    finish(axes, list(map(golden_name, entries)), "Given runs against the golden traces", label)
+    look = {"title": "Given runs against the golden traces", "xlabel": label}
+    style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
 def draw_live_lost(axes: Axes, entries: list[Entry]) -> None:
@@ -127,8 +119,8 @@ def draw_live_lost(axes: Axes, entries: list[Entry]) -> None:
         point(axes, golden["real_lost_percent"], y, REAL, 12)
         point(axes, golden["live_lost_percent"], y, LIVE, 9)
         point(axes, own["simulated_lost_percent"], y, SIMULATED)
-    axes.set_xlim(left=-1)
-    finish(axes, list(map(golden_name, entries)), "Given runs: jobs lost", "lost IMU jobs (%)")
+    look = {"title": "Given runs: jobs lost", "xlabel": LOST, "xlim": (-1, None)}
+    style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
 Panel = tuple[Callable[..., None], list[Entry]]  # what draws which entries

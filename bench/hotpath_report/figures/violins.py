@@ -98,8 +98,7 @@ def write_worst(axes: Axes, y: float, worst: float, text: str, faint: bool) -> N
 
 def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[str], unit: str = "") -> None:
     """Rows downwards, each with the worst values of its sources; the axis ends at `limit` (ms)."""
-    style.rows_of_labels(axes, [row.label for row in rows])
-    axes.set_xlim(0, limit)
+    style.rows_of_labels(axes, [row.label for row in rows], xlim=(0, limit))
     for y, row in enumerate(rows):
         if not row.halves:
             axes.text(0.01 * limit, y, "no data", va="center", color=FAINT)

@@ -39,8 +39,7 @@ def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
             steps = np.linspace(edges[0], edges[-1], len(coarse) + 1)
             axes.stairs(coarse, steps, color=colour, linewidth=1.2, label=name, zorder=3)
     axes.axvline(0, color=INK, linewidth=0.9)
-    axes.set_xlim(-15, 105)
-    axes.set_ylabel("chains")
+    axes.set(xlim=(-15, 105), ylabel="chains")
 
 
 def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> Figure:

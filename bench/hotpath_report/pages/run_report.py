@@ -7,8 +7,7 @@ from pathlib import Path
 
 from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
-from hotpath_report.pages.comparison import HEADER, compared
-from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
 from hotpath_report.run import Run
 from hotpath_report.samples import samples_of_run
 

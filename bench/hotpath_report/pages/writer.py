@@ -13,6 +13,7 @@ import markupsafe
 
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages.svg import for_page, svg_of
+from hotpath_report.statistics import Samples, rank_test, ratio
 from hotpath_report.style import NARROW, WIDE
 from hotpath_report.tables import write_file
 
@@ -28,6 +29,29 @@ class Table:
     rows: list[list[Any]]
     folded: bool = False  # long tables open on demand
     numbers: bool = False  # all columns but the first align right
+
+
+# Of tables that compare samples with a baseline.
+HEADER = [
+    "samples / runs",
+    *("median ms", "p99 ms", "worst ms"),
+    *("worst-case ratio", "Cliff's delta", "rank test p"),
+]
+
+
+def percentile_cells(samples: Samples) -> list[str]:
+    """Median, 99th percentile and worst value with their intervals."""
+    return [samples.estimate(p).text(1) for p in (0.5, 0.99, 1.0)]
+
+
+def compared(samples: Samples, baseline: Samples | None) -> list[Any]:
+    """Cells below HEADER; without a baseline the comparison is empty."""
+    cells = [f"{len(samples)} / {len(samples.repetitions)}", *percentile_cells(samples)]
+    if not baseline:
+        return [*cells, "", "", ""]
+    test = rank_test(samples, baseline)
+    delta = f"{test.cliffs_delta.text(2)} ({test.magnitude})"
+    return [*cells, ratio(baseline, samples, 1.0).text(2), delta, test.p_text]
 
 
 @dataclass(frozen=True)

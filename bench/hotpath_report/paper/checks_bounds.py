@@ -6,14 +6,14 @@ import pandas as pd
 from hotpath_report.figures.waters import PAPER
 from hotpath_report.paper import findings as f
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import Finding
+from hotpath_report.paper.findings import LIMITS, Finding
 
 
 def table(evidence: Evidence, _source: str) -> Finding:
     """Entries that equal the printed ones."""
     rows = f.paper_rows(evidence)
     differences = (rows["bound_ms"] - rows["printed_ms"]).abs()
-    equal = int((differences <= f.TABLE_TOLERANCE_MS + 1e-9).sum())
+    equal = int((differences <= LIMITS.table_ms + 1e-9).sum())
     text = f"{equal} of {len(rows)} entries equal, largest difference {differences.max():.4f} ms"
     return Finding(f.graded(equal, len(rows)), text, f"{equal} of {len(rows)}")
 
@@ -21,7 +21,7 @@ def table(evidence: Evidence, _source: str) -> Finding:
 def schedulable(evidence: Evidence, _source: str) -> Finding:
     """Bounds within their deadlines."""
     rows = f.paper_rows(evidence)
-    shares = rows["bound_ms"] / rows["task"].map(f.DEADLINES_MS)
+    shares = rows["bound_ms"] / rows["task"].map(LIMITS.deadlines_ms)
     met = int((shares <= 1).sum())
     text = f"{met} of {len(shares)} bounds within their deadline, the tightest at {100 * shares.max():.1f} % of it"
     return Finding(f.graded(met == len(shares), True), text, f"{met} of {len(shares)}")
@@ -51,7 +51,7 @@ def negative_grow(evidence: Evidence, _source: str) -> Finding:
 def almost_90(evidence: Evidence, _source: str) -> Finding:
     """The largest reduction."""
     largest = float(reductions(evidence)["max"].max())
-    low, high = f.ALMOST_90_RANGE
+    low, high = LIMITS.almost_90
     verdict = f.graded(low <= largest <= high, True, largest > 50)
     return Finding(verdict, f"at most {largest:.1f} %", f"{largest:.1f} %")
 
@@ -62,7 +62,7 @@ def delta(evidence: Evidence, _source: str) -> Finding:
     most_us, nearly_us = (rows[rows.index == f"this machine ({of})"] for of in ("maximum", "p99.9"))
     f.need(most_us, nearly_us)
     most, nearly = most_us.max(), nearly_us.max()
-    verdict = f.graded(most <= 1e3 * f.PAPER_DELTA_MS, True, nearly <= 1e3 * f.PAPER_DELTA_MS)
+    verdict = f.graded(most <= 1e3 * LIMITS.paper_delta_ms, True, nearly <= 1e3 * LIMITS.paper_delta_ms)
     text = f"at most {most:.1f} µs, 99.9 % below {nearly:.2g} µs"
     return Finding(verdict, text, f"99.9 % < {nearly:.2g} µs")
 
@@ -70,6 +70,6 @@ def delta(evidence: Evidence, _source: str) -> Finding:
 def total_delta(evidence: Evidence, _source: str) -> Finding:
     """The cost of seven releases that yields Table I."""
     one = float(f.paper_rows(evidence)["delta_ns"].iloc[0]) / 1e6
-    near = abs(f.TASKS * one - f.PAPER_TOTAL_DELTA_MS) <= f.TOTAL_DELTA_TOLERANCE_MS
-    text = f"{f.TASKS * one:.3f} ms from δ = {one:.3f} ms, the value behind Table I"
-    return Finding(f.graded(near, True), text, f"{f.TASKS * one:.3f} ms")
+    near = abs(LIMITS.tasks * one - LIMITS.paper_total_delta_ms) <= LIMITS.total_delta_ms
+    text = f"{LIMITS.tasks * one:.3f} ms from δ = {one:.3f} ms, the value behind Table I"
+    return Finding(f.graded(near, True), text, f"{LIMITS.tasks * one:.3f} ms")

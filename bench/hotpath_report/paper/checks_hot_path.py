@@ -2,8 +2,9 @@
 """Checks of Section VII-C: the hot path of the Autoware reference system."""
 
 from hotpath_report.paper import findings as f
+from hotpath_report.paper.cells import EXECUTORS
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import Finding
+from hotpath_report.paper.findings import LIMITS, Finding
 from hotpath_report.paper.reference import REAL
 from hotpath_report.statistics import Samples, rank_test, ratio
 
@@ -32,7 +33,11 @@ def slowdown(evidence: Evidence, source: str) -> Finding:
         return Finding(f.NO_DATA, f"worst cases {short}, p99 {p99}, medians {median}", short)
     default, ours = hot_paths(evidence, source, *pair)
     worst = ratio(default, ours, 1.0)
-    within = f.PAPER_SLOWDOWN / f.SLOWDOWN_FACTOR <= worst.value <= f.PAPER_SLOWDOWN * f.SLOWDOWN_FACTOR
+    within = (
+        LIMITS.paper_slowdown / LIMITS.slowdown_factor
+        <= worst.value
+        <= LIMITS.paper_slowdown * LIMITS.slowdown_factor
+    )
     text = f"worst cases {worst.text(2)}"
     if len(default.repetitions) > 1:
         text += f" (of the middle repetitions {default.middle_worst() / ours.middle_worst():.2f})"
@@ -42,7 +47,7 @@ def slowdown(evidence: Evidence, source: str) -> Finding:
 
 def best_worst_case(evidence: Evidence, source: str) -> Finding:
     """That every other worst case is larger."""
-    executors = ("rm-ro", *f.OTHERS_ON_HOT_PATH)
+    executors = ("rm-ro", *EXECUTORS["others_on_hot_path"])
     if source == REAL:
         values = real_ms(evidence, "max", *executors)
         text = ", ".join(f"{e} {v:.1f}" for e, v in zip(executors, values)) + " ms"
@@ -53,7 +58,7 @@ def best_worst_case(evidence: Evidence, source: str) -> Finding:
     ratios = [ratio(other, ours, 1.0) for other in others]
     told = [
         f"{name} {other.worst:.1f} ms ({r.text(2)} ×)"
-        for name, other, r in zip(f.OTHERS_ON_HOT_PATH, others, ratios)
+        for name, other, r in zip(EXECUTORS["others_on_hot_path"], others, ratios)
     ]
     beyond_noise = sum(f.above(r, 1) for r in ratios)
     verdict = f.graded(beyond_noise, len(others), any(r.value > 1 for r in ratios))
@@ -63,10 +68,12 @@ def best_worst_case(evidence: Evidence, source: str) -> Finding:
 
 def outperforms(evidence: Evidence, source: str) -> Finding:
     """That the effect against every other executor is large."""
-    ours, *others = hot_paths(evidence, source, "rm-ro", *f.OTHERS_ON_HOT_PATH)
+    ours, *others = hot_paths(evidence, source, "rm-ro", *EXECUTORS["others_on_hot_path"])
     tests = [rank_test(ours, other) for other in others]
-    large = sum(t.cliffs_delta.value >= f.LARGE_EFFECT and not t.p_value > f.LARGEST_P for t in tests)
-    text = ", ".join(f"{e} {t.cliffs_delta.text(2)}" for e, t in zip(f.OTHERS_ON_HOT_PATH, tests))
+    large = sum(
+        t.cliffs_delta.value >= LIMITS.large_effect and not t.p_value > LIMITS.largest_p for t in tests
+    )
+    text = ", ".join(f"{e} {t.cliffs_delta.text(2)}" for e, t in zip(EXECUTORS["others_on_hot_path"], tests))
     verdict = f.graded(large, len(tests), any(t.cliffs_delta.value > 0 for t in tests))
     least = min(t.cliffs_delta.value for t in tests)
     return Finding(verdict, f"Cliff's delta against {text}", f"δ ≥ {least:.2f}")
@@ -79,5 +86,5 @@ def rate(evidence: Evidence, source: str) -> Finding:
     durations = [c["duration_s"] for c in cells if "rm-ro" in c["executors"]]
     f.need(durations)
     value = len(samples) / sum(durations)
-    near = abs(value / f.PAPER_RATE_HZ - 1) <= f.RATE_TOLERANCE_PERCENT / 100
+    near = abs(value / LIMITS.paper_rate_hz - 1) <= LIMITS.rate_percent / 100
     return Finding(f.graded(near, True), f"{value:.2f} per second arrive", f"{value:.2f} / s")

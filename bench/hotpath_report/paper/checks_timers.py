@@ -12,7 +12,7 @@ import pandas as pd
 from hotpath_report.paper import findings as f
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import Finding
+from hotpath_report.paper.findings import LIMITS, Finding
 from hotpath_report.paper.reference import REAL
 from hotpath_report.statistics import rank_test
 
@@ -56,7 +56,7 @@ class Losses:
             text += f", {self.marked} of them in repetitions marked as noisy"
             if largest:
                 text += f"; at most {self.largest_percent:.2g} % of one executor's on one set"
-        tolerated = self.source == "live" and self.largest_percent <= f.LIVE_LOSS_TOLERANCE_PERCENT
+        tolerated = self.source == "live" and self.largest_percent <= LIMITS.tolerated_percent
         verdict = f.REPRODUCED if self.largest_percent == 0 else f.PARTLY if tolerated else f.NOT
         return Finding(verdict, text + more, short)
 
@@ -64,7 +64,7 @@ class Losses:
 def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding:
     """That the paper's executors lose nothing; of the real stack, those that were measured."""
     known = set(evidence.timer_runs().counts.query("source == @source")["executor"])
-    executors = [e for e in f.PAPERS_OWN if source != REAL or e in known]
+    executors = [e for e in EXECUTORS["papers_own"] if source != REAL or e in known]
     f.need(executors)
     losses = Losses(evidence, source)
     for executor in executors:
@@ -108,7 +108,7 @@ def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None
 def drops(evidence: Evidence, source: str, executor: str) -> Finding:
     """The executor drops jobs on all sets."""
     rates, imu = (drop_rates(evidence, source, executor, group) for group in (None, "imu"))
-    losing = sum(rate > f.REPEATEDLY_PERCENT for rate in rates)
+    losing = sum(rate > LIMITS.tolerated_percent for rate in rates)
     text = f"{f.percents(rates)} of all jobs, {f.percents(imu)} of the IMU's"
     return Finding(f.graded(losing, len(rates)), text, f.percents(rates))
 
@@ -130,16 +130,16 @@ def rate_text(largest: Rate) -> str:
 
 def ten_percent(evidence: Evidence, source: str) -> Finding:
     """The largest drop rate of all jobs."""
-    largest = max(largest_rate(evidence, source, e) for e in f.STOCK)
-    low, high = f.TEN_PERCENT_RANGE
+    largest = max(largest_rate(evidence, source, e) for e in EXECUTORS["stock"])
+    low, high = LIMITS.ten_percent
     verdict = f.graded(low <= largest[0] <= high, True, largest[0] > high)
     return Finding(verdict, rate_text(largest), f"{largest[0]:.3g} %")
 
 
 def imu_loss(evidence: Evidence, source: str) -> Finding:
     """What the wait-set executors lose of the IMU's jobs."""
-    largest = [largest_rate(evidence, source, e, "imu") for e in f.WAIT_SETS]
-    beyond = sum(rate[0] > f.TEN_PERCENT_RANGE[1] for rate in largest)
+    largest = [largest_rate(evidence, source, e, "imu") for e in EXECUTORS["wait_sets"]]
+    beyond = sum(rate[0] > LIMITS.ten_percent[1] for rate in largest)
     text = ", ".join(map(rate_text, largest))
     return Finding(f.graded(beyond, len(largest)), text, f"{max(largest)[0]:.3g} %")
 
@@ -149,7 +149,7 @@ def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding:
     sums = [
         rows[["deadline_overruns", "ran"]].sum() for rows in on_all_sets(evidence, source, executor, "imu")
     ]
-    late = sum(100 * n > f.REPEATEDLY_PERCENT * of for n, of in sums)
+    late = sum(100 * n > LIMITS.tolerated_percent * of for n, of in sums)
     overruns, jobs = (" / ".join(f"{n:.0f}" for n in numbers) for numbers in zip(*sums))
     return Finding(f.graded(late, len(sums)), f"{overruns} of {jobs} jobs", overruns)
 

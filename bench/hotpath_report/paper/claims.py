@@ -2,10 +2,8 @@
 """The claims of claims.toml, and their verdicts."""
 
 import importlib
-import tomllib
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from hotpath_report.errors import Missing
@@ -45,12 +43,12 @@ class Claim:
 
 
 def claims() -> Iterator[Claim]:
-    """All claims of claims.toml, with thresholds filled in."""
-    content = tomllib.loads(Path(__file__).with_name("claims.toml").read_text(encoding="utf-8"))
-    for entry in content["claim"]:
+    """All claims of claims.toml, with limits filled in."""
+    for entry in findings.CLAIMS["claim"]:
+        reasons = findings.CLAIMS["reasons"]
         room, _, function = entry["check"].partition(".")  # `timers.drops` is drops() of checks_timers
         for executor in entry.get("executors", [""]):
-            words = {**vars(findings), "words": content["words"].get(executor, "")}
+            words = {**vars(findings.LIMITS), "words": findings.CLAIMS["words"].get(executor, "")}
             texts = {key: entry[key].format(**words).strip() for key in TEXTS}
             why = {verdict: entry.get(f"why_{verdict}", "") for verdict in (PARTLY, NOT)}
             why = entry.get("why", {}).get(executor, why)
@@ -58,7 +56,7 @@ def claims() -> Iterator[Claim]:
                 name="-".join(filter(None, (entry["name"], executor))),
                 check=getattr(importlib.import_module(f"hotpath_report.paper.checks_{room}"), function),
                 options=entry.get("options", {}) | ({"executor": executor} if executor else {}),
-                why={v: content["reasons"].get(text, text).strip() for v, text in why.items() if text},
+                why={v: reasons.get(text, text).strip() for v, text in why.items() if text},
                 real=entry.get("real", False),
                 analytical=entry.get("analytical", False),
                 **texts,

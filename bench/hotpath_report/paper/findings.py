@@ -2,8 +2,12 @@
 """What a check answers with, and what the checks share."""
 
 import math
+import tomllib
 from collections.abc import Iterable, Sized
 from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pandas as pd
 
@@ -12,25 +16,9 @@ from hotpath_report.paper.evidence import Evidence
 from hotpath_report.statistics import Estimate, Samples
 
 REPRODUCED, PARTLY, NOT, NO_DATA = "reproduced", "partly", "not", "no data"
-VERDICTS = (REPRODUCED, PARTLY, NOT, NO_DATA)
 
-STOCK = ("default", "static", "events-ro", "events-re")
-WAIT_SETS = ("default", "static")
-PAPERS_OWN = ("rm-ro", "rm-re", "edf-ro", "edf-re")
-OTHERS_ON_HOT_PATH = ("default", "static", "events-ro")
-LIVE_LOSS_TOLERANCE_PERCENT = 0.1
-REPEATEDLY_PERCENT = (
-    LIVE_LOSS_TOLERANCE_PERCENT  # what counts as lost there must be more than what is excused here
-)
-TEN_PERCENT_RANGE = (5, 20)
-TABLE_TOLERANCE_MS = 0.005
-PAPER_DELTA_MS, PAPER_TOTAL_DELTA_MS, TOTAL_DELTA_TOLERANCE_MS = 0.12, 0.84, 0.01
-ALMOST_90_RANGE = (85, 90)
-PAPER_SLOWDOWN, SLOWDOWN_FACTOR = 2.6, 1.25
-LARGE_EFFECT, LARGEST_P = 0.474, 0.01
-PAPER_RATE_HZ, RATE_TOLERANCE_PERCENT = 10, 2
-TASKS = 7
-DEADLINES_MS = {"IMU": 30, "Camera": 84, "LiDAR": 200}  # the periods
+CLAIMS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("claims.toml").read_text(encoding="utf-8"))
+LIMITS: Any = SimpleNamespace(**CLAIMS["limits"])
 
 
 @dataclass(frozen=True)

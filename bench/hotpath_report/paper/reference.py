@@ -3,7 +3,6 @@
 names."""
 
 import json
-from pathlib import Path
 
 import pandas as pd
 
@@ -31,17 +30,6 @@ TRACED = "events-re"  # not among the authors' programs, but in the golden trace
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
 
 
-def traced(folder: Path) -> pd.DataFrame:
-    """Rows of timers in golden traces."""
-    rows = []
-    for percent in UTILISATIONS:
-        path = folder / "traces" / f"timers_only_{percent}.{TRACED}.csv"
-        for timer in json.loads(output_of("summarize", "--golden", path))["tasks"]:
-            worst = timer["response_authors_ms"]["max"]
-            rows.append({**timer, "setting": percent, "executor": TRACED, "response_max_ms": worst})
-    return pd.DataFrame(rows)
-
-
 class Reference:
     """Timers as TimerRuns.counts has them, hot path (ms) by executor; both empty where the measurements are missing."""
 
@@ -52,8 +40,13 @@ class Reference:
             return
         names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
         timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
-        timers["executor"] = timers["executor"].map(NAMES)
-        timers = pd.concat([timers, traced(folder)], ignore_index=True)
+        tables = [timers.assign(executor=timers["executor"].map(NAMES))]
+        for percent in UTILISATIONS:
+            path = folder / "traces" / f"timers_only_{percent}.{TRACED}.csv"
+            traced = pd.DataFrame(json.loads(output_of("summarize", "--golden", path))["tasks"])
+            worst = traced["response_authors_ms"].map(lambda values: values["max"])
+            tables.append(traced.assign(setting=percent, executor=TRACED, response_max_ms=worst))
+        timers = pd.concat(tables, ignore_index=True)
         timers["ran"] = timers["reached"] - timers["skipped"]
         self.timers = timers.assign(study="timers", source=REAL, repetition=0)
         autoware = pd.read_csv(folder / "rclcpp_autoware.csv")

@@ -21,7 +21,7 @@ from hotpath_report.paper import drawings, storage, tables
 from hotpath_report.paper.cells import MODES, duration_text
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import NO_DATA, NOT, PAPER_SLOWDOWN, PARTLY, REPRODUCED
+from hotpath_report.paper.findings import LIMITS, NO_DATA, NOT, PARTLY, REPRODUCED
 from hotpath_report.paper.items import ITEMS
 from hotpath_report.paper.noise import NOISE_RULE
 
@@ -84,7 +84,7 @@ def tiles(evidence: Evidence, verdicts: list[Verdict]) -> list[dict[str, Any]]:
             shown.append((f"{value}×", f"worst hot path of default over rm-ro, {source}", interval))
     real = evidence.reference.hot_path_ms("max")
     if {"default", "rm-ro"} <= real.keys():
-        text = f"the same on the real ROS 2 stack (the paper: {PAPER_SLOWDOWN:g})"
+        text = f"the same on the real ROS 2 stack (the paper: {LIMITS.paper_slowdown:g})"
         shown.append((f"{real['default'] / real['rm-ro']:.2f}×", text, ""))
     text = f"claims reproduced, {found[PARTLY]} partly, {found[NOT]} not"
     shown.append((f"{found[REPRODUCED]} of {len(verdicts) - found[NO_DATA]}", text, ""))

@@ -6,8 +6,7 @@ import itertools
 from hotpath_report.figures.bounds import fit_release_cost
 from hotpath_report.figures.hot_path import BASELINE
 from hotpath_report.figures.waters import METHODS
-from hotpath_report.pages.comparison import HEADER, compared, percentile_cells
-from hotpath_report.pages.writer import Table
+from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.drawings import SETS, latencies
 from hotpath_report.paper.evidence import Evidence
