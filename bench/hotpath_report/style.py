@@ -50,13 +50,9 @@ def new_figure(
     narrow = is_narrow(width)
     if narrow:
         rows, columns = rows * columns, 1
+    share, size = "row" if share_y and not narrow else False, (width, height * rows)
     figure, axes = plt.subplots(
-        rows,
-        columns,
-        figsize=(width, height * rows),
-        squeeze=False,
-        layout="constrained",
-        sharey="row" if share_y and not narrow else False,
+        rows, columns, squeeze=False, sharey=share, figsize=size, layout="constrained"
     )
     return figure, list(axes.flat)
 

@@ -2,7 +2,7 @@
 """Dropped jobs and response times of timers-only sets, as the figures of the paper's Section VII-A."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -68,33 +68,26 @@ def drops(runs: TimerRuns, labels: Mapping[Any, str], width: float) -> Figure:
     return figure
 
 
-def draw_deadlines(axes: Axes, deadlines: Iterable[float]) -> None:
-    """Lines at deadlines (ms); an arrow says that one lies beyond every response time."""
-    limit = axes.get_xlim()[1]
-    for deadline in deadlines:
+Bounds = Mapping[tuple[Any, str], Mapping[str, float]]  # {(setting, group): {executor: ms}}
+
+
+def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds) -> None:
+    """Deadlines (an arrow says that one lies beyond every response time), and of each executor the analytical bound and
+    the real stack's worst value within the axis; `key`: setting and group."""
+    limit, (setting, group) = axes.get_xlim()[1], key
+    here = runs.counts[(runs.counts["setting"] == setting) & (runs.counts["group"] == group)]
+    for deadline in here["deadline_ms"].dropna().unique():
         beyond = deadline > limit
         if not beyond:
             axes.axvline(deadline, color=FAINT, linewidth=1.1, linestyle=style.DASHED, zorder=1)
         text = f"deadline {deadline:g} ms" + (" →" if beyond else "")
         look = {"va": "baseline", "ha": "right" if beyond else "center", "color": FAINT}
         style.note(axes, text, (min(deadline, limit), 1), (0, 2), xycoords=style.ABOVE, **look)
-
-
-Bounds = Mapping[tuple[Any, str], Mapping[str, float]]  # {(setting, group): {executor: ms}}
-
-
-def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds) -> None:
-    """Deadlines, and of each executor the analytical bound and the real stack's worst value within the axis; `key`:
-    setting and group."""
-    setting, group = key
-    here = runs.counts[(runs.counts["setting"] == setting) & (runs.counts["group"] == group)]
-    draw_deadlines(axes, here["deadline_ms"].dropna().unique())
-    limit = axes.get_xlim()[1]
     for y, executor in enumerate(runs.executors):
         bound = bounds.get(key, {}).get(executor, math.inf)
         if bound <= limit:
-            look = {"color": style.colour_of(executor), "linewidth": 2.2, "zorder": 5}
-            axes.plot([bound] * 2, [y - 0.45, y + 0.45], **look)
+            colour, ends = style.colour_of(executor), [y - 0.45, y + 0.45]
+            axes.plot([bound] * 2, ends, color=colour, linewidth=2.2, zorder=5)
         worst = runs.rows(setting, "real", executor, group)["response_max_ms"].max()
         if worst <= limit:
             axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))

@@ -18,26 +18,18 @@ from hotpath_report.errors import Missing
 from hotpath_report.figures.violins import percentile_table
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import drawings, storage, tables
-from hotpath_report.paper.cells import MODES, duration_text
+from hotpath_report.paper.cells import MODES, SPEC, duration_text
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import LIMITS, NO_DATA, NOT, PARTLY, REPRODUCED
 from hotpath_report.paper.items import ITEMS
 from hotpath_report.paper.noise import NOISE_RULE
-
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.tables import write_file, write_json
 
 # At the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
-STUDY_NAMES = {
-    "autoware": "Autoware",
-    "rules": "Autoware with other rules",
-    "timers": "timers-only sets",
-    "load": "other loads",
-    "phases": "random phases",
-}
 
 
 def command_lines(evidence: Evidence, studies: Collection[str]) -> list[str]:
@@ -97,7 +89,7 @@ def tiles(evidence: Evidence, verdicts: list[Verdict]) -> list[dict[str, Any]]:
 def live_runs(evidence: Evidence) -> str:
     """What was measured, study by study: as many repetitions of each executor and setting as there really are."""
     texts = []
-    for study, name in STUDY_NAMES.items():
+    for study, name in SPEC["study_names"].items():
         mine = [c for c in evidence.live_cells if c["study"] == study]
         counts = Counter(c["name"].rsplit(".", 1)[0] for c in mine).values()
         if mine:

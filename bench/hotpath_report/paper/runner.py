@@ -156,8 +156,10 @@ class Runner:
 
         def work(cell: Cell) -> None:
             slot = slots.get()
-            self.run(cell, slot, workers)
-            slots.put(slot)
+            try:
+                self.run(cell, slot, workers)
+            finally:
+                slots.put(slot)
 
         with concurrent.futures.ThreadPoolExecutor(workers) as pool:
             try:
