@@ -24,19 +24,23 @@ def group_of(task: str) -> str | None:
     return next((group for group in GROUPS if group in task.lower()), None)
 
 
-def samples_by(frame: pd.DataFrame, keys: list[str], value: str, exact: bool) -> dict[Any, Samples]:
+def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Samples]:
     """Samples of each group of rows with equal keys, in the order of their first rows; repetitions are told apart by
-    the column `repetition`."""
-    return {
-        key: Samples((r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False)), exact)
-        for key, rows in frame.groupby(keys if len(keys) > 1 else keys[0], sort=False)
-    }
+    the column `repetition`. One of the keys is the source."""
+    found = {}
+    for key, rows in frame.groupby(keys, sort=False):
+        repetitions = (r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False))
+        found[key] = Samples(repetitions, exact=key[keys.index("source")] == "simulated")
+    return found
 
 
 def samples_of_run(frame: pd.DataFrame, name: str, value: str, run: Run) -> dict[str, dict[str, Samples]]:
     """{name: {executor: samples}}, both in the order of their first rows; `name` is a column."""
-    by_name = frame.groupby(name, sort=False)
-    return {key: samples_by(rows, ["executor"], value, run.simulated) for key, rows in by_name}
+    made: dict[str, dict[str, Samples]] = {}
+    keys = [name, "source", "executor"]
+    for (key, _, executor), samples in samples_by(frame.assign(source=run.source), keys, value).items():
+        made.setdefault(key, {})[executor] = samples
+    return made
 
 
 class TimerRuns:

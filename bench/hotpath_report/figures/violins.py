@@ -69,7 +69,7 @@ def density(samples: Values, limit: float, points: int) -> tuple[Values, Values]
 def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], sides: Sequence[int]) -> None:
     """A violin on row y with its median; `sides`: -1 for the half above the row, 1 for that below."""
     limit = axes.get_xlim()[1]
-    values = samples.pooled()
+    values = samples.pooled
     low, high = float(values.min()), float(values.max())
     # A small panel has no room for more points.
     small = axes.get_subplotspec().get_gridspec().ncols > 1 or style.is_narrow(axes.figure.get_figwidth())

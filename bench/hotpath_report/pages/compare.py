@@ -45,32 +45,25 @@ def read(folder: Path) -> dict[Key, Samples]:
     if (folder / "data" / HOT_PATH_FILE).exists():
         hot_path = read_samples(folder / "data" / HOT_PATH_FILE).rename(columns={"load_percent": "setting"})
         responses = read_samples(folder / "data" / RESPONSES_FILE)
-        return {
-            key: samples
-            for frame, quantity, value in (
-                (hot_path, "hot path", "hot_path_ms"),
-                (responses, "response", "response_ms"),
-            )
-            for source, rows in with_keys(frame, quantity).groupby("source")
-            for key, samples in samples_by(rows, KEYS, value, source == "simulated").items()
-        }
+        found = samples_by(with_keys(hot_path, "hot path"), KEYS, "hot_path_ms")
+        return found | samples_by(with_keys(responses, "response"), KEYS, "response_ms")
     if not (folder / "run.json").exists():
         raise InputError(
             f"{folder}: neither a reproduction (data/{HOT_PATH_FILE}) nor a run (run.json); give a folder of"
             " `reproduce_paper.sh` or of `hotpath`"
         )
-    found = ReportedRun(folder)
-    setting = f"{found.run['load_percent']:g} %"
+    reported = ReportedRun(folder)
+    setting = f"{reported.run['load_percent']:g} %"
     return {
         (
             "hot path" if kind == "Chain" else "response",
             name,
-            found.run.source,
+            reported.run.source,
             setting,
             executor,
             "",
         ): samples
-        for (kind, name), executors in found.samples.items()
+        for (kind, name), executors in reported.samples.items()
         for executor, samples in executors.items()
     }
 

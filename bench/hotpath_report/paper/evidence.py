@@ -52,13 +52,7 @@ class Evidence:
     @functools.cached_property
     def all_latencies(self) -> dict[tuple[str, str, int, str], Samples]:
         """{(study, source, load in percent, executor): hot-path latencies in ms}"""
-        return {
-            key: samples
-            for source, frame in self.hot_path.groupby("source")
-            for key, samples in samples_by(
-                frame, HOT_PATH_KEYS[:-1], "hot_path_ms", source == "simulated"
-            ).items()
-        }
+        return samples_by(self.hot_path, HOT_PATH_KEYS[:-1], "hot_path_ms")
 
     def latencies(self, study: str, source: str, executor: str) -> Samples:
         """Hot-path latencies in ms at the paper's load."""
@@ -118,16 +112,6 @@ class Evidence:
         return " ".join(sorted(texts))
 
 
-def timers_of(run: Run, keys: dict[str, Any], cell: Cell) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Counts and responses of a timers-only cell."""
-    keys = {**keys, "setting": cell.load_percent}
-    responses = run.responses().assign(**keys)  # makes the summary anew
-    of_task = responses.groupby(["executor", "task"], as_index=False)["response_ms"].max()
-    worst = of_task.rename(columns={"response_ms": "response_max_ms"})
-    counts = run.timer_counts().merge(worst, how="left", on=["executor", "task"])
-    return counts.assign(repetition=cell.repetition, **keys), responses
-
-
 def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
     """Evidence of those cells that are complete."""
     frames: dict[str, list[pd.DataFrame]] = {name: [] for name in COLUMNS}
@@ -147,8 +131,13 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
             facts["policies"] = sorted({p for r in run["runs"] for p in r.get("thread_policies", [])})
         facts["date"] = run.facts.get("date", "")
         if cell.study.startswith("timers"):
-            for name, frame in zip(("timers", "responses"), timers_of(run, keys, cell)):
-                frames[name].append(frame)
+            keys["setting"] = cell.load_percent
+            responses = run.responses().assign(**keys)  # makes the summary anew
+            of_task = responses.groupby(["executor", "task"], as_index=False)["response_ms"].max()
+            worst = of_task.rename(columns={"response_ms": "response_max_ms"})
+            counts = run.timer_counts().merge(worst, how="left", on=["executor", "task"])
+            frames["timers"].append(counts.assign(**keys | {"repetition": cell.repetition}))
+            frames["responses"].append(responses)
         else:
             frame = run.latencies().assign(load_percent=cell.load_percent, **keys)
             frames["hot_path"].append(frame.assign(executor=frame["executor"].map(base_name)))

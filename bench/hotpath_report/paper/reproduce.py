@@ -24,7 +24,7 @@ from hotpath_report.tables import write_json
 SEED = 1
 SIMULATIONS_AT_ONCE = 2
 EXIT_FAILED, EXIT_SIGNAL = 1, 128
-BAR = "{percentage:3.0f} %, {remaining} left  {postfix}"
+BAR = "{percentage:3.0f} %, {remaining} left{postfix}"
 
 
 class Interrupted(Exception):
@@ -177,7 +177,7 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
     bar: Any = tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=not on_terminal)
 
     def show(seconds: float) -> None:
-        bar.set_postfix_str(", ".join(list(runner.running)), refresh=False)
+        bar.set_postfix_str(", ".join(list(runner.running))[:80], refresh=False)
         bar.update(seconds)
 
     runner.on_change = show

@@ -56,7 +56,16 @@ def call_here(words):
 
 
 def hotpath(*words):
-    return call([HOTPATH, *map(str, words)])
+    # No run of these tests needs the figure that `hotpath` draws of it.
+    return call([HOTPATH, *map(str, words)], env={**os.environ, "HOTPATH_FIGURES": "none"})
+
+
+@contextlib.contextmanager
+def without_page():
+    """Nothing is drawn and the page stays as it is: it is the subject of other tests, and takes most of the time."""
+    results = "hotpath_report.paper.results"
+    with mock.patch(f"{results}.sections", return_value=[]), mock.patch(f"{results}.write_page"):
+        yield
 
 
 def finished_cells(output):
@@ -203,7 +212,7 @@ class Simulated(ReproductionTest):
     def test_samples_are_read_back_as_written(self):
         stored = storage.stored(self.output)
         key = ("autoware", "simulated", "rm-ro")
-        written, read = (e.latencies(*key).pooled() for e in (self.evidence, stored))
+        written, read = (e.latencies(*key).pooled for e in (self.evidence, stored))
         self.assertEqual(sorted(read), sorted(round(v, 6) for v in written))
         pd.testing.assert_frame_equal(stored.timers, self.evidence.timers, check_dtype=False)
 
@@ -216,8 +225,7 @@ class Simulated(ReproductionTest):
 
     def test_a_complete_reproduction_repeats_no_cell(self):
         before = finished_cells(self.output)
-        # The page is the subject of other tests, and takes most of the time.
-        with mock.patch("hotpath_report.paper.results.write_page"):
+        with without_page():
             again = call_here(reproduce(self.output, "--only", ITEMS))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual(finished_cells(self.output), before)
@@ -327,12 +335,15 @@ class Resumption(ReproductionTest):
         output, code, _, done, plan = self.interrupted(signal.SIGKILL)
         self.assertEqual(code, -signal.SIGKILL)
         self.goes_on(output, done, plan)
+        for name in ("hot_path_load", "hot_path_phases"):
+            self.assertTrue((output / "figures" / f"{name}.svg").exists(), name)
 
     def test_after_ctrl_c(self):
         output, code, errors, done, plan = self.interrupted(signal.SIGINT)
         self.assertEqual(code, 130, errors)
         self.assertIn("Interrupted", errors)
-        self.goes_on(output, done, plan)
+        with without_page():
+            self.goes_on(output, done, plan)
 
 
 class WrongUse(ReproductionTest):
@@ -397,6 +408,10 @@ class Live(ReproductionTest):
         self.assertEqual(facts["at_once"], 1)
         self.assertIn(str(cpu), facts["command"])
         self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu]).complete(cell))
+        found = evidence_of.collect(output, [cell])
+        self.assertEqual(set(found.timers["source"]), {"live"})
+        self.assertEqual(set(found.timers["repetition"]), {cell.repetition})
+        self.assertGreater(len(found.responses), 0)
 
     def test_a_cell_that_fails_leaves_its_sentence_and_no_folder(self):
         output = self.folder()
