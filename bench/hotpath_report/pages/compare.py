@@ -117,13 +117,6 @@ def other_differences(old: Path, new: Path) -> Iterator[str]:
             yield f"the modes differ ({modes[0]}, {modes[1]}): runs of other lengths have other maxima"
 
 
-def only_in(folder: Path, here: dict[Key, Samples], there: dict[Key, Samples]) -> Iterator[str]:
-    """A sentence about what the other one lacks."""
-    alone = sorted({" ".join(filter(None, key[:3])) for key in here.keys() - there.keys()})
-    if alone:
-        yield f"only in {folder}: {', '.join(alone)}"
-
-
 def table_of(rows: pd.DataFrame) -> Iterator[str]:
     """The lines of a table for a terminal, and how many rows have which verdict."""
     names = [" ".join(filter(None, key)) for key in rows[KEYS].to_numpy()]
@@ -146,8 +139,12 @@ def compare_results(old: str, new: str, csv: str | None) -> None:
             f"{old} and {new} have no executor and setting in common, there is nothing to compare"
         )
     try:
-        alone = *only_in(folders[0], before, after), *only_in(folders[1], after, before)
-        print(*table_of(rows), *other_differences(*folders), *alone, sep="\n", flush=True)
+        print(*table_of(rows), *other_differences(*folders), sep="\n")
+        for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
+            alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
+            if alone:
+                print(f"only in {folder}: {', '.join(alone)}")
+        sys.stdout.flush()
     except BrokenPipeError:  # the reader has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if csv:

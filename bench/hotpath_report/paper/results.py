@@ -156,23 +156,20 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
 
 def percentiles(evidence: Evidence) -> pd.DataFrame:
     """Every percentile of every distribution, one row each, with the cells that it comes from."""
-    found = [("hot path", key, "", samples) for key, samples in sorted(evidence.all_latencies.items())]
+    found = [(("hot path", *key, ""), samples) for key, samples in sorted(evidence.all_latencies.items())]
     for study in sorted(set(evidence.timers["study"])):
         runs = evidence.timer_runs(study)
         keys = sorted(runs.counts.groupby(runs.KEY).groups, key=str)
         for (setting, source, executor), group in itertools.product(keys, GROUPS):
             samples = runs.samples(setting, source, executor, group)
-            found.append(("response", (study, source, setting, executor), group, samples))
-    names = ("quantity", "study", "source", "setting", "executor", "tasks", "cells")
-    table = percentile_table(
-        (
-            dict(zip(names, (quantity, study, source, f"{setting} %", executor, group, cells))),
-            samples,
-        )
-        for quantity, (study, source, setting, executor), group, samples in found
-        for cells in [evidence.names_of_cells((study,), source, executor, setting)]
-    )
-    return table.assign(cells=table.pop("cells")) if len(table) else table
+            found.append((("response", study, source, setting, executor, group), samples))
+    names = ("quantity", "study", "source", "setting", "executor", "tasks")
+    table = percentile_table((dict(zip(names, key)), samples) for key, samples in found)
+    if len(table):
+        cells = {key: evidence.names_of_cells((key[1],), key[2], key[4], key[3]) for key, _ in found}
+        table["cells"] = [cells[key] for key in zip(*(table[name] for name in names))]
+        table["setting"] = table["setting"].map("{} %".format)
+    return table
 
 
 def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
