@@ -4,7 +4,7 @@
 import argparse
 import importlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from hotpath_report.errors import InputError, RunError
@@ -18,19 +18,21 @@ def add_commands(commands: Any) -> None:
     def add(name: str, call: str, about: str, **folders: Any) -> argparse.ArgumentParser:
         parser: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
         for folder, options in folders.items():
-            parser.add_argument(folder, metavar=folder.upper(), **options)
+            parser.add_argument(folder, **({"metavar": folder.upper()} | options))
         parser.set_defaults(call=call)
         return parser
 
-    runs = {"nargs": "+", "help": "folders of `hotpath`, live or simulated"}
+    runs = {"metavar": "RUN", "nargs": "+", "help": "folders of `hotpath`, live or simulated"}
     output: Any = {"metavar": "DIR", "help": "where to write (default: the first RUN)"}
     for name, call, about in (
         ("hot-path", "figures.hot_path:draw_runs", "hot-path latency of each executor, runs of one graph"),
         ("timers-only", "figures.timers:draw_runs", "dropped jobs and response times of timers-only sets"),
         ("report", "pages.run_report:write", "one page about runs, or about a published reproduction"),
     ):
-        add(name, call, about, run=runs).add_argument("--output", **output)
-    timeline = add("timeline", "figures.timeline:draw_run", "chart of a part of a trace", run={})
+        add(name, call, about, folders=runs).add_argument("--output", **output)
+    timeline = add(
+        "timeline", "figures.timeline:draw_run", "chart of a part of a trace", folder={"metavar": "RUN"}
+    )
     timeline.add_argument("--executor", required=True)
     timeline.add_argument("--repetition", type=int, default=0)
     timeline.add_argument("--from", dest="begin", metavar="MS", type=float, default=0)
@@ -45,42 +47,31 @@ def add_commands(commands: Any) -> None:
     compare.add_argument("--csv", metavar="FILE", help="also write the table to this file")
 
 
-def call(options: dict[str, Any]) -> None:
-    """Calls the function behind a command with its arguments."""
-    options.pop("command")
-    module, name = options.pop("call").split(":")
-    function: Callable[..., None] = getattr(importlib.import_module(f"hotpath_report.{module}"), name)
-    if "run" in options:
-        key = "folders" if isinstance(options["run"], list) else "folder"
-        options[key] = options.pop("run")
-    function(**options)
-
-
 def main(arguments: Sequence[str]) -> int:
     """Exit code: 2 for input that cannot be used, 1 for what failed otherwise; the last line on standard error says
     what is wrong."""
-    if arguments[:1] == ["reproduce"]:  # handles signals itself
-        from hotpath_report.paper import reproduce
-
-        return reproduce.main(arguments[1:])
     parser = argparse.ArgumentParser(prog="hotpath_report", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add_commands(commands)
     commands.add_parser("reproduce", help="the paper's evaluation; see reproduce --help", add_help=False)
-    options = vars(parser.parse_args(arguments))
-    command = options["command"]
     try:
-        call(options)
+        if arguments[:1] == ["reproduce"]:  # has its own options and exit codes
+            from hotpath_report.paper.reproduce import reproduce
+
+            return reproduce(arguments[1:])
+        options = vars(parser.parse_args(arguments))
+        options.pop("command")
+        module, name = options.pop("call").split(":")
+        getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options)
+        return 0
     except InputError as error:
-        print(f"{command}: {error}", file=sys.stderr)
-        return EXIT_WRONG_USE
+        code, sentence = EXIT_WRONG_USE, str(error)
     except RunError as error:
-        print(f"{command}: {error}", file=sys.stderr)
-        return EXIT_FAILED
+        code, sentence = EXIT_FAILED, str(error)
     except OSError as error:
-        print(f"{command}: cannot write: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    return 0
+        code, sentence = EXIT_FAILED, f"cannot write: {error}"
+    print(f"{arguments[0]}: {sentence}", file=sys.stderr)
+    return code
 
 
 if __name__ == "__main__":

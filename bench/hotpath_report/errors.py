@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The errors that a user can cause."""
+"""What can go wrong without a bug."""
 
 
 class InputError(Exception):
@@ -8,3 +8,7 @@ class InputError(Exception):
 
 class RunError(Exception):
     """Something failed that is not the user's input (exit code 1)."""
+
+
+class Missing(Exception):
+    """There are no data for a figure, a table or a check, which a page then leaves out; never seen by a user."""

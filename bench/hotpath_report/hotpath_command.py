@@ -5,9 +5,8 @@ import functools
 import json
 import os
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
 
 from hotpath_report.errors import InputError, RunError
 
@@ -47,20 +46,13 @@ class Executor:
     policy: str | None  # of the events queue, where it has priorities or is a FIFO
     colour: str  # #RRGGBB
 
-    @property
-    def has_timer_thread(self) -> bool:
-        """Whether a separate thread releases the timers."""
-        return self.family != "wait_set"
-
 
 @functools.cache
 def registry() -> dict[str, Executor]:
     """All executors by name, in the order of the registry."""
-    rows: list[dict[str, Any]] = json.loads(output_of("list", "executors", "--json"))
-    return {
-        r["name"]: Executor(*(r[key] for key in ("name", "family", "timers", "policy", "colour")))
-        for r in rows
-    }
+    keys = [field.name for field in fields(Executor)]
+    rows = json.loads(output_of("list", "executors", "--json"))
+    return {row["name"]: Executor(*(row[key] for key in keys)) for row in rows}
 
 
 def executor_named(name: str) -> Executor | None:

@@ -11,9 +11,10 @@ import pandas as pd
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError
-from hotpath_report.tables import NS_PER_MS, milliseconds, read_columns, read_json
+from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
 SOURCES = ("simulated", "live")
+COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # of timers
 
 
 def cpu_list(cpus: list[int]) -> str:
@@ -37,6 +38,9 @@ class Run:
         self.executors: list[str] = self["executors"]
         if not self.executors:
             raise InputError(f"{self.path}: `executors` is empty, there is nothing to draw")
+        self.partial = self.facts.get("complete") is not True  # whether it did not end
+        self.simulated = self.facts.get("kind") == "simulated"
+        self.source = SOURCES[not self.simulated]
 
     def __getitem__(self, key: str) -> Any:
         """The value of a dotted key of run.json. Raises InputError."""
@@ -47,34 +51,9 @@ class Run:
             value = value[part]
         return value
 
-    def get(self, key: str, default: Any) -> Any:
-        """The value of a key at the top of run.json, or the default."""
-        return self.facts.get(key, default)
-
-    @property
-    def partial(self) -> bool:
-        """Whether the run did not end."""
-        return self.facts.get("complete") is not True
-
-    @property
-    def simulated(self) -> bool:
-        """Whether it ran in virtual time."""
-        return self.facts.get("kind") == "simulated"
-
-    @property
-    def source(self) -> str:
-        """`simulated` or `live`."""
-        return "simulated" if self.simulated else "live"
-
-    @property
     def setting(self) -> str:
         """Graph and load."""
         return f"{self['graph.name']} ({self['load_percent']:.3g} %)"
-
-    @property
-    def one_core(self) -> bool:
-        """Whether all threads shared one core."""
-        return (self["platform.cores"] if self.simulated else len(self.get("cpus", []))) == 1
 
     def conditions(self) -> str:
         """How it ran, without graph and load."""
@@ -105,9 +84,9 @@ class Run:
 
     def latencies(self) -> pd.DataFrame:
         """Outputs of chains after the warm-up: executor, repetition, chain, hot_path_ms."""
-        path = self.folder / "chains.csv"
-        frame = read_columns(path, ["executor", "chain", "hot_path_latency_ns", "repetition"])
-        frame["hot_path_ms"] = milliseconds(frame.pop("hot_path_latency_ns"), path)
+        columns = ["executor", "chain", "hot_path_latency_ns", "repetition"]
+        frame = read_table(self.folder / "chains.csv", columns)[columns]
+        frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
         return frame
 
     def responses(self) -> pd.DataFrame:
@@ -124,22 +103,21 @@ class Run:
 
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""
-        content = read_json(self.folder / "summary.json")
-        executors: list[dict[str, Any]] = content["executors"]
+        executors: list[dict[str, Any]] = read_json(self.folder / "summary.json")["executors"]
         return executors
 
     def timer_counts(self) -> pd.DataFrame:
-        """Timers after the warm-up: executor, task, reached, ran, skipped, deadline_overruns, deadline_ms, bound_ms."""
-        bounds = {(b["executor"], b["task"]): b["ms"] for b in self.get("bounds", [])}
-        keys = ["reached", "ran", "skipped", "deadline_overruns"]
+        """Timers after the warm-up: executor, task, COUNTS, deadline_ms, bound_ms."""
+        bounds = {(b["executor"], b["task"]): b["ms"] for b in self.facts.get("bounds", [])}
         rows = [
-            [e["executor"], t["task"], *(t["after_warm_up"][key] for key in keys), t["deadline_ms"]]
-            + [bounds.get((e["executor"], t["task"]))]
+            t
+            | t["after_warm_up"]
+            | {"executor": e["executor"], "bound_ms": bounds.get((e["executor"], t["task"]))}
             for e in self.summary()
             for t in e["tasks"]
             if "after_warm_up" in t
         ]
-        return pd.DataFrame(rows, columns=["executor", "task", *keys, "deadline_ms", "bound_ms"])
+        return pd.DataFrame(rows, columns=["executor", "task", *COUNTS, "deadline_ms", "bound_ms"])
 
     def command(self) -> str:
         """A command line that repeats the run."""

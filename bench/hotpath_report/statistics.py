@@ -5,6 +5,7 @@ The C++ library resamples whole repetitions, because the samples of one repetiti
 repetition is handed over in blocks of consecutive samples, a single exact one as it is.
 """
 
+import bisect
 import ctypes
 import functools
 import math
@@ -84,9 +85,9 @@ class Samples:
         if len(units) == 1 and not self.exact and len(units[0]) >= LEAST_FOR_BLOCKS:
             units = np.array_split(units[0], BLOCKS)
         self.resampled = len(units) > 1  # whether estimates have intervals
-        self._values: Values = np.concatenate(units) if units else np.array([])
+        self.pooled: Values = np.concatenate(units) if units else np.array([])
         sizes = (ctypes.c_size_t * len(units))(*map(len, units))
-        self._handle = library().hotpath_samples_new(self._values.ctypes.data, sizes, len(units))
+        self._handle = library().hotpath_samples_new(self.pooled.ctypes.data, sizes, len(units))
         self._estimates: dict[float, Estimate] = {}
 
     def __del__(self) -> None:
@@ -94,11 +95,7 @@ class Samples:
             library().hotpath_samples_delete(self._handle)
 
     def __len__(self) -> int:
-        return len(self._values)
-
-    def pooled(self) -> Values:
-        """All samples, in no particular order."""
-        return self._values
+        return len(self.pooled)
 
     def estimate(self, p: float) -> Estimate:
         """Quantile at the probability `p` (type 7) with its interval."""
@@ -148,26 +145,13 @@ class RankTest:
     @property
     def magnitude(self) -> str:
         """Conventional words for the size of Cliff's delta (Romano et al. 2006)."""
-        size = abs(self.cliffs_delta.value)
-        return (
-            "negligible"
-            if size < 0.147
-            else "small"
-            if size < 0.33
-            else "medium"
-            if size < 0.474
-            else "large"
-        )
-
-    @property
-    def p_text(self) -> str:
-        """The p-value with three decimals."""
-        return "< 0.001" if self.p_value < 0.001 else f"{self.p_value:.3f}"
+        place = bisect.bisect((0.147, 0.33, 0.474), abs(self.cliffs_delta.value))
+        return ("negligible", "small", "medium", "large")[place]
 
 
 def rank_test(a: Samples, b: Samples) -> RankTest:
     """Whether samples of `a` are smaller than those of `b`, and by how much of the way."""
     from scipy import stats  # takes half a second, which most figures do not need
 
-    test = stats.mannwhitneyu(a.pooled(), b.pooled(), alternative="two-sided")
+    test = stats.mannwhitneyu(a.pooled, b.pooled, alternative="two-sided")
     return RankTest(float(test.pvalue), a.of_two("hotpath_cliffs_delta", b))

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One look for all figures: colours, type, panels, keys, and SVG that a page can theme."""
 
-import os
-import tempfile
+import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,27 +14,19 @@ from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
 from hotpath_report.hotpath_command import executor_named  # noqa: E402
+from hotpath_report.tables import write_file  # noqa: E402
 
 WIDE, NARROW = 9.2, 4.3  # inches
 PNG_DPI = 150
 INK, FAINT, GRID, GROUND = "#1f2328", "#68707a", "#dfe3e8", "#fefefe"
 WARNING = "#D1242F"
 # For what is no executor: methods, threads, transports.
-SERIES = (
-    "#2777C4",
-    "#E08A00",
-    "#0A9A6C",
-    "#C2569B",
-    "#8A8F98",
-    "#8A56B8",
-    "#C8502B",
-    "#5FB89B",
-    "#A8882A",
-    INK,
-)
+SERIES = "#2777C4 #E08A00 #0A9A6C #C2569B #8A8F98 #8A56B8 #C8502B #5FB89B #A8882A".split() + [INK]
 DASHED = (0, (5, 3))
 # Numbers stay legible where a line passes behind them.
 OPAQUE = {"facecolor": GROUND, "edgecolor": "none", "alpha": 0.85, "pad": 0.6}
+
+ABOVE = ("data", "axes fraction")  # coordinates of a place at the upper edge of a panel
 
 STYLE = Path(__file__).with_name("hotpath.mplstyle")
 
@@ -59,13 +50,9 @@ def new_figure(
     narrow = is_narrow(width)
     if narrow:
         rows, columns = rows * columns, 1
+    share, size = "row" if share_y and not narrow else False, (width, height * rows)
     figure, axes = plt.subplots(
-        rows,
-        columns,
-        figsize=(width, height * rows),
-        squeeze=False,
-        layout="constrained",
-        sharey="row" if share_y and not narrow else False,
+        rows, columns, squeeze=False, sharey=share, figsize=size, layout="constrained"
     )
     return figure, list(axes.flat)
 
@@ -110,12 +97,18 @@ def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     )
 
 
-def rows_of_labels(axes: Axes, labels: Sequence[str]) -> None:
-    """A labelled row for each text, downwards from 0."""
+def rows_of_labels(axes: Axes, labels: Sequence[str], **look: Any) -> None:
+    """A labelled row for each text, downwards from 0; `look` is that of Axes.set()."""
     axes.set_yticks(range(len(labels)), labels)
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")
-    axes.set_ylim(len(labels) - 0.45, -0.55)
+    axes.set(ylim=(len(labels) - 0.45, -0.55), **look)
+
+
+def note(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float], **look: Any) -> None:
+    """Small text beside a place of a panel, so many points away from it; vertically centred."""
+    look = {"fontsize": 8, "va": "center"} | look
+    axes.annotate(text, at, offset, textcoords="offset points", **look)
 
 
 def patch(label: str, **look: Any) -> Any:
@@ -135,20 +128,15 @@ def dot(label: str, marker: str = "o", **look: Any) -> Any:
 
 def reference_mark(**look: Any) -> dict[str, Any]:
     """How the real ROS 2 stack is drawn: an open diamond."""
-    mark = {
-        "marker": "D",
-        "markersize": 5,
-        "markerfacecolor": "none",
-        "markeredgecolor": INK,
-        "linestyle": "",
-    }
+    mark = dict(marker="D", markersize=5, markerfacecolor="none", markeredgecolor=INK, linestyle="")
     return mark | look
 
 
 def settle(figure: Figure) -> None:
     """Lays the panels out, in whole steps: the solver's last digits differ from one time to the next, and the same data
     shall give the same bytes."""
-    figure.draw_without_rendering()
+    engine: Any = figure.get_layout_engine()
+    engine.execute(figure)
     figure.set_layout_engine("none")
     for axes in figure.axes:
         axes.set_position([round(share, 4) for share in axes.get_position().bounds])
@@ -159,15 +147,9 @@ def save(figure: Figure, folder: str | Path, name: str) -> None:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     settle(figure)
-    for suffix, metadata in ((".svg", {"Date": None, "Creator": "hotpath"}), (".png", {"Software": None})):
-        handle, unfinished = tempfile.mkstemp(dir=folder, prefix=f".{name}", suffix=suffix)
-        os.close(handle)
-        try:
-            figure.savefig(unfinished, dpi=PNG_DPI, metadata=metadata, facecolor="white")
-            os.chmod(unfinished, 0o644)
-            os.replace(unfinished, folder / (name + suffix))
-        except BaseException:
-            os.unlink(unfinished)
-            raise
-        print(folder / (name + suffix))
+    for suffix, metadata in (("svg", {"Date": None, "Creator": "hotpath"}), ("png", {"Software": None})):
+        stream, path = io.BytesIO(), folder / f"{name}.{suffix}"
+        figure.savefig(stream, format=suffix, dpi=PNG_DPI, metadata=metadata, facecolor="white")
+        write_file(path, stream.getvalue())
+        print(path)
     plt.close(figure)

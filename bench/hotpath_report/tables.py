@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """CSV and JSON files in and out, with errors that name the file, and the line where there is one."""
 
-import csv
 import json
 import os
+import zlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pandas as pd
 from hotpath_report.errors import InputError
 
 NS_PER_MS = 1e6
+NAMES = ("executor", "chain", "task")  # columns that are text even where all names are numbers
 
 
 def read_json(path: Path, made_by: str = "hotpath") -> Any:
@@ -24,6 +26,26 @@ def read_json(path: Path, made_by: str = "hotpath") -> Any:
         raise InputError(f"{path}: not valid JSON: {error}") from None
 
 
+def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] = ()) -> pd.DataFrame:
+    """A CSV file, compressed where its name says so. It must have all `columns`, with a value in each row, and the
+    `optional` ones; of both, those whose names end in _ns are numbers. Raises InputError."""
+    named = [*columns, *optional]
+    kinds: Any = dict.fromkeys(NAMES, str) | {name: float for name in named if name.endswith("_ns")}
+    try:
+        frame = pd.read_csv(path, dtype=kinds, keep_default_na=False, na_values="")
+    except (EOFError, zlib.error, ValueError) as error:
+        raise InputError(f"{path}: ends too early, or is damaged: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    for name in named:
+        if name not in frame:
+            raise InputError(f"{path}:1: column `{name}` is missing from the header")
+    for name in columns:
+        if frame[name].isna().any():
+            raise InputError(f"{path}:{frame[name].isna().argmax() + 2}: no `{name}`")
+    return frame
+
+
 def write_file(path: Path, content: str | bytes) -> None:
     """Replaces a file by a whole new one."""
     part = path.with_name(f".{path.name}.part")
@@ -34,30 +56,3 @@ def write_file(path: Path, content: str | bytes) -> None:
 def write_json(path: Path, value: Any) -> None:
     """Replaces a JSON file."""
     write_file(path, json.dumps(value, indent=1, ensure_ascii=False) + "\n")
-
-
-def read_columns(path: Path, columns: list[str]) -> pd.DataFrame:
-    """The named columns of a CSV file as text, a field that is empty as an empty text. Raises InputError."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            header, *rows = csv.reader(file)
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except (ValueError, csv.Error) as error:  # also a file without a header
-        raise InputError(f"{path}: not a CSV file in UTF-8: {error}") from None
-    missing = [column for column in columns if column not in header]
-    if missing:
-        raise InputError(f"{path}:1: column `{missing[0]}` is missing from the header")
-    for number, row in enumerate(rows, 2):
-        if len(row) != len(header):
-            raise InputError(f"{path}:{number}: {len(row)} columns instead of {len(header)}")
-    return pd.DataFrame(rows, columns=header)[columns]
-
-
-def milliseconds(texts: pd.Series, path: Path) -> pd.Series:
-    """A column of whole nanoseconds in ms; NaN where it is empty. Raises InputError."""
-    numbers = pd.to_numeric(texts.where(texts != ""), errors="coerce")
-    wrong = texts[numbers.isna() & (texts != "")]
-    if len(wrong):
-        raise InputError(f"{path}: `{wrong.iloc[0]}` is not a whole number of nanoseconds")
-    return numbers / NS_PER_MS

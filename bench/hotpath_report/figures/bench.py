@@ -1,38 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of `hotpath bench`: decisions, transport, and the hot path of the reference system."""
 
-from typing import Any
-
 from matplotlib.axes import Axes
 
 from hotpath_report import style
-from hotpath_report.pages.bench_data import Bench
+from hotpath_report.pages.bench_data import SPEC, Bench
 from hotpath_report.style import SERIES
-
-# {figure: title, and for each panel: title, label of the x axis, pattern of benchmarks (line, x), metric}
-PANELS: dict[str, tuple[Any, ...]] = {
-    "bench_scheduler": (
-        "Scheduling decisions",
-        ("One decision, 100 ready jobs", "tasks", r"timer_cycle/([^/]+)/ready:100/tasks/(\d+)", "decide_ns"),
-        (
-            "One decision, all tasks ready",
-            "tasks",
-            r"timer_cycle/([^/]+)/ready:full/tasks/(\d+)",
-            "decide_ns",
-        ),
-        ("Push and pop of the queues alone", "ready jobs", r"push_pop/([^/]+)/ready/(\d+)", "time_ns"),
-    ),
-    "bench_transport": (
-        "One-way latency, publication to callback (medians)",
-        ("One subscriber", "KiB", r"one_way/(.+)/kib:(\d+)/subscribers:1/(.+)", "latency_p50_ns"),
-        (
-            "4 KiB, all on one executor",
-            "subscribers",
-            r"one_way/(.+)/kib:4/subscribers:(\d+)/(.+)",
-            "latency_p50_ns",
-        ),
-    ),
-}
 
 
 def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
@@ -65,8 +38,7 @@ def draw_hot_path(bench: Bench) -> bool:
         place = executors.index(executor) + 0.3 * (transports.index(transport) - (len(transports) - 1) / 2)
         look = {"color": style.colour_of(executor), "linestyle": "", "alpha": 0.8}
         axes.plot(medians, [place] * len(medians), marker=markers[transport], **look)
-    axes.set_xlim(left=0)
-    axes.set_xlabel("median latency of each repetition (ms)")
+    axes.set(xlim=(0, None), xlabel="median latency of each repetition (ms)")
     style.add_key(figure, [style.dot(t, marker) for t, marker in markers.items()], 6)
     style.add_title(figure, "The hot path of the reference system", bench.subtitle(), bench.partial)
     style.save(figure, bench.folder, "bench_hot_path")
@@ -76,14 +48,14 @@ def draw_hot_path(bench: Bench) -> bool:
 def draw(bench: Bench) -> set[str]:
     """Writes all figures of which something was measured, and returns their names."""
     drawn = {"bench_hot_path"} if draw_hot_path(bench) else set()
-    for name, (title, *panels) in PANELS.items():
+    for spec in SPEC["figure"]:
+        panels = spec["panel"]
         figure, axes = style.new_figure(6 * len(panels), 4.6, 1, len(panels))
-        found = []
-        for panel, (heading, label, pattern, metric) in zip(axes, panels):
-            found.append(draw_lines(panel, bench, pattern, metric))
-            panel.set(title=heading, xlabel=label)
+        found = [draw_lines(a, bench, panel["of"], panel["metric"]) for a, panel in zip(axes, panels)]
+        for a, panel in zip(axes, panels):
+            a.set(title=panel["title"], xlabel=panel["x"])
         if any(found):
-            style.add_title(figure, title, bench.subtitle(), bench.partial)
-            style.save(figure, bench.folder, name)
-            drawn.add(name)
+            style.add_title(figure, spec["title"], bench.subtitle(), bench.partial)
+            style.save(figure, bench.folder, spec["name"])
+            drawn.add(spec["name"])
     return drawn

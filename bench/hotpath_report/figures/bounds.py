@@ -10,7 +10,12 @@ from matplotlib.figure import Figure
 from hotpath_report import style
 from hotpath_report.style import FAINT, INK
 
-MARKERS = {"simulated": "s", "live": "o"}
+
+def mark(source: str, executor: str) -> dict[str, str]:
+    """An open square for what is simulated, a dot for what is live."""
+    colour = style.colour_of(executor)
+    marker, fill = ("s", "none") if source == "simulated" else ("o", colour)
+    return {"marker": marker, "color": colour, "markerfacecolor": fill, "linestyle": ""}
 
 
 def tightness(table: pd.DataFrame, width: float) -> Figure:
@@ -22,26 +27,13 @@ def tightness(table: pd.DataFrame, width: float) -> Figure:
         tasks = list(here["task"].unique())
         for (source, executor), rows in here.groupby(["source", "executor"], sort=False):
             shift = 0.28 * (executors.index(executor) - (len(executors) - 1) / 2)
-            look = {"color": style.colour_of(executor), "markersize": 6, "zorder": 3}
-            if source == "simulated":
-                look["markerfacecolor"] = "none"
             places = np.array([tasks.index(task) for task in rows["task"]]) + shift
-            axes.plot(rows["share_percent"], places, MARKERS[source], **look)
+            axes.plot(rows["share_percent"], places, markersize=6, zorder=3, **mark(source, executor))
         axes.axvline(100, color=INK, linewidth=1.3, linestyle=style.DASHED)
-        style.rows_of_labels(axes, tasks)
-        axes.set_xlim(0, max(108, axes.get_xlim()[1]))
-        axes.set_title(f"{setting} % set")
-        axes.set_xlabel("worst response (% of its bound)")
+        look = {"title": f"{setting} % set", "xlabel": "worst response (% of its bound)"}
+        style.rows_of_labels(axes, tasks, xlim=(0, max(108, axes.get_xlim()[1])), **look)
     pairs = table[["source", "executor"]].drop_duplicates().itertuples(index=False)
-    handles = [
-        style.dot(
-            f"{executor}, {source}",
-            MARKERS[source],
-            color=style.colour_of(executor),
-            markerfacecolor="none" if source == "simulated" else style.colour_of(executor),
-        )
-        for source, executor in pairs
-    ]
+    handles = [style.dot(f"{executor}, {source}", **mark(source, executor)) for source, executor in pairs]
     style.add_key(figure, handles, 4)
     return figure
 
@@ -58,16 +50,13 @@ def release_cost(table: pd.DataFrame, colour: str, width: float) -> Figure:
     """Length of a pass of the releaser over the timers that it releases."""
     figure, (axes,) = style.new_figure(width, 3.2)
     delta, constant = fit_release_cost(table)
-    axes.plot(
-        table["timers"], table["p99_ns"], "s", color=FAINT, markerfacecolor="none", label="99th percentile"
-    )
+    hollow = {"color": FAINT, "markerfacecolor": "none"}
+    axes.plot(table["timers"], table["p99_ns"], "s", label="99th percentile", **hollow)
     axes.plot(table["timers"], table["p50_ns"], "o", color=colour, label="median")
     ends: Sequence[float] = (0, float(table["timers"].max()))
     label = f"k + n δ: k = {constant:.0f} ns, δ = {delta:.0f} ns"
     axes.plot(ends, [constant + delta * x for x in ends], color=colour, linewidth=1, label=label)
-    axes.set_xlabel("timers released in one pass")
-    axes.set_ylabel("length of the pass (ns)")
-    axes.set_ylim(0, None)
-    axes.set_xlim(0, ends[1] + 0.5)
+    axes.set(xlabel="timers released in one pass", ylabel="length of the pass (ns)")
+    axes.set(xlim=(0, ends[1] + 0.5), ylim=(0, None))
     axes.legend(loc="upper left")
     return figure

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hot-path latency of each executor, as the paper's last figure (Section VII-C)."""
 
+import itertools
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,7 +15,7 @@ from hotpath_report.errors import InputError
 from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.run import SOURCES, Run
-from hotpath_report.samples import samples_by
+from hotpath_report.samples import samples_of_run
 from hotpath_report.statistics import Samples
 from hotpath_report.style import INK
 
@@ -24,7 +25,7 @@ NOTE = "end of a violin: worst case, and how it compares with that of `default`"
 
 def compared(samples: Samples | None, baseline: Samples | None) -> str:
     """How a worst case compares with the baseline's, in words short enough to follow a number."""
-    if samples is None or baseline is None or samples is baseline or not len(samples) or samples.worst <= 0:
+    if not samples or not baseline or samples is baseline or samples.worst <= 0:
         return ""
     factor = baseline.worst / samples.worst
     if factor >= 1.05:
@@ -34,31 +35,20 @@ def compared(samples: Samples | None, baseline: Samples | None) -> str:
 
 def with_ratios(rows: list[Row], baseline: str = BASELINE) -> list[Row]:
     """The rows with each worst case's ratio to that of the baseline of the same source."""
-    base = next((row for row in rows if row.executor == baseline), None)
-    if base is None:
-        return rows
-    pairs = [[compared(*pair) for pair in zip(row.samples, base.samples)] for row in rows]
-    return [replace(row, notes=notes) for row, notes in zip(rows, pairs)]
+    base = next((row.samples for row in rows if row.executor == baseline), (None, None))
+    return [replace(row, notes=[compared(*pair) for pair in zip(row.samples, base)]) for row in rows]
 
 
 def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:
     """Dashed lines at limits that no executor can beat, with their names above the panel."""
-    for place, limit in enumerate(limits):
+    for number, limit in enumerate(limits):
         axes.axvline(limit["ms"], color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
-        left = place == 0 and len(limits) > 1
+        left = number == 0 and len(limits) > 1
         name = limit["label"].replace(" (", "\n(").split("\n")
         text = "\n".join(textwrap.fill(part, 24) for part in name)
-        axes.annotate(
-            f"{text}\n{limit['ms']:.3g} ms",
-            (limit["ms"], 1),
-            (-4 if left else 4, 2),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            va="bottom",
-            ha="right" if left else "left",
-            fontsize=8,
-            linespacing=1.15,
-        )
+        look = {"va": "bottom", "ha": "right" if left else "left", "linespacing": 1.15}
+        place, offset = (limit["ms"], 1), (-4 if left else 4, 2)
+        style.note(axes, f"{text}\n{limit['ms']:.3g} ms", place, offset, xycoords=style.ABOVE, **look)
 
 
 def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> list[Row]:
@@ -69,8 +59,7 @@ def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> l
         for run, found in zip(runs, frames):
             if executor in run.executors:
                 of_source[run.source].append(found.get(executor, Samples([])))
-        for k in range(max(map(len, of_source.values()))):
-            both = [of_source[s][k] if k < len(of_source[s]) else None for s in SOURCES]
+        for k, both in enumerate(itertools.zip_longest(*of_source.values())):
             counts = ", ".join(str(len(s)) for s in both if s is not None)
             name = executor if k == 0 else f"{executor} ({k + 1})"
             rows.append(Row(f"{name}\nn = {counts}", executor, both))
@@ -85,11 +74,7 @@ def read_latencies(run: Run) -> dict[str, dict[str, Samples]]:
             f"{run.folder / 'chains.csv'}: no rows; the run was shorter than its warm-up, "
             "or its graph declares no chain"
         )
-    exact = run.simulated
-    return {
-        chain: samples_by(rows, ["executor"], "hot_path_ms", exact)
-        for chain, rows in frame.groupby("chain", sort=False)
-    }
+    return samples_of_run(frame, "chain", "hot_path_ms", run)
 
 
 def draw_runs(folders: Sequence[str], output: str | None) -> None:
@@ -104,7 +89,7 @@ def draw_runs(folders: Sequence[str], output: str | None) -> None:
     first = rows[chains[0]]
     figure, panels = style.new_figure(style.WIDE, 0.6 + 0.55 * len(first), len(chains))
     # Without work in the nodes there is no limit to draw.
-    limits = sorted((x for x in runs[0].get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
+    limits = sorted((x for x in runs[0].facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
     for axes, chain in zip(panels, chains):
         limit = violins.axis_limit(rows[chain], [x["ms"] for x in limits])
         if any(any(row.notes) for row in rows[chain]):
@@ -124,23 +109,25 @@ def draw_runs(folders: Sequence[str], output: str | None) -> None:
 def draw_rows(
     rows: list[Row],
     width: float,
-    real_ms: Mapping[str, float | None] | None = None,
+    real_ms: Mapping[str, float] | None = None,
     label: str = "hot-path latency (ms)",
 ) -> Drawing:
     """One panel of rows, with the worst cases (ms) of the real ROS 2 stack where they are known."""
-    real_ms = real_ms or {}
     narrow = style.is_narrow(width)
     rows = [replace(row, notes=("", "")) if narrow else row for row in rows]  # no room for ratios
+    real = {y: real_ms[row.executor] for y, row in enumerate(rows) if real_ms and row.executor in real_ms}
     figure, (axes,) = style.new_figure(width, 0.6 + 0.62 * len(rows))
     sources = violins.sources_of(rows)
-    violins.draw_rows(
-        axes, rows, violins.axis_limit(rows, real_ms.values()) * (1 if narrow else 1.08), sources
-    )
-    for y, row in enumerate(rows):
-        if real_ms.get(row.executor):
-            axes.plot([real_ms[row.executor]], [y + 0.26], **style.reference_mark(zorder=6))
+    limit = violins.axis_limit(rows, real.values()) * (1 if narrow else 1.08)
+    violins.draw_rows(axes, rows, limit, sources)
+    for y, worst in real.items():
+        axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
     axes.set_xlabel(label)
-    known = any(real_ms.values())
-    marks = [style.dot("worst of the real ROS 2 stack", **style.reference_mark())] if known else []
+    marks = [style.dot("worst of the real ROS 2 stack", **style.reference_mark())] if real else []
     violins.add_key(figure, sources, marks)
-    return Drawing(figure, violins.table_of(rows))
+    table = violins.percentile_table(
+        ({"source": source, "executor": row.executor}, samples)
+        for row in rows
+        for source, samples in row.halves
+    )
+    return Drawing(figure, table)

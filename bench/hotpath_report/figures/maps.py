@@ -4,7 +4,6 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -20,9 +19,10 @@ TICKS_MS = [5, 10, 20, 50, 100, 200, 500, 1000]
 OUTLINED = {"markeredgecolor": INK, "markeredgewidth": 0.7, "markersize": 5}
 CREATION: dict[str, Any] = {"linewidth": 1.2, "linestyle": (0, (2, 1.5))}
 
-Points = Mapping[
-    tuple[str, str], Mapping[int, Samples]
-]  # {(source, executor): {load in percent: latencies in ms}}
+# {(source, executor): {load in percent: latencies in ms}}
+Points = Mapping[tuple[str, str], Mapping[int, Samples]]
+# {(source, executor): [(median, worst)]} in ms
+Draws = Mapping[tuple[str, str], Sequence[tuple[float, float]]]
 
 
 def dashes(executor: str) -> Any:
@@ -36,15 +36,8 @@ def draw_load(axes: Axes, points: Points, executor: str, p: float) -> None:
     colour = style.colour_of(executor)
     simulated = sorted(points.get(("simulated", executor), {}).items())
     if simulated:
-        values = [samples.quantile(p) for _, samples in simulated]
-        axes.plot(
-            [load for load, _ in simulated],
-            values,
-            color=colour,
-            linewidth=1.8,
-            linestyle=dashes(executor),
-            zorder=2,
-        )
+        loads, values = zip(*((load, samples.quantile(p)) for load, samples in simulated))
+        axes.plot(loads, values, color=colour, linewidth=1.8, linestyle=dashes(executor), zorder=2)
     for load, samples in points.get(("live", executor), {}).items():
         e = samples.estimate(p)
         gaps = [[max(0, e.value - e.low)], [max(0, e.high - e.value)]] if e.has_interval else None
@@ -63,20 +56,13 @@ def over_load(points: Points, executors: Sequence[str], width: float) -> Figure:
         axes.set_yticks(ticks, list(map(str, ticks)))
         axes.minorticks_off()
         axes.axvline(100, color=FAINT, linewidth=1, linestyle=style.DASHED)
-        axes.set_title(title)
-        axes.set_xlabel("load (% of one core)")
-        axes.set_ylabel("hot-path latency (ms)")
+        axes.set(title=title, xlabel="load (% of one core)", ylabel="hot-path latency (ms)")
     shown = [e for e in executors if any(e == other for _, other in points)]
     handles = [style.line(e, color=style.colour_of(e), linewidth=1.8, linestyle=dashes(e)) for e in shown]
     if any(source == "live" for source, _ in points):
         handles.append(style.dot("live", color=FAINT, markeredgecolor=INK))
     style.add_key(figure, handles, 8)
     return figure
-
-
-Draws = Mapping[
-    tuple[str, str], Sequence[tuple[float, float]]
-]  # {(source, executor): [(median, worst)]} in ms
 
 
 def over_phases(
@@ -90,13 +76,8 @@ def over_phases(
     limit = violins.axis_limit(rows, [w for worst in live.values() for w in worst])
     violins.draw_rows(axes, rows, limit, SOURCES)
     for y, executor in enumerate(shown):
-        dots: dict[str, Any] = {
-            "color": style.colour_of(executor),
-            "linestyle": "",
-            "marker": "o",
-            **OUTLINED,
-        }
-        axes.plot(live[executor], [y + 0.2] * len(live[executor]), **dots)
+        dots = [y + 0.2] * len(live[executor])
+        axes.plot(live[executor], dots, "o", color=style.colour_of(executor), **OUTLINED)
         if executor in creation_ms:
             axes.plot([creation_ms[executor]] * 2, [y - 0.42, y + 0.1], color=INK, zorder=5, **CREATION)
     axes.set_xlabel("worst hot-path latency of a draw of phases (ms)")
@@ -109,13 +90,3 @@ def over_phases(
         handles.append(style.dot("draws, live", color=FAINT, markeredgecolor=INK))
     style.add_key(figure, handles, 4)
     return figure
-
-
-def table_of_draws(draws: Draws) -> pd.DataFrame:
-    """The numbers behind the figure of phases."""
-    rows = [
-        [source, executor, k, median, worst]
-        for (source, executor), found in draws.items()
-        for k, (median, worst) in enumerate(found)
-    ]
-    return pd.DataFrame(rows, columns=["source", "executor", "draw", "median_ms", "worst_ms"])

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dropped jobs and response times of timers-only sets, as the figures of the paper's Section VII-A."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -20,53 +22,42 @@ MOST_SETTINGS = 5
 BAND = 0.82  # of a row, shared by the settings
 
 
-def alphas(count: int) -> list[float]:
-    """Shades of an executor's colour: the paler, the earlier the setting."""
-    return [0.4 + 0.55 * k / max(1, count - 1) for k in range(count)] if count > 1 else [0.85]
-
-
-def draw_rates(
-    axes: Axes, place: tuple[float, float], rates: Sequence[float | None], look: dict[str, Any]
-) -> None:
+def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look: dict[str, Any]) -> None:
     """Simulated bar, live mark and real mark of one executor and setting; a tick where nothing was dropped."""
-    y, height = place
-    simulated, live, real = rates
-    known = [r for r in rates if r is not None]
+    known = [rate for rate in rates if not math.isnan(rate)]
     if not any(known):
-        text = "✓" if known else "no data"
-        axes.annotate(text, (0, y), (4, 0), textcoords="offset points", va="center", fontsize=8)
+        style.note(axes, "✓" if known else "no data", (0, y), (4, 0))
         return
-    bar = live if simulated is None else simulated
-    if bar is not None:
+    simulated, live, real = rates
+    bar = live if math.isnan(simulated) else simulated
+    if not math.isnan(bar):
         axes.barh(y, bar, height=0.9 * height, zorder=2, **look)
-    if live is not None and simulated is not None:
+    if not math.isnan(simulated + live):
         axes.plot([live], [y], "o", color=INK, markersize=4.5, zorder=4)
-    if real is not None:
+    if not math.isnan(real):
         axes.plot([real], [y], **style.reference_mark(markersize=5.5, zorder=3))
-    number = bar or max(known)
-    offset = {"xytext": (7, 0), "textcoords": "offset points", "va": "center", "fontsize": 8, "color": FAINT}
-    axes.annotate(f"{number:.1f}" if number >= 0.1 else f"{number:.2g}", (max(known), y), **offset)
+    number = bar if bar > 0 else max(known)
+    text = f"{number:.1f}" if number >= 0.1 else f"{number:.2g}"
+    style.note(axes, text, (max(known), y), (7, 0), color=FAINT)
 
 
-def drops(runs: TimerRuns, executors: Sequence[str], labels: Mapping[Any, str], width: float) -> Figure:
+def drops(runs: TimerRuns, labels: Mapping[Any, str], width: float) -> Figure:
     """Dropped jobs of all timers, and of the IMU alone; `labels` names each setting."""
-    settings = list(labels)
-    step = BAND / len(settings)
-    figure, panels = style.new_figure(width, 0.8 + 0.17 * len(settings) * len(executors), 1, 2, share_y=True)
+    step = BAND / len(labels)
+    # The paler, the earlier the setting.
+    shades = list(np.linspace(0.4, 0.95, len(labels))) if len(labels) > 1 else [0.85]
+    height = 0.8 + 0.17 * len(labels) * len(runs.executors)
+    figure, panels = style.new_figure(width, height, 1, 2, share_y=True)
     for axes, group, title in zip(panels, (None, "imu"), ("All timers", "IMU alone")):
-        style.rows_of_labels(axes, executors)
-        for y, executor in enumerate(executors):
-            for k, (setting, alpha) in enumerate(zip(settings, alphas(len(settings)))):
+        style.rows_of_labels(axes, runs.executors)
+        for y, executor in enumerate(runs.executors):
+            for k, (setting, alpha) in enumerate(zip(labels, shades)):
                 rates = [runs.drop_percent(setting, source, executor, group) for source in (*SOURCES, "real")]
-                place = (y + (k - (len(settings) - 1) / 2) * step, step)
-                draw_rates(axes, place, rates, {"color": style.colour_of(executor), "alpha": alpha})
-        axes.set_title(title)
-        axes.margins(x=0.14)
+                look = {"color": style.colour_of(executor), "alpha": alpha}
+                draw_rates(axes, y + (k - (len(labels) - 1) / 2) * step, step, rates, look)
+        axes.set(title=title, xlabel="dropped jobs (% of the timestamps)", xmargin=0.14)
         axes.set_xlim(0, max(1e-3, axes.get_xlim()[1]))
-        axes.set_xlabel("dropped jobs (% of the timestamps)")
-    handles: list[Any] = [
-        style.patch(label, alpha=a) for label, a in zip(labels.values(), alphas(len(settings)))
-    ]
+    handles: list[Any] = [style.patch(label, alpha=a) for label, a in zip(labels.values(), shades)]
     sources = set(runs.counts["source"])
     if {*SOURCES} <= sources:
         handles += [style.patch("bar: simulated", alpha=0.6), style.dot("live", markersize=5)]
@@ -77,66 +68,49 @@ def drops(runs: TimerRuns, executors: Sequence[str], labels: Mapping[Any, str], 
     return figure
 
 
-def draw_deadlines(axes: Axes, deadlines: Iterable[float]) -> None:
-    """Lines at deadlines (ms); an arrow says that one lies beyond every response time."""
-    limit = axes.get_xlim()[1]
-    for deadline in deadlines:
-        beyond = deadline > limit
-        if not beyond:
-            axes.axvline(deadline, color=FAINT, linewidth=1.1, linestyle=style.DASHED, zorder=1)
-        axes.annotate(
-            f"deadline {deadline:g} ms" + (" →" if beyond else ""),
-            (min(deadline, limit), 1),
-            (0, 2),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="right" if beyond else "center",
-            fontsize=8,
-            color=FAINT,
-        )
-
-
-def draw_bounds(axes: Axes, executors: Sequence[str], bounds: Mapping[str, float]) -> None:
-    """A line at the analytical bound (ms) of each executor that has one within the axis."""
-    for y, executor in enumerate(executors):
-        bound = bounds.get(executor)
-        if bound is not None and bound <= axes.get_xlim()[1]:
-            axes.plot(
-                [bound] * 2, [y - 0.45, y + 0.45], color=style.colour_of(executor), linewidth=2.2, zorder=5
-            )
-
-
 Bounds = Mapping[tuple[Any, str], Mapping[str, float]]  # {(setting, group): {executor: ms}}
 
 
+def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds) -> None:
+    """Deadlines (an arrow says that one lies beyond every response time), and of each executor the analytical bound and
+    the real stack's worst value within the axis; `key`: setting and group."""
+    limit, (setting, group) = axes.get_xlim()[1], key
+    here = runs.counts[(runs.counts["setting"] == setting) & (runs.counts["group"] == group)]
+    for deadline in here["deadline_ms"].dropna().unique():
+        beyond = deadline > limit
+        if not beyond:
+            axes.axvline(deadline, color=FAINT, linewidth=1.1, linestyle=style.DASHED, zorder=1)
+        text = f"deadline {deadline:g} ms" + (" →" if beyond else "")
+        look = {"va": "baseline", "ha": "right" if beyond else "center", "color": FAINT}
+        style.note(axes, text, (min(deadline, limit), 1), (0, 2), xycoords=style.ABOVE, **look)
+    for y, executor in enumerate(runs.executors):
+        bound = bounds.get(key, {}).get(executor, math.inf)
+        if bound <= limit:
+            colour, ends = style.colour_of(executor), [y - 0.45, y + 0.45]
+            axes.plot([bound] * 2, ends, color=colour, linewidth=2.2, zorder=5)
+        worst = runs.rows(setting, "real", executor, group)["response_max_ms"].max()
+        if worst <= limit:
+            axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
+
+
 def responses(
-    runs: TimerRuns,
-    groups: Sequence[str],
-    settings: Mapping[Any, str],
-    bounds: Bounds,
-    width: float,
+    runs: TimerRuns, groups: Sequence[str], settings: Mapping[Any, str], bounds: Bounds, width: float
 ) -> Figure:
     """Response times: a row of panels for each group of timers, a column for each setting."""
-    executors = runs.executors()
-    height = 0.55 + (0.42 if not style.is_narrow(width) else 0.4) * len(executors)
+    height = 0.55 + (0.4 if style.is_narrow(width) else 0.42) * len(runs.executors)
     figure, panels = style.new_figure(width, height, len(groups), len(settings), share_y=True)
-    places = [(group, setting) for group in groups for setting in settings]
     rows = {
-        (group, setting): [
-            Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in executors
+        (setting, group): [
+            Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in runs.executors
         ]
-        for group, setting in places
+        for group in groups
+        for setting in settings
     }
     sources = violins.sources_of(row for found in rows.values() for row in found)
-    for axes, (group, setting) in zip(panels, places):
-        limit = violins.axis_limit(row for s in settings for row in rows[group, s])
-        violins.draw_rows(axes, rows[group, setting], limit, sources)
-        draw_deadlines(axes, runs.of_group("deadline_ms", group, setting))
-        draw_bounds(axes, executors, bounds.get((setting, group), {}))
-        for y, executor in enumerate(executors):
-            worst = runs.worst_ms(setting, "real", executor, group)
-            if worst is not None and worst <= limit:
-                axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
+    for axes, (setting, group) in zip(panels, rows):
+        limit = violins.axis_limit(row for s in settings for row in rows[s, group])
+        violins.draw_rows(axes, rows[setting, group], limit, sources)
+        draw_panel(axes, runs, (setting, group), bounds)
         axes.set_title(settings[setting], pad=14)
         axes.set_xlabel(f"{GROUPS[group]}: response time (ms)")
     marks: list[Any] = [style.line("deadline", color=FAINT, linewidth=1.1, linestyle=style.DASHED)]
@@ -148,45 +122,35 @@ def responses(
     return figure
 
 
-def bounds_of(runs: TimerRuns) -> dict[tuple[Any, str], dict[str, float]]:
+def bounds_of(runs: TimerRuns) -> Bounds:
     """The largest bound (ms) of each group's tasks under the executors with priorities."""
     found: dict[tuple[Any, str], dict[str, float]] = {}
-    for group in GROUPS:
-        for (setting, executor), rows in runs.counts.groupby(["setting", "executor"]):
-            mine = rows[rows["task"].str.lower().str.contains(group)]["bound_ms"].dropna()
-            known = executor_named(executor)
-            if len(mine) and known is not None and known.family == "priority_events":
-                found.setdefault((setting, group), {})[executor] = float(mine.max())
+    largest = runs.counts.groupby(["setting", "group", "executor"])["bound_ms"].max().dropna()
+    for (setting, group, executor), bound in largest.items():
+        known = executor_named(executor)
+        if known is not None and known.family == "priority_events":
+            found.setdefault((setting, group), {})[executor] = float(bound)
     return found
-
-
-def subtitle(runs: Sequence[Run]) -> str:
-    """How it ran, without graphs and loads, which the panels name; lines for each kind of run."""
-    first = {run.source: run for run in reversed(runs)}
-    return "\n".join(
-        f"{source}: {first[source].conditions()}\n{first[source].where()}" for source in sorted(first)
-    )
 
 
 def draw_runs(folders: Sequence[str], output: str | None) -> None:
     """Writes timers_only_dropped and timers_only_response. Raises InputError."""
     given = sorted(map(Run, folders), key=lambda run: (run["load_percent"], run.source))
-    names = {run.setting for run in given}
+    names = {run.setting() for run in given}
     if len(names) > MOST_SETTINGS:
         raise InputError(f"{len(names)} graphs given; at most {MOST_SETTINGS} fit into one figure")
     runs = TimerRuns.of_runs(given)
-    groups = [g for g in GROUPS if runs.responses["task"].str.lower().str.contains(g).any()]
+    groups = [group for group in GROUPS if group in set(runs.responses["group"])]
     if not groups:
-        wanted = ", ".join(GROUPS.values())
-        raise InputError(
-            f"{given[0].folder / 'jobs.csv'}: after the warm-up no timer ran whose name contains {wanted}"
-        )
-    labels = {setting: setting for setting in runs.settings()}
-    partial = any(run.partial for run in given)
-    figure = drops(runs, runs.executors(), labels, style.WIDE)
-    style.add_title(figure, "Dropped jobs per executor", subtitle(given), partial)
-    style.save(figure, output or folders[0], "timers_only_dropped")
+        wanted, path = ", ".join(GROUPS.values()), given[0].folder / "jobs.csv"
+        raise InputError(f"{path}: after the warm-up no timer ran whose name contains {wanted}")
+    labels = {setting: setting for setting in runs.settings}
+    # How it ran, without graphs and loads, which the panels name.
+    first = {run.source: run for run in reversed(given)}
+    subtitle = "\n".join(f"{s}: {run.conditions()}\n{run.where()}" for s, run in sorted(first.items()))
     width = max(style.WIDE, 1.2 + 2.7 * len(labels))
-    figure = responses(runs, groups, labels, bounds_of(runs), width)
-    style.add_title(figure, "Response times of executed jobs", subtitle(given), partial)
-    style.save(figure, output or folders[0], "timers_only_response")
+    drawn = drops(runs, labels, style.WIDE), responses(runs, groups, labels, bounds_of(runs), width)
+    titles = {"dropped": "Dropped jobs per executor", "response": "Response times of executed jobs"}
+    for (name, title), figure in zip(titles.items(), drawn):
+        style.add_title(figure, title, subtitle, any(run.partial for run in given))
+        style.save(figure, output or folders[0], f"timers_only_{name}")

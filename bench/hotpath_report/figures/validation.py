@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How well the simulator predicts the real ROS 2 stack: panels from validation.json."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,10 @@ from hotpath_report.tables import read_json
 
 SIMULATED, REAL, LIVE = SERIES[:3]
 BAR_OF_AGREEMENT = 0.98
+LOST = "lost IMU jobs (%)"
 LATENCY_HEIGHT = 0.66  # of the distance between two rows
 
 Entry = dict[str, Any]
-
-
-def short(entry: Entry) -> str:
-    """Set and executor of an entry."""
-    return f"{entry['set'].removeprefix('timers_only_').removesuffix('_authors')} %  {entry['executor']}"
 
 
 def run_name(entry: Entry) -> str:
@@ -29,9 +26,10 @@ def run_name(entry: Entry) -> str:
     return entry["executor"] + (f" #{entry['repetition']}" if "repetition" in entry else "")
 
 
-def live_name(entry: Entry) -> str:
-    """The golden trace that a given run is compared with."""
-    return short({"set": entry["golden"]["set"], "executor": run_name(entry)})
+def golden_name(entry: Entry) -> str:
+    """Set and executor of an entry, or of the golden trace that a given run is compared with."""
+    name: str = entry.get("golden", entry)["set"]
+    return f"{name.removeprefix('timers_only_').removesuffix('_authors')} %  {run_name(entry)}"
 
 
 def point(axes: Axes, x: float, y: float, colour: str, size: float = 5, hollow: bool = False) -> None:
@@ -47,13 +45,6 @@ def span(axes: Axes, low: float, high: float, y: float, colour: str) -> None:
     axes.plot([low, high], [y, y], "-o", color=colour, linewidth=5, markersize=5, zorder=3)
 
 
-def finish(axes: Axes, names: Sequence[str], title: str, label: str) -> None:
-    """What every panel has."""
-    style.rows_of_labels(axes, names)
-    axes.set_title(title)
-    axes.set_xlabel(label)
-
-
 def draw_order(axes: Axes, golden: list[Entry]) -> None:
     """Similarity of the order of jobs, without and with costs."""
     for y, entry in enumerate(golden):
@@ -64,12 +55,11 @@ def draw_order(axes: Axes, golden: list[Entry]) -> None:
         point(axes, costs[key], y, SIMULATED)
         if among_equals:
             text = f"up to equal periods ({bare['similarity']:.2f} with them)"
-            place = {"xytext": (-10, 0), "textcoords": "offset points", "ha": "right", "va": "center"}
-            axes.annotate(text, (0.9985, y), **place, fontsize=8, color=FAINT, bbox=style.OPAQUE)
+            style.note(axes, text, (0.9985, y), (-10, 0), ha="right", color=FAINT, bbox=style.OPAQUE)
     axes.axvline(BAR_OF_AGREEMENT, color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
-    axes.set_xlim(0.94, 1.002)
     label = "similarity of the two orders of jobs (1: the same)"
-    finish(axes, list(map(short, golden)), "Golden traces, job by job", label)
+    look = {"title": "Golden traces, job by job", "xlabel": label, "xlim": (0.94, 1.002)}
+    style.rows_of_labels(axes, list(map(golden_name, golden)), **look)
 
 
 def draw_lost(axes: Axes, golden: list[Entry]) -> None:
@@ -80,8 +70,8 @@ def draw_lost(axes: Axes, golden: list[Entry]) -> None:
         axes.hlines(y, *sorted((real, simulated)), color=FAINT, linewidth=1, zorder=2)
         point(axes, real, y, REAL, 9, hollow=True)
         point(axes, simulated, y, SIMULATED)
-    axes.set_xlim(left=-1)
-    finish(axes, list(map(short, golden)), "Golden traces: jobs lost, costs modelled", "lost IMU jobs (%)")
+    look = {"title": "Golden traces: jobs lost, costs modelled", "xlabel": LOST, "xlim": (-1, None)}
+    style.rows_of_labels(axes, list(map(golden_name, golden)), **look)
 
 
 def draw_ranges(axes: Axes, entries: list[Entry]) -> None:
@@ -90,7 +80,8 @@ def draw_ranges(axes: Axes, entries: list[Entry]) -> None:
         for shift, side, colour in ((-0.16, "measured", REAL), (0.16, "simulated", SIMULATED)):
             low, high = entry[side]["imu_lost_percent"]
             span(axes, low, high, y + shift, colour)
-    finish(axes, list(map(short, entries)), "The authors' programs, phases unknown", "lost IMU jobs (%)")
+    look = {"title": "The authors' programs, phases unknown", "xlabel": LOST}
+    style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
 def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence[tuple[str, str]]) -> None:
@@ -106,8 +97,8 @@ def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence
         measured, simulated = entry["measured_ms"]["p50"], entry["simulated_ms"]["p50"]
         differs = f"  {100 * (simulated / measured - 1):+.1f} %" if measured and simulated else ""
         labels.append(run_name(entry) + differs)
-    axes.set_xlim(left=0)
-    finish(axes, labels, title, "hot-path latency (ms): 10th to 90th percentile, median")
+    label = "hot-path latency (ms): 10th to 90th percentile, median"
+    style.rows_of_labels(axes, labels, title=title, xlabel=label, xlim=(0, None))
 
 
 def draw_live_order(axes: Axes, entries: list[Entry]) -> None:
@@ -117,7 +108,8 @@ def draw_live_order(axes: Axes, entries: list[Entry]) -> None:
         point(axes, entry["comparison"]["similarity"], y, SIMULATED, 8)
     axes.axvline(BAR_OF_AGREEMENT, color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
     label = "similarity of the live order of jobs to the other's"
-    finish(axes, list(map(live_name, entries)), "Given runs against the golden traces", label)
+    look = {"title": "Given runs against the golden traces", "xlabel": label}
+    style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
 def draw_live_lost(axes: Axes, entries: list[Entry]) -> None:
@@ -127,51 +119,39 @@ def draw_live_lost(axes: Axes, entries: list[Entry]) -> None:
         point(axes, golden["real_lost_percent"], y, REAL, 12)
         point(axes, golden["live_lost_percent"], y, LIVE, 9)
         point(axes, own["simulated_lost_percent"], y, SIMULATED)
-    axes.set_xlim(left=-1)
-    finish(axes, list(map(live_name, entries)), "Given runs: jobs lost", "lost IMU jobs (%)")
+    look = {"title": "Given runs: jobs lost", "xlabel": LOST, "xlim": (-1, None)}
+    style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
-Panel = tuple[Callable[[Axes], None], int]  # draws itself; its number of rows
+Panel = tuple[Callable[..., None], list[Entry]]  # what draws which entries
 
 
-def pairs_of_panels(result: Entry) -> Iterator[tuple[Panel, Panel | None]]:
-    """The panels, two beside each other."""
-    golden, sets, autoware = result["golden"], result["timers_only"], result["autoware"]
-    yield (lambda a: draw_order(a, golden), len(golden)), (lambda a: draw_lost(a, golden), len(golden))
-    title, sides = "Autoware with the real stack's phases", (
-        ("measured_ms", REAL),
-        ("simulated_ms", SIMULATED),
-    )
-    yield (
-        (lambda a: draw_ranges(a, sets), len(sets)),
-        (lambda a: draw_latencies(a, autoware, title, sides), len(autoware)),
-    )
-    chains = [entry for entry in result["runs"] if "measured_ms" in entry]
-    if chains:
-        own = (("real_ms", REAL), ("measured_ms", LIVE), ("simulated_ms", SIMULATED))
-        yield (
-            lambda a: draw_latencies(a, chains, "Given runs and their own simulation", own),
-            len(chains),
-        ), None
+def rows_of_panels(result: Entry) -> list[list[Panel]]:
+    """The panels, two beside each other; no row without entries."""
+    real_sides = (("measured_ms", REAL), ("simulated_ms", SIMULATED))
+    autoware = partial(draw_latencies, title="Autoware with the real stack's phases", sides=real_sides)
+    own_sides = (("real_ms", REAL), ("measured_ms", LIVE), ("simulated_ms", SIMULATED))
+    own = partial(draw_latencies, title="Given runs and their own simulation", sides=own_sides)
     timers = [entry for entry in result["runs"] if "golden" in entry]
-    if timers:
-        yield (lambda a: draw_live_order(a, timers), len(timers)), (
-            lambda a: draw_live_lost(a, timers),
-            len(timers),
-        )
+    rows: list[list[Panel]] = [
+        [(draw_order, result["golden"]), (draw_lost, result["golden"])],
+        [(draw_ranges, result["timers_only"]), (autoware, result["autoware"])],
+        [(own, [entry for entry in result["runs"] if "measured_ms" in entry])],
+        [(draw_live_order, timers), (draw_live_lost, timers)],
+    ]
+    return [row for row in rows if row[0][1]]
 
 
 def draw(folder: str) -> None:
     """Writes validate.svg and validate.png. Raises InputError."""
-    pairs = list(pairs_of_panels(read_json(Path(folder) / "validation.json", "hotpath validate")))
-    rows = [max(2, *(panel[1] for panel in pair if panel)) for pair in pairs]
-    figure, _ = style.new_figure(14, sum(0.9 + 0.34 * n for n in rows))
+    rows = rows_of_panels(read_json(Path(folder) / "validation.json", "hotpath validate"))
+    heights = [0.9 + 0.34 * max(2, *(len(entries) for _, entries in row)) for row in rows]
+    figure, _ = style.new_figure(14, sum(heights))
     figure.clear()
-    grid: GridSpec = figure.add_gridspec(len(pairs), 2, height_ratios=[0.9 + 0.34 * n for n in rows])
-    for row, pair in enumerate(pairs):
-        for column, panel in enumerate(pair):
-            if panel:
-                panel[0](figure.add_subplot(grid[row, column]))
+    grid: GridSpec = figure.add_gridspec(len(rows), 2, height_ratios=heights)
+    for k, row in enumerate(rows):
+        for column, (draw_panel, entries) in enumerate(row):
+            draw_panel(figure.add_subplot(grid[k, column]), entries)
     ring: Entry = {"markerfacecolor": "white", "markeredgecolor": SIMULATED, "markersize": 9}
     named = (("real", REAL), ("live", LIVE), ("simulated", SIMULATED))
     handles = [style.line(name, color=colour, linewidth=5) for name, colour in named]

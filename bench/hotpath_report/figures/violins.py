@@ -18,7 +18,6 @@ from hotpath_report.statistics import PERCENTILES, Samples, Values
 from hotpath_report.style import FAINT, INK
 
 HEIGHT = 0.42  # of half a violin, in rows
-PERCENTILE_COLUMNS = ["repetitions", "samples", "percentile", "value_ms", "low_95_ms", "high_95_ms"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class Row:
     @property
     def halves(self) -> list[tuple[str, Samples]]:
         """The sources that have samples, simulated first."""
-        return [(source, s) for source, s in zip(SOURCES, self.samples) if s is not None and len(s)]
+        return [(source, s) for source, s in zip(SOURCES, self.samples) if s]
 
 
 def sources_of(rows: Iterable[Row]) -> list[str]:
@@ -50,10 +49,9 @@ def sources_of(rows: Iterable[Row]) -> list[str]:
     return [source for source in SOURCES if source in found]
 
 
-def axis_limit(rows: Iterable[Row], marks: Iterable[float | None] = ()) -> float:
+def axis_limit(rows: Iterable[Row], marks: Iterable[float] = ()) -> float:
     """Room for all worst values (ms), but for far ones not so much that the rest shrinks: those get an arrow."""
-    samples = [s for row in rows for _, s in row.halves]
-    known = [m for m in marks if m]
+    samples, known = [s for row in rows for _, s in row.halves], list(marks)
     everything = max([s.worst for s in samples] + known, default=0)
     bulk = max([s.quantile(0.99) for s in samples] + known, default=0)
     return 1.12 * min(everything, 1.6 * bulk) or 1
@@ -71,7 +69,7 @@ def density(samples: Values, limit: float, points: int) -> tuple[Values, Values]
 def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], sides: Sequence[int]) -> None:
     """A violin on row y with its median; `sides`: -1 for the half above the row, 1 for that below."""
     limit = axes.get_xlim()[1]
-    values = samples.pooled()
+    values = samples.pooled
     low, high = float(values.min()), float(values.max())
     # A small panel has no room for more points.
     small = axes.get_subplotspec().get_gridspec().ncols > 1 or style.is_narrow(axes.figure.get_figwidth())
@@ -92,24 +90,15 @@ def write_worst(axes: Axes, y: float, worst: float, text: str, faint: bool) -> N
     """The worst value at the end of a violin; an arrow says that it lies beyond the axis."""
     limit = axes.get_xlim()[1]
     beyond = worst > limit
-    axes.annotate(
-        f"{text} →" if beyond else text,
-        (min(worst, limit), y),
-        (0 if beyond else 4, 0),
-        textcoords="offset points",
-        va="center",
-        ha="right" if beyond else "left",
-        fontsize=8,
-        color=FAINT if faint else INK,
-        bbox=style.OPAQUE,
-        zorder=7,
-    )
+    look: dict[str, Any] = {"ha": "right" if beyond else "left", "color": FAINT if faint else INK}
+    look |= {"bbox": style.OPAQUE, "zorder": 7}
+    place, offset = (min(worst, limit), y), (0 if beyond else 4, 0)
+    style.note(axes, f"{text} →" if beyond else text, place, offset, **look)
 
 
 def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[str], unit: str = "") -> None:
     """Rows downwards, each with the worst values of its sources; the axis ends at `limit` (ms)."""
-    style.rows_of_labels(axes, [row.label for row in rows])
-    axes.set_xlim(0, limit)
+    style.rows_of_labels(axes, [row.label for row in rows], xlim=(0, limit))
     for y, row in enumerate(rows):
         if not row.halves:
             axes.text(0.01 * limit, y, "no data", va="center", color=FAINT)
@@ -135,25 +124,13 @@ def add_key(figure: Figure, sources: Sequence[str], marks: Sequence[Artist] = ()
     style.add_key(figure, [*handles, style.line("median", linewidth=1.6), *marks], 6)
 
 
-def percentile_table(keys: dict[str, Any], samples: Samples) -> pd.DataFrame:
-    """Value and interval (ms) of each percentile, a row each, behind columns with the keys."""
-    frame = pd.DataFrame(
-        [
-            [len(samples.repetitions), len(samples), name, e.value, e.low, e.high]
-            for name, e in ((name, samples.estimate(p)) for p, name in PERCENTILES.items())
-        ],
-        columns=PERCENTILE_COLUMNS,
-    )
-    for place, (key, value) in enumerate(keys.items()):
-        frame.insert(place, key, value)
-    return frame
-
-
-def table_of(rows: Iterable[Row], **keys: Any) -> pd.DataFrame:
-    """The percentiles of all rows."""
-    tables = [
-        percentile_table({"source": source, "executor": row.executor, **keys}, samples)
-        for row in rows
-        for source, samples in row.halves
-    ]
-    return pd.concat(tables)
+def percentile_table(found: Iterable[tuple[dict[str, Any], Samples]]) -> pd.DataFrame:
+    """Value and interval (ms) of each percentile, a row each, behind columns with the keys of the samples."""
+    rows = []
+    for keys, samples in found:
+        size = {"repetitions": len(samples.repetitions), "samples": len(samples)}
+        for p, name in PERCENTILES.items() if samples else ():
+            e = samples.estimate(p)
+            values = {"percentile": name, "value_ms": e.value, "low_95_ms": e.low, "high_95_ms": e.high}
+            rows.append(keys | size | values)
+    return pd.DataFrame(rows)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.style import INK, SERIES
+from hotpath_report.tables import read_table
 
 PAPER = "brueggen_davare"
 METHODS = {
@@ -20,21 +21,6 @@ METHODS = {
     "davis_guenzel": "exact NP-FP + Günzel",
 }
 BINS_PER_STEP = 4  # outlines on bins of the paper's width each would hide the shape
-
-
-def read(path: Path) -> pd.DataFrame:
-    """A table that `hotpath experiment waters` wrote. Raises InputError."""
-    try:
-        frame = pd.read_csv(path)
-    except OSError as error:
-        raise InputError(
-            f"{path}: {error.strerror}; give a folder written by `hotpath experiment waters`"
-        ) from None
-    except ValueError as error:
-        raise InputError(f"{path}: not a table of `hotpath experiment waters`: {error}") from None
-    if frame.empty:
-        raise InputError(f"{path}: no rows, there is nothing to draw")
-    return frame
 
 
 def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
@@ -53,8 +39,7 @@ def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
             steps = np.linspace(edges[0], edges[-1], len(coarse) + 1)
             axes.stairs(coarse, steps, color=colour, linewidth=1.2, label=name, zorder=3)
     axes.axvline(0, color=INK, linewidth=0.9)
-    axes.set_xlim(-15, 105)
-    axes.set_ylabel("chains")
+    axes.set(xlim=(-15, 105), ylabel="chains")
 
 
 def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> Figure:
@@ -75,7 +60,10 @@ def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> 
 
 def draw(folder: str) -> None:
     """Writes waters.svg and waters.png. Raises InputError."""
-    histogram, summary = (read(Path(folder) / f"waters_{name}.csv") for name in ("histogram", "summary"))
+    tables = [Path(folder) / f"waters_{name}.csv" for name in ("histogram", "summary")]
+    histogram, summary = map(read_table, tables)
+    if histogram.empty:
+        raise InputError(f"{tables[0]}: no rows, there is nothing to draw")
     figure = reductions(histogram, summary, style.WIDE)
     title = "End-to-end bounds: RM events executor against the default executor"
     subtitle = "WATERS 2015 task sets; reduction: (default's bound - RM's bound) / default's bound"

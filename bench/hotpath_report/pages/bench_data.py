@@ -4,11 +4,15 @@
 import math
 import re
 import statistics
+import tomllib
 from pathlib import Path
 from typing import Any
 
 from hotpath_report.errors import InputError
 from hotpath_report.tables import read_json
+
+Spec = dict[str, Any]  # a table of bench.toml
+SPEC: Spec = tomllib.loads(Path(__file__).with_name("bench.toml").read_text(encoding="utf-8"))
 
 
 def three_digits(value: float | None) -> str:
@@ -33,28 +37,18 @@ class Bench:
             self.machine = self.facts["machine"]
         except (KeyError, TypeError) as error:
             raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
-        self.names = {benchmark for benchmark, _ in self.values}
         if not self.values:
             raise InputError(f"{path}: no figures, there is nothing to report")
-
-    @property
-    def partial(self) -> bool:
-        """Whether some measurements are missing."""
-        return self.facts.get("complete") is not True
-
-    def median(self, benchmark: str, metric: str = "time_ns") -> float | None:
-        """None where it was not measured."""
-        values = self.values.get((benchmark, metric))
-        return statistics.median(values) if values else None
+        self.medians = {key: statistics.median(values) for key, values in self.values.items() if values}
+        self.partial = self.facts.get("complete") is not True  # whether some measurements are missing
 
     def matching(self, pattern: str, metric: str = "time_ns") -> dict[tuple[str, ...], float]:
         """{groups of the pattern: median} of every benchmark whose whole name matches."""
-        found = {}
-        for (benchmark, its_metric), values in self.values.items():
-            match = re.fullmatch(pattern, benchmark)
-            if match and its_metric == metric:
-                found[match.groups()] = statistics.median(values)
-        return found
+        return {
+            match.groups(): median
+            for (benchmark, its_metric), median in self.medians.items()
+            if its_metric == metric and (match := re.fullmatch(pattern, benchmark))
+        }
 
     def where(self) -> str:
         """The machine."""

@@ -5,18 +5,14 @@ Every number is the median over the repetitions.
 """
 
 import re
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from hotpath_report.figures import bench as figures
-from hotpath_report.pages.bench_data import Bench, three_digits
+from hotpath_report.pages.bench_data import SPEC, Bench, Spec, three_digits
 from hotpath_report.pages.writer import Table, environment
 from hotpath_report.tables import write_file
-
-Spec = dict[str, Any]  # a table of bench.toml
-SPEC: Spec = tomllib.loads(Path(__file__).with_name("bench.toml").read_text(encoding="utf-8"))
 
 
 def natural(name: str) -> list[Any]:
@@ -35,9 +31,8 @@ def value_of(bench: Bench, spec: Spec, fields: Spec) -> float | None:
         return None
     value = 1 / max(found) if spec.get("inverse") else max(found)
     if "over" in spec:
-        yardstick = bench.median(spec["over"].format(**fields), metric) or bench.median(
-            spec["over"].format(**fields)
-        )
+        name = spec["over"].format(**fields)
+        yardstick = bench.medians.get((name, metric)) or bench.medians.get((name, "time_ns"))
         return value / yardstick if yardstick else None
     return value * float(spec.get("factor", 1))
 
@@ -45,51 +40,37 @@ def value_of(bench: Bench, spec: Spec, fields: Spec) -> float | None:
 def bars(bench: Bench) -> Table | None:
     """What was measured against its bar."""
     rows = []
-
-    def add(what: str, value: float | None, bar: float | None) -> None:
-        if value is not None:
-            verdict = "" if bar is None else "met" if value <= bar else "**not met**"
-            rows.append([what, three_digits(value), "" if bar is None else bar, verdict])
-
     for spec in SPEC["bar"]:
         plain = {key: value for key, value in spec.items() if "and" not in spec or key != "over"}
         for each in spec.get("each", [""]):
-            fields = {"each": each}
-            bar = spec.get("bar")
-            if "ros2_share" in spec:
-                bar = spec["ros2_share"] * SPEC["ros2_callback_us"][each]
-            add(spec["what"].format(**fields), value_of(bench, plain, fields), bar)
-            if "and" in spec:
-                add(spec["and"].format(**fields), value_of(bench, spec, fields), spec.get("over_bar"))
+            share = spec.get("ros2_share")
+            bar = share * SPEC["ros2_callback_us"][each] if share else spec.get("bar")
+            told = [(spec["what"], plain, bar)]
+            told += [(spec["and"], spec, spec.get("over_bar"))] if "and" in spec else []
+            for what, of, limit in told:
+                value = value_of(bench, of, {"each": each})
+                if value is not None:
+                    verdict = "" if limit is None else "met" if value <= limit else "**not met**"
+                    limit = "" if limit is None else limit
+                    rows.append([what.format(each=each), three_digits(value), limit, verdict])
     return Table("Against the bar", ["what", "measured", "bar", ""], rows, numbers=True) if rows else None
 
 
-def columns_of(spec: Spec) -> list[Spec]:
-    """Those that a table states, or percentiles in µs."""
-    if not spec.get("percentiles"):
-        columns: list[Spec] = spec["columns"]
-        return columns
-    return [
-        {"header": name, "of": "{benchmark}", "metric": f"{{prefix}}_{q}_ns", "factor": 1e-3}
-        for q, name in SPEC["quantiles"].items()
-    ]
-
-
-def rows_of(bench: Bench, spec: Spec) -> Iterator[list[str]]:
+def rows_of(bench: Bench, spec: Spec, columns: list[Spec]) -> Iterator[list[str]]:
     """Rows of which something was measured."""
     for row in spec["rows"]:
-        for name in sorted(bench.names, key=natural):
+        for name in sorted({benchmark for benchmark, _ in bench.values}, key=natural):
             match = re.fullmatch(row["pattern"], name)
             if match is None:
                 continue
             fields = {**row, **match.groupdict(), "benchmark": name}
-            values = [value_of(bench, column, fields) for column in columns_of(spec)]
+            values = [value_of(bench, column, fields) for column in columns]
             if any(value is not None for value in values):
                 yield [label.format(**fields) for label in row["labels"]] + list(map(three_digits, values))
 
 
-def table(bench: Bench, spec: Spec) -> Table | None:
-    """A table of bench.toml, unless nothing of it was measured."""
+def table(bench: Bench, spec: Spec) -> Table:
+    """A table of bench.toml; without rows if nothing of it was measured."""
     if "growth" in spec:
         header = ["benchmark", "fit", "of the unit, ns", "error of the fit"]
         rows = [
@@ -98,9 +79,14 @@ def table(bench: Bench, spec: Spec) -> Table | None:
             if re.fullmatch(spec["growth"], name)
         ]
     else:
-        header = spec["header"] + [column["header"] for column in columns_of(spec)]
-        rows = list(rows_of(bench, spec))
-    return Table(spec.get("title", ""), header, rows, numbers=True) if rows else None
+        percentiles = [
+            {"header": name, "of": "{benchmark}", "metric": f"{{prefix}}_{q}_ns", "factor": 1e-3}
+            for q, name in SPEC["quantiles"].items()
+        ]
+        columns = percentiles if spec.get("percentiles") else spec["columns"]
+        header = spec["header"] + [column["header"] for column in columns]
+        rows = list(rows_of(bench, spec, columns))
+    return Table(spec.get("title", ""), header, rows, numbers=True)
 
 
 def write(folder: str) -> None:
@@ -109,12 +95,10 @@ def write(folder: str) -> None:
     drawn = figures.draw(bench)
     sections = []
     for spec in SPEC["section"]:
-        tables = [found for found in (table(bench, entry) for entry in spec["table"]) if found]
+        tables = [found for found in (table(bench, entry) for entry in spec["table"]) if found.rows]
+        figure = spec["figure"] if spec.get("figure") in drawn else ""
         if tables:
-            figure = spec.get("figure")
-            sections.append(
-                {"title": spec["title"], "figure": figure if figure in drawn else "", "tables": tables}
-            )
+            sections.append({"title": spec["title"], "figure": figure, "tables": tables})
     template = environment().get_template("bench.md.j2")
     path = Path(folder) / "report.md"
     write_file(path, template.render(bench=bench, bars=bars(bench), sections=sections))

@@ -15,15 +15,14 @@ from hotpath_report.errors import InputError
 from hotpath_report.pages.run_report import ReportedRun
 from hotpath_report.paper.storage import (
     HOT_PATH_FILE,
+    IN_FRAMES,
     RESPONSES_FILE,
-    SETTING,
     TIMERS_FILE,
     read_samples,
 )
-from hotpath_report.paper.evidence import read_table
-from hotpath_report.paper.runner import facts_of
 from hotpath_report.samples import group_of, samples_by
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
+from hotpath_report.tables import read_json, read_table
 
 COMPARED = (0.5, 0.99, 1.0)
 # Below it a difference is none: simulated values are whole nanoseconds.
@@ -35,45 +34,38 @@ COLUMNS = [*KEYS, "percentile", "old_ms", "new_ms", "difference_ms", "interval_9
 Key = tuple[str, ...]  # below KEYS
 
 
-def read_reproduction(folder: Path) -> dict[Key, Samples]:
-    """Samples of a reproduction's data/."""
-    hot_path = read_samples(folder / "data" / HOT_PATH_FILE).rename(columns={"load_percent": "setting"})
-    responses = read_samples(folder / "data" / RESPONSES_FILE)
-    responses["tasks"] = responses["task"].map(lambda task: group_of(task) or task)
-    frames = (
-        hot_path.assign(quantity="hot path", tasks="").rename(columns={"hot_path_ms": "ms"}),
-        responses.assign(quantity="response").rename(columns={"response_ms": "ms"}),
-    )
-    found: dict[Key, Samples] = {}
-    for frame in frames:
-        frame = frame.assign(setting=frame["setting"].map(lambda s: f"{s:g} %"))
-        for source, rows in frame.groupby("source"):
-            found |= samples_by(rows, KEYS, "ms", source == "simulated")
-    return found
-
-
-def read_run(folder: Path) -> dict[Key, Samples]:
-    """Samples of a run."""
-    run = ReportedRun(folder)
-    quantities = {"Chain": "hot path", "Timer": "response"}
-    setting = f"{run.run['load_percent']:g} %"
-    return {
-        (quantities[kind], name, run.run.source, setting, executor, ""): samples
-        for (kind, name), executors in run.samples.items()
-        for executor, samples in executors.items()
-    }
+def with_keys(frame: pd.DataFrame, quantity: str) -> pd.DataFrame:
+    """The frame with columns for all KEYS."""
+    tasks = frame["task"].map(lambda task: group_of(task) or task) if "task" in frame else ""
+    return frame.assign(quantity=quantity, tasks=tasks, setting=frame["setting"].map(lambda s: f"{s:g} %"))
 
 
 def read(folder: Path) -> dict[Key, Samples]:
-    """Samples of either kind of folder. Raises InputError."""
+    """Samples of a reproduction's data/, or of a run. Raises InputError."""
     if (folder / "data" / HOT_PATH_FILE).exists():
-        return read_reproduction(folder)
-    if (folder / "run.json").exists():
-        return read_run(folder)
-    raise InputError(
-        f"{folder}: neither a reproduction (data/{HOT_PATH_FILE}) nor a run (run.json); give a folder of"
-        " `reproduce_paper.sh` or of `hotpath`"
-    )
+        hot_path = read_samples(folder / "data" / HOT_PATH_FILE).rename(columns={"load_percent": "setting"})
+        responses = read_samples(folder / "data" / RESPONSES_FILE)
+        found = samples_by(with_keys(hot_path, "hot path"), KEYS, "hot_path_ms")
+        return found | samples_by(with_keys(responses, "response"), KEYS, "response_ms")
+    if not (folder / "run.json").exists():
+        raise InputError(
+            f"{folder}: neither a reproduction (data/{HOT_PATH_FILE}) nor a run (run.json); give a folder of"
+            " `reproduce_paper.sh` or of `hotpath`"
+        )
+    reported = ReportedRun(folder)
+    setting = f"{reported.run['load_percent']:g} %"
+    return {
+        (
+            "hot path" if kind == "Chain" else "response",
+            name,
+            reported.run.source,
+            setting,
+            executor,
+            "",
+        ): samples
+        for (kind, name), executors in reported.samples.items()
+        for executor, samples in executors.items()
+    }
 
 
 def verdict(old: Samples, new: Samples, estimate: Estimate) -> str:
@@ -93,9 +85,8 @@ def compare(old: dict[Key, Samples], new: dict[Key, Samples]) -> pd.DataFrame:
             d = difference(new[key], old[key], p)
             interval = f"[{d.low:+.3f}, {d.high:+.3f}]" if d.has_interval else ""
             values = [f"{samples[key].quantile(p):.3f}" for samples in (old, new)]
-            rows.append(
-                [*key, PERCENTILES[p], *values, f"{d.value:+.3f}", interval, verdict(old[key], new[key], d)]
-            )
+            what = verdict(old[key], new[key], d)
+            rows.append([*key, PERCENTILES[p], *values, f"{d.value:+.3f}", interval, what])
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -104,17 +95,9 @@ def drop_rates(folder: Path) -> pd.Series:
     path = folder / "data" / TIMERS_FILE
     if not path.exists():
         return pd.Series(dtype=float)
-    rows = read_table(path)
-    rows["tasks"] = rows["task"].map(lambda task: group_of(task) or task)
-    rows["setting"] = rows[SETTING].map(lambda percent: f"{percent} %")
+    rows = with_keys(read_table(path).rename(columns=IN_FRAMES), "")
     sums = rows.groupby(KEYS[1:])[["skipped", "reached"]].sum()
     return (100 * sums["skipped"] / sums["reached"]).dropna()
-
-
-def verdicts(folder: Path) -> dict[str, str]:
-    """Verdict of each claim of a reproduction."""
-    claims: Any = facts_of(folder, "claims.json") or []
-    return {c["claim"]: c["verdict"] for c in claims}
 
 
 def other_differences(old: Path, new: Path) -> Iterator[str]:
@@ -123,32 +106,27 @@ def other_differences(old: Path, new: Path) -> Iterator[str]:
     for key in before.index.intersection(after.index):
         if abs(after[key] - before[key]) >= TOLD_DROP_POINTS:
             yield f"dropped jobs, {' '.join(key)}: {before[key]:.2f} % before, {after[key]:.2f} % now"
-    claims, now = verdicts(old), verdicts(new)
-    for claim in sorted(claims.keys() & now.keys()):
-        if claims[claim] != now[claim]:
-            yield f"verdict of {claim}: {claims[claim]} before, {now[claim]} now"
-    modes = [(facts_of(folder, "facts.json") or {}).get("mode") for folder in (old, new)]
-    if None not in modes and modes[0] != modes[1]:
-        yield f"the modes differ ({modes[0]}, {modes[1]}): runs of other lengths have other maxima"
+    if all((folder / "claims.json").exists() for folder in (old, new)):
+        claims: Any = [{c["claim"]: c["verdict"] for c in read_json(f / "claims.json")} for f in (old, new)]
+        for claim in sorted(claims[0].keys() & claims[1].keys()):
+            if claims[0][claim] != claims[1][claim]:
+                yield f"verdict of {claim}: {claims[0][claim]} before, {claims[1][claim]} now"
+    if all((folder / "facts.json").exists() for folder in (old, new)):
+        modes = [read_json(folder / "facts.json")["mode"] for folder in (old, new)]
+        if modes[0] != modes[1]:
+            yield f"the modes differ ({modes[0]}, {modes[1]}): runs of other lengths have other maxima"
 
 
-def only_in(folder: Path, here: dict[Key, Samples], there: dict[Key, Samples]) -> Iterator[str]:
-    """A sentence about what the other one lacks."""
-    alone = sorted({" ".join(filter(None, key[:3])) for key in here.keys() - there.keys()})
-    if alone:
-        yield f"only in {folder}: {', '.join(alone)}"
-
-
-def print_table(rows: pd.DataFrame) -> None:
-    """The table for a terminal, and how many rows have which verdict."""
+def table_of(rows: pd.DataFrame) -> Iterator[str]:
+    """The lines of a table for a terminal, and how many rows have which verdict."""
     names = [" ".join(filter(None, key)) for key in rows[KEYS].to_numpy()]
     width = max(map(len, names))
-    print(f"{'':<{width}}  {'':>5} {'old ms':>10} {'new ms':>10} {'difference':>11}  {'95 % interval':<20} ")
-    print("-" * (width + 80))
+    yield f"{'':<{width}}  {'':>5} {'old ms':>10} {'new ms':>10} {'difference':>11}  {'95 % interval':<20} "
+    yield "-" * (width + 80)
     for name, (p, old, new, change, interval, word) in zip(names, rows[COLUMNS[6:]].to_numpy()):
-        print(f"{name:<{width}}  {p:>5} {old:>10} {new:>10} {change:>11}  {interval:<20} {word}")
+        yield f"{name:<{width}}  {p:>5} {old:>10} {new:>10} {change:>11}  {interval:<20} {word}"
     counts = sorted(Counter(rows["verdict"]).items())
-    print("\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles")
+    yield "\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles"
 
 
 def compare_results(old: str, new: str, csv: str | None) -> None:
@@ -161,11 +139,11 @@ def compare_results(old: str, new: str, csv: str | None) -> None:
             f"{old} and {new} have no executor and setting in common, there is nothing to compare"
         )
     try:
-        print_table(rows)
-        for sentence in other_differences(*folders):
-            print(sentence)
-        for sentence in (*only_in(folders[0], before, after), *only_in(folders[1], after, before)):
-            print(sentence)
+        print(*table_of(rows), *other_differences(*folders), sep="\n")
+        for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
+            alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
+            if alone:
+                print(f"only in {folder}: {', '.join(alone)}")
         sys.stdout.flush()
     except BrokenPipeError:  # the reader has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

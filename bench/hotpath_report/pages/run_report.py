@@ -7,11 +7,9 @@ from pathlib import Path
 
 from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
-from hotpath_report.pages.comparison import HEADER, compared
-from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
 from hotpath_report.run import Run
-from hotpath_report.samples import samples_by
-from hotpath_report.statistics import Samples
+from hotpath_report.samples import samples_of_run
 
 COMPARED = "Ratio, Cliff's delta and rank test compare with a run's first executor: above 1 and 0 is better"
 CHAIN = (
@@ -30,17 +28,16 @@ class ReportedRun:
     def __init__(self, folder: str | Path) -> None:
         self.run = Run(folder)
         self.name = Path(folder).resolve().name
-        exact, self.samples = self.run.simulated, dict[tuple[str, str], dict[str, Samples]]()
-        for chain, rows in self.run.latencies().groupby("chain", sort=False):
-            self.samples["Chain", chain] = samples_by(rows, ["executor"], "hot_path_ms", exact)
+        found = samples_of_run(self.run.latencies(), "chain", "hot_path_ms", self.run)
+        self.samples = {("Chain", name): samples for name, samples in found.items()}
         if (self.run.folder / "jobs.csv").exists():
-            for task, rows in self.run.responses().groupby("task", sort=False):
-                self.samples["Timer", task] = samples_by(rows, ["executor"], "response_ms", exact)
+            found = samples_of_run(self.run.responses(), "task", "response_ms", self.run)
+            self.samples |= {("Timer", name): samples for name, samples in found.items()}
 
     def facts(self) -> str:
         """What ran, and the warnings."""
         partial_run = "partial: it did not end; " if self.run.partial else ""
-        warnings = " ".join(self.run.get("warnings", []))
+        warnings = " ".join(self.run.facts.get("warnings", []))
         return f"{self.name}: {partial_run}{self.run.what_ran()}. {warnings}".replace("\n", " · ").strip()
 
 
@@ -65,15 +62,8 @@ def losses(runs: Sequence[ReportedRun]) -> list[Table]:
         if (run.run.folder / "summary.json").exists()
         for e in run.run.summary()
     ]
-    header = [
-        "run",
-        "executor",
-        "callbacks",
-        "skipped timestamps",
-        "overwritten samples",
-        "deadline overruns",
-    ]
-    return [Table("Losses", header, rows)] if rows else []
+    header = ["run", "executor", "callbacks", "skipped timestamps", "overwritten samples"]
+    return [Table("Losses", [*header, "deadline overruns"], rows)] if rows else []
 
 
 def sections(runs: Sequence[ReportedRun]) -> list[Section]:
@@ -86,7 +76,7 @@ def sections(runs: Sequence[ReportedRun]) -> list[Section]:
         rows = hot_path.rows_of_runs([run.samples.get(key, {}) for run in runs], [run.run for run in runs])
         draw = partial(hot_path.draw_rows, hot_path.with_ratios(rows), label=label)
         figure = make_figure(name, f"{title}: {label}", draw, commands)
-        made.append(Section(name, title, label, text, [figure] if figure else [], [comparison(runs, key)]))
+        made.append(Section(name, title, label, text, [figure], [comparison(runs, key)]))
     return made
 
 

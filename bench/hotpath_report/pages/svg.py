@@ -5,6 +5,7 @@ import html
 import io
 import re
 
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from hotpath_report.style import FAINT, GRID, GROUND, INK, plt, settle
@@ -17,7 +18,8 @@ def svg_of(figure: Figure) -> str:
     settle(figure)
     stream = io.StringIO()
     with plt.rc_context({"svg.fonttype": "none"}):
-        figure.savefig(stream, format="svg", facecolor="none", metadata={"Date": None, "Creator": "hotpath"})
+        # Not savefig(), which draws everything once more for a layout that is settled.
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": "hotpath"})
     plt.close(figure)
     return re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import jinja2
 import markupsafe
-import pandas as pd
 
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages.svg import for_page, svg_of
+from hotpath_report.statistics import Samples, rank_test, ratio
 from hotpath_report.style import NARROW, WIDE
 from hotpath_report.tables import write_file
 
@@ -29,6 +29,27 @@ class Table:
     rows: list[list[Any]]
     folded: bool = False  # long tables open on demand
     numbers: bool = False  # all columns but the first align right
+
+
+# Of tables that compare samples with a baseline.
+HEADER = ["samples / runs", "median ms", "p99 ms", "worst ms"]
+HEADER += ["worst-case ratio", "Cliff's delta", "rank test p"]
+
+
+def percentile_cells(samples: Samples) -> list[str]:
+    """Median, 99th percentile and worst value with their intervals."""
+    return [samples.estimate(p).text(1) for p in (0.5, 0.99, 1.0)]
+
+
+def compared(samples: Samples, baseline: Samples | None) -> list[Any]:
+    """Cells below HEADER; without a baseline the comparison is empty."""
+    cells = [f"{len(samples)} / {len(samples.repetitions)}", *percentile_cells(samples)]
+    if not baseline:
+        return [*cells, "", "", ""]
+    test = rank_test(samples, baseline)
+    delta = f"{test.cliffs_delta.text(2)} ({test.magnitude})"
+    p_value = "< 0.001" if test.p_value < 0.001 else f"{test.p_value:.3f}"
+    return [*cells, ratio(baseline, samples, 1.0).text(2), delta, p_value]
 
 
 @dataclass(frozen=True)
@@ -62,19 +83,14 @@ class Section:
     tables: list[Table] = field(default_factory=list)
 
 
-Draw = Callable[[float], Drawing | None]  # for a width in inches
+Draw = Callable[[float], Drawing]  # for a width in inches
 
 
-def make_figure(name: str, title: str, draw: Draw, commands: list[str]) -> Figure | None:
-    """Draws for wide and for narrow pages; None where there is nothing to draw."""
-    svg, csv = {}, ""
-    for width, inches in (("wide", WIDE), ("narrow", NARROW)):
-        drawing = draw(inches)
-        if drawing is None:
-            return None
-        svg[width] = svg_of(drawing.figure)
-        csv = drawing.table.to_csv(index=False, float_format="%.6f")
-    return Figure(name, title, csv, svg, commands)
+def make_figure(name: str, title: str, draw: Draw, commands: list[str]) -> Figure:
+    """Draws for wide and for narrow pages."""
+    drawings = {width: draw(inches) for width, inches in (("wide", WIDE), ("narrow", NARROW))}
+    csv = drawings["wide"].table.to_csv(index=False, float_format="%.6f")
+    return Figure(name, title, csv, {width: svg_of(d.figure) for width, d in drawings.items()}, commands)
 
 
 def code_spans(text: str) -> markupsafe.Markup:
@@ -113,11 +129,3 @@ def write_page(folder: Path, template: str, sections: list[Section], **content: 
     for suffix in ("html", "md"):
         found = made.get_template(f"{template}.{suffix}.j2")
         write_file(folder / f"report.{suffix}", found.render(style=style, sections=sections, **content))
-
-
-def rounded(frame: pd.DataFrame, digits: int) -> list[list[str]]:
-    """Rows of a frame as text, numbers with so many decimals, nothing for NaN."""
-    texts = frame.map if hasattr(frame, "map") else frame.applymap
-    shown = texts(lambda v: "" if pd.isna(v) else f"{v:.{digits}f}" if isinstance(v, float) else str(v))
-    rows: list[list[str]] = shown.to_numpy().tolist()
-    return rows

@@ -7,7 +7,7 @@ Live cells are one repetition in a fresh process. Their order is drawn once, fro
 
 import random
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,6 +18,10 @@ MODES = {name: SimpleNamespace(name=name, **values) for name, values in SPEC["mo
 EXECUTORS: dict[str, tuple[str, ...]] = {name: tuple(found) for name, found in SPEC["executors"].items()}
 UTILISATIONS = (60, 80, 90)
 PAPER_LOAD_PERCENT = 80
+
+# What results say of a cell.
+FACTS = ["name", "study", "source", "executors", "graph", "load_percent", "duration_s", "warm_up_s"]
+FACTS += ["repetition", "seed"]
 
 # Between two live cells: calibration, a look at the machine's noise, discovery, writing.
 LIVE_OVERHEAD_S = 2.8
@@ -59,64 +63,33 @@ class Cell:
         if self.source == "analysis":
             return [*self.options, "--output", str(output)]
         words = ["run", "--executor"] if self.source == "live" else ["simulate", "--executors"]
-        words += [",".join(self.executors), "--graph", self.graph]
-        words += [
-            "--duration",
-            f"{self.duration_s:g}",
-            "--warm-up",
-            f"{self.warm_up_s:g}",
-            "--seed",
-            str(self.seed),
-        ]
+        words += [",".join(self.executors), "--graph", self.graph, "--duration", f"{self.duration_s:g}"]
+        words += ["--warm-up", f"{self.warm_up_s:g}", "--seed", str(self.seed)]
         return [*words, *self.options, *place, "--output", str(output)]
 
     def facts(self) -> dict[str, Any]:
         """What results say of the cell."""
-        fields = (
-            "study",
-            "source",
-            "executors",
-            "graph",
-            "load_percent",
-            "duration_s",
-            "warm_up_s",
-            "repetition",
-        )
-        return {"name": self.name, **{field: getattr(self, field) for field in fields}, "seed": self.seed}
+        return {name: getattr(self, name) for name in FACTS}
 
 
-def labels_of(spec: dict[str, Any], mode: Any) -> list[Any]:
-    """The labels that an entry states, or those of the mode."""
+def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
+    """The cells that an entry makes: one for each label that it states, or that the mode has."""
     labels = spec.get("labels", [""])
-    found: list[Any] = getattr(mode, labels) if isinstance(labels, str) else labels
-    return found
-
-
-def cell_of(spec: dict[str, Any], source: str, label: Any, mode: Any) -> Cell:
-    """The cell that an entry makes for a label."""
-    options = tuple(option.format(label=label, mode=mode) for option in spec.get("options", []))
-    return Cell(
-        study=spec["study"],
-        source=source,
-        label=str(label),
-        seconds=spec.get("seconds", 0),
-        executors=EXECUTORS[spec["executors"]] if "executors" in spec else (),
-        graph=spec.get("graph", Cell.graph).format(label=label),
-        load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
-        duration_s=getattr(mode, spec["duration_s"]) if "duration_s" in spec else 0,
-        warm_up_s=mode.warm_up_s,
-        options=options,
-        cores=spec.get("cores", 1),
-        alone=spec.get("alone", False),
-    )
-
-
-def offline_cells(mode: Any) -> list[Cell]:
-    """Those in virtual time, then those that compute bounds and measure what a release costs here."""
-    entries = [("simulated", spec) for spec in SPEC["simulated"]] + [
-        ("analysis", spec) for spec in SPEC["analysis"]
-    ]
-    return [cell_of(spec, source, label, mode) for source, spec in entries for label in labels_of(spec, mode)]
+    for label in getattr(mode, labels) if isinstance(labels, str) else labels:
+        yield Cell(
+            study=spec["study"],
+            source=source,
+            label=str(label),
+            seconds=spec.get("seconds", 0),
+            executors=EXECUTORS[spec["executors"]] if "executors" in spec else (),
+            graph=spec.get("graph", Cell.graph).format(label=label),
+            load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
+            duration_s=getattr(mode, spec["duration_s"]) if "duration_s" in spec else 0,
+            warm_up_s=mode.warm_up_s,
+            options=tuple(option.format(label=label, mode=mode) for option in spec.get("options", [])),
+            cores=spec.get("cores", 1),
+            alone=spec.get("alone", False),
+        )
 
 
 def live_cells(mode: Any) -> list[Cell]:
@@ -124,29 +97,36 @@ def live_cells(mode: Any) -> list[Cell]:
     cells = []
     for spec in SPEC["live"]:
         repetitions, duration_s = getattr(mode, spec["lengths"])
+        seconds = duration_s + mode.warm_up_s + LIVE_OVERHEAD_S
         for repetition in range(repetitions):
-            for label in labels_of(spec, mode):
-                cell = replace(
-                    cell_of(spec, "live", label, mode), duration_s=duration_s, repetition=repetition
-                )
-                cell = replace(cell, seconds=duration_s + mode.warm_up_s + LIVE_OVERHEAD_S)
+            for cell in cells_of(spec, "live", mode):
+                cell = replace(cell, duration_s=duration_s, repetition=repetition, seconds=seconds)
                 cells += [replace(cell, executors=(executor,)) for executor in cell.executors]
     return cells
 
 
 def live_order(cells: list[Cell], seed: int) -> list[Cell]:
     """Round after round of repetitions, each in random order, so that a drift of the machine meets all executors."""
-    generator = random.Random(seed)
-    rounds: dict[int, list[Cell]] = {}
-    for cell in cells:
-        rounds.setdefault(cell.repetition, []).append(cell)
-    ordered = []
-    for repetition in sorted(rounds):
-        generator.shuffle(rounds[repetition])
-        ordered += rounds[repetition]
+    generator, ordered = random.Random(seed), []
+    for repetition in sorted({cell.repetition for cell in cells}):
+        found = [cell for cell in cells if cell.repetition == repetition]
+        generator.shuffle(found)
+        ordered += found
     return ordered
 
 
 def all_cells(mode: Any, seed: int) -> list[Cell]:
-    """The plan of a reproduction."""
-    return offline_cells(mode) + live_order(live_cells(mode), seed)
+    """The plan of a reproduction: cells in virtual time, those that compute bounds and measure what a release costs
+    here, then live ones."""
+    sources = ("simulated", "analysis")
+    offline = [c for source in sources for spec in SPEC[source] for c in cells_of(spec, source, mode)]
+    return offline + live_order(live_cells(mode), seed)
+
+
+def duration_text(seconds: float) -> str:
+    """Hours and minutes, or minutes and seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes:02} min"
+    return f"{minutes} min {rest:02} s" if minutes else f"{rest} s"

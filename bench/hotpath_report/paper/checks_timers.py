@@ -1,75 +1,125 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks of Section VII-A: dropped jobs, deadline overruns, bounds and response times of the timers-only sets.
 
-A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack) and its claim's executor, and
-answers with a finding, or with None where there are no data.
+A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack) and the options of its claim, and
+answers with a finding, or raises Missing where there are no data.
 """
 
-from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
 
 from hotpath_report.paper import findings as f
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import Finding
+from hotpath_report.paper.findings import LIMITS, Finding
 from hotpath_report.paper.reference import REAL
-from hotpath_report.samples import group_of
 from hotpath_report.statistics import rank_test
 
 WITH_COST = "timers_with_release_cost"
 
 
-def none_verdict(source: str, largest_percent: float) -> str:
-    """Reproduced where nothing was lost; partly where little was, live."""
-    tolerated = source == "live" and largest_percent <= f.LIVE_LOSS_TOLERANCE_PERCENT
-    return f.REPRODUCED if largest_percent == 0 else f.PARTLY if tolerated else f.NOT
+def on_all_sets(
+    evidence: Evidence, source: str, executor: str, group: str | None = None
+) -> list[pd.DataFrame]:
+    """Counts of each of the three timers-only sets. Raises Missing unless the executor ran on all of them."""
+    rows = [evidence.timer_runs().rows(percent, source, executor, group) for percent in UTILISATIONS]
+    f.need(*rows)
+    return rows
 
 
-def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding | None:
-    """That the paper's executors lose nothing. Live, the machine can take the processor away: up to a share of each
-    executor's jobs on each set, and the text says how many of them belong to repetitions that were marked for it.
+@dataclass
+class Losses:
+    """Jobs that should not be lost. Live, the machine can take the processor away: a share of each executor's jobs on
+    each set is tolerated, and the text says how many of them belong to repetitions that were marked for it.
     """
-    executors = [e for e in f.PAPERS_OWN if f.on_all_sets(evidence, source, e)]
-    if len(executors) < len(f.PAPERS_OWN) and (source != REAL or not executors):
-        return None
-    runs, lost, jobs, marked, largest = evidence.timer_runs(), 0, 0, 0, 0.0
+
+    evidence: Evidence
+    source: str
+    lost: int = 0
+    jobs: int = 0
+    marked: int = 0
+    largest_percent: float = 0
+
+    def add(self, percent: int, executor: str, lost: pd.Series, jobs: int) -> None:
+        """`lost`: of each repetition (the index), in any number of rows."""
+        here = int(lost.sum())
+        self.lost, self.jobs = self.lost + here, self.jobs + jobs
+        self.marked += int(lost[lost.index.isin(self.evidence.marked(percent, executor))].sum())
+        self.largest_percent = max(self.largest_percent, 100 * here / jobs)
+
+    def finding(self, word: str, more: str = "", largest: bool = False) -> Finding:
+        """Reproduced where nothing was lost; partly where little was, live."""
+        short = f"{self.lost} of {self.jobs}"
+        text = f"{short} jobs {word}"
+        if self.source == "live" and self.lost:
+            text += f", {self.marked} of them in repetitions marked as noisy"
+            if largest:
+                text += f"; at most {self.largest_percent:.2g} % of one executor's on one set"
+        tolerated = self.source == "live" and self.largest_percent <= LIMITS.tolerated_percent
+        verdict = f.REPRODUCED if self.largest_percent == 0 else f.PARTLY if tolerated else f.NOT
+        return Finding(verdict, text + more, short)
+
+
+def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding:
+    """That the paper's executors lose nothing; of the real stack, those that were measured."""
+    known = set(evidence.timer_runs().counts.query("source == @source")["executor"])
+    executors = [e for e in EXECUTORS["papers_own"] if source != REAL or e in known]
+    f.need(executors)
+    losses = Losses(evidence, source)
     for executor in executors:
+        for percent, rows in zip(UTILISATIONS, on_all_sets(evidence, source, executor)):
+            losses.add(percent, executor, rows.set_index("repetition")[what], int(rows[of].sum()))
+    return losses.finding(word, largest=True)
+
+
+def bounds(evidence: Evidence, source: str) -> Finding:
+    """Against Table I, and beside it against the exact non-preemptive bound, which is at most that of the table."""
+    runs = evidence.timer_runs(WITH_COST if source == "simulated" else "timers")
+    exact_runs, losses = evidence.timer_runs(WITH_COST), Losses(evidence, source)
+    rows = f.paper_rows(evidence)
+    table = rows.assign(group=rows["task"].str.lower()).set_index(["utilisation_percent", "group"])[
+        "bound_ms"
+    ]
+    over_exact, highest = 0, 0.0
+    for executor in EXECUTORS["with_bounds"]:
         for percent in UTILISATIONS:
-            rows = runs.rows(percent, source, executor)
-            assert rows is not None
-            noisy = rows[rows["repetition"].isin(evidence.marked("timers", percent, executor))]
-            here, reached = int(rows[what].sum()), int(rows[of].sum())
-            lost, jobs, marked = lost + here, jobs + reached, marked + int(noisy[what].sum())
-            largest = max(largest, 100 * here / reached)
-    text = f"{lost} of {jobs} jobs {word}"
-    if source == "live" and lost:
-        text += f", {marked} of them in repetitions marked as noisy; "
-        text += f"at most {largest:.2g} % of one executor's on one set"
-    return Finding(none_verdict(source, largest), text, f"{lost} of {jobs}")
+            jobs, exact = runs.jobs(percent, source, executor), exact_runs.rows(percent, "simulated", "rm-ro")
+            f.need(jobs, exact)
+            response = jobs.set_index("repetition")["response_ms"]
+            bound = jobs["group"].map(table[percent]).to_numpy()
+            over_exact += int(
+                (jobs["response_ms"] > jobs["task"].map(exact.set_index("task")["bound_ms"])).sum()
+            )
+            highest = max(highest, float((response / bound).max()))
+            losses.add(percent, executor, response > bound, len(jobs))
+    more = (
+        f", {over_exact} above the exact bound; the largest response is {100 * highest:.1f} % of the table's"
+    )
+    return losses.finding("above Table I", more)
 
 
-def no_drops(evidence: Evidence, source: str, _executor: str) -> Finding | None:
-    """No job of the paper's executors is dropped."""
-    return none_lost(evidence, source, "skipped", "reached", "dropped")
+def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[float]:
+    """Percent on each set."""
+    on_all_sets(evidence, source, executor)
+    return [evidence.timer_runs().drop_percent(p, source, executor, group) for p in UTILISATIONS]
 
 
-def no_overruns(evidence: Evidence, source: str, _executor: str) -> Finding | None:
-    """No job of the paper's executors is late."""
-    return none_lost(evidence, source, "deadline_overruns", "ran", "late")
-
-
-def drops(evidence: Evidence, source: str, executor: str) -> Finding | None:
+def drops(evidence: Evidence, source: str, executor: str) -> Finding:
     """The executor drops jobs on all sets."""
-    if not f.on_all_sets(evidence, source, executor):
-        return None
-    runs = evidence.timer_runs()
-    rates = [runs.drop_percent(p, source, executor) or 0 for p in UTILISATIONS]
-    imu = [runs.drop_percent(p, source, executor, "imu") for p in UTILISATIONS]
-    losing = sum(rate > f.REPEATEDLY_PERCENT for rate in rates)
+    rates, imu = (drop_rates(evidence, source, executor, group) for group in (None, "imu"))
+    losing = sum(rate > LIMITS.tolerated_percent for rate in rates)
     text = f"{f.percents(rates)} of all jobs, {f.percents(imu)} of the IMU's"
     return Finding(f.graded(losing, len(rates)), text, f.percents(rates))
 
 
 Rate = tuple[float, str, int]  # percent, executor, utilisation
+
+
+def largest_rate(evidence: Evidence, source: str, executor: str, group: str | None = None) -> Rate:
+    """The executor's largest drop rate."""
+    rates = drop_rates(evidence, source, executor, group)
+    return max((rate, executor, percent) for rate, percent in zip(rates, UTILISATIONS))
 
 
 def rate_text(largest: Rate) -> str:
@@ -78,90 +128,38 @@ def rate_text(largest: Rate) -> str:
     return f"{executor} at most {rate:.3g} % ({percent} % set)"
 
 
-def largest_rate(
-    evidence: Evidence, source: str, executors: Sequence[str], group: str | None = None
-) -> Rate | None:
-    """The largest drop rate; None unless all executors ran on all sets."""
-    if not f.on_all_sets(evidence, source, *executors):
-        return None
-    runs = evidence.timer_runs()
-    return max((runs.drop_percent(p, source, e, group) or 0, e, p) for e in executors for p in UTILISATIONS)
-
-
-def ten_percent(evidence: Evidence, source: str, _executor: str) -> Finding | None:
+def ten_percent(evidence: Evidence, source: str) -> Finding:
     """The largest drop rate of all jobs."""
-    largest = largest_rate(evidence, source, f.STOCK)
-    if largest is None:
-        return None
-    low, high = f.TEN_PERCENT_RANGE
+    largest = max(largest_rate(evidence, source, e) for e in EXECUTORS["stock"])
+    low, high = LIMITS.ten_percent
     verdict = f.graded(low <= largest[0] <= high, True, largest[0] > high)
     return Finding(verdict, rate_text(largest), f"{largest[0]:.3g} %")
 
 
-def imu_loss(evidence: Evidence, source: str, _executor: str) -> Finding | None:
+def imu_loss(evidence: Evidence, source: str) -> Finding:
     """What the wait-set executors lose of the IMU's jobs."""
-    largest = [rate for e in f.WAIT_SETS if (rate := largest_rate(evidence, source, (e,), "imu"))]
-    if len(largest) < len(f.WAIT_SETS):
-        return None
-    beyond = sum(rate[0] > f.TEN_PERCENT_RANGE[1] for rate in largest)
+    largest = [largest_rate(evidence, source, e, "imu") for e in EXECUTORS["wait_sets"]]
+    beyond = sum(rate[0] > LIMITS.ten_percent[1] for rate in largest)
     text = ", ".join(map(rate_text, largest))
     return Finding(f.graded(beyond, len(largest)), text, f"{max(largest)[0]:.3g} %")
 
 
-def bounds(evidence: Evidence, source: str, _executor: str) -> Finding | None:
-    """Against Table I, and beside it against the exact non-preemptive bound, which is at most that of the table."""
-    runs = evidence.timer_runs(WITH_COST if source == "simulated" else "timers")
-    exact_runs = evidence.timer_runs(WITH_COST)
-    table = {
-        (r["task"].lower(), r["utilisation_percent"]): r["bound_ms"]
-        for _, r in f.paper_rows(evidence).iterrows()
-    }
-    over = over_exact = marked = jobs = 0
-    highest = largest = 0.0
-    for executor in EXECUTORS["with_bounds"]:
-        for percent in UTILISATIONS:
-            rows, exact = runs.jobs(percent, source, executor), exact_runs.rows(percent, "simulated", "rm-ro")
-            if rows is None or exact is None or not table:
-                return None
-            bound = rows["task"].map(lambda task: table[group_of(task), percent])
-            late = rows[rows["response_ms"] > bound]
-            over_exact += int(
-                (rows["response_ms"] > rows["task"].map(exact.set_index("task")["bound_ms"])).sum()
-            )
-            highest = max(highest, float((rows["response_ms"] / bound).max()))
-            over, jobs = over + len(late), jobs + len(rows)
-            marked += int(late["repetition"].isin(evidence.marked("timers", percent, executor)).sum())
-            largest = max(largest, 100 * len(late) / len(rows))
-    text = f"{over} of {jobs} jobs above Table I"
-    if source == "live" and over:
-        text += f", {marked} of them in repetitions marked as noisy"
-    text += (
-        f", {over_exact} above the exact bound; the largest response is {100 * highest:.1f} % of the table's"
-    )
-    return Finding(none_verdict(source, largest), text, f"{over} of {jobs}")
-
-
-def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding | None:
+def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding:
     """The IMU's jobs are late on all sets."""
-    if not f.on_all_sets(evidence, source, executor):
-        return None
-    runs = evidence.timer_runs()
-    overruns, jobs = (
-        [runs.total(what, p, source, executor, "imu") or 0 for p in UTILISATIONS]
-        for what in ("deadline_overruns", "ran")
-    )
-    late = sum(100 * n > f.REPEATEDLY_PERCENT * of for n, of in zip(overruns, jobs))
-    text = f"{f.counts(overruns)} of {f.counts(jobs)} jobs"
-    return Finding(f.graded(late, len(jobs)), text, f.counts(overruns))
+    sums = [
+        rows[["deadline_overruns", "ran"]].sum() for rows in on_all_sets(evidence, source, executor, "imu")
+    ]
+    late = sum(100 * n > LIMITS.tolerated_percent * of for n, of in sums)
+    overruns, jobs = (" / ".join(f"{n:.0f}" for n in numbers) for numbers in zip(*sums))
+    return Finding(f.graded(late, len(sums)), f"{overruns} of {jobs} jobs", overruns)
 
 
-def lidar_pays(evidence: Evidence, source: str, _executor: str) -> Finding | None:
+def lidar_pays(evidence: Evidence, source: str) -> Finding:
     """RM's LiDAR responses are longer than the default executor's."""
     runs, deltas = evidence.timer_runs(), []
     for percent in UTILISATIONS:
         ours, stock = (runs.samples(percent, source, e, "lidar") for e in ("rm-ro", "default"))
-        if ours is None or stock is None:
-            return None
+        f.need(ours, stock)
         if f.too_few(ours, stock):
             return f.TOO_FEW
         deltas.append(rank_test(stock, ours).cliffs_delta)

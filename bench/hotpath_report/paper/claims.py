@@ -2,12 +2,11 @@
 """The claims of claims.toml, and their verdicts."""
 
 import importlib
-import tomllib
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
+from hotpath_report.errors import Missing
 from hotpath_report.paper import findings
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import NO_DATA, NOT, PARTLY, Finding
@@ -15,7 +14,8 @@ from hotpath_report.paper.items import ITEMS
 from hotpath_report.paper.reference import REAL
 from hotpath_report.run import SOURCES
 
-Check = Callable[[Evidence, str, str], Finding | None]
+TEXTS = ("item", "title", "quote", "rule", "paper")
+Check = Callable[..., Finding]  # of evidence, a source and options; raises Missing
 
 
 @dataclass(frozen=True)
@@ -29,40 +29,35 @@ class Claim:
     paper: str  # the paper's value
     rule: str
     check: Check
-    real: bool = False  # whether the real ROS 2 stack was asked
-    executor: str = ""
-    why: dict[str, str] = field(default_factory=dict)  # reason of a verdict
-    analytical: bool = False
+    options: dict[str, str]  # of the check
+    why: dict[str, str]  # reason of a verdict
+    real: bool  # whether the real ROS 2 stack was asked
+    analytical: bool
 
-
-def check_named(name: str) -> Check:
-    """`timers.drops` is drops() of checks_timers."""
-    room, _, function = name.partition(".")
-    found: Check = getattr(importlib.import_module(f"hotpath_report.paper.checks_{room}"), function)
-    return found
+    def found(self, evidence: Evidence, source: str) -> Finding | None:
+        """What the check finds; None where there are no data."""
+        try:
+            return self.check(evidence, source, **self.options)
+        except Missing:
+            return None
 
 
 def claims() -> Iterator[Claim]:
-    """All claims of claims.toml, with thresholds filled in."""
-    content = tomllib.loads(Path(__file__).with_name("claims.toml").read_text(encoding="utf-8"))
-    for entry in content["claim"]:
+    """All claims of claims.toml, with limits filled in."""
+    for entry in findings.CLAIMS["claim"]:
+        reasons = findings.CLAIMS["reasons"]
+        room, _, function = entry["check"].partition(".")  # `timers.drops` is drops() of checks_timers
         for executor in entry.get("executors", [""]):
-            words = {**vars(findings), "words": content["words"].get(executor, "")}
-            texts = {
-                key: entry[key].format(**words).strip() for key in ("item", "title", "quote", "paper", "rule")
-            }
+            words = {**vars(findings.LIMITS), "words": findings.CLAIMS["words"].get(executor, "")}
+            texts = {key: entry[key].format(**words).strip() for key in TEXTS}
             why = {verdict: entry.get(f"why_{verdict}", "") for verdict in (PARTLY, NOT)}
             why = entry.get("why", {}).get(executor, why)
             yield Claim(
                 name="-".join(filter(None, (entry["name"], executor))),
-                check=check_named(entry["check"]),
+                check=getattr(importlib.import_module(f"hotpath_report.paper.checks_{room}"), function),
+                options=entry.get("options", {}) | ({"executor": executor} if executor else {}),
+                why={v: reasons.get(text, text).strip() for v, text in why.items() if text},
                 real=entry.get("real", False),
-                executor=executor,
-                why={
-                    verdict: content["reasons"].get(text, text).strip()
-                    for verdict, text in why.items()
-                    if text
-                },
                 analytical=entry.get("analytical", False),
                 **texts,
             )
@@ -102,23 +97,16 @@ class Verdict:
             reasons.insert(0, "; ".join(f"{source}: {v}" for source, v in found.items()).capitalize() + ".")
         return " ".join(reasons)
 
-    def value(self, source: str, short: bool = True) -> str:
-        """What was found, in a few characters or in a sentence."""
+    def value(self, source: str) -> str:
+        """What was found, in a few characters."""
         finding = self.findings.get(source)
-        if finding is None:
-            return "not run" if source in self.findings else ""
-        return finding.short if short else finding.text
+        return finding.short if finding else "not run" if source in self.findings else ""
 
     def as_json(self) -> dict[str, Any]:
         """Its entry in claims.json."""
-        claim = self.claim
         return {
-            "claim": claim.name,
-            "item": claim.item,
-            "title": claim.title,
-            "quote": claim.quote,
-            "rule": claim.rule,
-            "paper": claim.paper,
+            "claim": self.claim.name,
+            **{key: getattr(self.claim, key) for key in TEXTS},
             "real": {"text": self.real.text, "short": self.real.short} if self.real else None,
             "verdict": self.verdict,
             "why": self.why,
@@ -131,12 +119,13 @@ class Verdict:
 def judge(evidence: Evidence, items: Collection[str] | None = None) -> list[Verdict]:
     """A verdict for each claim of the items."""
     verdicts, studies = [], {item.name: item.studies for item in ITEMS}
-    for claim in CLAIMS:
-        if items is not None and claim.item not in items:
-            continue
+    for claim in (claim for claim in CLAIMS if items is None or claim.item in items):
         sources = ("analysis",) if claim.analytical else SOURCES
-        found = {source: claim.check(evidence, source, claim.executor) for source in sources}
-        cells = {s: evidence.names_of_cells(studies[claim.item], s, claim.executor) for s in sources}
-        real = claim.check(evidence, REAL, claim.executor) if claim.real else None
+        found = {source: claim.found(evidence, source) for source in sources}
+        cells = {
+            s: evidence.names_of_cells(studies[claim.item], s, claim.options.get("executor", ""))
+            for s in sources
+        }
+        real = claim.found(evidence, REAL) if claim.real else None
         verdicts.append(Verdict(claim, found, real, cells))
     return verdicts

@@ -1,23 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which figure shows what of the evidence, by item of the reproduction."""
+"""Which figure shows what of the evidence, by item of the reproduction. Each raises Missing where there are no data."""
 
 import itertools
 
 import pandas as pd
 
 from hotpath_report import style
+from hotpath_report.errors import Missing
 from hotpath_report.figures import bounds, hot_path, maps, timers, violins, waters
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.paper.cells import EXECUTORS, PAPER_LOAD_PERCENT, UTILISATIONS
 from hotpath_report.paper.checks_timers import WITH_COST
 from hotpath_report.paper.evidence import Evidence
+from hotpath_report.paper.findings import need
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import Samples
 
 SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
+IN_TABLES = {"setting": "utilisation_percent"}
 
 
-def latencies(evidence: Evidence, study: str, source: str, executor: str) -> Samples | None:
+def latencies(evidence: Evidence, study: str, source: str, executor: str) -> Samples:
     """Those of a study, or of the executor's plain variant, which ran with the other executors."""
     return evidence.latencies(study, source, executor) or evidence.latencies("autoware", source, executor)
 
@@ -28,104 +31,94 @@ def hot_path_of(
     executors: str,
     study: str = "autoware",
     baseline: str = hot_path.BASELINE,
-) -> Drawing | None:
+) -> Drawing:
     """Hot-path latencies; those of Autoware with the real stack's worst cases."""
     names = EXECUTORS[executors]
     rows = [Row(e, e, [latencies(evidence, study, s, e) for s in SOURCES]) for e in names]
     rows = [row for row in rows if row.halves]
-    real = {e: evidence.reference.hot_path_ms(e, "max") for e in names} if study == "autoware" else {}
-    return hot_path.draw_rows(hot_path.with_ratios(rows, baseline), width, real) if rows else None
+    need(rows)
+    real = evidence.reference.hot_path_ms("max") if study == "autoware" else {}
+    return hot_path.draw_rows(hot_path.with_ratios(rows, baseline), width, real)
 
 
-def dropped_jobs(evidence: Evidence, width: float) -> Drawing | None:
+def dropped_jobs(evidence: Evidence, width: float) -> Drawing:
     """Drop rates of all timers, and of the IMU."""
+    need(evidence.timers)
     runs = evidence.timer_runs()
-    if evidence.timers.empty:
-        return None
-    figure = timers.drops(runs, runs.executors(), SETS, width)
+    figure = timers.drops(runs, SETS, width)
     keys = ["source", "setting", "executor", "task"]
     table = runs.counts.groupby(keys, as_index=False)[["reached", "skipped"]].sum()
     table["dropped_percent"] = 100 * table["skipped"] / table["reached"]
-    return Drawing(figure, table.rename(columns={"setting": "utilisation_percent", "skipped": "dropped"}))
+    return Drawing(figure, table.rename(columns=IN_TABLES | {"skipped": "dropped"}))
 
 
-def responses(evidence: Evidence, width: float, group: str) -> Drawing | None:
+def responses(evidence: Evidence, width: float, group: str) -> Drawing:
     """Response times of a group of timers, with their bounds under RM."""
     runs = evidence.timer_runs()
-    if runs.responses.empty:
-        return None
+    need(runs.responses)
     # The exact analysis with the paper's release cost; under RM alone, as in the paper.
     with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
     figure = timers.responses(runs, (group,), SETS, with_cost, width)
-    tables = [
-        violins.percentile_table(
-            dict(zip(["source", "utilisation_percent", "executor", "tasks"], key)), samples
-        )
-        for key in itertools.product(SOURCES, UTILISATIONS, runs.executors(), [group])
-        if (samples := runs.samples(key[1], key[0], *key[2:])) is not None
-    ]
-    return Drawing(figure, pd.concat(tables))
-
-
-def tightness(evidence: Evidence, width: float) -> Drawing | None:
-    """Worst responses in percent of their bounds."""
-    bound = evidence.timer_runs(WITH_COST).counts
-    bound = bound[bound["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]
-    if set(bound["setting"]) != set(UTILISATIONS):
-        return None
-    kinds = (("simulated", WITH_COST), ("live", "timers"))
-    counts = pd.concat(
-        [f[f["source"] == s] for s, study in kinds for f in [evidence.timer_runs(study).counts]]
+    keys = itertools.product(SOURCES, UTILISATIONS, runs.executors)
+    table = violins.percentile_table(
+        ({"source": s, "utilisation_percent": p, "executor": e, "tasks": group}, runs.samples(p, s, e, group))
+        for s, p, e in keys
     )
+    return Drawing(figure, table)
+
+
+def tightness(evidence: Evidence, width: float) -> Drawing:
+    """Worst responses in percent of their bounds."""
+    with_cost = evidence.timer_runs(WITH_COST).counts
+    bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]
+    if set(bound["setting"]) != set(UTILISATIONS):
+        raise Missing
+    live = evidence.timer_runs().counts.query("source == 'live'")
+    counts = pd.concat([with_cost.query("source == 'simulated'"), live])
     counts = counts[counts["executor"].isin(EXECUTORS["with_bounds"])]
     keys = ["source", "setting", "executor", "task"]
     worst = counts.groupby(keys, sort=False, as_index=False)["response_max_ms"].max()
     table = worst.merge(bound, on=["setting", "task"])
     table["share_percent"] = 100 * table["response_max_ms"] / table["bound_ms"]
-    return Drawing(bounds.tightness(table, width), table.rename(columns={"setting": "utilisation_percent"}))
+    return Drawing(bounds.tightness(table, width), table.rename(columns=IN_TABLES))
 
 
-def reductions(evidence: Evidence, width: float) -> Drawing | None:
+def reductions(evidence: Evidence, width: float) -> Drawing:
     """Histograms of the reduction of end-to-end bounds."""
     histogram, summary = (evidence.table(f"waters_{name}.csv") for name in ("histogram", "summary"))
-    if histogram.empty:
-        return None
     return Drawing(waters.reductions(histogram, summary, width), histogram)
 
 
-def release_cost(evidence: Evidence, width: float) -> Drawing | None:
+def release_cost(evidence: Evidence, width: float) -> Drawing:
     """What a release costs on this machine."""
     table = evidence.table("release_cost.csv")
-    if table.empty:
-        return None
     return Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0]), width), table)
 
 
-def over_load(evidence: Evidence, width: float) -> Drawing | None:
+def over_load(evidence: Evidence, width: float) -> Drawing:
     """Hot path over load; the live point at the paper's load is that of the study `autoware`."""
     points: dict[tuple[str, str], dict[int, Samples]] = {}
-    for (study, source, load, executor), samples in evidence.all_latencies().items():
-        extra = (study, source, load) == (
-            "autoware",
-            "live",
-            PAPER_LOAD_PERCENT,
-        ) and executor in EXECUTORS["live_map"]
-        if study == "load" or extra:
+    for (study, source, load, executor), samples in evidence.all_latencies.items():
+        papers = (study, source, load) == ("autoware", "live", PAPER_LOAD_PERCENT)
+        if study == "load" or (papers and executor in EXECUTORS["live_map"]):
             points.setdefault((source, executor), {})[load] = samples
     if not any(len(found) > 1 for found in points.values()):
-        return None
-    tables = [
-        violins.percentile_table({"source": source, "executor": executor, "load_percent": load}, samples)
+        raise Missing
+    table = violins.percentile_table(
+        ({"source": source, "executor": executor, "load_percent": load}, samples)
         for (source, executor), found in sorted(points.items())
         for load, samples in sorted(found.items())
-    ]
-    return Drawing(maps.over_load(points, EXECUTORS["map"], width), pd.concat(tables))
+    )
+    return Drawing(maps.over_load(points, EXECUTORS["map"], width), table)
 
 
-def over_phases(evidence: Evidence, width: float) -> Drawing | None:
+def over_phases(evidence: Evidence, width: float) -> Drawing:
     """Hot path over random phases."""
     draws = {(s, e): found for s in SOURCES for e in EXECUTORS["map"] if (found := evidence.draws(s, e))}
-    if not draws:
-        return None
+    need(draws)
     creation = {e: s.worst for e in EXECUTORS["map"] if (s := evidence.latencies("autoware", "simulated", e))}
-    return Drawing(maps.over_phases(draws, creation, EXECUTORS["map"], width), maps.table_of_draws(draws))
+    table = pd.DataFrame(
+        [[*key, k, *draw] for key, found in draws.items() for k, draw in enumerate(found)],
+        columns=["source", "executor", "draw", "median_ms", "worst_ms"],
+    )
+    return Drawing(maps.over_phases(draws, creation, EXECUTORS["map"], width), table)

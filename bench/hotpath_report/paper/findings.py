@@ -2,35 +2,23 @@
 """What a check answers with, and what the checks share."""
 
 import math
-from collections.abc import Iterable
+import tomllib
+from collections.abc import Iterable, Sized
 from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pandas as pd
 
-from hotpath_report.paper.cells import UTILISATIONS
+from hotpath_report.errors import Missing
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.statistics import Estimate, Samples
 
 REPRODUCED, PARTLY, NOT, NO_DATA = "reproduced", "partly", "not", "no data"
-VERDICTS = (REPRODUCED, PARTLY, NOT, NO_DATA)
 
-STOCK = ("default", "static", "events-ro", "events-re")
-WAIT_SETS = ("default", "static")
-PAPERS_OWN = ("rm-ro", "rm-re", "edf-ro", "edf-re")
-OTHERS_ON_HOT_PATH = ("default", "static", "events-ro")
-LIVE_LOSS_TOLERANCE_PERCENT = 0.1
-REPEATEDLY_PERCENT = (
-    LIVE_LOSS_TOLERANCE_PERCENT  # what counts as lost there must be more than what is excused here
-)
-TEN_PERCENT_RANGE = (5, 20)
-TABLE_TOLERANCE_MS = 0.005
-PAPER_DELTA_MS, PAPER_TOTAL_DELTA_MS, TOTAL_DELTA_TOLERANCE_MS = 0.12, 0.84, 0.01
-ALMOST_90_RANGE = (85, 90)
-PAPER_SLOWDOWN, SLOWDOWN_FACTOR = 2.6, 1.25
-LARGE_EFFECT, LARGEST_P = 0.474, 0.01
-PAPER_RATE_HZ, RATE_TOLERANCE_PERCENT = 10, 2
-TASKS = 7
-DEADLINES_MS = {"IMU": 30, "Camera": 84, "LiDAR": 200}  # the periods
+CLAIMS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("claims.toml").read_text(encoding="utf-8"))
+LIMITS: Any = SimpleNamespace(**CLAIMS["limits"])
 
 
 @dataclass(frozen=True)
@@ -50,14 +38,9 @@ def graded(good: int | bool, of: int | bool, some: int | bool | None = None) -> 
     return REPRODUCED if good == of else PARTLY if (good if some is None else some) else NOT
 
 
-def percents(values: Iterable[float | None]) -> str:
+def percents(values: Iterable[float]) -> str:
     """60 / 80 / 90 %."""
-    return " / ".join("–" if v is None or math.isnan(v) else f"{v:.3g}" for v in values) + " %"
-
-
-def counts(values: Iterable[int | None]) -> str:
-    """Numbers of the three sets."""
-    return " / ".join("–" if v is None else str(v) for v in values)
+    return " / ".join("–" if math.isnan(v) else f"{v:.3g}" for v in values) + " %"
 
 
 def above(estimate: Estimate, neutral: float) -> bool:
@@ -70,16 +53,15 @@ def too_few(*groups: Samples) -> bool:
     return any(not s.exact and not s.resampled for s in groups)
 
 
-def on_all_sets(evidence: Evidence, source: str, *executors: str) -> bool:
-    """Whether each executor ran on all three timers-only sets."""
-    runs = evidence.timer_runs()
-    return all(runs.rows(p, source, e) is not None for p in UTILISATIONS for e in executors)
+def need(*data: Sized) -> None:
+    """Raises Missing unless there are data of each kind."""
+    if not all(map(len, data)):
+        raise Missing
 
 
 def paper_rows(evidence: Evidence) -> pd.DataFrame:
     """Rows of Table I with the paper's release cost; a bound that does not exist is infinite (ms)."""
     rows = evidence.table("wcrt_table.csv")
-    if rows.empty:
-        return rows
     rows = rows[rows["delta_of"] == "paper"]
+    need(rows)
     return rows.assign(bound_ms=(rows["bound_ns"] / 1e6).fillna(math.inf))

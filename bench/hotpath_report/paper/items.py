@@ -13,7 +13,7 @@ class Item:
     name: str
     title: str
     paper: str  # where the paper shows it; empty: it does not
-    studies: tuple[str, ...]
+    studies: list[str]
     figure: str  # name of its file
     caption: str
     draw: str
@@ -22,11 +22,6 @@ class Item:
     options: dict[str, str] = field(default_factory=dict)
 
 
-def read() -> tuple[Item, ...]:
-    """All items in their order on the page."""
-    found = tomllib.loads(Path(__file__).with_name("items.toml").read_text(encoding="utf-8"))["item"]
-    return tuple(Item(studies=tuple(item.pop("studies")), **item) for item in found)
-
-
-ITEMS = read()
+CONTENT = tomllib.loads(Path(__file__).with_name("items.toml").read_text(encoding="utf-8"))
+ITEMS = tuple(Item(**item) for item in CONTENT["item"])  # in their order on the page
 NAMES = tuple(item.name for item in ITEMS)

@@ -6,8 +6,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from hotpath_report.errors import InputError
-from hotpath_report.pages.writer import environment
+from hotpath_report.errors import RunError
 from hotpath_report.tables import read_json, write_file
 
 # Not the cells, whose jobs.csv hold every job and take gigabytes; nor report.html, which `hotpath report` makes from
@@ -15,11 +14,6 @@ from hotpath_report.tables import read_json, write_file
 PUBLISHED = ("report.md", "claims.json", "facts.json", "plan.json", "data", "figures")
 LEFT_BY_EARLIER_VERSIONS = ("report.html", "report")
 LARGEST_MB = 20
-
-
-def size_mb(folder: Path) -> float:
-    """Of all files below a folder."""
-    return sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / 1e6
 
 
 def problem_with(output: Path, destination: Path) -> str | None:
@@ -38,21 +32,20 @@ def problem_with(output: Path, destination: Path) -> str | None:
 
 
 def publish(output: Path, destination: Path) -> None:
-    """Replaces `destination` by the publishable part of `output`, and writes README.md beside it."""
+    """Replaces `destination` by the publishable part of `output`, and writes README.md beside it. Raises RunError."""
     destination = destination.resolve()
     part, old = (destination.with_name(f".{destination.name}.{word}") for word in ("part", "old"))
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir(parents=True)
     for name in PUBLISHED:
-        source = output / name
-        if source.is_dir():
-            shutil.copytree(source, part / name)
+        if (output / name).is_dir():
+            shutil.copytree(output / name, part / name)
         else:
-            shutil.copy2(source, part / name)
-    size = size_mb(part)
+            shutil.copy2(output / name, part / name)
+    size = sum(f.stat().st_size for f in part.rglob("*") if f.is_file()) / 1e6
     if size > LARGEST_MB:
         shutil.rmtree(part)
-        raise InputError(
+        raise RunError(
             f"--publish: {size:.0f} MB are more than the {LARGEST_MB} MB that a repository should carry; nothing was"
             " copied"
         )
@@ -67,6 +60,8 @@ def publish(output: Path, destination: Path) -> None:
 
 def write_readme(destination: Path, size: float) -> None:
     """README.md beside the publication, unless somebody else's is there; `size` in MB."""
+    from hotpath_report.pages.writer import environment  # takes a second, which a refusal does not need
+
     readme, mark = destination.parent / "README.md", "## How `"
     if readme.exists() and mark not in readme.read_text(encoding="utf-8"):
         print(f"{readme} is not ours and stays as it is", file=sys.stderr)

@@ -3,8 +3,6 @@
 names."""
 
 import json
-from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -17,15 +15,10 @@ FOLDERS = tuple(
     for package in ("reference_system", "hotpath_reference_system")
 )
 # The fork's prioritised queues give every subscription one top priority (rule `first`).
-TIMERS_NAMES = {
+NAMES = {
     "default": "default",
-    "static": "static",
-    "events": "events-ro",
-    "rm": "rm-ro",
-    "edf": "edf-ro",
-}
-AUTOWARE_NAMES = {
     "singlethreaded": "default",
+    "static": "static",
     "staticsinglethreaded": "static",
     "multithreaded": "multi",
     "events": "events-ro",
@@ -33,20 +26,8 @@ AUTOWARE_NAMES = {
     "rm": "rm-ro",
     "edf": "edf-ro",
 }
-TRACED = ("events-re",)  # not among the authors' programs, but in the golden traces
+TRACED = "events-re"  # not among the authors' programs, but in the golden traces
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
-
-
-def traced(folder: Path) -> list[dict[str, Any]]:
-    """Rows of timers in golden traces."""
-    rows = []
-    for executor in TRACED:
-        for percent in UTILISATIONS:
-            path = folder / "traces" / f"timers_only_{percent}.{executor}.csv"
-            for timer in json.loads(output_of("summarize", "--golden", path))["tasks"]:
-                worst = timer["response_authors_ms"]["max"]
-                rows.append({**timer, "setting": percent, "executor": executor, "response_max_ms": worst})
-    return rows
 
 
 class Reference:
@@ -59,18 +40,20 @@ class Reference:
             return
         names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
         timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
-        timers["executor"] = timers["executor"].map(TIMERS_NAMES)
-        self.timers = pd.concat([timers, pd.DataFrame(traced(folder))], ignore_index=True)
-        self.timers["ran"] = self.timers["reached"] - self.timers["skipped"]
-        self.timers = self.timers.assign(study="timers", source=REAL, repetition=0)
+        tables = [timers.assign(executor=timers["executor"].map(NAMES))]
+        for percent in UTILISATIONS:
+            path = folder / "traces" / f"timers_only_{percent}.{TRACED}.csv"
+            traced = pd.DataFrame(json.loads(output_of("summarize", "--golden", path))["tasks"])
+            worst = traced["response_authors_ms"].map(lambda values: values["max"])
+            tables.append(traced.assign(setting=percent, executor=TRACED, response_max_ms=worst))
+        timers = pd.concat(tables, ignore_index=True)
+        timers["ran"] = timers["reached"] - timers["skipped"]
+        self.timers = timers.assign(study="timers", source=REAL, repetition=0)
         autoware = pd.read_csv(folder / "rclcpp_autoware.csv")
         autoware = autoware[autoware["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT]
-        self.hot_path = autoware.assign(executor=autoware["executor"].map(AUTOWARE_NAMES)).set_index(
-            "executor"
-        )
+        self.hot_path = autoware.assign(executor=autoware["executor"].map(NAMES)).set_index("executor")
 
-    def hot_path_ms(self, executor: str, quantile: str) -> float | None:
-        """`quantile` is p50, p90, p99 or max."""
-        if executor not in self.hot_path.index:
-            return None
-        return float(self.hot_path.loc[executor, f"hot_path_{quantile}_ms"])
+    def hot_path_ms(self, quantile: str) -> dict[str, float]:
+        """By executor; `quantile` is p50, p90, p99 or max."""
+        values = self.hot_path.get(f"hot_path_{quantile}_ms", pd.Series(dtype=float))
+        return {str(executor): float(value) for executor, value in values.items()}

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """From evidence to what a reproduction leaves: data/, figures/, claims.json, report.html, report.md."""
 
+import itertools
 import re
 import shlex
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,29 +14,22 @@ from typing import Any
 import pandas as pd
 
 from hotpath_report import statistics
+from hotpath_report.errors import Missing
 from hotpath_report.figures.violins import percentile_table
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import drawings, storage, tables
-from hotpath_report.paper.cells import MODES
+from hotpath_report.paper.cells import MODES, SPEC, duration_text
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import NO_DATA, NOT, PAPER_SLOWDOWN, PARTLY, REPRODUCED
+from hotpath_report.paper.findings import LIMITS, NO_DATA, NOT, PARTLY, REPRODUCED
 from hotpath_report.paper.items import ITEMS
 from hotpath_report.paper.noise import NOISE_RULE
-from hotpath_report.paper.progress import duration_text
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.tables import write_file, write_json
 
 # At the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
-STUDY_NAMES = {
-    "autoware": "Autoware",
-    "rules": "Autoware with other rules",
-    "timers": "timers-only sets",
-    "load": "other loads",
-    "phases": "random phases",
-}
 
 
 def command_lines(evidence: Evidence, studies: Collection[str]) -> list[str]:
@@ -60,7 +55,7 @@ def where_it_ran(evidence: Evidence, planned: int) -> str:
             f"Simulated and computed, mode {evidence.mode}; measured was only what a release costs on the machine that"
             " did it."
         )
-    complete = len(evidence.live_cells())
+    complete = len(evidence.live_cells)
     missing = f" Unfinished: {complete} of {planned} live repetitions." if complete < planned else ""
     virtual = "virtual machine" if m.get("hypervisor") else "machine"
     return (
@@ -73,36 +68,29 @@ def where_it_ran(evidence: Evidence, planned: int) -> str:
 def tiles(evidence: Evidence, verdicts: list[Verdict]) -> list[dict[str, Any]]:
     """The numbers at the top of the page."""
     found = Counter(v.verdict for v in verdicts)
-    judged = len(verdicts) - found[NO_DATA]
-    shown: list[dict[str, Any]] = []
-
-    def tile(value: object, text: str, more: str = "") -> None:
-        shown.append({"value": value, "more": more, "text": text})
-
+    shown: list[tuple[str, str, str]] = []
     for source in SOURCES:
         default, ours = (evidence.latencies("autoware", source, e) for e in ("default", "rm-ro"))
         if default and ours:
-            r = statistics.ratio(default, ours, 1.0)
-            value, _, interval = f"{r.text(2)}".partition(" ")
-            tile(f"{value}×", f"worst hot path of default over rm-ro, {source}", interval)
-    real = [evidence.reference.hot_path_ms(e, "max") for e in ("default", "rm-ro")]
-    if real[0] and real[1]:
-        tile(f"{real[0] / real[1]:.2f}×", f"the same on the real ROS 2 stack (the paper: {PAPER_SLOWDOWN:g})")
-    tile(f"{found[REPRODUCED]} of {judged}", f"claims reproduced, {found[PARTLY]} partly, {found[NOT]} not")
-    live = evidence.live_cells()
-    if live:
-        tile(
-            f"{sum(bool(c['noise']['marks']) for c in live)} of {len(live)}",
-            "live repetitions marked as noisy",
-        )
-    return shown
+            value, _, interval = statistics.ratio(default, ours, 1.0).text(2).partition(" ")
+            shown.append((f"{value}×", f"worst hot path of default over rm-ro, {source}", interval))
+    real = evidence.reference.hot_path_ms("max")
+    if {"default", "rm-ro"} <= real.keys():
+        text = f"the same on the real ROS 2 stack (the paper: {LIMITS.paper_slowdown:g})"
+        shown.append((f"{real['default'] / real['rm-ro']:.2f}×", text, ""))
+    text = f"claims reproduced, {found[PARTLY]} partly, {found[NOT]} not"
+    shown.append((f"{found[REPRODUCED]} of {len(verdicts) - found[NO_DATA]}", text, ""))
+    if evidence.live_cells:
+        marked = f"{len(evidence.marked_cells())} of {len(evidence.live_cells)}"
+        shown.append((marked, "live repetitions marked as noisy", ""))
+    return [dict(zip(("value", "text", "more"), tile)) for tile in shown]
 
 
 def live_runs(evidence: Evidence) -> str:
     """What was measured, study by study: as many repetitions of each executor and setting as there really are."""
     texts = []
-    for study, name in STUDY_NAMES.items():
-        mine = [c for c in evidence.live_cells() if c["study"] == study]
+    for study, name in SPEC["study_names"].items():
+        mine = [c for c in evidence.live_cells if c["study"] == study]
         counts = Counter(c["name"].rsplit(".", 1)[0] for c in mine).values()
         if mine:
             times = " to ".join(map(str, sorted({min(counts), max(counts)})))
@@ -113,7 +101,7 @@ def live_runs(evidence: Evidence) -> str:
 
 def methods(evidence: Evidence) -> dict[str, Any]:
     """The facts in the section on methods."""
-    live = evidence.live_cells()
+    live = evidence.live_cells
     return {
         "mode": MODES[evidence.mode],
         "live": len(live),
@@ -131,14 +119,12 @@ def methods(evidence: Evidence) -> dict[str, Any]:
 
 def noise(evidence: Evidence) -> dict[str, Any]:
     """What disturbed the live repetitions."""
-    live = sorted(evidence.live_cells(), key=lambda c: str(c["name"]))
+    live = sorted(evidence.live_cells, key=lambda c: str(c["name"]))
     if not live:
         return {"text": "Nothing was measured live.", "table": None}
-    marked = sum(bool(c["noise"]["marks"]) for c in live)
-    text = (
-        f"{marked} of {len(live)} live repetitions are marked as noisy; they count like all others. The rule:"
-        f" {NOISE_RULE}."
-    )
+    marked = len(evidence.marked_cells())
+    text = f"{marked} of {len(live)} live repetitions are marked as noisy; they count like all others."
+    text += f" The rule: {NOISE_RULE}."
     if 4 * marked > len(live):
         text += " This machine is too noisy for conclusions about single worst cases."
     columns = (("stolen_percent", 2), ("others_percent", 1), ("held_up_ms", 2))
@@ -155,42 +141,35 @@ def noise(evidence: Evidence) -> dict[str, Any]:
 def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     """A section for each item."""
     made = []
-    for item in ITEMS:
-        if item.name not in items:
-            continue
+    for item in (item for item in ITEMS if item.name in items):
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
         draw = partial(getattr(drawings, item.draw), evidence, **item.options)
-        figure = make_figure(item.figure, item.caption, draw, command_lines(evidence, item.studies))
-        section.figures += [figure] if figure else []
-        table = getattr(tables, item.table)(evidence, **item.options)
-        section.tables += [table] if table and table.rows else []
+        with suppress(Missing):
+            commands = command_lines(evidence, item.studies)
+            section.figures.append(make_figure(item.figure, item.caption, draw, commands))
+        with suppress(Missing):
+            table = getattr(tables, item.table)(evidence, **item.options)
+            section.tables += [table] if table.rows else []
         made.append(section)
     return made
 
 
 def percentiles(evidence: Evidence) -> pd.DataFrame:
     """Every percentile of every distribution, one row each, with the cells that it comes from."""
-    tables = []
-
-    def add(quantity: str, samples: statistics.Samples, key: Iterable[Any], tasks: str) -> None:
-        study, source, setting, executor = key
-        keys = {"quantity": quantity, "study": study, "source": source, "setting": f"{setting} %"}
-        keys |= {"executor": executor, "tasks": tasks}
-        frame = percentile_table(keys, samples)
-        tables.append(frame.assign(cells=evidence.names_of_cells((study,), source, executor, setting)))
-
-    for key, samples in sorted(evidence.all_latencies().items()):
-        add("hot path", samples, key, "")
+    found = [(("hot path", *key, ""), samples) for key, samples in sorted(evidence.all_latencies.items())]
     for study in sorted(set(evidence.timers["study"])):
         runs = evidence.timer_runs(study)
-        for (setting, source, executor), _ in sorted(
-            runs.counts.groupby(runs.KEY), key=lambda found: str(found[0])
-        ):
-            for group in GROUPS:
-                found = runs.samples(setting, source, executor, group)
-                if found is not None:
-                    add("response", found, (study, source, setting, executor), group)
-    return pd.concat(tables) if tables else pd.DataFrame()
+        keys = sorted(runs.counts.groupby(runs.KEY).groups, key=str)
+        for (setting, source, executor), group in itertools.product(keys, GROUPS):
+            samples = runs.samples(setting, source, executor, group)
+            found.append((("response", study, source, setting, executor, group), samples))
+    names = ("quantity", "study", "source", "setting", "executor", "tasks")
+    table = percentile_table((dict(zip(names, key)), samples) for key, samples in found)
+    if len(table):
+        cells = {key: evidence.names_of_cells((key[1],), key[2], key[4], key[3]) for key, _ in found}
+        table["cells"] = [cells[key] for key in zip(*(table[name] for name in names))]
+        table["setting"] = table["setting"].map("{} %".format)
+    return table
 
 
 def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
@@ -221,7 +200,7 @@ def write_results(evidence: Evidence, items: Collection[str], folder: Path, plan
     """Writes everything that a reproduction leaves; `planned`: live repetitions that the plan has."""
     storage.write(evidence, folder / "data")
     verdicts = write_page_of(evidence, items, folder, planned)
-    live = evidence.live_cells()
+    live = evidence.live_cells
     seconds = sum(c["duration_s"] for c in live)
     facts = {
         "mode": evidence.mode,
@@ -233,7 +212,7 @@ def write_results(evidence: Evidence, items: Collection[str], folder: Path, plan
         "live_runs": live_runs(evidence),
         "live_measured_s": seconds,
         "live_measured": duration_text(seconds),
-        "marked_cells": sum(bool(c["noise"]["marks"]) for c in live),
+        "marked_cells": len(evidence.marked_cells()),
     }
     write_json(folder / "facts.json", facts)
     return verdicts
@@ -244,5 +223,5 @@ def write_published(publication: Path, folder: Path) -> None:
     evidence = storage.stored(publication)
     studies = {c["study"] for c in evidence.cells}
     items = [item.name for item in ITEMS if set(item.studies) <= studies]
-    write_page_of(evidence, items, folder, len(evidence.live_cells()))
+    write_page_of(evidence, items, folder, len(evidence.live_cells))
     print(f"{folder / 'report.html'} (and report.md)")

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs cells: each into a folder that gets its name when the cell is whole, so that a killed reproduction goes on."""
 
+import concurrent.futures
 import contextlib
+import itertools
 import os
 import queue
 import shutil
@@ -10,11 +12,10 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hotpath_report.errors import InputError
+from hotpath_report.errors import InputError, RunError
 from hotpath_report.paper.cells import Cell
 from hotpath_report.paper.noise import busy_seconds, noise_of
 from hotpath_report.tables import read_json, write_json
@@ -23,40 +24,13 @@ from hotpath_report.tables import read_json, write_json
 ENDS_WITH_US = ("setpriv", "--pdeathsig", "TERM", "--")
 
 
-class Interrupted(Exception):
-    """A signal asked for the end."""
-
-
-class Rebuilt(Exception):
-    """The measured command is no longer the one that the first cells ran."""
-
-
-@dataclass
-class Running:
-    """A cell and its process."""
-
-    cell: Cell
-    process: subprocess.Popen[str]
-    started: float  # time.time()
-
-
-@dataclass
-class Outcome:
-    """How a cell's process ended."""
-
-    code: int
-    errors: str  # standard error
-    elapsed_s: float
-    others_percent: float  # of its processors' time, used by other processes
-
-
-def facts_of(folder: Path, name: str = "cell.json") -> dict[str, Any] | None:
-    """Content of a JSON file of a cell; None where there is none that can be read."""
+def facts_of(path: Path) -> dict[str, Any]:
+    """Content of a JSON file; nothing where there is none that can be read."""
     try:
-        content: dict[str, Any] = read_json(folder / name)
+        content: dict[str, Any] = read_json(path)
         return content
     except InputError:
-        return None
+        return {}
 
 
 class Runner:
@@ -65,26 +39,18 @@ class Runner:
     def __init__(self, hotpath: str, build: str, output: Path, cpus: list[int]) -> None:
         self.hotpath, self.build, self.cpus = hotpath, build, cpus
         self.folder = Path(output) / "cells"
-        self.on_change: Callable[
-            [], None
-        ] = lambda: None  # called when a cell has begun or ended, and now and then
-        self.running: dict[str, Running] = {}
-        self.done: list[Cell] = []
+        # Called when a cell has begun or ended, with the seconds that were expected of one that ended.
+        self.on_change: Callable[[float], None] = lambda seconds: None
+        self.running: dict[str, subprocess.Popen[str]] = {}
         self.failed: list[tuple[Cell, str]] = []
-        self.at_once = 1
         self.command_file = self.signature()
-        self.stop = threading.Event()
-        self.interrupted_by = 0  # number of a signal
-        self.lock = threading.RLock()  # a signal may find the main thread holding it
+        self.stopped = False
+        self.lock = threading.Lock()  # of `running` and `stopped`
 
     def signature(self) -> tuple[int, int, int]:
         """What changes when the command is built anew."""
         found = os.stat(self.hotpath)
         return found.st_ino, found.st_size, found.st_mtime_ns
-
-    def identity(self, cell: Cell, place: tuple[str, ...]) -> dict[str, Any]:
-        """What two results of a cell must share to count as the same."""
-        return {"command": ["hotpath", *cell.command(f"cells/{cell.name}", place)], "build": self.build}
 
     def cpus_of(self, cell: Cell, slot: int) -> list[int]:
         """The live cell's own processor, or as many as it has cores."""
@@ -92,47 +58,48 @@ class Runner:
             return []
         return sorted(self.cpus[slot : slot + 1] if cell.cores == 1 else self.cpus[: cell.cores])
 
-    def place(self, cell: Cell, slot: int) -> tuple[str, ...]:
-        """Options of a live cell. In different DDS domains, cells at the same time do not discover each other."""
+    def command(self, cell: Cell, slot: int, output: object) -> list[str]:
+        """Words for `hotpath`. In different DDS domains, live cells at the same time do not discover each other."""
         cpus = self.cpus_of(cell, slot)
-        return ("--cpus", ",".join(map(str, cpus)), "--domain", str(slot)) if cpus else ()
+        place = ("--cpus", ",".join(map(str, cpus)), "--domain", str(slot)) if cpus else ()
+        return cell.command(output, place)
+
+    def identity(self, cell: Cell, slot: int) -> dict[str, Any]:
+        """What two results of a cell must share to count as the same."""
+        command = ["hotpath", *self.command(cell, slot, f"cells/{cell.name}")]
+        return {"command": command, "build": self.build, "complete": True}
+
+    def facts(self, cell: Cell) -> dict[str, Any]:
+        """What the cell's folder says of itself; nothing where there is none."""
+        return facts_of(self.folder / cell.name / "cell.json")
 
     def complete(self, cell: Cell) -> bool:
         """Whether the cell's folder holds what the plan asks for, made by this build."""
-        facts = facts_of(self.folder / cell.name)
-        if facts is None or facts.get("complete") is not True:
-            return False
+        facts = self.facts(cell)
         # Which of several equal processors a cell was pinned to is no difference.
-        options = [self.identity(cell, self.place(cell, slot)) for slot in range(max(1, len(self.cpus)))]
-        return any(all(facts.get(key) == value for key, value in wanted.items()) for wanted in options)
-
-    def of_another_build(self, cell: Cell) -> bool:
-        """Whether another build made the cell's folder."""
-        facts = facts_of(self.folder / cell.name)
-        return facts is not None and facts.get("build") != self.build
+        return any(self.identity(cell, k).items() <= facts.items() for k in range(max(1, len(self.cpus))))
 
     def set_aside(self, cell: Cell) -> None:
         """Keeps what another build measured; a simulation can be repeated."""
-        folder = self.folder / cell.name
+        folder, aside = self.folder / cell.name, self.folder.parent / "superseded"
         if cell.source != "live":
             shutil.rmtree(folder, ignore_errors=True)
-        if not folder.exists():
-            return
-        aside = self.folder.parent / "superseded"
-        aside.mkdir(exist_ok=True)
-        attempt = 1
-        while (aside / f"{cell.name}.{attempt}").exists():
-            attempt += 1
-        os.replace(folder, aside / f"{cell.name}.{attempt}")
+        elif folder.exists():
+            aside.mkdir(exist_ok=True)
+            names = (aside / f"{cell.name}.{attempt}" for attempt in itertools.count(1))
+            os.replace(folder, next(name for name in names if not name.exists()))
 
-    def start(self, cell: Cell, command: list[str]) -> subprocess.Popen[str]:
-        """Starts a cell's process. Raises Interrupted, or Rebuilt."""
+    def start(self, cell: Cell, command: list[str]) -> subprocess.Popen[str] | None:
+        """Starts a cell's process; None after the end was asked for. Raises RunError."""
         with self.lock:
-            if self.stop.is_set():
-                raise Interrupted
+            if self.stopped:
+                return None
             if self.signature() != self.command_file:
-                raise Rebuilt
-            process = subprocess.Popen(
+                raise RunError(
+                    f"{self.hotpath} was replaced while it was being measured; what is complete is kept, and the"
+                    " same command measures all anew with the new one"
+                )
+            self.running[cell.name] = subprocess.Popen(
                 [*ENDS_WITH_US, self.hotpath, *command],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
@@ -142,17 +109,17 @@ class Runner:
                 env={**os.environ, "HOTPATH_FIGURES": "none"},
                 start_new_session=True,  # Ctrl-C reaches it through us, once
             )
-            self.running[cell.name] = Running(cell, process, time.time())
-        return process
+            return self.running[cell.name]
 
-    def run(self, cell: Cell, slot: int = 0) -> None:
+    def run(self, cell: Cell, slot: int, at_once: int) -> None:
         """Runs one cell to its end."""
         part = self.folder / f".{cell.name}.{os.getpid()}.part"
-        used = set(self.cpus_of(cell, slot))
+        used = self.cpus_of(cell, slot)
         started, busy = time.time(), busy_seconds(used)
-        process = self.start(cell, cell.command(part, self.place(cell, slot)))
-        self.on_change()
-        assert process.stderr is not None
+        process = self.start(cell, self.command(cell, slot, part))
+        if process is None or process.stderr is None:
+            return
+        self.on_change(0)
         with process.stderr:
             errors = process.stderr.read()
         _, status, usage = os.wait4(process.pid, 0)
@@ -161,66 +128,49 @@ class Runner:
         others = 100 * max(0.0, busy_seconds(used) - busy - own) / (elapsed * len(used)) if used else 0.0
         with self.lock:
             del self.running[cell.name]
-        if self.stop.is_set():
-            raise Interrupted
-        self.finish(cell, slot, part, Outcome(process.returncode, errors, elapsed, others))
-        self.on_change()
-
-    def finish(self, cell: Cell, slot: int, part: Path, outcome: Outcome) -> None:
-        """Gives a complete cell its name, and removes what a failed one left."""
-        run = facts_of(part, "run.json")
-        if outcome.code != 0 or (run is not None and run.get("complete") is not True):
-            lines = outcome.errors.strip().splitlines() or [f"exit code {outcome.code}"]
+            if self.stopped:
+                return
+        run = facts_of(part / "run.json")
+        if process.returncode != 0 or run.get("complete", True) is not True:
+            lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
             self.failed.append((cell, lines[-1]))
             shutil.rmtree(part, ignore_errors=True)
-            return
-        part.mkdir(parents=True, exist_ok=True)
-        facts = self.identity(cell, self.place(cell, slot)) | cell.facts()
-        facts |= {"cpus": self.cpus_of(cell, slot), "elapsed_s": outcome.elapsed_s}
-        if cell.source == "live" and run is not None:
-            facts |= {"at_once": self.at_once, "noise": noise_of(run, outcome.others_percent)}
-        write_json(part / "cell.json", {**facts, "complete": True})
-        self.set_aside(cell)
-        os.replace(part, self.folder / cell.name)
-        self.done.append(cell)
-
-    def interrupt(self, number: int = signal.SIGINT) -> None:
-        """Ends all processes; what is complete stays."""
-        with self.lock:
-            self.interrupted_by = number
-            self.stop.set()
-            for running in self.running.values():
-                # Not Popen's own way, which might take the exit status that run() awaits.
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(running.process.pid, signal.SIGINT)
+        else:
+            part.mkdir(parents=True, exist_ok=True)
+            facts = self.identity(cell, slot) | cell.facts() | {"cpus": used, "elapsed_s": elapsed}
+            if cell.source == "live":
+                facts |= {"at_once": at_once, "noise": noise_of(run, others)}
+            write_json(part / "cell.json", facts)
+            self.set_aside(cell)
+            os.replace(part, self.folder / cell.name)
+        self.on_change(cell.seconds / at_once)
 
     def run_all(self, cells: list[Cell], workers: int) -> None:
-        """Takes the cells in their order, several at once; the rest is left alone after the first exception."""
+        """Takes the cells in their order, several at once. An exception, as of a signal, ends all processes and leaves
+        the rest alone; what is complete stays."""
         for part in self.folder.glob(".*.part"):  # what killed and interrupted reproductions left behind
             shutil.rmtree(part, ignore_errors=True)
-        self.at_once = workers
-        waiting: queue.SimpleQueue[Cell] = queue.SimpleQueue()
-        problems: list[BaseException] = []
-        for cell in cells:
-            waiting.put(cell)
+        slots: queue.SimpleQueue[int] = queue.SimpleQueue()
+        for slot in range(workers):
+            slots.put(slot)
 
-        def work(slot: int) -> None:
-            while not problems and not self.stop.is_set():
-                try:
-                    self.run(waiting.get_nowait(), slot)
-                except queue.Empty:
-                    return
-                except BaseException as error:  # reported by the main thread
-                    problems.append(error)
+        def work(cell: Cell) -> None:
+            slot = slots.get()
+            try:
+                self.run(cell, slot, workers)
+            finally:
+                slots.put(slot)
 
-        threads = [threading.Thread(target=work, args=(slot,)) for slot in range(workers)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            while thread.is_alive():
-                thread.join(0.5)  # signals are handled in between
-                self.on_change()
-        for problem in problems:
-            raise problem
-        if self.stop.is_set():
-            raise Interrupted
+        with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+            try:
+                for future in concurrent.futures.as_completed([pool.submit(work, cell) for cell in cells]):
+                    future.result()
+            except BaseException:
+                with self.lock:
+                    self.stopped = True
+                    for process in self.running.values():
+                        # Not Popen's own way, which might take the exit status that run() awaits.
+                        with contextlib.suppress(ProcessLookupError):
+                            os.kill(process.pid, signal.SIGINT)
+                pool.shutdown(cancel_futures=True)
+                raise

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reproduction as a user runs it, on short simulations: verdicts that can fail, resumption, page in a browser."""
 
+import contextlib
 import dataclasses
 import fcntl
+import io
 import json
 import os
 import re
@@ -14,9 +16,11 @@ import tempfile
 import time
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import pandas as pd
 
+from hotpath_report.__main__ import main
 from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import noise, storage
@@ -39,8 +43,29 @@ def call(words, **options):
     return subprocess.run(words, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False, **options)
 
 
+def call_here(words):
+    """A command line of reproduce() or of `hotpath` in this process: a new one takes a second to import everything."""
+    words = [str(word) for word in words]
+    output, errors = io.StringIO(), io.StringIO()
+    with mock.patch.dict(os.environ), contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+        try:
+            code = main(words[words.index("hotpath_report") + 1 :])
+        except SystemExit as end:
+            code = end.code
+    return subprocess.CompletedProcess(words, code, output.getvalue(), errors.getvalue())
+
+
 def hotpath(*words):
-    return call([HOTPATH, *map(str, words)])
+    # No run of these tests needs the figure that `hotpath` draws of it.
+    return call([HOTPATH, *map(str, words)], env={**os.environ, "HOTPATH_FIGURES": "none"})
+
+
+@contextlib.contextmanager
+def without_page():
+    """Nothing is drawn and the page stays as it is: it is the subject of other tests, and takes most of the time."""
+    results = "hotpath_report.paper.results"
+    with mock.patch(f"{results}.sections", return_value=[]), mock.patch(f"{results}.write_page"):
+        yield
 
 
 def finished_cells(output):
@@ -59,11 +84,6 @@ class ReproductionTest(unittest.TestCase):
         while not condition():
             self.assertLess(time.monotonic(), limit, what)
             time.sleep(0.01)
-
-
-def fresh(evidence):
-    """A copy whose frames can be exchanged."""
-    return dataclasses.replace(evidence, _latencies=None, _studies={})
 
 
 def as_if(frame, study, executor, other):
@@ -127,7 +147,7 @@ class Simulated(ReproductionTest):
         self.assertEqual(found["drops-events-ro"], NOT, "stock release-only never skips a timestamp")
 
     def test_results_of_a_wrong_executor_are_not_reproduced(self):
-        wrong = fresh(self.evidence)
+        wrong = dataclasses.replace(self.evidence)
         for name in ("timers", "responses"):
             before = getattr(self.evidence, name)
             frame = as_if(before, "timers_with_release_cost", "rm-ro", "default")
@@ -158,7 +178,7 @@ class Simulated(ReproductionTest):
             self.assertIn(found[claim], (NOT, PARTLY), claim)
 
     def test_few_live_samples_decide_nothing(self):
-        brief = fresh(self.evidence)
+        brief = dataclasses.replace(self.evidence)
         few = brief.hot_path.groupby(["study", "executor"]).head(20).assign(source="live")
         brief.hot_path = pd.concat([brief.hot_path, few], ignore_index=True)
         found = {v.claim.name: v for v in judge(brief)}["best-worst-case"]
@@ -166,7 +186,7 @@ class Simulated(ReproductionTest):
         self.assertEqual(found.verdict, REPRODUCED)
 
     def test_live_losses_are_told_and_tolerated_only_up_to_their_share(self):
-        live = fresh(self.evidence)
+        live = dataclasses.replace(self.evidence)
         facts = {
             "study": "timers",
             "source": "live",
@@ -181,7 +201,8 @@ class Simulated(ReproductionTest):
         )
         for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (int(timers[here]["reached"].iloc[0]) // 2, NOT)):
             timers.loc[here, "skipped"] = lost
-            live.timers, live._studies = pd.concat([self.evidence.timers, timers], ignore_index=True), {}
+            timers_of_both = pd.concat([self.evidence.timers, timers], ignore_index=True)
+            live = dataclasses.replace(live, timers=timers_of_both)
             found = {v.claim.name: v for v in judge(live)}["no-drops"].findings
             self.assertEqual(found["simulated"].verdict, REPRODUCED)
             self.assertEqual(found["live"].verdict, verdict, lost)
@@ -191,14 +212,14 @@ class Simulated(ReproductionTest):
     def test_samples_are_read_back_as_written(self):
         stored = storage.stored(self.output)
         key = ("autoware", "simulated", "rm-ro")
-        written, read = (e.latencies(*key).pooled() for e in (self.evidence, stored))
+        written, read = (e.latencies(*key).pooled for e in (self.evidence, stored))
         self.assertEqual(sorted(read), sorted(round(v, 6) for v in written))
         pd.testing.assert_frame_equal(stored.timers, self.evidence.timers, check_dtype=False)
 
     def test_claims_are_judged_again_from_what_is_stored(self):
-        again = call(
-            [sys.executable, "-B", "-m", "hotpath_report", "report", self.output, "--output", self.folder()]
-        )
+        # The figures themselves are not compared: writing them takes most of the time.
+        with mock.patch("hotpath_report.pages.writer.svg_of", return_value="<svg><defs></defs></svg>"):
+            again = call_here(["hotpath_report", "report", self.output, "--output", self.folder()])
         self.assertEqual(again.returncode, 0, again.stderr)
         page = Path(again.stdout.split()[0]).parent
         self.assertEqual((page / "claims.json").read_bytes(), (self.output / "claims.json").read_bytes())
@@ -206,7 +227,8 @@ class Simulated(ReproductionTest):
 
     def test_a_complete_reproduction_repeats_no_cell(self):
         before = finished_cells(self.output)
-        again = call(reproduce(self.output, "--only", ITEMS))
+        with without_page():
+            again = call_here(reproduce(self.output, "--only", ITEMS))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual(finished_cells(self.output), before)
 
@@ -216,14 +238,14 @@ class Simulated(ReproductionTest):
         self.assertNotIn("differs", same.stdout)
         self.assertRegex(same.stdout, r"\d+ the same, of \d+ percentiles")
         for other in (self.output / "cells", self.output / "nowhere"):
-            refused = hotpath("compare-results", self.output, other)
+            refused = call_here(["hotpath_report", "compare-results", self.output, other])
             self.assertEqual(refused.returncode, 2, refused.stderr)
             self.assertEqual(refused.stderr.count("\n"), 1)
 
     def test_compare_results_sees_another_executor(self):
         other = self.folder() / "other"
         shutil.copytree(self.output / "data", other / "data")
-        changed = fresh(self.evidence)
+        changed = dataclasses.replace(self.evidence)
         frame = changed.hot_path
         default = frame[frame["executor"] == "default"].assign(executor="rm-ro")
         changed.hot_path = pd.concat([frame[frame["executor"] != "rm-ro"], default], ignore_index=True)
@@ -234,7 +256,7 @@ class Simulated(ReproductionTest):
         (other / "claims.json").write_text(
             json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8"
         )
-        result = hotpath("compare-results", self.output, other)
+        result = call_here(["hotpath_report", "compare-results", self.output, other])
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
         self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)
@@ -303,7 +325,7 @@ class Resumption(ReproductionTest):
         return output, process.returncode, errors, done, plan
 
     def goes_on(self, output, done, plan):
-        again = call(reproduce(output, "--only", "load,phases"))
+        again = call_here(reproduce(output, "--only", "load,phases"))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual((output / "plan.json").read_bytes(), plan)
         after = finished_cells(output)
@@ -315,17 +337,20 @@ class Resumption(ReproductionTest):
         output, code, _, done, plan = self.interrupted(signal.SIGKILL)
         self.assertEqual(code, -signal.SIGKILL)
         self.goes_on(output, done, plan)
+        for name in ("hot_path_load", "hot_path_phases"):
+            self.assertTrue((output / "figures" / f"{name}.svg").exists(), name)
 
     def test_after_ctrl_c(self):
         output, code, errors, done, plan = self.interrupted(signal.SIGINT)
         self.assertEqual(code, 130, errors)
         self.assertIn("Interrupted", errors)
-        self.goes_on(output, done, plan)
+        with without_page():
+            self.goes_on(output, done, plan)
 
 
 class WrongUse(ReproductionTest):
     def assert_refused(self, words, *parts):
-        result = call(words)
+        result = call_here(words)
         self.assertEqual(result.returncode, 2, result.stderr)
         for part in parts:
             self.assertIn(part, result.stderr)
@@ -362,7 +387,7 @@ class WrongUse(ReproductionTest):
         self.assert_refused(reproduce(folder, "--only", "overhead"), "standard")
 
     def test_list_names_every_item(self):
-        result = call(reproduce(self.folder(), "--list"))
+        result = call_here(reproduce(self.folder(), "--list"))
         self.assertEqual(result.returncode, 0, result.stderr)
         for name in NAMES:
             self.assertIn(name, result.stdout)
@@ -385,6 +410,10 @@ class Live(ReproductionTest):
         self.assertEqual(facts["at_once"], 1)
         self.assertIn(str(cpu), facts["command"])
         self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu]).complete(cell))
+        found = evidence_of.collect(output, [cell])
+        self.assertEqual(set(found.timers["source"]), {"live"})
+        self.assertEqual(set(found.timers["repetition"]), {cell.repetition})
+        self.assertGreater(len(found.responses), 0)
 
     def test_a_cell_that_fails_leaves_its_sentence_and_no_folder(self):
         output = self.folder()

@@ -58,7 +58,7 @@ class Quantiles(unittest.TestCase):
 
     def test_a_single_repetition_keeps_its_samples_in_blocks(self):
         one = normal(10, repetitions=1, size=4 * BLOCKS + 7)
-        np.testing.assert_array_equal(Samples(one).pooled(), one[0])
+        np.testing.assert_array_equal(Samples(one).pooled, one[0])
 
 
 class Comparisons(unittest.TestCase):
