@@ -68,8 +68,8 @@ class LiveRun {
     const Summary summary = summarize(tasks_.set, runs_, counting_);
     const std::vector<PublishingEffect> effects =
         options_.live_alternate ? publishing_effects(runs_, counting_) : std::vector<PublishingEffect>{};
-    json summary_json = to_json(summary);
-    if (options_.live_alternate) summary_json["live_publishing"] = to_json(effects);
+    json summary_json = summary;
+    if (options_.live_alternate) summary_json["live_publishing"] = effects;
     folder.write("summary.json", summary_json);
     run_["complete"] = failures_.empty() && !partial_;
     run_["partial"] = partial_;
@@ -278,7 +278,7 @@ class LiveRun {
                    {"spread_percent", calibration_.spread_percent},
                    {"readings", calibration_.readings},
                    {"disturbed", calibration_.disturbed}}},
-                 {"machine", to_json(machine_)},
+                 {"machine", machine_},
                  {"bounds", bounds_json(graph_, tasks_, executors_, measure_release_cost().p999)},
                  {"warnings", warnings_}});
   }

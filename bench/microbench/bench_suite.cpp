@@ -149,7 +149,7 @@ class Suite {
     content["repetitions"] = options_.repetitions;
     content["quick"] = options_.quick;
     content["seed"] = options_.seed;
-    content["machine"] = to_json(machine_);
+    content["machine"] = machine_;
     content["failures"] = failures_;
     write_whole_file(folder_ / "bench.json", content);
   }

@@ -11,10 +11,10 @@ namespace hotpath {
 /// Finish of a job that ran minus its own timestamp.
 [[nodiscard]] inline Duration response_time(const JobRecord& ran) { return ran.finish - ran.job.timestamp; }
 
-/// Whether a job that ran is one of a timer and responded later than its relative deadline. Subscriptions
-/// have no deadline but what they inherit under EDF, and never overrun.
-[[nodiscard]] inline bool overruns_deadline(const Task& task, const JobRecord& ran) {
-  return task.kind == TaskKind::timer && response_time(ran) > task.deadline;
+/// Whether a job is one of a timer and responded later than its relative deadline. Subscriptions have no
+/// deadline but what they inherit under EDF, and never overrun.
+[[nodiscard]] inline bool overruns_deadline(const Task& task, Duration response) {
+  return task.kind == TaskKind::timer && response > task.deadline;
 }
 
 /// Whether a job that ran counts: it does when its timestamp lies at or after the end of the warm-up.
@@ -38,7 +38,7 @@ struct TimerCounts {
     }
     if (!counts(r, counted_from)) return;
     ++ran;
-    deadline_overruns += overruns_deadline(task, r);
+    deadline_overruns += overruns_deadline(task, response_time(r));
   }
 
   TimerCounts& operator+=(const TimerCounts& other) {

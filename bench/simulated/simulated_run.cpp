@@ -236,7 +236,7 @@ class SimulatedRun {
     }
     folder.finish();
     if (options_.no_trace) std::filesystem::remove(folder.path() / "jobs.csv");
-    folder.write("summary.json", to_json(summary));
+    folder.write("summary.json", json(summary));
     facts["complete"] = true;
     folder.write("run.json", facts);
     write_table(std::cout, summary);
