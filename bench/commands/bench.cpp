@@ -25,9 +25,9 @@ BenchValues read_folder(const std::string& folder) {
   if (!in)
     throw UsageError("--compare: " + path + " cannot be read; name a folder written by `hotpath bench`");
   try {
-    return bench_values_from_json(nlohmann::json::parse(in));
-  } catch (const std::exception& error) {
-    throw UsageError("--compare: " + path + ": " + error.what());
+    return nlohmann::json::parse(in);
+  } catch (const nlohmann::json::exception& error) {
+    throw UsageError("--compare: " + path + " was not written by `hotpath bench`: " + error.what());
   }
 }
 
@@ -38,9 +38,7 @@ void compare(const std::string& before, const std::string& after) {
     throw UsageError("--compare: " + before + " and " + after + " have no value in common");
   }
   write_comparison(std::cout, comparisons);
-  const auto unknown = std::count_if(comparisons.begin(), comparisons.end(), [](const ValueComparison& c) {
-    return c.verdict == Verdict::not_comparable;
-  });
+  const auto unknown = std::ranges::count(comparisons, Verdict::not_comparable, &ValueComparison::verdict);
   if (unknown > 0) {
     std::cerr << "note: " << unknown << " values are not comparable: each side needs " << kLeastRepetitions
               << " repetitions and values above zero.\n";

@@ -14,20 +14,21 @@ struct Arguments {
 
 void add_where_options(CLI::App& command, RunOptions& o) {
   command.option_defaults()->group("Where it runs");
-  add_choice(command, "--transport", o.transport, "What carries messages: DDS, or pointers in one process");
-  add_number(command, "--processes", o.processes, 1, 64, "N",
+  add_choice(command, "--transport", o.plan.transport,
+             "What carries messages: DDS, or pointers in one process");
+  add_number(command, "--processes", o.plan.processes, 1, 64, "N",
              "Split the nodes over that many processes (fastdds only)");
-  add_choice(command, "--network", o.network, "How messages get from process to process");
+  add_choice(command, "--network", o.plan.fastdds.network, "How messages get from process to process");
   command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone");
-  add_number(command, "--domain", o.domain, 0, 232, "N", "DDS domain");
+  add_number(command, "--domain", o.plan.fastdds.domain, 0, 232, "N", "DDS domain");
   add_text(command, "--cpus", o.cpus, "LIST", "Processors to run on, as in 1 or 0,2-3; by default all");
   add_text(command, "--executor-policy", o.executor_policy, "POLICY",
            "Scheduling class of executor threads, other, fifo:N or\nrr:N; by default other");
   add_text(command, "--timer-policy", o.timer_policy, "POLICY",
            "The same for the timer management thread; by default\n"
            "fifo:90 under the paper's executors, where permitted");
-  command.add_flag("--lock-memory", o.lock_memory, "Keep all memory resident (mlockall)");
-  command.add_flag("--cpu-time", o.measure_cpu_time,
+  command.add_flag("--lock-memory", o.plan.lock_memory, "Keep all memory resident (mlockall)");
+  command.add_flag("--cpu-time", o.plan.measure_cpu_time,
                    "Record the CPU time of every job (costs a microsecond)");
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "hotpath/reference_system/live_system.hpp"
+#include "live/repetition_runner.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath {
@@ -12,13 +12,9 @@ namespace hotpath {
 /// What `run` and `compare` are told on the command line.
 struct RunOptions : CommonOptions {
   double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
-  TransportKind transport = TransportKind::fastdds;
-  FastDdsOptions::Network network = FastDdsOptions::Network::udp;
+  RepetitionPlan plan;     ///< What all repetitions have in common.
   bool all_interfaces = false;
-  std::uint32_t domain = 0;
-  std::uint32_t processes = 1;
   std::string cpus;
-  bool lock_memory = false, measure_cpu_time = false;
   std::string executor_policy, timer_policy;
   bool live = false, live_alternate = false;
   std::string live_cpus;

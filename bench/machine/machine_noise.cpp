@@ -50,7 +50,7 @@ HiccupHistogram watch(Duration length) {
 Hiccups HiccupHistogram::summary(int cpu) const {
   if (count_ == 0) return {cpu};
   std::vector<Duration> gaps = gaps_;
-  std::sort(gaps.begin(), gaps.end());
+  std::ranges::sort(gaps);
   const auto quantile = [&](double probability) {
     const auto rank = static_cast<std::uint64_t>(std::ceil(probability * static_cast<double>(count_)));
     std::uint64_t below = 0;
@@ -90,8 +90,7 @@ MachineNoise measure_noise(Duration length) {
 
 std::vector<std::string> warnings(const MachineNoise& noise) {
   std::vector<std::string> sentences;
-  const auto worst = std::max_element(noise.cores.begin(), noise.cores.end(),
-                                      [](const Hiccups& a, const Hiccups& b) { return a.max < b.max; });
+  const auto worst = std::ranges::max_element(noise.cores, {}, &Hiccups::max);
   if (worst != noise.cores.end() && worst->max > std::chrono::microseconds(500)) {
     sentences.push_back(concat("A thread that only read the clock on processor ", worst->cpu,
                                " was held up for ", worst->max.count() / 1000,

@@ -22,6 +22,22 @@ std::string concat(const auto&... parts) {
   return out.str();
 }
 
+/// A line of CSV; what is not there is empty.
+void write_row(std::ostream& out, const auto&... fields) {
+  const char* before = "";
+  const auto write = [&](const auto& field) {
+    out << before;
+    before = ",";
+    if constexpr (requires { field.has_value(); }) {
+      if (field) out << *field;
+    } else {
+      out << field;
+    }
+  };
+  (write(fields), ...);
+  out << '\n';
+}
+
 /// `-` for what is no finite number.
 inline std::string fixed(double value, int decimals) {
   return std::isfinite(value) ? text("%.*f", decimals, value) : "-";

@@ -65,8 +65,7 @@ void complete_repetition(const json& run, const TaskSet& set, const std::vector<
   trace.lost_records = run.at("lost_records").get<std::uint64_t>();
   for (std::uint32_t c = 0; c < chains.size(); ++c) {
     // Only their sum is kept: it goes to the last output.
-    const auto last = std::find_if(trace.chains.rbegin(), trace.chains.rend(),
-                                   [&](const ChainRecord& r) { return r.chain == c; });
+    const auto last = std::ranges::find(trace.chains.rbegin(), trace.chains.rend(), c, &ChainRecord::chain);
     if (last == trace.chains.rend()) continue;
     last->dropped = run.at("hot_path_drops").at(chains[c]).get<std::uint32_t>();
   }

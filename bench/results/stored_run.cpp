@@ -32,7 +32,7 @@ std::vector<TaskId> cyclic_timers(const TaskSet& set) {
   for (TaskId id = 0; id < set.size(); ++id) {
     const std::string prefix = set[id].name + "/";
     const auto is_input = [&](const Task& t) { return t.name.starts_with(prefix); };
-    if (set[id].kind == TaskKind::timer && std::any_of(set.tasks.begin(), set.tasks.end(), is_input)) {
+    if (set[id].kind == TaskKind::timer && std::ranges::any_of(set.tasks, is_input)) {
       timers.push_back(id);
     }
   }
@@ -40,8 +40,8 @@ std::vector<TaskId> cyclic_timers(const TaskSet& set) {
 }
 
 auto find_trace(auto& traces, const std::string& executor, std::uint32_t repetition) {
-  return std::find_if(traces.begin(), traces.end(),
-                      [&](const Trace& t) { return t.executor == executor && t.repetition == repetition; });
+  return std::ranges::find_if(
+      traces, [&](const Trace& t) { return t.executor == executor && t.repetition == repetition; });
 }
 
 }  // namespace
@@ -125,8 +125,7 @@ TaskSet StoredRun::unnamed_tasks() const {
   if (!summary.is_object() || !summary.contains(tasks)) return set;
   std::map<std::string, std::size_t> place;
   for (const json& task : summary[tasks]) place.emplace(task.value("task", ""), place.size());
-  std::stable_sort(set.tasks.begin(), set.tasks.end(),
-                   [&](const Task& a, const Task& b) { return place[a.name] < place[b.name]; });
+  std::ranges::stable_sort(set.tasks, {}, [&](const Task& task) { return place[task.name]; });
   return set;
 }
 
@@ -134,11 +133,9 @@ void StoredRun::read_jobs() {
   std::ifstream in = open("jobs.csv");
   traces_ = read_jobs_csv(in, tasks_, (folder_ / "jobs.csv").string());
   // Live repetitions are interleaved at random.
-  const auto place = [&](const Trace& t) {
-    return std::pair(std::find(executors_.begin(), executors_.end(), t.executor), t.repetition);
-  };
-  std::sort(traces_.begin(), traces_.end(),
-            [&](const Trace& a, const Trace& b) { return place(a) < place(b); });
+  std::ranges::sort(traces_, {}, [&](const Trace& t) {
+    return std::pair(std::ranges::find(executors_, t.executor), t.repetition);
+  });
 }
 
 void StoredRun::read_chains() {
@@ -148,7 +145,7 @@ void StoredRun::read_chains() {
     if (trace == traces_.end()) {
       fail("chains.csv has rows of a repetition that jobs.csv does not have; the files are not of one run");
     }
-    auto chain = std::find(chains_.begin(), chains_.end(), row.chain);
+    auto chain = std::ranges::find(chains_, row.chain);
     if (chain == chains_.end()) chain = chains_.insert(chains_.end(), row.chain);
     ChainRecord& r = trace->chains.emplace_back(row.record);
     r.chain = static_cast<std::uint32_t>(chain - chains_.begin());
@@ -166,8 +163,7 @@ std::vector<ExecutorRuns> StoredRun::runs() const {
   for (const std::string& executor : executors_) runs.push_back({executor, {}});
   for (const Trace& trace : traces_) {
     const json& facts = run(trace.executor, trace.repetition);
-    const auto of = std::find_if(runs.begin(), runs.end(),
-                                 [&](const ExecutorRuns& r) { return r.executor == trace.executor; });
+    const auto of = std::ranges::find(runs, trace.executor, &ExecutorRuns::executor);
     if (of == runs.end()) fail_missing(trace.executor, trace.repetition);
     Repetition& repetition = of->repetitions.emplace_back();
     repetition.trace = trace;
@@ -254,8 +250,8 @@ void write_responses_csv(std::ostream& out, const StoredRun& run) {
   for (const Trace& trace : run.traces()) {
     for (const JobRecord& r : trace.jobs) {
       if (!counts(r, counted_from)) continue;
-      out << trace.executor << ',' << trace.repetition << ',' << run.tasks()[r.job.task].name << ','
-          << response_time(r).count() << '\n';
+      write_row(out, trace.executor, trace.repetition, run.tasks()[r.job.task].name,
+                response_time(r).count());
     }
   }
 }
