@@ -30,7 +30,8 @@ class StoredRun {
                                                        std::uint32_t repetition) const;
 
   /// Reads jobs.csv and chains.csv for the tasks of a graph, or for those that the run itself names. Throws
-  /// UsageError for files that are missing, malformed or of another graph.
+  /// UsageError for files that are missing or not of one run, InputError for what is malformed or of another
+  /// graph.
   void load(const TaskSet& set);
   void load();
 
