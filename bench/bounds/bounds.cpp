@@ -66,7 +66,7 @@ std::vector<NamedAnalysis> analyses(Policy policy) {
 std::vector<std::vector<TaskId>> task_paths(const Graph& graph, const GraphTasks& tasks, const Chain& chain) {
   const auto node_of = [&](TaskId id) { return graph.nodes[tasks.origin[id].node].name; };
   const auto has = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
+    return std::ranges::find(names, name) != names.end();
   };
   std::vector<std::vector<TaskId>> paths;
   std::vector<TaskId> path;
@@ -158,8 +158,7 @@ std::vector<BoundSet> bounds_of(const Graph& graph, const GraphTasks& tasks, con
   if (!policy) {
     return {{std::string(executor.name), "none", {}, {}, "no published bound covers this executor"}};
   }
-  const bool timers_only = std::all_of(tasks.set.tasks.begin(), tasks.set.tasks.end(),
-                                       [](const Task& t) { return t.kind == TaskKind::timer; });
+  const bool timers_only = std::ranges::count(tasks.set.tasks, TaskKind::subscription, &Task::kind) == 0;
   const bool fixed = policy == Policy::rm || policy == Policy::dm || policy == Policy::fp;
   if (!timers_only && fixed && release_mode(executor) == ReleaseMode::release_only) {
     return {attempt(executor, "Buttazzo 2013 (sequences)",

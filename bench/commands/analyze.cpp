@@ -18,7 +18,6 @@
 #include "program/whole_file.hpp"
 #include "results/measures.hpp"
 #include "results/stored_run.hpp"
-#include "setup/executor_spec.hpp"
 
 namespace hotpath {
 
@@ -101,16 +100,15 @@ class BoundReport {
   /// A row that begins with the cells.
   void add_row(TextTable& rows, std::vector<TextTable::Cell> cells, const BoundSet& set,
                const std::string& kind, std::optional<Duration> bound) {
-    const std::string name = cells.front().value;
     const auto count = [](std::optional<Duration> d) {
       return d ? std::optional<std::int64_t>(d->count()) : std::nullopt;
     };
     std::optional<Duration> observed;
     if (observed_) {
-      const auto found = observed_->find({kind, set.executor, name});
+      const auto found = observed_->find({kind, set.executor, cells.front().value});
       if (found != observed_->end()) observed = found->second;
     }
-    Tightness t{name, count(bound), count(observed), std::nullopt, false};
+    Tightness t{cells.front().value, count(bound), count(observed), std::nullopt, false};
     const bool comparable = !bound || *bound > Duration::zero();
     if (comparable) t = compare_with_bounds({{t.name, t.bound, t.observed}}).rows.front();
     violations_ += t.violated;
@@ -119,25 +117,16 @@ class BoundReport {
                    {in_ms(observed), t.ratio ? fixed(*t.ratio, 3) : "-", t.violated ? "VIOLATED" : ""});
     }
     rows.add_row(std::move(cells));
-    const auto field = [&](const auto& value) {
-      if (value) csv_ << *value;
-      csv_ << ',';
-    };
-    csv_ << set.executor << ',' << set.method << ',' << kind << ',' << name << ',';
-    field(t.bound);
-    field(t.observed);
-    field(t.ratio);
-    csv_ << (t.violated ? "yes" : "no") << '\n';
+    write_row(csv_, set.executor, set.method, kind, t.name, t.bound, t.observed, t.ratio,
+              t.violated ? "yes" : "no");
   }
 
   void print_verdict(const BoundSet& set) const {
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
       const Task& task = tasks_.set[id];
-      if (task.kind != TaskKind::timer) continue;
-      if (!set.tasks[id] || *set.tasks[id] > task.deadline) {
-        std::cout << "Not shown schedulable: " << task.name << " may exceed its deadline.\n";
-        return;
-      }
+      if (task.kind != TaskKind::timer || (set.tasks[id] && *set.tasks[id] <= task.deadline)) continue;
+      std::cout << "Not shown schedulable: " << task.name << " may exceed its deadline.\n";
+      return;
     }
     std::cout << "Schedulable: every timer meets its deadline.\n";
   }
@@ -171,12 +160,9 @@ void print_chain(const AnalyzeOptions& options, const GraphTasks& tasks, const E
 void analyze(const AnalyzeOptions& options) {
   const Graph graph = load_graph(find_graph(options.graph));
   GraphTasks tasks = make_tasks(graph);
-  const bool all_phases = std::all_of(graph.nodes.begin(), graph.nodes.end(),
-                                      [](const Node& n) { return n.period == Duration::zero() || n.phase; });
-  if (all_phases) {
-    const std::vector<Duration> phases = make_phases(graph, tasks, Phases::given);
-    for (TaskId id = 0; id < tasks.set.size(); ++id) tasks.set.tasks[id].phase = phases[id];
-  }
+  const bool all_phases =
+      std::ranges::all_of(graph.nodes, [](const Node& n) { return n.period == Duration::zero() || n.phase; });
+  if (all_phases) set_phases(tasks.set, make_phases(graph, tasks, Phases::given));
   std::optional<Observed> observed;
   if (!options.trace.empty()) observed = observe(options.trace, tasks.set);
   std::printf("%s: load %.1f %% of one core, release overhead delta = %.3f us\n", graph.name.c_str(),

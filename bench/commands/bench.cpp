@@ -25,9 +25,9 @@ BenchValues read_folder(const std::string& folder) {
   if (!in)
     throw UsageError("--compare: " + path + " cannot be read; name a folder written by `hotpath bench`");
   try {
-    return bench_values_from_json(nlohmann::json::parse(in));
-  } catch (const std::exception& error) {
-    throw UsageError("--compare: " + path + ": " + error.what());
+    return nlohmann::json::parse(in);
+  } catch (const nlohmann::json::exception& error) {
+    throw UsageError("--compare: " + path + " was not written by `hotpath bench`: " + error.what());
   }
 }
 
@@ -38,9 +38,7 @@ void compare(const std::string& before, const std::string& after) {
     throw UsageError("--compare: " + before + " and " + after + " have no value in common");
   }
   write_comparison(std::cout, comparisons);
-  const auto unknown = std::count_if(comparisons.begin(), comparisons.end(), [](const ValueComparison& c) {
-    return c.verdict == Verdict::not_comparable;
-  });
+  const auto unknown = std::ranges::count(comparisons, Verdict::not_comparable, &ValueComparison::verdict);
   if (unknown > 0) {
     std::cerr << "note: " << unknown << " values are not comparable: each side needs " << kLeastRepetitions
               << " repetitions and values above zero.\n";
@@ -56,19 +54,15 @@ void add_bench_command(CLI::App& app) {
         a.compare.empty() ? run_suite(a.suite) : compare(a.compare[0], a.compare[1]);
       });
   bench.add_flag("--quick", o.suite.quick, "A short look: fewer sizes, shorter runs, once");
-  add_text(bench, "--repetitions", o.suite.repetitions, "N",
-           "Runs of each benchmark program, each in a new process")
-      ->check(CLI::Range(1, 100).description(""))
-      ->capture_default_str();
+  add_number(bench, "--repetitions", o.suite.repetitions, 1, 100, "N",
+             "Runs of each benchmark program, each in a new process");
   add_text(bench, "--only", o.suite.programs, "NAMES",
            "Some of scheduler, simulator, executor, transport,\nhot_path; by default all")
       ->delimiter(',')
       ->check(CLI::IsMember(bench_programs()).description(""));
-  add_text(bench, "--seed", o.suite.seed, "N", "Decides the order of programs")->capture_default_str();
-  add_text(bench, "--time-out", o.suite.time_out_s, "SECONDS",
-           "A program that runs longer than this has hung and is ended")
-      ->check(CLI::Range(1.0, 86400.0).description(""))
-      ->capture_default_str();
+  add_text(bench, "--seed", o.suite.seed, "N", "Decides the order of programs");
+  add_number(bench, "--time-out", o.suite.time_out_s, 1, 86400, "SECONDS",
+             "A program that runs longer than this has hung and is ended");
   add_text(bench, "--output", o.suite.output, "FOLDER", "Folder of the results; by default runs/DATE-bench");
   add_text(bench, "--compare", o.compare, "OLD NEW",
            "Measure nothing: say which values of the folder NEW\ndiffer from those of OLD, and by how much")

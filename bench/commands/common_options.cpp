@@ -5,8 +5,8 @@ namespace hotpath {
 
 void add_graph_options(CLI::App& command, CommonOptions& o) {
   command.option_defaults()->group(kWhatRuns);
-  add_text(command, "--graph", o.graph, "GRAPH", "A name (`hotpath list graphs`), or the path of a YAML file")
-      ->capture_default_str();
+  add_text(command, "--graph", o.graph, "GRAPH",
+           "A name (`hotpath list graphs`), or the path of a YAML file");
   add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
              "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
   add_choice(command, "--work", o.work,
@@ -14,8 +14,7 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
              "graph says");
   add_choice(command, "--phases", o.phases,
              "When timers start: one after another as under rclcpp,\n"
-             "all at once, as the graph file says, or at random")
-      ->default_str("creation");
+             "all at once, as the graph file says, or at random");
   add_text(command, "--phases-file", o.phases_file, "FILE",
            "As `--phases given`, from a CSV file: see docs/phases.md");
   add_number(command, "--phase-step", o.phase_step_ms, 0, 1e6, "MS",
@@ -23,24 +22,18 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
              "by default what rclcpp needs for it");
   add_choice(command, "--rule", o.rule,
              "Subscriptions under the paper's executors: priority of\n"
-             "the timers upstream, or before all timers")
-      ->default_str("inherit");
-  add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first")
-      ->default_str("lifo");
+             "the timers upstream, or before all timers");
+  add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first");
 }
 
 void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
   command.option_defaults()->group(kHowLong);
   add_number(command, "--duration", o.duration_s, 0.1, longest_s, "SECONDS",
-             "Measured time of each repetition")
-      ->capture_default_str();
+             "Measured time of each repetition");
   add_number(command, "--warm-up", o.warm_up_s, 0, 3600, "SECONDS",
-             "Time before that, whose latencies do not count")
-      ->capture_default_str();
-  add_number(command, "--repetitions", o.repetitions, 1, 10000, "N", "Repetitions per executor")
-      ->capture_default_str();
-  add_text(command, "--seed", o.seed, "N", "Decides whatever is random, and resampling for the intervals")
-      ->capture_default_str();
+             "Time before that, whose latencies do not count");
+  add_number(command, "--repetitions", o.repetitions, 1, 10000, "N", "Repetitions per executor");
+  add_text(command, "--seed", o.seed, "N", "Decides whatever is random, and resampling for the intervals");
 }
 
 void add_output_option(CLI::App& command, CommonOptions& o) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -60,10 +59,8 @@ void print(const WcrtTable& table) {
 void write_rows(std::ostream& out, const WcrtTable& table) {
   for (const WcrtColumn& column : wcrt_table(table.delta)) {
     for (std::size_t i = 0; i < kTasks.size(); ++i) {
-      out << table.name << ',' << table.delta << ',' << column.utilisation_percent << ',' << kTasks[i].task
-          << ',';
-      if (const auto bound = column.*kTasks[i].bound) out << *bound;
-      out << ',' << column.printed_ms[i] << '\n';
+      write_row(out, table.name, table.delta, column.utilisation_percent, kTasks[i].task,
+                column.*kTasks[i].bound, column.printed_ms[i]);
     }
   }
 }
@@ -89,8 +86,7 @@ void run_wcrt_table(const std::string& output) {
   write_whole_file(folder / "release_cost.csv", [&](std::ostream& csv) {
     csv << "timers,passes,p50_ns,p99_ns,max_ns\n";
     for (const ReleaseCost::Pass& pass : measured.passes) {
-      csv << pass.timers << ',' << pass.passes << ',' << pass.p50.count() << ',' << pass.p99.count() << ','
-          << pass.max.count() << '\n';
+      write_row(csv, pass.timers, pass.passes, pass.p50.count(), pass.p99.count(), pass.max.count());
     }
   });
 }

@@ -65,11 +65,9 @@ void add_machine_command(CLI::App& app) {
         const Machine m = read_machine(from_ms(arguments.seconds * 1000));
         std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
         for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
-        if (!arguments.output.empty()) write_whole_file(arguments.output, "--output", to_json(m));
+        if (!arguments.output.empty()) write_whole_file(arguments.output, "--output", nlohmann::json(m));
       });
-  add_text(machine, "--duration", o.seconds, "SECONDS", "Time to watch all cores for hiccups")
-      ->check(CLI::Range(0.01, 60.0).description(""))
-      ->capture_default_str();
+  add_number(machine, "--duration", o.seconds, 0.01, 60, "SECONDS", "Time to watch all cores for hiccups");
   add_text(machine, "--output", o.output, "FILE", "Store it as JSON, too");
 }
 

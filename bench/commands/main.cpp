@@ -17,9 +17,11 @@
 
 namespace {
 
-int report(const std::exception& error, int code) {
-  std::fprintf(stderr, "hotpath: %s\n", error.what());
-  return code;
+/// Whether the user can mend it.
+bool is_wrong_use(const std::exception& error) {
+  return dynamic_cast<const hotpath::UsageError*>(&error) != nullptr ||
+         dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
+         dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
 }
 
 /// A standard stream that the caller closed would give its number to the next file opened, and our table or
@@ -81,13 +83,8 @@ int main(int argc, char** argv) {
     return interrupted() != 0 ? 128 + interrupted() : 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const UsageError& error) {
-    return report(error, 2);
-  } catch (const InputError& error) {
-    return report(error, 2);
-  } catch (const AnalysisError& error) {
-    return report(error, 2);
   } catch (const std::exception& error) {
-    return report(error, 1);
+    std::fprintf(stderr, "hotpath: %s\n", error.what());
+    return is_wrong_use(error) ? 2 : 1;
   }
 }

@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "hotpath/core/enum_text.hpp"
-#include "setup/common_options.hpp"
+#include "program/text.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath {
 
@@ -40,21 +41,22 @@ struct Plain<std::optional<Value>> {
 
 /// An option that takes one of an enumeration's words, which are shown in the help in place of the type.
 template <class Value>
-CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
+void add_choice(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
   using Enum = typename Plain<Value>::Type;
-  std::string list;
-  for (const std::string& word : words<Enum>()) list += (list.empty() ? "" : "|") + word;
   const auto set = [&value](const std::string& text) { value = *parse<Enum>(text); };
-  return command.add_option_function<std::string>(option, set, help)
-      ->check(CLI::IsMember(words<Enum>()).description(""))
-      ->type_name(list);
+  CLI::Option* const added = command.add_option_function<std::string>(option, set, help)
+                                 ->check(CLI::IsMember(words<Enum>()).description(""))
+                                 ->type_name(joined(words<Enum>(), "|"));
+  if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
 }
 
-/// An option whose value the help calls `kind`.
+/// An option whose value the help calls `kind`. A number or text that it has before is its default.
 template <class Value>
 CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
                       const std::string& help) {
-  return command.add_option(option, value, help)->type_name(kind);
+  CLI::Option* const added = command.add_option(option, value, help)->type_name(kind);
+  constexpr bool plain = std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>;
+  return plain ? added->capture_default_str() : added;
 }
 
 /// A number within limits; whole if `value`, which may be optional, is.
@@ -73,7 +75,7 @@ CLI::Option* add_number(CLI::App& command, const std::string& option, Value& val
     range << "`" << text << "` is not a " << kind << " from " << least << " to " << most;
     return range.str();
   };
-  return command.add_option(option, value, help)->check(CLI::Validator(check, ""))->type_name(unit);
+  return add_text(command, option, value, unit, help)->check(CLI::Validator(check, ""));
 }
 
 /// The names of the options' groups in the help.

@@ -14,22 +14,21 @@ struct Arguments {
 
 void add_where_options(CLI::App& command, RunOptions& o) {
   command.option_defaults()->group("Where it runs");
-  add_choice(command, "--transport", o.transport, "What carries messages: DDS, or pointers in one process")
-      ->default_str("fastdds");
-  add_number(command, "--processes", o.processes, 1, 64, "N",
-             "Split the nodes over that many processes (fastdds only)")
-      ->capture_default_str();
-  add_choice(command, "--network", o.network, "How messages get from process to process")->default_str("udp");
+  add_choice(command, "--transport", o.plan.transport,
+             "What carries messages: DDS, or pointers in one process");
+  add_number(command, "--processes", o.plan.processes, 1, 64, "N",
+             "Split the nodes over that many processes (fastdds only)");
+  add_choice(command, "--network", o.plan.fastdds.network, "How messages get from process to process");
   command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone");
-  add_number(command, "--domain", o.domain, 0, 232, "N", "DDS domain")->capture_default_str();
+  add_number(command, "--domain", o.plan.fastdds.domain, 0, 232, "N", "DDS domain");
   add_text(command, "--cpus", o.cpus, "LIST", "Processors to run on, as in 1 or 0,2-3; by default all");
   add_text(command, "--executor-policy", o.executor_policy, "POLICY",
            "Scheduling class of executor threads, other, fifo:N or\nrr:N; by default other");
   add_text(command, "--timer-policy", o.timer_policy, "POLICY",
            "The same for the timer management thread; by default\n"
            "fifo:90 under the paper's executors, where permitted");
-  command.add_flag("--lock-memory", o.lock_memory, "Keep all memory resident (mlockall)");
-  command.add_flag("--cpu-time", o.measure_cpu_time,
+  command.add_flag("--lock-memory", o.plan.lock_memory, "Keep all memory resident (mlockall)");
+  command.add_flag("--cpu-time", o.plan.measure_cpu_time,
                    "Record the CPU time of every job (costs a microsecond)");
 }
 
@@ -56,8 +55,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(kHowLong);
   add_length_options(command, o, 86400);
   add_number(command, "--time-out", o.time_out_s, 0.1, 3600, "SECONDS",
-             "A process that answers this much later than it should\nhas hung: its repetition fails")
-      ->capture_default_str();
+             "A process that answers this much later than it should\nhas hung: its repetition fails");
   add_where_options(command, o);
   add_live_options(command, o);
   add_output_option(command, o);
@@ -73,7 +71,6 @@ void add_run_command(CLI::App& app) {
                                            run_live(arguments.options);
                                          });
   add_text(run, "--executor,--executors", o.executor, "NAME", "One of `hotpath list executors`")
-      ->capture_default_str()
       ->group(kWhatRuns);
   add_run_options(run, o.options);
 }

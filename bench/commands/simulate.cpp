@@ -59,7 +59,6 @@ void add_simulate_command(CLI::App& app) {
   add_platform_options(simulate, o);
   add_number(simulate, "--threads", o.threads, 0, 1024, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
-      ->capture_default_str()
       ->group("Results");
   simulate
       .add_flag("--no-trace", o.no_trace,

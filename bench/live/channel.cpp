@@ -40,19 +40,25 @@ bool Channel::send(const ChannelMessage& message) const {
   return ::send(descriptor_, &message, sizeof(message), MSG_NOSIGNAL) == sizeof(message);
 }
 
-std::optional<ChannelMessage> Channel::receive(Time until, bool& closed) const {
-  closed = false;
+std::optional<ChannelMessage> Channel::receive(Time until) const {
   const Duration left = std::max(until - now(), Duration::zero());
   const timespec wait{std::chrono::floor<std::chrono::seconds>(left).count(),
                       (left % std::chrono::seconds(1)).count()};
   pollfd p{descriptor_, POLLIN, 0};
   if (ppoll(&p, 1, &wait, nullptr) <= 0) return std::nullopt;
-  ChannelMessage message;
-  if (recv(descriptor_, &message, sizeof(message), 0) != sizeof(message)) {
-    closed = true;
-    return std::nullopt;
+  ChannelMessage message(ChannelMessage::Kind::closed);
+  const bool whole = recv(descriptor_, &message, sizeof(message), 0) == sizeof(message);
+  return whole ? message : ChannelMessage(ChannelMessage::Kind::closed);
+}
+
+ForkedProcess fork_process(const std::function<int(const Channel&)>& work) {
+  auto [ours, theirs] = Channel::make_pair();
+  const pid_t id = fork();
+  if (id == 0) {
+    ours = Channel();
+    _exit(work(theirs));
   }
-  return message;
+  return {id, std::move(ours)};
 }
 
 }  // namespace hotpath

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -22,17 +25,17 @@ struct ChannelMessage {
     settle,   ///< Coordinator: every process has stopped.
     done,     ///< Process: numbers are its usage.
     failed,   ///< Process: text says why.
+    closed,   ///< Nobody: the other end is gone.
   };
   using Numbers = std::array<std::int64_t, 5>;
 
-  ChannelMessage() = default;
-  explicit ChannelMessage(Kind what, const Numbers& numbers = {}, const std::string& words = "")
+  ChannelMessage(Kind what, const Numbers& numbers = {}, const std::string& words = "")
       : kind(what), number(numbers) {
     set_text(words);
   }
 
-  Kind kind = Kind::failed;
-  Numbers number{};
+  Kind kind;
+  Numbers number;
   std::array<char, 1024> text{};
 
   void set_text(const std::string& s);
@@ -52,14 +55,19 @@ class Channel {
 
   /// False when the other end is gone.
   bool send(const ChannelMessage& message) const;
-  /// The next message; none when `until` passes, the wait is interrupted by a signal, or the other end is
-  /// gone (then `closed` is set).
-  std::optional<ChannelMessage> receive(Time until, bool& closed) const;
-
-  int descriptor() const { return descriptor_; }
+  /// The next message, which is `closed` when the other end is gone; none when `until` passes or a signal
+  /// interrupts the wait.
+  std::optional<ChannelMessage> receive(Time until) const;
 
  private:
   int descriptor_ = -1;
 };
+
+/// A copy of this process that runs `work` at the other end of the channel, and ends with what it returns.
+struct ForkedProcess {
+  pid_t id = -1;  ///< Negative: it could not be forked; errno says why.
+  Channel channel;
+};
+ForkedProcess fork_process(const std::function<int(const Channel&)>& work);
 
 }  // namespace hotpath

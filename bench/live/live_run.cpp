@@ -8,7 +8,6 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "live/publishing_effect.hpp"
 #include "live/repetition_runner.hpp"
@@ -18,6 +17,7 @@
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
+#include "program/text.hpp"
 #include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
 #include "results/summary_table.hpp"
@@ -34,7 +34,7 @@ constexpr Duration kOverhead = std::chrono::milliseconds(400);
 
 class LiveRun {
  public:
-  explicit LiveRun(const RunOptions& options) : options_(options) {
+  explicit LiveRun(const RunOptions& options) : options_(options), plan_(options.plan) {
     if (options_.quick) {
       options_.duration_s = 2;
       options_.warm_up_s = 0.5;
@@ -42,7 +42,8 @@ class LiveRun {
     }
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
     graph_ = graph_to_run(options_);
-    tasks_ = make_tasks(graph_);
+    plan_.graph = &graph_;
+    tasks_ = plan_.tasks = make_tasks(graph_);
     executors_ = executors_to_run(options_);
     counting_ = summary_options(options_, graph_, tasks_);
     for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
@@ -66,10 +67,10 @@ class LiveRun {
     folder.finish();
 
     const Summary summary = summarize(tasks_.set, runs_, counting_);
-    const std::vector<PublishingEffect> effects =
-        options_.live_alternate ? publishing_effects(runs_, counting_) : std::vector<PublishingEffect>{};
-    json summary_json = to_json(summary);
-    if (options_.live_alternate) summary_json["live_publishing"] = to_json(effects);
+    std::vector<PublishingEffect> effects;
+    json summary_json = summary;
+    if (options_.live_alternate)
+      summary_json["live_publishing"] = effects = publishing_effects(runs_, counting_);
     folder.write("summary.json", summary_json);
     run_["complete"] = failures_.empty() && !partial_;
     run_["partial"] = partial_;
@@ -80,23 +81,30 @@ class LiveRun {
   }
 
  private:
+  Duration length() const { return seconds(options_.warm_up_s + options_.duration_s); }
+
   /// Refuses what cannot run, before anything does.
   void check() {
-    cpus_ = parse_cpus("--cpus", options_.cpus);
+    plan_.cpus = parse_cpus("--cpus", options_.cpus);
+    plan_.fastdds.loopback_only = !options_.all_interfaces;
+    // Keeps runs at the same time on one machine apart.
+    plan_.fastdds.partition = "hotpath-" + std::to_string(getpid());
+    plan_.length = length();
+    plan_.time_out = seconds(options_.time_out_s);
     check_publishing();
     try {
-      if (!options_.executor_policy.empty()) executor_policy_ = parse_thread_policy(options_.executor_policy);
-      if (!options_.timer_policy.empty()) timer_policy_ = parse_thread_policy(options_.timer_policy);
+      if (!options_.executor_policy.empty())
+        plan_.executor_policy = parse_thread_policy(options_.executor_policy);
+      if (!options_.timer_policy.empty()) plan_.timer_policy = parse_thread_policy(options_.timer_policy);
     } catch (const std::invalid_argument& error) {
       throw UsageError(error.what());
     }
-    if (options_.processes > 1 && options_.transport == TransportKind::intra_process) {
-      throw UsageError("--processes " + std::to_string(options_.processes) +
-                       " needs --transport fastdds: intra_process stays within one process");
+    const std::string processes = "--processes " + std::to_string(plan_.processes);
+    if (plan_.processes > 1 && plan_.transport == TransportKind::intra_process) {
+      throw UsageError(processes + " needs --transport fastdds: intra_process stays within one process");
     }
-    if (options_.processes > graph_.nodes.size()) {
-      throw UsageError("--processes " + std::to_string(options_.processes) + ": the graph has only " +
-                       std::to_string(graph_.nodes.size()) + " nodes");
+    if (plan_.processes > graph_.nodes.size()) {
+      throw UsageError(concat(processes, ": the graph has only ", graph_.nodes.size(), " nodes"));
     }
     for (const ExecutorSpec& e : executors_) phases_of_repetition(options_, graph_, tasks_, e, 0);
   }
@@ -109,91 +117,48 @@ class LiveRun {
     if (options_.live_alternate && options_.repetitions < 2) {
       throw UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
     }
-    if (publisher_cpus_.empty() && !cpus_.empty()) {
-      const std::vector<int> available = allowed_cpus();
-      std::set_difference(available.begin(), available.end(), cpus_.begin(), cpus_.end(),
-                          std::back_inserter(publisher_cpus_));
+    if (publisher_cpus_.empty() && !plan_.cpus.empty()) {
+      std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
     }
-  }
-
-  bool published(std::uint32_t repetition) const {
-    return options_.live || (options_.live_alternate && published_by_turns(repetition));
-  }
-
-  Publishing publishing() const {
-    json facts = run_;
-    facts.erase("runs");
-    return {publisher_cpus_, seconds(options_.warm_up_s), facts.dump()};
   }
 
   void calibrate_work() {
     Duration typical{};
     for (const Node& node : graph_.nodes) typical = std::max(typical, node.execution_time);
     const std::vector<int> before = allowed_cpus();
-    if (!cpus_.empty()) pin_to_cpus(cpus_);
-    calibration_ = calibrate(typical);
-    if (!cpus_.empty()) pin_to_cpus(before);
-    if (calibration_.disturbed) {
+    if (!plan_.cpus.empty()) pin_to_cpus(plan_.cpus);
+    plan_.calibration = calibrate(typical);
+    if (!plan_.cpus.empty()) pin_to_cpus(before);
+    if (plan_.calibration.disturbed) {
       warn(
           "No two calibrations of the number cruncher in a row agreed within 2 %: something disturbs this "
           "machine.");
     }
   }
 
-  /// All runs in the order in which they happen.
-  std::vector<std::pair<std::uint32_t, std::size_t>> schedule() const {
-    std::vector<std::pair<std::uint32_t, std::size_t>> order;
-    std::mt19937_64 random(options_.seed);
-    for (std::uint32_t r = 0; r < options_.repetitions; ++r) {
-      const auto begin = order.size();
-      for (std::size_t e = 0; e < executors_.size(); ++e) order.emplace_back(r, e);
-      for (std::size_t i = order.size() - 1; i > begin; --i) {
-        std::swap(order[i], order[begin + random() % (i - begin + 1)]);
-      }
-    }
-    return order;
-  }
-
   RepetitionPlan plan(std::uint32_t repetition, const ExecutorSpec& executor) const {
-    RepetitionPlan p;
-    p.graph = &graph_;
-    p.tasks = tasks_;
-    const std::vector<Duration> phases = phases_of_repetition(options_, graph_, tasks_, executor, repetition);
-    for (TaskId id = 0; id < phases.size(); ++id) p.tasks.set.tasks[id].phase = phases[id];
+    RepetitionPlan p = plan_;
+    set_phases(p.tasks.set, phases_of_repetition(options_, graph_, tasks_, executor, repetition));
     p.executor = executor;
     p.repetition = repetition;
-    p.transport = options_.transport;
-    p.fastdds.domain = options_.domain;
-    // Keeps runs at the same time on one machine apart.
-    p.fastdds.partition = "hotpath-" + std::to_string(getpid());
-    p.fastdds.network = options_.network;
-    p.fastdds.loopback_only = !options_.all_interfaces;
-    p.processes = options_.processes;
-    p.cpus = cpus_;
-    p.lock_memory = options_.lock_memory;
-    p.measure_cpu_time = options_.measure_cpu_time;
-    p.executor_policy = executor_policy_;
-    p.timer_policy = timer_policy_;
-    p.length = seconds(options_.warm_up_s + options_.duration_s);
-    p.time_out = seconds(options_.time_out_s);
-    p.calibration = calibration_;
-    if (published(repetition)) p.publishing = publishing();
+    if (options_.live || (options_.live_alternate && published_by_turns(repetition))) {
+      json facts = run_;
+      facts.erase("runs");
+      p.publishing = {publisher_cpus_, seconds(options_.warm_up_s), facts.dump()};
+    }
     return p;
   }
 
   void measure(RunFolder& folder) {
-    const auto order = schedule();
-    const Duration length = seconds(options_.warm_up_s + options_.duration_s);
-    Progress progress((length + kOverhead) * static_cast<std::int64_t>(order.size()));
+    const auto order = interleaved(options_.repetitions, executors_.size(), options_.seed);
+    Progress progress(order.size(), length() + kOverhead);
     const std::vector<MeasuredChain> chains = measured_chains(graph_, tasks_);
     for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
       const auto [repetition, e] = order[i];
-      progress.begin("[" + std::to_string(i + 1) + "/" + std::to_string(order.size()) + "] " +
-                         executors_[e].label + ", repetition " + std::to_string(repetition),
-                     (length + kOverhead) * static_cast<std::int64_t>(i));
+      progress.begin(concat(executors_[e].label, ", repetition ", repetition));
       const RepetitionPlan p = plan(repetition, executors_[e]);
       RepetitionResult result =
-          run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length); });
+          run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length()); });
       progress.clear();
       partial_ = result.interrupted;
       Trace& trace = result.repetition.trace;
@@ -208,17 +173,15 @@ class LiveRun {
       }
     }
     for (ExecutorRuns& r : runs_) {
-      std::sort(r.repetitions.begin(), r.repetitions.end(), [](const Repetition& a, const Repetition& b) {
-        return a.trace.repetition < b.trace.repetition;
-      });
+      std::ranges::sort(r.repetitions, {},
+                        [](const Repetition& repetition) { return repetition.trace.repetition; });
     }
   }
 
   std::size_t runs_planned() const { return options_.repetitions * executors_.size(); }
 
   bool nothing_measured() const {
-    return std::all_of(runs_.begin(), runs_.end(),
-                       [](const ExecutorRuns& r) { return r.repetitions.empty(); });
+    return std::ranges::all_of(runs_, [](const ExecutorRuns& r) { return r.repetitions.empty(); });
   }
 
   void note(const RepetitionPlan& p, const RepetitionResult& result) {
@@ -259,26 +222,27 @@ class LiveRun {
         static_cast<double>(machine_.rt_runtime_us) / static_cast<double>(machine_.rt_period_us);
     if (timers < limit) return;
     told_throttling_ = true;
-    warn("Timers alone need " + std::to_string(std::lround(100 * timers)) +
-         " % of a core at SCHED_FIFO, and the " + "kernel's real-time throttling allows " +
-         std::to_string(std::lround(100 * limit)) +
-         " %: jobs will be held up. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.");
+    warn(
+        text("Timers alone need %ld %% of a core at SCHED_FIFO, and the kernel's real-time throttling allows "
+             "%ld %%: "
+             "jobs will be held up. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.",
+             std::lround(100 * timers), std::lround(100 * limit)));
   }
 
   void describe() {
-    run_ = common_facts(options_, graph_, tasks_.set, executors_);
+    run_ = common_facts(options_, graph_, tasks_.set);
     run_.update({{"kind", "live"},
                  {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
-                 {"transport", to_string(options_.transport)},
-                 {"network", to_string(options_.network)},
-                 {"processes", options_.processes},
-                 {"cpus", cpus_.empty() ? allowed_cpus() : cpus_},
+                 {"transport", to_string(plan_.transport)},
+                 {"network", to_string(plan_.fastdds.network)},
+                 {"processes", plan_.processes},
+                 {"cpus", plan_.cpus.empty() ? allowed_cpus() : plan_.cpus},
                  {"calibration",
-                  {{"divisions_per_us", calibration_.divisions_per_us},
-                   {"spread_percent", calibration_.spread_percent},
-                   {"readings", calibration_.readings},
-                   {"disturbed", calibration_.disturbed}}},
-                 {"machine", to_json(machine_)},
+                  {{"divisions_per_us", plan_.calibration.divisions_per_us},
+                   {"spread_percent", plan_.calibration.spread_percent},
+                   {"readings", plan_.calibration.readings},
+                   {"disturbed", plan_.calibration.disturbed}}},
+                 {"machine", machine_},
                  {"bounds", bounds_json(graph_, tasks_, executors_, measure_release_cost().p999)},
                  {"warnings", warnings_}});
   }
@@ -294,23 +258,18 @@ class LiveRun {
     if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
     std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
     if (!failures_.empty()) {
-      throw RunError(std::to_string(failures_.size()) + " of " + std::to_string(runs_planned()) +
-                     " runs failed; the rest is in " + folder.path().string());
+      throw RunError(concat(failures_.size(), " of ", runs_planned(), " runs failed; the rest is in ",
+                            folder.path().string()));
     }
   }
 
-  static void draw(const RunFolder& folder, const Summary& summary) {
-    bool chains = false, outputs = false;
-    for (const ExecutorSummary& executor : summary.executors) {
-      for (const ChainSummary& chain : executor.chains) {
-        chains = true;
-        outputs = outputs || chain.hot_path.quantiles.n > 0;
-      }
-    }
-    if (outputs) {
-      draw_figure("hot-path", folder.path());
-    } else if (!chains) {
-      draw_figure("timers-only", folder.path());
+  void draw(const RunFolder& folder, const Summary& summary) const {
+    const bool outputs = std::ranges::any_of(summary.executors, [](const ExecutorSummary& executor) {
+      return std::ranges::any_of(executor.chains,
+                                 [](const ChainSummary& c) { return c.hot_path.quantiles.n > 0; });
+    });
+    if (outputs || graph_.chains.empty()) {
+      draw_figure(outputs ? "hot-path" : "timers-only", folder.path());
     } else {
       say("No output of a chain was counted, so there is no figure; measure longer.");
     }
@@ -324,15 +283,14 @@ class LiveRun {
   }
 
   RunOptions options_;
+  RepetitionPlan plan_;
   Graph graph_;
   GraphTasks tasks_;
   std::vector<ExecutorSpec> executors_;
   SummaryOptions counting_;
   std::vector<ExecutorRuns> runs_;
-  std::vector<int> cpus_, publisher_cpus_;
-  std::optional<ThreadPolicy> executor_policy_, timer_policy_;
+  std::vector<int> publisher_cpus_;
   const Machine machine_ = read_machine();
-  Calibration calibration_;
   json run_;
   std::vector<std::string> warnings_, failures_;
   bool partial_ = false;

@@ -1,9 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "live/run_options.hpp"
+#include <string>
+#include <vector>
+
+#include "live/repetition_runner.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath {
+
+/// What `run` and `compare` are told on the command line.
+struct RunOptions : CommonOptions {
+  double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
+  RepetitionPlan plan;     ///< What all repetitions have in common.
+  bool all_interfaces = false;
+  std::string cpus;
+  std::string executor_policy, timer_policy;
+  bool live = false, live_alternate = false;
+  std::string live_cpus;
+
+  bool quick = false;
+};
+
+/// `0,2-3` as a sorted list without duplicates of processors that this process may use. `option` is named in
+/// messages. Throws UsageError.
+std::vector<int> parse_cpus(const std::string& option, const std::string& text);
 
 /// Runs all repetitions of all executors, interleaved in seeded random order, into one result folder; prints
 /// the table and draws the figures. Throws UsageError, InputError, RunError.

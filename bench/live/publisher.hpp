@@ -1,37 +1,87 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <csignal>
+#include <deque>
 #include <string>
 #include <vector>
 
-#include "live/publisher_process.hpp"
+#include "hotpath/live/clock.hpp"
+#include "live/channel.hpp"
+#include "live/repetition_runner.hpp"
+#include "program/child_process.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
+
+/// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its end. It
+/// reads what the measured processes record in `memories`, gives way to all others (nice 19), and talks to
+/// the coordinator as they do: `matched` when it is ready, then `begin`, then `stop` with the end of the run,
+/// then `done` with the number of chain samples lost. Returns the exit code.
+int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
+                          const Channel& coordinator);
 
 /// The process that publishes a repetition, as the coordinator sees it. Whatever becomes of it, the
 /// repetition goes on.
 class Publisher {
  public:
-  /// `process` runs run_publisher_process(); negative when it could not be forked.
-  Publisher(pid_t process, Channel channel) : process_(process), channel_(std::move(channel)) {}
+  /// `process` runs run_publisher_process().
+  explicit Publisher(ForkedProcess process) : process_(std::move(process)) {}
 
   /// Waits until it can publish or never will, so that its set-up does not fall into the measurement.
-  void await_ready(Time limit);
-  void begin(Time epoch, Time end);
+  void await_ready(Time limit) { receive(Kind::matched, limit); }
+  void begin(Time epoch, Time end) { process_.channel.send({Kind::begin, {to_ns(epoch), to_ns(end)}}); }
   /// Everything is recorded; the run ended at `end`.
-  void stop(Time end);
+  void stop(Time end) { process_.channel.send({Kind::stop, {to_ns(end)}}); }
   /// Waits for its end, for a bounded time, and adds what went wrong in one sentence.
-  void finish(std::vector<std::string>& warnings);
+  void finish(std::vector<std::string>& warnings) {
+    receive(Kind::done, now() + kTimeToEnd);
+    const std::string cause = cause_of_end();
+    if (failure_.empty()) failure_ = cause;
+    if (!failure_.empty())
+      warnings.push_back("Live publishing stopped (" + failure_ + "); the run itself went on.");
+    if (samples_lost_ > 0) {
+      warnings.push_back(concat("Live publishing: ", samples_lost_,
+                                " chain samples may not have reached every reader, which was too slow."));
+    }
+  }
 
  private:
-  /// What it says next; false when it is gone or `limit` has passed.
-  bool receive(ChannelMessage::Kind kind, Time limit);
-  std::string cause_of_end();
+  using Kind = ChannelMessage::Kind;
+  /// It gets little of a busy processor, and flushes for a second.
+  static constexpr Duration kTimeToEnd = std::chrono::seconds(5);
 
-  pid_t process_;
-  Channel channel_;
+  /// Until it says so, is gone, or `limit` has passed.
+  void receive(Kind kind, Time limit) {
+    while (process_.id > 0 && failure_.empty() && now() < limit) {
+      const auto message = process_.channel.receive(limit);
+      if (!message) continue;
+      if (message->kind == Kind::failed) failure_ = message->text.data();
+      if (message->kind == Kind::done) samples_lost_ = message->number[0];
+      if (message->kind == kind || message->kind == Kind::closed) return;
+    }
+  }
+
+  std::string cause_of_end() {
+    if (process_.id < 0) return "its process could not be started";
+    int status = 0;
+    const Time limit = now() + kTimeToEnd;
+    while (waitpid(process_.id, &status, WNOHANG) == 0) {
+      if (now() < limit) {
+        usleep(1000);
+        continue;
+      }
+      kill(process_.id, SIGKILL);
+      waitpid(process_.id, nullptr, 0);
+      return "its process did not end in time and was ended";
+    }
+    return status == 0 ? "" : "its process " + how_it_ended(status);
+  }
+
+  ForkedProcess process_;
   std::int64_t samples_lost_ = 0;
   std::string failure_;
 };

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "live/publisher_process.hpp"
-
 #include <pthread.h>
 #include <sys/resource.h>
 
@@ -8,6 +6,7 @@
 #include <exception>
 
 #include "hotpath/live/clock.hpp"
+#include "live/publisher.hpp"
 #include "telemetry/run_info.hpp"
 #include "telemetry/run_statistics.hpp"
 #include "telemetry/telemetry_writers.hpp"
@@ -26,20 +25,11 @@ constexpr int kNice = 19;
 /// For the last samples to reach their readers.
 constexpr Duration kFlush = std::chrono::seconds(1);
 
-UnixTime unix_time(Time epoch) {
-  const auto wall_clock = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
-  return {epoch, (wall_clock.time_since_epoch() + (epoch - now())).count()};
-}
-
-telemetry::RunInfo run_info(const RepetitionPlan& plan, const UnixTime& time) {
-  telemetry::RunInfo info = make_run_info(*plan.graph);
-  info.run_id(make_run_id(time.epoch_ns, plan.executor.label, plan.repetition));
-  info.executor(plan.executor.label);
-  info.repetition(plan.repetition);
+telemetry::RunInfo run_info(const RepetitionPlan& plan, std::int64_t epoch_ns) {
+  telemetry::RunInfo info = make_run_info(*plan.graph, plan.executor.label, plan.repetition, epoch_ns);
   info.transport(to_string(plan.transport));
   if (plan.transport == TransportKind::fastdds) info.partition(plan.fastdds.partition);
   info.origin("live");
-  info.epoch_ns(time.epoch_ns);
   info.speed(1);
   info.facts(plan.publishing->facts);
   return info;
@@ -55,7 +45,7 @@ class Sender {
         writers_(writers),
         tail_(memories),
         join_(*plan.graph, plan.tasks),
-        info_(run_info(plan, unix_time(epoch))),
+        info_(run_info(plan, unix_ns(epoch - now()))),
         statistics_(*plan.graph, plan.tasks, info_.run_id(), {epoch, info_.epoch_ns()},
                     plan.publishing->warm_up),
         counted_from_(epoch + plan.publishing->warm_up),
@@ -124,9 +114,8 @@ class Sender {
 void send_until_stop(Sender& sender, const Channel& coordinator, Time epoch, Time end) {
   Time next_statistics = epoch + kStatisticsPeriod;
   for (;;) {
-    bool closed = false;
-    const auto message = coordinator.receive(now() + kPoll, closed);
-    if (closed) return sender.finish(now());
+    const auto message = coordinator.receive(now() + kPoll);
+    if (message && message->kind == Kind::closed) return sender.finish(now());
     if (message && message->kind == Kind::stop) return sender.finish(from_ns(message->number[0]));
     sender.send_samples();
     const Time now = hotpath::now();
@@ -140,12 +129,11 @@ void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
   FastDdsOptions options = plan.fastdds;
   options.network = FastDdsOptions::Network::udp;  // leaves no file behind, however this process ends
   TelemetryWriters writers(options);
-  coordinator.send(ChannelMessage(Kind::matched));
+  coordinator.send(Kind::matched);
 
   for (;;) {
-    bool closed = false;
-    const auto begin = coordinator.receive(now() + std::chrono::hours(1), closed);
-    if (closed || (begin && begin->kind == Kind::stop)) return;
+    const auto begin = coordinator.receive(now() + std::chrono::hours(1));
+    if (begin && (begin->kind == Kind::closed || begin->kind == Kind::stop)) return;
     if (!begin || begin->kind != Kind::begin) continue;
     const Time epoch = from_ns(begin->number[0]), end = from_ns(begin->number[1]);
     Sender sender(plan, memories, writers, epoch, end);
@@ -153,7 +141,7 @@ void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
     break;
   }
   writers.flush(kFlush);
-  coordinator.send(ChannelMessage(Kind::done, {static_cast<std::int64_t>(writers.samples_lost())}));
+  coordinator.send({Kind::done, {static_cast<std::int64_t>(writers.samples_lost())}});
 }
 
 }  // namespace
@@ -170,7 +158,7 @@ int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory
     send_run(plan, memories, coordinator);
     return 0;
   } catch (const std::exception& error) {
-    coordinator.send(ChannelMessage(Kind::failed, {}, error.what()));
+    coordinator.send({Kind::failed, {}, error.what()});
     return 1;
   }
 }

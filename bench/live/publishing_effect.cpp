@@ -2,9 +2,10 @@
 #include "live/publishing_effect.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <ostream>
+
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -44,32 +45,25 @@ std::vector<PublishingEffect> publishing_effects(const std::vector<ExecutorRuns>
 void write_publishing_effects(std::ostream& out, const std::vector<PublishingEffect>& effects) {
   out << "\nMedian hot-path latency with live publishing against without:\n";
   for (const PublishingEffect& e : effects) {
-    char text[128] = "no samples on one side; measure longer";
-    const std::optional<Interval>& interval = e.median_ratio.interval;
-    if (interval) {
-      std::snprintf(text, sizeof(text), "%+.2f %% [%+.2f, %+.2f], 95 %% interval over repetitions",
-                    percent(e.median_ratio.value), percent(interval->low), percent(interval->high));
-    } else if (!std::isnan(e.median_ratio.value)) {
-      std::snprintf(text, sizeof(text), "%+.2f %%, without interval: four repetitions or more give one",
-                    percent(e.median_ratio.value));
+    const double change = percent(e.median_ratio.value);
+    out << "  " << e.executor << ", " << e.chain << ": ";
+    if (const auto& interval = e.median_ratio.interval) {
+      out << text("%+.2f %% [%+.2f, %+.2f], 95 %% interval over repetitions\n", change,
+                  percent(interval->low), percent(interval->high));
+    } else if (std::isnan(change)) {
+      out << "no samples on one side; measure longer\n";
+    } else {
+      out << text("%+.2f %%, without interval: four repetitions or more give one\n", change);
     }
-    out << "  " << e.executor << ", " << e.chain << ": " << text << "\n";
   }
 }
 
-nlohmann::json to_json(const std::vector<PublishingEffect>& effects) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const PublishingEffect& e : effects) {
-    const std::optional<Interval>& interval = e.median_ratio.interval;
-    list.push_back({{"executor", e.executor},
-                    {"chain", e.chain},
-                    {"n_live", e.samples_with},
-                    {"n_not_live", e.samples_without},
-                    {"median_ratio",
-                     {{"value", e.median_ratio.value},
-                      {"interval", interval ? nlohmann::json{interval->low, interval->high} : nullptr}}}});
-  }
-  return list;
+void to_json(nlohmann::json& j, const PublishingEffect& effect) {
+  j = {{"executor", effect.executor},
+       {"chain", effect.chain},
+       {"n_live", effect.samples_with},
+       {"n_not_live", effect.samples_without},
+       {"median_ratio", effect.median_ratio}};
 }
 
 }  // namespace hotpath

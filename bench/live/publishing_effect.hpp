@@ -29,6 +29,6 @@ std::vector<PublishingEffect> publishing_effects(const std::vector<ExecutorRuns>
 
 /// A line for each, in percent.
 void write_publishing_effects(std::ostream& out, const std::vector<PublishingEffect>& effects);
-nlohmann::json to_json(const std::vector<PublishingEffect>& effects);
+void to_json(nlohmann::json& j, const PublishingEffect& effect);
 
 }  // namespace hotpath

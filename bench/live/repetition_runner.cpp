@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live/repetition_runner.hpp"
 
-#include <fcntl.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,11 +12,11 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "live/publisher.hpp"
 #include "live/run_process.hpp"
-#include "machine/machine.hpp"
 #include "machine/proc_files.hpp"
 #include "machine/shared_memory_watch.hpp"
 #include "program/child_process.hpp"
 #include "program/interrupt.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -34,7 +33,7 @@ RunMemory::Size memory_size(const RepetitionPlan& plan) {
     double rate = tasks.set[id].kind == TaskKind::timer ? rates[id] : 0;
     for (TaskId from = 0; from < tasks.set.size(); ++from) {
       const auto& feeds = tasks.set[from].feeds;
-      rate += rates[from] * static_cast<double>(std::count(feeds.begin(), feeds.end(), id));
+      rate += rates[from] * static_cast<double>(std::ranges::count(feeds, id));
     }
     jobs += rate;
     for (const ChainIndex& c : chains) outputs += c.sink == tasks.origin[id].node ? rate : 0;
@@ -73,37 +72,29 @@ class Coordinator {
 
  private:
   struct Child {
-    pid_t pid = -1;
-    Channel channel;
+    ForkedProcess process;
     bool ended = false;
   };
 
   void start(std::uint32_t process) {
-    auto [ours, theirs] = Channel::make_pair();
-    const pid_t pid = fork();
-    if (pid < 0) {
+    ForkedProcess child = fork_process([&](const Channel& coordinator) {
+      children_.clear();  // the other processes' channels are not ours to hold open
+      return run_process(plan_, process, process_of_node_, memories_, coordinator);
+    });
+    if (child.id < 0) {
       fail("cannot start a process: " + std::string(std::strerror(errno)));
       return;
     }
-    if (pid == 0) {
-      children_.clear();  // the other processes' channels are not ours to hold open
-      ours = Channel();
-      _exit(run_process(plan_, process, process_of_node_, memories_, theirs));
-    }
-    children_.push_back({pid, std::move(ours)});
+    children_.push_back({std::move(child)});
   }
 
   /// Without it the run goes on.
   void start_publisher() {
     if (!plan_.publishing || !result_.failure.empty()) return;
-    auto [ours, theirs] = Channel::make_pair();
-    const pid_t pid = fork();
-    if (pid == 0) {
+    publisher_.emplace(fork_process([&](const Channel& coordinator) {
       children_.clear();
-      ours = Channel();
-      _exit(run_publisher_process(plan_, memories_, theirs));
-    }
-    publisher_.emplace(pid, std::move(ours));
+      return run_publisher_process(plan_, memories_, coordinator);
+    }));
   }
 
   void execute() {
@@ -127,12 +118,12 @@ class Coordinator {
   void note_shared_memory() {
     if (plan_.fastdds.network != FastDdsOptions::Network::shared_memory) return;
     for (const Child& c : children_) {
-      if (!c.ended) shared_memory_.note(c.pid);
+      if (!c.ended) shared_memory_.note(c.process.id);
     }
   }
 
   void tell_all(Kind kind, const ChannelMessage::Numbers& numbers = {}) {
-    for (const Child& c : children_) c.channel.send(ChannelMessage(kind, numbers));
+    for (const Child& c : children_) c.process.channel.send({kind, numbers});
   }
 
   /// Every process says `kind`; false after a failure, or an interruption before the run began.
@@ -145,10 +136,9 @@ class Coordinator {
         } else {
           note_shared_memory();  // a process that dies from now on leaves nothing unknown
         }
-        bool closed = false;
         const auto message =
-            children_[p].channel.receive(std::min(now() + std::chrono::milliseconds(100), limit), closed);
-        if (closed) return fail(death(p));
+            children_[p].process.channel.receive(std::min(now() + std::chrono::milliseconds(100), limit));
+        if (message && message->kind == Kind::closed) return fail(death(p));
         if (message && message->kind == Kind::failed) {
           result_.setup_failed = true;
           return fail(message->text.data());
@@ -193,13 +183,13 @@ class Coordinator {
   }
 
   std::string name(std::uint32_t p) const {
-    return "process " + std::to_string(p + 1) + " of " + std::to_string(plan_.processes) + " (executor " +
-           plan_.executor.label + ", repetition " + std::to_string(plan_.repetition) + ")";
+    return concat("process ", p + 1, " of ", plan_.processes, " (executor ", plan_.executor.label,
+                  ", repetition ", plan_.repetition, ")");
   }
 
   std::string death(std::uint32_t p) {
     int status = 0;
-    children_[p].ended = waitpid(children_[p].pid, &status, 0) == children_[p].pid;
+    children_[p].ended = waitpid(children_[p].process.id, &status, 0) == children_[p].process.id;
     if (began_) end_ = std::min(end_, now());
     return name(p) + " " + (children_[p].ended ? how_it_ended(status) : "closed its channel");
   }
@@ -216,13 +206,12 @@ class Coordinator {
     bool killed = false;
     for (Child& c : children_) {
       while (!c.ended) {
-        const pid_t gone = waitpid(c.pid, nullptr, WNOHANG);
-        c.ended = gone == c.pid || gone < 0;
+        c.ended = waitpid(c.process.id, nullptr, WNOHANG) != 0;
         if (c.ended) break;
         if (now() >= limit && !killed) {
           note_shared_memory();
           for (const Child& other : children_) {
-            if (!other.ended) kill(other.pid, SIGKILL);
+            if (!other.ended) kill(other.process.id, SIGKILL);
           }
           killed = true;
         }
@@ -267,11 +256,8 @@ class Coordinator {
     const auto instant = [](const JobRecord& j) {
       return j.outcome == Outcome::queued || j.outcome == Outcome::overwritten ? j.job.timestamp : j.start;
     };
-    std::stable_sort(trace.jobs.begin(), trace.jobs.end(),
-                     [&](const JobRecord& a, const JobRecord& b) { return instant(a) < instant(b); });
-    std::stable_sort(
-        observations.begin(), observations.end(),
-        [](const ChainObservation& a, const ChainObservation& b) { return a.sink_start < b.sink_start; });
+    std::ranges::stable_sort(trace.jobs, {}, instant);
+    std::ranges::stable_sort(observations, {}, &ChainObservation::sink_start);
     trace.chains = join_chains(*plan_.graph, plan_.tasks, trace, observations);
     r.accounts = account(plan_.tasks.set, trace);
     warn();
@@ -279,19 +265,17 @@ class Coordinator {
 
   void warn() {
     const Trace& trace = result_.repetition.trace;
-    const std::string where =
-        plan_.executor.label + ", repetition " + std::to_string(plan_.repetition) + ": ";
-    if (trace.lost_records > 0) {
-      result_.warnings.push_back(where + std::to_string(trace.lost_records) +
-                                 " records did not fit into the trace buffers");
-    }
+    const auto add = [&](const auto&... what) {
+      result_.warnings.push_back(
+          concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", what...));
+    };
+    if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
     if (!result_.failure.empty()) return;
     for (const TaskAccount& a : result_.repetition.accounts) {
       if (a.balanced()) continue;
-      result_.warnings.push_back(
-          where + plan_.tasks.set[a.task].name + " accounts for " + std::to_string(a.accounted()) + " of " +
-          std::to_string(a.expected) +
-          (plan_.tasks.set[a.task].kind == TaskKind::timer ? " timestamps" : " samples"));
+      const Task& task = plan_.tasks.set[a.task];
+      add(task.name, " accounts for ", a.accounted(), " of ", a.expected,
+          task.kind == TaskKind::timer ? " timestamps" : " samples");
     }
   }
 

@@ -11,13 +11,15 @@
 #include <thread>
 
 #include "hotpath/live/clock.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
 namespace {
 
-Duration duration_of(const timeval& t) {
-  return std::chrono::seconds(t.tv_sec) + std::chrono::microseconds(t.tv_usec);
+Duration cpu_time(const rusage& usage) {
+  return std::chrono::seconds(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         std::chrono::microseconds(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
 }
 
 rusage own_usage() {
@@ -26,11 +28,9 @@ rusage own_usage() {
   return usage;
 }
 
-struct CoordinatorGone {};
+using Kind = ChannelMessage::Kind;
 
-void tell_failure(const Channel& coordinator, const std::string& what) {
-  coordinator.send(ChannelMessage(ChannelMessage::Kind::failed, {}, what));
-}
+struct CoordinatorGone {};
 
 const Channel* last_words = nullptr;
 
@@ -44,8 +44,10 @@ const Channel* last_words = nullptr;
   } catch (...) {
     cause = "unknown exception";
   }
-  tell_failure(*last_words, "a process of the run gave up (" + cause +
-                                "); the system may lack threads (ulimit -u), memory or open files for it");
+  last_words->send({Kind::failed,
+                    {},
+                    "a process of the run gave up (" + cause +
+                        "); the system may lack threads (ulimit -u), memory or open files for it"});
   for (;;) pause();  // the coordinator looks for files that we leave before it ends us
 }
 
@@ -58,14 +60,14 @@ ExecutorOptions thread_options(const RepetitionPlan& plan) {
 }
 
 std::string as_text(const std::vector<WorkerThread>& workers) {
-  std::string text;
-  for (const WorkerThread& worker : workers) text += (text.empty() ? "" : ", ") + to_string(worker);
-  return text;
+  std::vector<std::string> texts;
+  for (const WorkerThread& worker : workers) texts.push_back(to_string(worker));
+  return joined(texts);
 }
 
 /// The timer management thread runs under the ordinary policy.
 bool timers_are_ordinary(const std::vector<WorkerThread>& workers) {
-  return std::any_of(workers.begin(), workers.end(), [](const WorkerThread& w) {
+  return std::ranges::any_of(workers, [](const WorkerThread& w) {
     return w.role == WorkerRole::timer_management && w.policy == ThreadPolicy{};
   });
 }
@@ -75,27 +77,29 @@ class Process {
  public:
   Process(const RepetitionPlan& plan, const Channel& coordinator) : plan_(plan), coordinator_(coordinator) {}
 
-  ChannelMessage expect(ChannelMessage::Kind kind) const {
+  /// The next message until `limit`, if there is one.
+  std::optional<ChannelMessage> receive(Time limit) const {
+    const auto message = coordinator_.receive(limit);
+    if (message && message->kind == Kind::closed) throw CoordinatorGone();
+    return message;
+  }
+
+  ChannelMessage expect(Kind kind) const {
     for (;;) {
-      bool closed = false;
-      const auto message = coordinator_.receive(now() + std::chrono::hours(1), closed);
-      if (closed) throw CoordinatorGone();
+      const auto message = receive(now() + std::chrono::hours(1));
       if (message && message->kind == kind) return *message;
     }
   }
 
-  void tell(ChannelMessage::Kind kind, const ChannelMessage::Numbers& numbers = {},
-            const std::string& text = "") const {
-    if (!coordinator_.send(ChannelMessage(kind, numbers, text))) throw CoordinatorGone();
+  void tell(const ChannelMessage& message) const {
+    if (!coordinator_.send(message)) throw CoordinatorGone();
   }
 
   /// Until `end`, or, which returns false, until the coordinator asks for an earlier one.
   bool wait(Time end, Executor& executor) const {
     while (now() < end) {
-      bool closed = false;
-      const auto message = coordinator_.receive(end, closed);
-      if (closed) throw CoordinatorGone();
-      if (message && message->kind == ChannelMessage::Kind::stop) {
+      const auto message = receive(end);
+      if (message && message->kind == Kind::stop) {
         executor.stop();
         return false;
       }
@@ -104,37 +108,31 @@ class Process {
   }
 
   void run(const GraphTasks& tasks, std::deque<RunMemory>& memories, RunMemory& own) const {
-    LiveOptions options;
-    options.executor = plan_.executor.entry;
-    options.scheduler = plan_.executor.scheduler;
-    options.threads = thread_options(plan_);
-    options.transport = plan_.transport;
-    options.fastdds = plan_.fastdds;
-    options.calibration = plan_.calibration;
+    const LiveOptions options{plan_.executor.entry,  plan_.executor.scheduler,
+                              thread_options(plan_), plan_.transport,
+                              plan_.fastdds,         plan_.calibration};
     LiveSystem system(*plan_.graph, tasks, options, own);
     system.wait_until_matched(now() + plan_.time_out);
-    tell(ChannelMessage::Kind::matched);
+    tell(Kind::matched);
 
-    const ChannelMessage begin = expect(ChannelMessage::Kind::begin);
+    const ChannelMessage begin = expect(Kind::begin);
     const Time epoch = from_ns(begin.number[0]), end = from_ns(begin.number[1]);
     Executor& executor = system.executor();
     executor.start(epoch, end);
-    tell(ChannelMessage::Kind::begun, {timers_are_ordinary(executor.workers())}, as_text(executor.workers()));
+    tell({Kind::begun, {timers_are_ordinary(executor.workers())}, as_text(executor.workers())});
     const bool goes_on = wait(epoch, executor);
     const rusage before = own_usage();
     if (goes_on) wait(end, executor);
     const Time ended = executor.join();
     const rusage after = own_usage();
-    tell(ChannelMessage::Kind::stopped, {to_ns(ended)});
+    tell({Kind::stopped, {to_ns(ended)}});
 
-    expect(ChannelMessage::Kind::settle);
+    expect(Kind::settle);
     settle(tasks, memories, executor);
     executor.close();
-    tell(ChannelMessage::Kind::done,
-         {(duration_of(after.ru_utime) + duration_of(after.ru_stime) - duration_of(before.ru_utime) -
-           duration_of(before.ru_stime))
-              .count(),
-          after.ru_maxrss, after.ru_nvcsw - before.ru_nvcsw, after.ru_nivcsw - before.ru_nivcsw});
+    tell({Kind::done,
+          {(cpu_time(after) - cpu_time(before)).count(), after.ru_maxrss, after.ru_nvcsw - before.ru_nvcsw,
+           after.ru_nivcsw - before.ru_nivcsw}});
   }
 
  private:
@@ -180,9 +178,9 @@ int run_process(const RepetitionPlan& plan, std::uint32_t process,
     return 0;
   } catch (const CoordinatorGone&) {
   } catch (const std::system_error& error) {
-    tell_failure(coordinator, "a process of the run cannot be set up: " + std::string(error.what()));
+    coordinator.send({Kind::failed, {}, concat("a process of the run cannot be set up: ", error.what())});
   } catch (const std::exception& error) {
-    tell_failure(coordinator, error.what());
+    coordinator.send({Kind::failed, {}, error.what()});
   }
   return 1;
 }

@@ -7,11 +7,12 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
+#include "program/json_fields.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -87,26 +88,25 @@ Machine read_machine(Duration watch) {
   return m;
 }
 
-nlohmann::json to_json(const Machine& m) {
-  return {{"cpu_model", m.cpu_model},
-          {"processors", m.processors},
-          {"kernel", m.kernel},
-          {"preempt_rt", m.preempt_rt},
-          {"distribution", m.distribution},
-          {"governor", m.governor},
-          {"hypervisor", m.hypervisor},
-          {"rt_runtime_us", m.rt_runtime_us},
-          {"rt_period_us", m.rt_period_us},
-          {"load_average", m.load_average},
-          {"compiler", m.compiler},
-          {"build_type", m.build_type},
-          {"turbo", m.turbo},
-          {"clock_source", m.clock_source},
-          {"timer_slack_ns", m.timer_slack_ns},
-          {"stolen_percent", m.stolen_percent},
-          {"real_time_threads", m.real_time_threads},
-          {"noise", m.noise}};
+static void to_json(nlohmann::json& j, const Hiccups& h) {
+  j = {{"cpu", h.cpu},
+       {"p99_ns", h.p99.count()},
+       {"p999_ns", h.p999.count()},
+       {"max_ns", h.max.count()},
+       {"lost_percent", h.lost_percent}};
 }
+
+static void to_json(nlohmann::json& j, const MachineNoise& noise) {
+  j = {{"watched_ms", to_ms(noise.length)},
+       {"hiccups", noise.cores},
+       {"clock_resolution_ns", noise.clock_resolution.count()},
+       {"clock_cost_ns", noise.clock_cost_ns},
+       {"cpu_clock_cost_ns", noise.cpu_clock_cost_ns}};
+}
+
+HOTPATH_JSON_FIELDS(Machine, cpu_model, processors, kernel, preempt_rt, distribution, governor, hypervisor,
+                    rt_runtime_us, rt_period_us, load_average, compiler, build_type, turbo, clock_source,
+                    timer_slack_ns, stolen_percent, real_time_threads, noise)
 
 std::vector<std::string> warnings(const Machine& m) {
   std::vector<std::string> sentences;
@@ -116,13 +116,13 @@ std::vector<std::string> warnings(const Machine& m) {
   warn_if(!m.hypervisor.empty(), "This is a virtual machine: its processors can be taken away at any time.");
   warn_if(!m.governor.empty() && m.governor != "performance",
           "The frequency governor is " + m.governor + ", not performance.");
-  warn_if(m.load_average > 0.5 * m.processors, "Something else is running: the load average is " +
-                                                   std::to_string(m.load_average).substr(0, 4) + " on " +
-                                                   std::to_string(m.processors) + " processors.");
+  warn_if(m.load_average > 0.5 * m.processors,
+          text("Something else is running: the load average is %.4s on %d processors.",
+               std::to_string(m.load_average).c_str(), m.processors));
   warn_if(m.turbo == "on",
           "Turbo is on: the processor's speed depends on what else it does and on its temperature.");
-  warn_if(m.stolen_percent > 1, "The hypervisor has taken " + std::to_string(m.stolen_percent).substr(0, 4) +
-                                    " % of the processors' time since boot.");
+  warn_if(m.stolen_percent > 1, text("The hypervisor has taken %.4s %% of the processors' time since boot.",
+                                     std::to_string(m.stolen_percent).c_str()));
   if (const std::size_t n = m.real_time_threads.size(); n > 0) {
     sentences.push_back("Other real-time threads run here and come first whenever they want to: " +
                         m.real_time_threads.front() +

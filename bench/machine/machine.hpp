@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "hotpath/core/time.hpp"
-#include "program/latency_histogram.hpp"
 
 namespace hotpath {
 
@@ -32,24 +31,27 @@ class HiccupHistogram {
  public:
   static constexpr Duration kGap = std::chrono::microseconds(10);  ///< From here on time counts as lost.
 
+  /// Takes no longer than the readings themselves. `distance` >= 0.
   void add(Duration distance) {
-    distances_.add(distance);
+    ++count_;
     total_ += distance;
-    if (distance >= kGap) lost_ += distance;
+    distance < kGap ? void(++shorter_[static_cast<std::size_t>(distance.count())])
+                    : gaps_.push_back(distance);
   }
-  /// Quantiles within 1 %.
+  /// Exact, quantiles by nearest rank.
   Hiccups summary(int cpu) const;
 
  private:
-  LatencyHistogram distances_;
-  Duration total_{}, lost_{};
+  std::uint64_t count_ = 0;
+  Duration total_{};
+  /// How often each distance below kGap came, by nanoseconds, and all longer ones.
+  std::vector<std::uint32_t> shorter_ = std::vector<std::uint32_t>(kGap.count());
+  std::vector<Duration> gaps_;
 };
 
 /// Keeps every allowed core busy for `length`, all at the same time (after rigtorp's hiccups). All threads
 /// have ended when it returns.
 MachineNoise measure_noise(Duration length);
-
-void to_json(nlohmann::json& j, const MachineNoise& noise);
 
 /// Whole sentences about noise that results will show.
 std::vector<std::string> warnings(const MachineNoise& noise);
@@ -74,7 +76,7 @@ struct Machine {
 inline constexpr Duration kBriefNoise = std::chrono::milliseconds(200);
 
 Machine read_machine(Duration watch = kBriefNoise);
-nlohmann::json to_json(const Machine& machine);
+void to_json(nlohmann::json& j, const Machine& machine);
 
 /// Whole sentences about what may disturb a measurement.
 std::vector<std::string> warnings(const Machine& machine);

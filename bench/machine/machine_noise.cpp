@@ -2,12 +2,14 @@
 #include "machine/machine.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <latch>
-#include <nlohmann/json.hpp>
+#include <numeric>
 #include <thread>
 
 #include "hotpath/live/thread_setup.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -43,14 +45,23 @@ HiccupHistogram watch(Duration length) {
   return distances;
 }
 
-std::string microseconds(Duration d) { return std::to_string(d.count() / 1000) + " us"; }
-
 }  // namespace
 
 Hiccups HiccupHistogram::summary(int cpu) const {
-  if (distances_.count() == 0) return {cpu};
-  return {cpu, distances_.quantile(0.99), distances_.quantile(0.999), distances_.max(),
-          100 * to_ms(lost_) / to_ms(std::max(total_, Duration(1)))};
+  if (count_ == 0) return {cpu};
+  std::vector<Duration> gaps = gaps_;
+  std::ranges::sort(gaps);
+  const auto quantile = [&](double probability) {
+    const auto rank = static_cast<std::uint64_t>(std::ceil(probability * static_cast<double>(count_)));
+    std::uint64_t below = 0;
+    for (std::size_t ns = 0; ns < shorter_.size(); ++ns) {
+      if ((below += shorter_[ns]) >= rank) return Duration(ns);
+    }
+    return gaps[rank - below - 1];
+  };
+  const Duration lost = std::accumulate(gaps.begin(), gaps.end(), Duration());
+  return {cpu, quantile(0.99), quantile(0.999), quantile(1),
+          100 * to_ms(lost) / to_ms(std::max(total_, Duration(1)))};
 }
 
 MachineNoise measure_noise(Duration length) {
@@ -77,39 +88,23 @@ MachineNoise measure_noise(Duration length) {
   return noise;
 }
 
-static void to_json(nlohmann::json& j, const Hiccups& h) {
-  j = {{"cpu", h.cpu},
-       {"p99_ns", h.p99.count()},
-       {"p999_ns", h.p999.count()},
-       {"max_ns", h.max.count()},
-       {"lost_percent", h.lost_percent}};
-}
-
-void to_json(nlohmann::json& j, const MachineNoise& noise) {
-  j = {{"watched_ms", to_ms(noise.length)},
-       {"hiccups", noise.cores},
-       {"clock_resolution_ns", noise.clock_resolution.count()},
-       {"clock_cost_ns", noise.clock_cost_ns},
-       {"cpu_clock_cost_ns", noise.cpu_clock_cost_ns}};
-}
-
 std::vector<std::string> warnings(const MachineNoise& noise) {
   std::vector<std::string> sentences;
-  const auto worst = std::max_element(noise.cores.begin(), noise.cores.end(),
-                                      [](const Hiccups& a, const Hiccups& b) { return a.max < b.max; });
+  const auto worst = std::ranges::max_element(noise.cores, {}, &Hiccups::max);
   if (worst != noise.cores.end() && worst->max > std::chrono::microseconds(500)) {
-    sentences.push_back("A thread that only read the clock on processor " + std::to_string(worst->cpu) +
-                        " was held up for " + microseconds(worst->max) +
-                        ": single latencies of that size need not be the executor's.");
+    sentences.push_back(concat("A thread that only read the clock on processor ", worst->cpu,
+                               " was held up for ", worst->max.count() / 1000,
+                               " us: single latencies of that size need not be the executor's."));
   }
   for (const Hiccups& h : noise.cores) {
     if (h.lost_percent < 2) continue;
-    sentences.push_back("On processor " + std::to_string(h.cpu) + " a busy thread lost " +
-                        std::to_string(h.lost_percent).substr(0, 4) + " % of its time to others.");
+    sentences.push_back(text("On processor %d a busy thread lost %.4s %% of its time to others.", h.cpu,
+                             std::to_string(h.lost_percent).c_str()));
   }
   if (noise.clock_cost_ns > 200) {
-    sentences.push_back("Reading the clock costs " + std::to_string(static_cast<int>(noise.clock_cost_ns)) +
-                        " ns, so it is not read in user space: look at the clock source.");
+    sentences.push_back(
+        text("Reading the clock costs %d ns, so it is not read in user space: look at the clock source.",
+             static_cast<int>(noise.clock_cost_ns)));
   }
   return sentences;
 }

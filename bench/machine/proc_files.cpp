@@ -71,9 +71,8 @@ Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus)
   long long ticks = 0;
   while (std::getline(stat, line) && line.starts_with("cpu")) {
     const ProcessorTicks processor(line);
-    const bool asked_for = std::any_of(cpus.begin(), cpus.end(), [&](int number) {
-      return processor.name == "cpu" + std::to_string(number);
-    });
+    const bool asked_for = std::ranges::any_of(
+        cpus, [&](int number) { return processor.name == "cpu" + std::to_string(number); });
     if (cpus.empty() ? processor.name == "cpu" : asked_for) ticks += processor.stolen();
   }
   return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);

@@ -33,8 +33,7 @@ PeriodicTasks tasks_of_size(std::size_t n) {
   for (PeriodicTask& t : tasks) {
     t.wcet = std::max<std::int64_t>(1, static_cast<std::int64_t>(static_cast<double>(t.wcet) * 0.8 / u));
   }
-  std::stable_sort(tasks.begin(), tasks.end(),
-                   [](const PeriodicTask& a, const PeriodicTask& b) { return a.period < b.period; });
+  std::ranges::stable_sort(tasks, {}, &PeriodicTask::period);
   return tasks;
 }
 

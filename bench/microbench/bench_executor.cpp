@@ -9,6 +9,7 @@
 
 #include "hotpath/core/events_scheduler.hpp"
 #include "microbench/executor_run.hpp"
+#include "program/text.hpp"
 #include "setup/executor_spec.hpp"
 
 namespace hotpath::gbench {
@@ -331,33 +332,34 @@ void register_release_benchmarks(bool quick) {
     for (const std::uint32_t due : {1U, 8U, 64U}) {
       for (const bool wake : {false, true}) {
         const int passes = (quick ? 1000 : 5000) * (wake ? 1 : 4);
-        register_isolated("release_pass/" + std::string(name) + "/due:" + std::to_string(due) +
-                              "/wake:" + (wake ? "1" : "0"),
+        register_isolated(concat("release_pass/", name, "/due:", due, "/wake:", wake),
                           [=, &e] { return release_passes(e, due, wake, passes); });
       }
     }
     for (const bool busy : {false, true}) {
-      register_isolated("live_release/" + std::string(name) + "/executor:" + (busy ? "busy" : "idle"),
+      register_isolated(concat("live_release/", name, "/executor:", busy ? "busy" : "idle"),
                         [=, &e] { return live_releases(e, busy, length); });
     }
   }
 }
 
+}  // namespace
+
 void register_all(bool quick) {
   register_release_benchmarks(quick);
   const Duration length = quick ? 200ms : 1s;
   for (const char* policy : {"other", "fifo:90"}) {
-    register_isolated(std::string("wake_up/policy:") + policy, [=] { return wake_up(policy, 2 * length); });
+    register_isolated(concat("wake_up/policy:", policy), [=] { return wake_up(policy, 2 * length); });
   }
   register_isolated("dispatch_sample/condition_variable", [=] { return hand_over(length); });
   for (const int rate : {100, 1000}) {
-    register_isolated("timers_only/bare_sleep/per_s:" + std::to_string(rate),
+    register_isolated(concat("timers_only/bare_sleep/per_s:", rate),
                       [=] { return bare_timer(rate, length); });
   }
   for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "events-ro",
                                  "events-re", "rm-ro", "rm-re"}) {
     for (const std::uint32_t ready : {1U, 100U}) {
-      register_isolated("throughput/" + name + "/ready:" + std::to_string(ready),
+      register_isolated(concat("throughput/", name, "/ready:", ready),
                         [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
     }
   }
@@ -366,15 +368,10 @@ void register_all(bool quick) {
     register_isolated("dispatch_timer/" + name, [=, &e] { return dispatch_timers(e, length); });
     register_isolated("dispatch_sample/" + name, [=, &e] { return dispatch_samples(e, length); });
     for (const int rate : {100, 1000}) {
-      register_isolated("timers_only/" + name + "/per_s:" + std::to_string(rate),
+      register_isolated(concat("timers_only/", name, "/per_s:", rate),
                         [=, &e] { return timers_only(e, rate, length); });
     }
   }
 }
 
-}  // namespace
 }  // namespace hotpath::gbench
-
-int main(int argc, char** argv) {
-  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
-}

@@ -15,7 +15,7 @@
 #include "live/repetition_runner.hpp"
 #include "microbench/measurement.hpp"
 #include "microbench/raw_executor.hpp"
-#include "setup/executor_spec.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath::gbench {
 namespace {
@@ -103,8 +103,7 @@ class Runs {
  public:
   Runs(Graph graph, Duration measured) : graph_(std::move(graph)), measured_(measured) {
     tasks_ = make_tasks(graph_);
-    const std::vector<Duration> phases = make_phases(graph_, tasks_, Phases::creation);
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) tasks_.set.tasks[id].phase = phases[id];
+    set_phases(tasks_.set, make_phases(graph_, tasks_, Phases::creation));
     Duration typical{};
     for (const Node& node : graph_.nodes) typical = std::max(typical, node.execution_time);
     calibration_ = calibrate(typical);
@@ -178,33 +177,30 @@ class Runs {
 };
 
 }  // namespace
-}  // namespace hotpath::gbench
 
-int main(int argc, char** argv) {
-  using namespace hotpath;
-  using namespace hotpath::gbench;
-  return run_program(argc, argv, [](bool quick) {
-    const Duration measured = quick ? 700ms : 2s;
-    Graph graph = load_graph(find_graph("autoware"));
-    const auto working = std::make_shared<Runs>(graph, measured);
-    scale_to_load(graph, 0);
-    const auto idle = std::make_shared<Runs>(graph, measured);
-    const auto add = [](const std::string& name, const std::function<void(benchmark::State&)>& run) {
-      return benchmark::RegisterBenchmark(name.c_str(), run)->Iterations(1)->UseManualTime();
-    };
-    for (const std::string& executor : paper_executor_names()) {
-      for (const TransportKind transport : {TransportKind::intra_process, TransportKind::fastdds}) {
-        const std::string variant = "/executor:" + executor + "/transport:" + to_string(transport);
-        add("hot_path" + variant, [=](benchmark::State& s) {
-          working->hot_path(s, executor, transport);
-        })->Unit(benchmark::kMillisecond);
-        add("callback" + variant, [=](benchmark::State& s) {
-          idle->callback(s, executor, transport);
-        })->Unit(benchmark::kMicrosecond);
-      }
+void register_all(bool quick) {
+  const Duration measured = quick ? 700ms : 2s;
+  Graph graph = load_graph(find_graph("autoware"));
+  const auto working = std::make_shared<Runs>(graph, measured);
+  scale_to_load(graph, 0);
+  const auto idle = std::make_shared<Runs>(graph, measured);
+  const auto add = [](const std::string& name, const std::function<void(benchmark::State&)>& run) {
+    return benchmark::RegisterBenchmark(name.c_str(), run)->Iterations(1)->UseManualTime();
+  };
+  for (const std::string& executor : paper_executor_names()) {
+    for (const TransportKind transport : {TransportKind::intra_process, TransportKind::fastdds}) {
+      const std::string variant = "/executor:" + executor + "/transport:" + to_string(transport);
+      add("hot_path" + variant, [=](benchmark::State& s) {
+        working->hot_path(s, executor, transport);
+      })->Unit(benchmark::kMillisecond);
+      add("callback" + variant, [=](benchmark::State& s) {
+        idle->callback(s, executor, transport);
+      })->Unit(benchmark::kMicrosecond);
     }
-    register_isolated("callback/raw_fastdds", [=] {
-      return idle->raw_callback();
-    })->Unit(benchmark::kMicrosecond);
-  });
+  }
+  register_isolated("callback/raw_fastdds", [=] {
+    return idle->raw_callback();
+  })->Unit(benchmark::kMicrosecond);
 }
+
+}  // namespace hotpath::gbench

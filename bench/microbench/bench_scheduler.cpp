@@ -71,6 +71,8 @@ void drain(benchmark::State& state, const ExecutorEntry& executor) {
   state.SetComplexityN(state.range(0));
 }
 
+}  // namespace
+
 void register_all(bool quick) {
   const std::int64_t most = quick ? 10'000 : 100'000;
   const double min_time = quick ? 0.01 : 0.05;
@@ -110,9 +112,4 @@ void register_all(bool quick) {
   register_queues(most, min_time);
 }
 
-}  // namespace
 }  // namespace hotpath::gbench
-
-int main(int argc, char** argv) {
-  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
-}

@@ -6,6 +6,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "microbench/measurement.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath::gbench {
 namespace {
@@ -13,8 +14,7 @@ namespace {
 /// A graph with the phases that simulations have by default.
 struct Subject {
   explicit Subject(const char* name) : graph(load_graph(find_graph(name))), tasks(make_tasks(graph)) {
-    const auto first = make_phases(graph, tasks, Phases::creation);
-    for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
+    set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
   }
   Graph graph;
   GraphTasks tasks;
@@ -64,6 +64,8 @@ void growing_set(benchmark::State& state, const ExecutorEntry& executor) {
   state.SetComplexityN(state.range(0));
 }
 
+}  // namespace
+
 void register_all(bool quick) {
   const double min_time = quick ? 0.02 : 0.5;
   for (const char* graph : {"timers_only_90", "autoware"}) {
@@ -92,9 +94,4 @@ void register_all(bool quick) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::gbench
-
-int main(int argc, char** argv) {
-  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
-}

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "microbench/bench_suite.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <random>
 
 #include "hotpath/live/clock.hpp"
 #include "machine/machine.hpp"
@@ -16,6 +14,7 @@
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
+#include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "setup/run_setup.hpp"
 
@@ -53,14 +52,12 @@ class Suite {
   void run() {
     catch_interrupts();
     for (const std::string& sentence : warnings(machine_)) std::cerr << "note: " << sentence << "\n";
-    const auto order = schedule();
+    const auto order = interleaved(options_.repetitions, paths_.size(), options_.seed);
     {
-      Progress progress(kExpected * static_cast<std::int64_t>(order.size()));
-      for (std::size_t i = 0; i < order.size() && interrupted() == 0; ++i) {
-        const auto [repetition, program] = order[i];
-        progress.begin("[" + std::to_string(i + 1) + "/" + std::to_string(order.size()) + "] " +
-                           options_.programs[program] + ", repetition " + std::to_string(repetition),
-                       kExpected * static_cast<std::int64_t>(i));
+      Progress progress(order.size(), kExpected);
+      for (const auto& [repetition, program] : order) {
+        if (interrupted() != 0) break;
+        progress.begin(concat(options_.programs[program], ", repetition ", repetition));
         measure(program, repetition, progress);
       }
     }
@@ -74,8 +71,7 @@ class Suite {
     std::cout << "Results: " << folder_.string() << "\n" << std::flush;
     for (const std::string& failure : failures_) std::cerr << "note: " << failure << "\n";
     if (!failures_.empty() && interrupted() == 0) {
-      throw RunError(std::to_string(failures_.size()) + " measurements failed; the rest is in " +
-                     folder_.string());
+      throw RunError(concat(failures_.size(), " measurements failed; the rest is in ", folder_.string()));
     }
   }
 
@@ -83,18 +79,8 @@ class Suite {
   /// What a program takes, roughly: for the estimate of the time left.
   static constexpr Duration kExpected = std::chrono::seconds(40);
 
-  std::vector<std::pair<std::uint32_t, std::size_t>> schedule() const {
-    std::vector<std::pair<std::uint32_t, std::size_t>> order;
-    std::mt19937_64 random(options_.seed);
-    for (std::uint32_t r = 0; r < options_.repetitions; ++r) {
-      for (std::size_t p = 0; p < paths_.size(); ++p) order.emplace_back(r, p);
-      std::shuffle(order.end() - static_cast<std::ptrdiff_t>(paths_.size()), order.end(), random);
-    }
-    return order;
-  }
-
   void measure(std::size_t program, std::uint32_t repetition, Progress& progress) {
-    const std::string stem = options_.programs[program] + "-" + std::to_string(repetition);
+    const std::string stem = concat(options_.programs[program], "-", repetition);
     const fs::path output = folder_ / "raw" / (stem + ".json");
     const std::string failure = execute(paths_[program], output, folder_ / "raw" / (stem + ".txt"), progress);
     progress.clear();
@@ -105,10 +91,9 @@ class Suite {
     }
     try {
       std::ifstream in(output);
-      const std::size_t errors_before = values_.errors.size();
+      const auto errors_before = static_cast<std::ptrdiff_t>(values_.errors.size());
       add_google_benchmark_output(values_, json::parse(in));
-      failures_.insert(failures_.end(), values_.errors.begin() + static_cast<std::ptrdiff_t>(errors_before),
-                       values_.errors.end());
+      failures_.insert(failures_.end(), values_.errors.begin() + errors_before, values_.errors.end());
     } catch (const std::exception& error) {
       failures_.push_back(output.string() + ": " + error.what());
     }
@@ -141,16 +126,16 @@ class Suite {
   }
 
   void write() const {
-    json content = to_json(values_);
-    content["complete"] = failures_.empty() && interrupted() == 0;
-    content["version"] = HOTPATH_VERSION;
-    content["date"] = time_stamp("%Y-%m-%dT%H:%M:%S%z");
-    content["programs"] = options_.programs;
-    content["repetitions"] = options_.repetitions;
-    content["quick"] = options_.quick;
-    content["seed"] = options_.seed;
-    content["machine"] = to_json(machine_);
-    content["failures"] = failures_;
+    json content = values_;
+    content.update({{"complete", failures_.empty() && interrupted() == 0},
+                    {"version", HOTPATH_VERSION},
+                    {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
+                    {"programs", options_.programs},
+                    {"repetitions", options_.repetitions},
+                    {"quick", options_.quick},
+                    {"seed", options_.seed},
+                    {"machine", machine_},
+                    {"failures", failures_}});
     write_whole_file(folder_ / "bench.json", content);
   }
 

@@ -2,20 +2,22 @@
 // One-way latency, publication to start of the callback, and CPU time per message of every transport; beside
 // each path over Fast DDS, Fast DDS with the same threads and none of our code.
 #include <PayloadPubSubTypes.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <optional>
 
 #include "hotpath/fastdds/fastdds_transport.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
+#include "live/channel.hpp"
 #include "microbench/executor_run.hpp"
 #include "microbench/raw_executor.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::gbench {
 namespace {
+
+using Kind = ChannelMessage::Kind;
 
 constexpr const char* kTopic = "payload";
 constexpr Duration kDiscovery = 10s;
@@ -182,64 +184,50 @@ Measurement in_one_process(const Plan& plan) {
   return measurement_of(side.stop(), cpu, plan);
 }
 
-void tell(int descriptor, std::int64_t number) {
-  if (write(descriptor, &number, sizeof(number)) != sizeof(number)) _exit(1);
-}
-
-std::int64_t hear(int descriptor) {
-  std::int64_t number = 0;
-  if (read(descriptor, &number, sizeof(number)) != sizeof(number)) {
-    throw std::runtime_error("the publishing process died");
-  }
-  return number;
+std::int64_t hear(const Channel& publisher) {
+  const auto message = publisher.receive(now() + 1h);
+  if (!message || message->kind == Kind::closed) throw std::runtime_error("the publishing process died");
+  return message->number[0];
 }
 
 /// Subscribers in this process, the publisher in another.
 template <class Side>
 Measurement in_two_processes(const Plan& plan) {
-  std::array<int, 2> ends{};
-  if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()) != 0) {
-    throw std::runtime_error("no connection to the publishing process");
-  }
-  const int ours = ends[0], publishers = ends[1];
-  const pid_t publisher = fork();
-  if (publisher < 0) throw std::runtime_error("cannot start the publishing process");
-  close(publisher == 0 ? ours : publishers);
-  if (publisher == 0) {
+  const ForkedProcess publisher = fork_process([&](const Channel& subscribers) {
     try {
       Side side(plan);
       side.add_writer();
       side.wait_until_matched();
-      const Duration cpu = publish_all(side, plan, [&] { tell(publishers, 0); });
-      tell(publishers, cpu.count());
-      hear(publishers);
+      const Duration cpu = publish_all(side, plan, [&] { subscribers.send(Kind::begun); });
+      subscribers.send({Kind::done, {cpu.count()}});
+      hear(subscribers);
     } catch (const std::exception&) {  // the subscribers' process has gone, or finds out that we have
     }
-    _exit(0);
-  }
+    return 0;
+  });
+  if (publisher.id < 0) throw std::runtime_error("cannot start the publishing process");
   Measurement found;
   {
     Side side(plan);
     side.add_subscribers();
     side.start();
     side.wait_until_matched();
-    hear(ours);
+    hear(publisher.channel);
     const Duration before = process_cpu_time();
-    const Duration theirs(hear(ours));
+    const Duration theirs(hear(publisher.channel));
     const Duration cpu = process_cpu_time() - before + theirs;
     found = measurement_of(side.stop(), cpu, plan);
-    tell(ours, 0);
+    publisher.channel.send(Kind::stop);
   }
-  waitpid(publisher, nullptr, 0);
+  waitpid(publisher.id, nullptr, 0);
   return found;
 }
 
-template <template <class> class Side, class Traits>
+template <class Side>
 void add(const std::string& name, const Plan& plan) {
   const bool two = plan.path == Path::fastdds_shared_memory || plan.path == Path::fastdds_udp;
-  register_isolated(name, [=] {
-    return two ? in_two_processes<Side<Traits>>(plan) : in_one_process<Side<Traits>>(plan);
-  })->Unit(benchmark::kMicrosecond);
+  const auto measure = two ? in_two_processes<Side> : in_one_process<Side>;
+  register_isolated(name, [=] { return measure(plan); })->Unit(benchmark::kMicrosecond);
 }
 
 template <class Traits>
@@ -251,11 +239,12 @@ void add_path(const char* path_name, Path path, std::uint32_t subscribers, bool 
   plan.period = 1ms * std::max<std::int64_t>(1, std::max<std::int64_t>(kib / 64, subscribers / 10));
   // About the same time for all, with enough messages for a median.
   plan.messages = static_cast<int>(std::clamp<std::int64_t>((quick ? 100ms : 400ms) / plan.period, 30, 400));
-  const std::string name = std::string("one_way/") + path_name + "/kib:" + std::to_string(kib) +
-                           "/subscribers:" + std::to_string(subscribers);
-  add<HotpathSide, Traits>(name + "/hotpath", plan);
-  if (path != Path::intra_process) add<RawSide, Traits>(name + "/raw_fastdds", plan);
+  const std::string name = concat("one_way/", path_name, "/kib:", kib, "/subscribers:", subscribers);
+  add<HotpathSide<Traits>>(name + "/hotpath", plan);
+  if (path != Path::intra_process) add<RawSide<Traits>>(name + "/raw_fastdds", plan);
 }
+
+}  // namespace
 
 void register_all(bool quick) {
   const std::array paths = {std::pair{"intra_process", Path::intra_process},
@@ -271,9 +260,4 @@ void register_all(bool quick) {
   }
 }
 
-}  // namespace
 }  // namespace hotpath::gbench
-
-int main(int argc, char** argv) {
-  return hotpath::gbench::run_program(argc, argv, hotpath::gbench::register_all);
-}

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <stdexcept>
 
 #include "program/text.hpp"
 #include "program/text_table.hpp"
@@ -18,9 +17,7 @@ using nlohmann::json;
 
 double nanoseconds(const json& row, const char* key) {
   static const std::map<std::string, double> units = {{"ns", 1}, {"us", 1e3}, {"ms", 1e6}, {"s", 1e9}};
-  const std::string unit = row.at("time_unit");
-  if (!units.contains(unit)) throw std::invalid_argument("unknown time unit `" + unit + "`");
-  return row.at(key).get<double>() * units.at(unit);
+  return row.at(key).get<double>() * units.at(row.at("time_unit"));
 }
 
 /// Numbers of Google Benchmark's own that are no result.
@@ -43,8 +40,7 @@ std::string without_modifiers(std::string name) {
 
 void add_complexity(BenchValues& bench, const json& row) {
   const std::string benchmark = without_modifiers(row.at("run_name"));
-  auto known = std::find_if(bench.complexities.begin(), bench.complexities.end(),
-                            [&](const auto& c) { return c.benchmark == benchmark; });
+  auto known = std::ranges::find(bench.complexities, benchmark, &BenchValues::Complexity::benchmark);
   if (known == bench.complexities.end()) {
     known = bench.complexities.insert(bench.complexities.end(), {benchmark, "", 0, 0});
   }
@@ -81,50 +77,35 @@ RepeatedSamples repetitions(const std::vector<double>& values) {
 
 bool comparable(const std::vector<double>& values) {
   return values.size() >= kLeastRepetitions &&
-         std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v) && v > 0; });
+         std::ranges::all_of(values, [](double v) { return std::isfinite(v) && v > 0; });
 }
-
-const std::map<Verdict, std::string> kVerdicts = {{Verdict::within_noise, "within noise"},
-                                                  {Verdict::smaller, "smaller"},
-                                                  {Verdict::larger, "larger"},
-                                                  {Verdict::not_comparable, "not comparable"}};
 
 bool beyond_noise(const ValueComparison& c) {
   return c.verdict == Verdict::smaller || c.verdict == Verdict::larger;
 }
 
-double effect(const ValueComparison& c) { return std::abs(std::log(c.ratio.value)); }
+/// 0 within noise.
+double effect(const ValueComparison& c) { return beyond_noise(c) ? std::abs(std::log(c.ratio.value)) : 0; }
 
 }  // namespace
 
 void add_google_benchmark_output(BenchValues& bench, const json& output) {
-  try {
-    for (const json& row : output.at("benchmarks")) add_row(bench, row);
-  } catch (const json::exception& error) {
-    throw std::invalid_argument(std::string("not the JSON of Google Benchmark: ") + error.what());
-  }
+  for (const json& row : output.at("benchmarks")) add_row(bench, row);
 }
 
-json to_json(const BenchValues& bench) {
-  json rows = json::array();
+void to_json(json& j, const BenchValues& bench) {
+  j = {{"figures", json::array()}, {"complexities", bench.complexities}, {"errors", bench.errors}};
   for (const auto& [key, values] : bench.values) {
-    rows.push_back({{"benchmark", key.first}, {"metric", key.second}, {"values", values}});
+    j["figures"].push_back({{"benchmark", key.first}, {"metric", key.second}, {"values", values}});
   }
-  return {{"figures", rows}, {"complexities", bench.complexities}, {"errors", bench.errors}};
 }
 
-BenchValues bench_values_from_json(const json& content) {
-  BenchValues bench;
-  try {
-    for (const json& row : content.at("figures")) {
-      bench.values[{row.at("benchmark"), row.at("metric")}] = row.at("values").get<std::vector<double>>();
-    }
-    content.at("complexities").get_to(bench.complexities);
-    content.at("errors").get_to(bench.errors);
-  } catch (const json::exception& error) {
-    throw std::invalid_argument(std::string("not written by `hotpath bench`: ") + error.what());
+void from_json(const json& j, BenchValues& bench) {
+  for (const json& row : j.at("figures")) {
+    row.at("values").get_to(bench.values[{row.at("benchmark"), row.at("metric")}]);
   }
-  return bench;
+  j.at("complexities").get_to(bench.complexities);
+  j.at("errors").get_to(bench.errors);
 }
 
 std::vector<ValueComparison> compare_values(const BenchValues& before, const BenchValues& after,
@@ -153,19 +134,16 @@ std::vector<ValueComparison> compare_values(const BenchValues& before, const Ben
 
 void write_comparison(std::ostream& out, const std::vector<ValueComparison>& comparisons) {
   std::vector<ValueComparison> rows = comparisons;
-  std::stable_sort(rows.begin(), rows.end(), [](const ValueComparison& a, const ValueComparison& b) {
-    if (beyond_noise(a) != beyond_noise(b)) return beyond_noise(a);
-    return beyond_noise(a) && effect(a) > effect(b);
-  });
+  std::ranges::stable_sort(rows, std::greater<>(), effect);
   TextTable table("", {"value", "before", "after", "ratio", "[99 % interval]", ""});
   for (const ValueComparison& c : rows) {
     const auto& interval = c.ratio.interval;
     table.add_row({c.benchmark + " " + c.metric, fixed(c.before, 1), fixed(c.after, 1),
                    interval ? fixed(c.ratio.value, 3) : "",
                    interval ? text("[%.3f, %.3f]", interval->low, interval->high) : "",
-                   kVerdicts.at(c.verdict)});
+                   to_string(c.verdict)});
   }
-  out << table << std::count_if(rows.begin(), rows.end(), beyond_noise) << " of " << rows.size()
+  out << table << std::ranges::count_if(rows, beyond_noise) << " of " << rows.size()
       << " values differ beyond noise.\n";
 }
 

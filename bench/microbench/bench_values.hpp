@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hotpath/analysis/statistics.hpp"
+#include "hotpath/core/enum_text.hpp"
 
 namespace hotpath {
 
@@ -29,13 +30,12 @@ struct BenchValues {
   std::vector<std::string> errors;       ///< Benchmarks that failed, with the reason.
 };
 
-/// Adds what one run of a program wrote with --benchmark_out_format=json. Throws std::invalid_argument when
-/// it is not that.
+/// Adds what one run of a program wrote with --benchmark_out_format=json. Throws when it is not that.
 void add_google_benchmark_output(BenchValues& bench, const nlohmann::json& output);
 
-/// As in bench.json; the second throws std::invalid_argument that says what is missing.
-nlohmann::json to_json(const BenchValues& bench);
-BenchValues bench_values_from_json(const nlohmann::json& content);
+/// As in bench.json; the second throws nlohmann's exceptions for what is none.
+void to_json(nlohmann::json& j, const BenchValues& bench);
+void from_json(const nlohmann::json& j, BenchValues& bench);
 
 /// Repetitions that each side needs before a difference can be called one. Fewer have no interval worth the
 /// name.
@@ -50,6 +50,12 @@ enum class Verdict : std::uint8_t {
   larger,         ///< Beyond noise.
   not_comparable  ///< Too few repetitions, or values that have no ratio.
 };
+constexpr auto enum_texts(Verdict) {
+  return std::to_array<EnumText<Verdict>>({{Verdict::within_noise, "within noise"},
+                                           {Verdict::smaller, "smaller"},
+                                           {Verdict::larger, "larger"},
+                                           {Verdict::not_comparable, "not comparable"}});
+}
 
 /// One value before and after a change.
 struct ValueComparison {

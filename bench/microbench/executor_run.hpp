@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdlib>
 #include <memory>
 #include <string>
 #include <thread>
 
 #include "hotpath/live/clock.hpp"
-#include "hotpath/live/executor.hpp"
+#include "hotpath/reference_system/run_memory.hpp"
 #include "microbench/measurement.hpp"
 
 namespace hotpath::gbench {
@@ -31,31 +30,25 @@ inline JobHandler& no_work() {
 class LiveRun {
  public:
   LiveRun(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler,
-          const ExecutorOptions& options, std::uint64_t records_per_worker = 100'000) {
-    const std::size_t logs = scheduler->workers().size() + 1;
-    const std::size_t bytes = (RecordLog<JobRecord>::bytes(records_per_worker) + 63) / 64 * 64;
-    memory_.reset(static_cast<char*>(std::aligned_alloc(64, bytes * logs)));
-    for (std::size_t i = 0; i < logs; ++i) {
-      logs_.push_back(RecordLog<JobRecord>::create(memory_.get() + i * bytes, records_per_worker));
-    }
-    executor_ = std::make_unique<Executor>(set, std::move(scheduler), handler, logs_, options);
-  }
+          const ExecutorOptions& options, std::uint64_t records_per_worker = 100'000)
+      : memory_({set.size(), static_cast<std::uint32_t>(scheduler->workers().size()), records_per_worker, 0}),
+        executor_(set, std::move(scheduler), handler, memory_.jobs(), options) {}
 
   /// An executor with its defaults, whose jobs do nothing.
   LiveRun(const TaskSet& set, const ExecutorEntry& entry)
       : LiveRun(set, entry.make(set, {}), no_work(), default_options(entry)) {}
 
-  Executor& executor() { return *executor_; }
+  Executor& executor() { return executor_; }
 
   /// Starts it soon and waits until `length` later; returns the CPU time that the process used from the epoch
   /// to the end.
   Duration run(Duration length) {
     const Time epoch = now() + 20ms;
     warm_ = epoch + length / 10;
-    executor_->start(epoch, epoch + length);
+    executor_.start(epoch, epoch + length);
     std::this_thread::sleep_until(epoch);
     const Duration before = process_cpu_time();
-    executor_->join();
+    executor_.join();
     return process_cpu_time() - before;
   }
 
@@ -63,7 +56,7 @@ class LiveRun {
   template <class Value>
   std::vector<double> of_jobs(Value value) const {
     std::vector<double> values;
-    for (const auto& log : logs_) {
+    for (const auto& log : memory_.jobs()) {
       for (const JobRecord& r : log.contents()) {
         if (r.outcome == Outcome::ran && r.start >= warm_) values.push_back(value(r));
       }
@@ -73,7 +66,7 @@ class LiveRun {
 
   double jobs_run() const {
     std::uint64_t jobs = 0;
-    for (const auto& log : logs_) {
+    for (const auto& log : memory_.jobs()) {
       for (const JobRecord& r : log.contents()) jobs += r.outcome == Outcome::ran ? 1 : 0;
       jobs += log.lost();
     }
@@ -81,9 +74,8 @@ class LiveRun {
   }
 
  private:
-  std::unique_ptr<char, decltype(&std::free)> memory_{nullptr, std::free};
-  Executor::Logs logs_;
-  std::unique_ptr<Executor> executor_;
+  RunMemory memory_;
+  Executor executor_;
   Time warm_{};
 };
 

@@ -104,19 +104,7 @@ inline benchmark::internal::Benchmark* register_isolated(const std::string& name
       ->UseManualTime();
 }
 
-/// Main function of a benchmark program: takes `--quick` from the command line, lets `register_all(quick)`
-/// register the benchmarks, and leaves the rest to Google Benchmark. Returns the exit code.
-inline int run_program(int argc, char** argv, const std::function<void(bool)>& register_all) {
-  char** const end = std::remove_if(argv + 1, argv + argc,
-                                    [](const char* word) { return std::string_view(word) == "--quick"; });
-  const bool quick = end != argv + argc;
-  argc = static_cast<int>(end - argv);
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  register_all(quick);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
-}
+/// Registers the benchmarks of a program: each defines it, and benchmark_main.cpp calls it.
+void register_all(bool quick);
 
 }  // namespace hotpath::gbench

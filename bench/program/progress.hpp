@@ -1,30 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <iostream>
 #include <string>
 
 #include "hotpath/core/time.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
 /// One line on a terminal's standard error that says what runs and how long it takes yet; nothing in a log.
 class Progress {
  public:
-  /// `total`: expected time of all steps.
-  explicit Progress(Duration total);
-  ~Progress();
+  /// `expected`: time of each step.
+  Progress(std::size_t steps, Duration expected) : steps_(steps), expected_(expected) {}
+  ~Progress() { clear(); }
 
-  /// A step begins, after steps that were expected to take `before`.
-  void begin(const std::string& what, Duration before);
-  /// The step has run for `elapsed` of the `expected` time.
-  void update(Duration elapsed, Duration expected);
+  /// The next step begins.
+  void begin(const std::string& what) {
+    what_ = concat("[", ++step_, "/", steps_, "] ", what);
+    update(Duration::zero(), Duration::zero());
+  }
+  /// The step has run for `elapsed` of `most`.
+  void update(Duration elapsed, Duration most) {
+    if (!terminal_) return;
+    const auto steps_left = static_cast<std::int64_t>(steps_ - step_ + 1);
+    const auto left =
+        std::chrono::ceil<std::chrono::seconds>(std::max(steps_left * expected_ - elapsed, Duration::zero()));
+    const auto done = std::chrono::floor<std::chrono::seconds>(std::min(elapsed, most));
+    const auto of = std::chrono::round<std::chrono::seconds>(most);
+    std::cerr << "\r\033[K" << what_
+              << text(": %lld of %lld s; %lld min %02lld s left", static_cast<long long>(done.count()),
+                      static_cast<long long>(of.count()), static_cast<long long>(left.count() / 60),
+                      static_cast<long long>(left.count() % 60))
+              << std::flush;
+  }
   /// Removes the line, for other output.
-  void clear();
+  void clear() {
+    if (terminal_) std::cerr << "\r\033[K" << std::flush;
+  }
 
  private:
-  const bool terminal_;
-  const Duration total_;
-  Duration before_{};
+  const bool terminal_ = isatty(STDERR_FILENO) != 0;
+  const std::size_t steps_;
+  const Duration expected_;
+  std::size_t step_ = 0;
   std::string what_;
 };
 

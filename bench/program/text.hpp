@@ -3,8 +3,8 @@
 
 #include <cmath>
 #include <cstdio>
+#include <sstream>
 #include <string>
-#include <vector>
 
 namespace hotpath {
 
@@ -15,15 +15,42 @@ std::string text(const char* format, auto... values) {
   return result;
 }
 
+/// The parts one after the other, as a stream writes them.
+std::string concat(const auto&... parts) {
+  std::ostringstream out;
+  (out << ... << parts);
+  return out.str();
+}
+
+/// A line of CSV; what is not there is empty.
+void write_row(std::ostream& out, const auto&... fields) {
+  const char* before = "";
+  const auto write = [&](const auto& field) {
+    out << before;
+    before = ",";
+    if constexpr (requires { field.has_value(); }) {
+      if (field) out << *field;
+    } else {
+      out << field;
+    }
+  };
+  (write(fields), ...);
+  out << '\n';
+}
+
 /// `-` for what is no finite number.
 inline std::string fixed(double value, int decimals) {
   return std::isfinite(value) ? text("%.*f", decimals, value) : "-";
 }
 
-inline std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ") {
-  std::string all;
-  for (const std::string& word : words) all += (&word == words.data() ? "" : separator) + word;
-  return all;
+/// Strings or numbers with a separator between them.
+std::string joined(const auto& items, const char* separator = ", ") {
+  std::ostringstream all;
+  for (const char* before = ""; const auto& item : items) {
+    all << before << item;
+    before = separator;
+  }
+  return all.str();
 }
 
 }  // namespace hotpath

@@ -26,23 +26,18 @@ class TextTable {
 
   bool empty() const { return rows_.empty(); }
 
-  void write_plain(std::ostream& out) const;
-  /// GitHub's Markdown, each second line in the cell of its value.
-  void write_markdown(std::ostream& out) const;
+  friend std::ostream& operator<<(std::ostream& out, const TextTable& table);
 
  private:
   /// The first column and all with words are aligned left, those with numbers alone right.
   bool left_aligned(std::size_t column) const;
   std::vector<std::size_t> widths() const;
-  /// One of a row's two lines.
+  /// One of a row's two lines, if it has any text.
   void write_line(std::ostream& out, const std::vector<Cell>& row, std::string Cell::*line) const;
 
   const std::string title_;
   std::vector<Cell> header_;  ///< Those of one line are `below`.
   std::vector<std::vector<Cell>> rows_;
 };
-
-/// Plain text.
-std::ostream& operator<<(std::ostream& out, const TextTable& table);
 
 }  // namespace hotpath

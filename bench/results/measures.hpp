@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "hotpath/core/trace.hpp"
@@ -11,10 +13,15 @@ namespace hotpath {
 /// Finish of a job that ran minus its own timestamp.
 [[nodiscard]] inline Duration response_time(const JobRecord& ran) { return ran.finish - ran.job.timestamp; }
 
-/// Whether a job that ran is one of a timer and responded later than its relative deadline. Subscriptions
-/// have no deadline but what they inherit under EDF, and never overrun.
-[[nodiscard]] inline bool overruns_deadline(const Task& task, const JobRecord& ran) {
-  return task.kind == TaskKind::timer && response_time(ran) > task.deadline;
+/// Whether a job is one of a timer and responded later than its relative deadline. Subscriptions have no
+/// deadline but what they inherit under EDF, and never overrun.
+[[nodiscard]] inline bool overruns_deadline(const Task& task, Duration response) {
+  return task.kind == TaskKind::timer && response > task.deadline;
+}
+
+/// Whether there are no subscriptions.
+[[nodiscard]] inline bool timers_only(const TaskSet& set) {
+  return std::ranges::count(set.tasks, TaskKind::subscription, &Task::kind) == 0;
 }
 
 /// Whether a job that ran counts: it does when its timestamp lies at or after the end of the warm-up.
@@ -38,7 +45,7 @@ struct TimerCounts {
     }
     if (!counts(r, counted_from)) return;
     ++ran;
-    deadline_overruns += overruns_deadline(task, r);
+    deadline_overruns += overruns_deadline(task, response_time(r));
   }
 
   TimerCounts& operator+=(const TimerCounts& other) {
@@ -65,8 +72,27 @@ struct MeasuredChain {
 /// warm-up when its job's timestamp lies before `counted_from`; for a chain that is the sink's job, found by
 /// its sequence. Where several sink tasks have a job of that sequence, the earliest timestamp decides. A
 /// record whose sink job has no record counts: buffers fill up at the end of a run only.
-[[nodiscard]] std::vector<ChainRecord> counted_chains(const Trace& trace,
-                                                      const std::vector<MeasuredChain>& chains,
-                                                      Time counted_from);
+[[nodiscard]] inline std::vector<ChainRecord> counted_chains(const Trace& trace,
+                                                             const std::vector<MeasuredChain>& chains,
+                                                             Time counted_from) {
+  std::vector<std::unordered_map<std::uint64_t, Time>> sink_timestamps(chains.size());
+  for (std::size_t c = 0; c < chains.size(); ++c) {
+    const auto& sinks = chains[c].sink_tasks;
+    for (const JobRecord& r : trace.jobs) {
+      if (r.outcome != Outcome::ran || std::ranges::find(sinks, r.job.task) == sinks.end()) {
+        continue;
+      }
+      const auto [found, added] = sink_timestamps[c].emplace(r.job.sequence, r.job.timestamp);
+      if (!added) found->second = std::min(found->second, r.job.timestamp);
+    }
+  }
+  std::vector<ChainRecord> counted;
+  for (const ChainRecord& r : trace.chains) {
+    const auto sink = sink_timestamps[r.chain].find(r.sequence);
+    const bool early = sink != sink_timestamps[r.chain].end() && sink->second < counted_from;
+    if (!early) counted.push_back(r);
+  }
+  return counted;
+}
 
 }  // namespace hotpath

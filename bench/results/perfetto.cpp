@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hotpath/core/events_scheduler.hpp"
+#include "program/text.hpp"
 #include "results/measures.hpp"
 
 namespace hotpath {
@@ -52,25 +53,25 @@ class PerfettoWriter {
   /// Chrome's unit; a double keeps nanoseconds over a hundred days.
   double at(Time t) const { return to_us(t - trace_.epoch); }
 
-  void event(const json& e) {
-    out_ << (first_ ? "\n" : ",\n") << e.dump();
+  void event(const JobRecord& r, const char* phase, const std::string& name, json more) {
+    more.update({{"ph", phase}, {"name", name}, {"pid", pid(r)}});
+    out_ << (first_ ? "\n" : ",\n") << more.dump();
     first_ = false;
   }
 
   /// A process and a worker have names, which come before their first event.
   void name_track(const JobRecord& r) {
     if (processes_.insert(r.process).second) {
-      const std::string name = trace_.executor + ", repetition " + std::to_string(trace_.repetition) +
-                               ", process " + std::to_string(r.process);
-      event({{"ph", "M"}, {"name", "process_name"}, {"pid", pid(r)}, {"args", {{"name", name}}}});
+      const std::string name =
+          concat(trace_.executor, ", repetition ", trace_.repetition, ", process ", r.process);
+      event(r, "M", "process_name", {{"args", {{"name", name}}}});
     }
     if (!workers_.insert({r.process, r.worker}).second) return;
     const bool events = trace_.executor.find("-r") != std::string::npos;
     const std::string name = !events ? "worker " + std::to_string(r.worker)
                              : r.worker == EventsScheduler::kTimerManagement ? "timer management thread"
                                                                              : "executor thread";
-    event(
-        {{"ph", "M"}, {"name", "thread_name"}, {"pid", pid(r)}, {"tid", tid(r)}, {"args", {{"name", name}}}});
+    event(r, "M", "thread_name", {{"tid", tid(r)}, {"args", {{"name", name}}}});
   }
 
   void job(const JobRecord& r) {
@@ -81,10 +82,8 @@ class PerfettoWriter {
                  {"release_ms", to_ms(r.job.release - trace_.epoch)},
                  {"response_ms", to_ms(response_time(r))}};
     if (r.job.deadline != kNever) args["deadline_ms"] = to_ms(r.job.deadline - trace_.epoch);
-    event({{"ph", "X"},
-           {"name", task.name},
-           {"cat", to_string(task.kind)},
-           {"pid", pid(r)},
+    event(r, "X", task.name,
+          {{"cat", to_string(task.kind)},
            {"tid", tid(r)},
            {"ts", at(r.start)},
            {"dur", to_us(r.finish - r.start)},
@@ -111,14 +110,8 @@ class PerfettoWriter {
   /// An end binds to the slice before it, which thus may last no time at all.
   void flows(const JobRecord& r) {
     const auto end = [&](const char* phase, std::uint64_t id) {
-      event({{"ph", phase},
-             {"name", "message"},
-             {"cat", "flow"},
-             {"id", id},
-             {"bp", "e"},
-             {"pid", pid(r)},
-             {"tid", tid(r)},
-             {"ts", at(r.start)}});
+      event(r, phase, "message",
+            {{"cat", "flow"}, {"id", id}, {"bp", "e"}, {"tid", tid(r)}, {"ts", at(r.start)}});
     };
     if (const auto arriving = arriving_.find(key(r.job.ref())); arriving != arriving_.end()) {
       end("f", arriving->second);
@@ -129,13 +122,8 @@ class PerfettoWriter {
   }
 
   void marker(const JobRecord& r, const char* what, Time when) {
-    event({{"ph", "i"},
-           {"s", "p"},
-           {"name", std::string(what) + ": " + set_[r.job.task].name},
-           {"cat", what},
-           {"pid", pid(r)},
-           {"tid", pid(r)},
-           {"ts", at(when)}});
+    event(r, "i", concat(what, ": ", set_[r.job.task].name),
+          {{"s", "p"}, {"cat", what}, {"tid", pid(r)}, {"ts", at(when)}});
   }
 
   std::ostream& out_;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 
 #include "hotpath/core/time.hpp"
 
@@ -18,11 +19,38 @@ struct ProcessUsage {
   Duration wall{};
 
   /// Adds another run's; of the memory the larger counts.
-  ProcessUsage& operator+=(const ProcessUsage& other);
+  ProcessUsage& operator+=(const ProcessUsage& other) {
+    cpu_time += other.cpu_time;
+    peak_memory_kib = std::max(peak_memory_kib, other.peak_memory_kib);
+    voluntary_switches += other.voluntary_switches;
+    involuntary_switches += other.involuntary_switches;
+    stolen += other.stolen;
+    wall += other.wall;
+    return *this;
+  }
 };
 
 /// Units are the endings of keys. The second throws nlohmann's exceptions for what is none.
-[[nodiscard]] nlohmann::json to_json(const ProcessUsage& usage);
-[[nodiscard]] ProcessUsage usage_from_json(const nlohmann::json& usage);
+inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
+  j = {{"cpu_time_ms", to_ms(usage.cpu_time)},
+       {"wall_ms", to_ms(usage.wall)},
+       {"cpu_use_percent", nullptr},
+       {"peak_memory_kib", usage.peak_memory_kib},
+       {"voluntary_context_switches", usage.voluntary_switches},
+       {"involuntary_context_switches", usage.involuntary_switches},
+       {"stolen_ms", to_ms(usage.stolen)}};
+  if (usage.wall > Duration()) {
+    j["cpu_use_percent"] =
+        100.0 * static_cast<double>(usage.cpu_time.count()) / static_cast<double>(usage.wall.count());
+  }
+}
+inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
+  usage = {.cpu_time = from_ms(j.at("cpu_time_ms")),
+           .peak_memory_kib = j.at("peak_memory_kib"),
+           .voluntary_switches = j.at("voluntary_context_switches"),
+           .involuntary_switches = j.at("involuntary_context_switches"),
+           .stolen = from_ms(j.at("stolen_ms")),
+           .wall = from_ms(j.at("wall_ms"))};
+}
 
 }  // namespace hotpath

@@ -10,14 +10,10 @@ using nlohmann::json;
 json tasks_json(const TaskSet& set) {
   json tasks = json::array();
   for (const Task& task : set.tasks) {
-    if (task.kind == TaskKind::timer) {
-      tasks.push_back({{"task", task.name},
-                       {"kind", "timer"},
-                       {"period_ns", task.period.count()},
-                       {"deadline_ns", task.deadline.count()}});
-    } else {
-      tasks.push_back({{"task", task.name}, {"kind", "subscription"}});
-    }
+    json& j = tasks.emplace_back(json{{"task", task.name}, {"kind", to_string(task.kind)}});
+    if (task.kind != TaskKind::timer) continue;
+    j["period_ns"] = task.period.count();
+    j["deadline_ns"] = task.deadline.count();
   }
   return tasks;
 }
@@ -42,15 +38,15 @@ json repetition_json(const TaskSet& set, const std::vector<std::string>& chains,
     if (task.kind == TaskKind::timer) first[task.name] = to_ms(task.phase);
   }
   for (const TaskAccount& account : repetition.accounts) expected[set[account.task].name] = account.expected;
-  for (const std::string& chain : chains) drops[chain] = 0;
-  for (const ChainRecord& r : repetition.trace.chains) {
-    json& of_chain = drops[chains[r.chain]];
-    of_chain = of_chain.get<std::uint64_t>() + r.dropped;
+  for (std::size_t c = 0; c < chains.size(); ++c) {
+    std::uint64_t dropped = 0;
+    for (const ChainRecord& r : repetition.trace.chains) dropped += r.chain == c ? r.dropped : 0;
+    drops[chains[c]] = dropped;
   }
   return {{"executor", repetition.trace.executor},
           {"repetition", repetition.trace.repetition},
           {"first_timestamps_ms", first},
-          {"usage", to_json(repetition.usage)},
+          {"usage", repetition.usage},
           {"lost_records", repetition.trace.lost_records},
           {"expected", expected},
           {"hot_path_drops", drops}};
@@ -65,12 +61,11 @@ void complete_repetition(const json& run, const TaskSet& set, const std::vector<
     a.expected = known ? run["expected"].at(set[a.task].name).get<std::uint64_t>() : a.accounted();
   }
   if (!known) return;
-  repetition.usage = usage_from_json(run.at("usage"));
+  run.at("usage").get_to(repetition.usage);
   trace.lost_records = run.at("lost_records").get<std::uint64_t>();
   for (std::uint32_t c = 0; c < chains.size(); ++c) {
     // Only their sum is kept: it goes to the last output.
-    const auto last = std::find_if(trace.chains.rbegin(), trace.chains.rend(),
-                                   [&](const ChainRecord& r) { return r.chain == c; });
+    const auto last = std::ranges::find(trace.chains.rbegin(), trace.chains.rend(), c, &ChainRecord::chain);
     if (last == trace.chains.rend()) continue;
     last->dropped = run.at("hot_path_drops").at(chains[c]).get<std::uint32_t>();
   }

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <string>
 
 #include "hotpath/core/trace.hpp"
+#include "program/whole_file.hpp"
 
 namespace hotpath {
 
@@ -20,10 +18,7 @@ class RunFolder {
   const std::filesystem::path& path() const { return path_; }
 
   /// Replaces a whole file. Throws RunError (disk full, for example), and leaves the old one.
-  void write(const std::string& name, const std::string& content) const;
-  void write(const std::string& name, const nlohmann::json& content) const {
-    write(name, content.dump(2) + "\n");
-  }
+  void write(const std::string& name, const FileContent& content) const;
 
   /// Adds one repetition to jobs.csv and chains.csv. Throws RunError.
   void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace);
@@ -32,7 +27,6 @@ class RunFolder {
   void finish();
 
  private:
-  void rename_part(const std::string& name) const;
   [[noreturn]] void fail(const std::string& name, int cause) const;
 
   const std::filesystem::path path_;

@@ -17,18 +17,12 @@ std::vector<std::vector<const Job*>> releases(const TaskSet& set, const Trace& t
     if (counts && set[r.job.task].kind == TaskKind::timer) released[r.job.task].push_back(&r.job);
   }
   for (auto& of_timer : released) {
-    std::stable_sort(of_timer.begin(), of_timer.end(),
-                     [](const Job* a, const Job* b) { return a->release < b->release; });
+    std::ranges::stable_sort(of_timer, {}, &Job::release);
   }
   return released;
 }
 
 }  // namespace
-
-void sort_by_start(std::vector<ExecutedJob>& jobs) {
-  std::stable_sort(jobs.begin(), jobs.end(),
-                   [](const ExecutedJob& a, const ExecutedJob& b) { return a.start < b.start; });
-}
 
 Schedule schedule_of(const TaskSet& set, const Trace& trace) {
   Schedule schedule{set, {}};
@@ -42,13 +36,12 @@ Schedule schedule_of(const TaskSet& set, const Trace& trace) {
     job.start = since_epoch(r.start);
     if (r.outcome == Outcome::ran) job.finish = since_epoch(r.finish);
     const auto& of_timer = released[r.job.task];
-    const auto later = std::upper_bound(of_timer.begin(), of_timer.end(), r.start,
-                                        [](Time t, const Job* other) { return t < other->release; });
+    const auto later = std::ranges::upper_bound(of_timer, r.start, {}, &Job::release);
     if (later == of_timer.begin()) continue;
     const Job& latest = **std::prev(later);
     job.next_call = since_epoch(latest.timestamp) + (1 + latest.skipped) * set[r.job.task].period;
   }
-  sort_by_start(schedule.jobs);
+  std::ranges::stable_sort(schedule.jobs, {}, &ExecutedJob::start);
   return schedule;
 }
 

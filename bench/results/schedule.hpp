@@ -24,8 +24,6 @@ struct Schedule {
   std::vector<ExecutedJob> jobs;
 };
 
-void sort_by_start(std::vector<ExecutedJob>& jobs);
-
 /// From a trace: jobs that ran or were running. A timer's next call at the start of a job follows the latest
 /// timestamp that had been released, or skipped with it, by then.
 [[nodiscard]] Schedule schedule_of(const TaskSet& set, const Trace& trace);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -29,7 +30,8 @@ class StoredRun {
                                                        std::uint32_t repetition) const;
 
   /// Reads jobs.csv and chains.csv for the tasks of a graph, or for those that the run itself names. Throws
-  /// UsageError for files that are missing, malformed or of another graph.
+  /// UsageError for files that are missing or not of one run, InputError for what is malformed or of another
+  /// graph.
   void load(const TaskSet& set);
   void load();
 
@@ -47,14 +49,25 @@ class StoredRun {
   /// Throws UsageError: option, folder, `what`.
   [[noreturn]] void fail(const std::string& what) const;
 
+  /// What `read` reads of a file; its exceptions of nlohmann's become UsageError.
+  auto check(const auto& read, const char* file = "run.json") const {
+    try {
+      return read();
+    } catch (const nlohmann::json::exception& error) {
+      fail(std::string("its ") + file + " is not one of `hotpath run`: " + error.what());
+    }
+  }
+
  private:
-  const nlohmann::json* find_run(const std::string& executor, std::uint32_t repetition) const;
+  /// Its entry in run.json.
+  const nlohmann::json& run(const std::string& executor, std::uint32_t repetition) const;
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
   void read_facts();
-  /// The traces of the tasks `set`, or, without, only the tasks that jobs.csv tells of.
-  TaskSet read_jobs(const TaskSet* set);
+  std::ifstream open(const char* file) const;
+  void read_jobs();
   void read_chains();
-  void order_as_in_summary(TaskSet& set) const;
+  /// Of a run that does not name them: as jobs.csv and the summary tell.
+  TaskSet unnamed_tasks() const;
 
   std::filesystem::path folder_;
   std::string option_;

@@ -44,15 +44,10 @@ std::vector<ChainSamples> chain_samples(const ExecutorRuns& runs, const SummaryO
 }
 
 void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vector<double>& periods_ms) {
-  std::sort(starts.begin(), starts.end());
+  std::ranges::sort(starts);
   for (std::size_t k = 1; k < starts.size(); ++k) {
     periods_ms.push_back(to_ms(starts[k].second - starts[k - 1].second));
   }
-}
-
-bool timers_only(const TaskSet& set) {
-  return std::all_of(set.tasks.begin(), set.tasks.end(),
-                     [](const Task& task) { return task.kind == TaskKind::timer; });
 }
 
 /// The tasks of one executor, repetition by repetition.
@@ -149,8 +144,7 @@ ExecutorSummary without_chains(const TaskSet& set, const ExecutorRuns& runs, con
 
 /// `hot_paths`: samples by executor and chain.
 void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths) {
-  const auto base = std::find_if(summary.executors.begin(), summary.executors.end(),
-                                 [](const ExecutorSummary& e) { return e.executor == kBaselineExecutor; });
+  const auto base = std::ranges::find(summary.executors, kBaselineExecutor, &ExecutorSummary::executor);
   if (base == summary.executors.end()) return;
   const auto baseline = static_cast<std::size_t>(base - summary.executors.begin());
   for (std::size_t e = 0; e < summary.executors.size(); ++e) {

@@ -104,7 +104,8 @@ struct Summary {
 
 /// The content of summary.json. Units are the endings of keys (`_ms`, `_us`, `_s`, `_kib`, `_percent`) and
 /// hold for all that lies below a key; what could not be measured is null.
-[[nodiscard]] nlohmann::json quantiles_json(const Quantiles& quantiles);
-[[nodiscard]] nlohmann::json to_json(const Summary& summary);
+void to_json(nlohmann::json& j, const Summary& summary);
+void to_json(nlohmann::json& j, const Quantiles& quantiles);
+void to_json(nlohmann::json& j, const Estimate& estimate);
 
 }  // namespace hotpath

@@ -13,7 +13,4 @@ namespace hotpath {
 /// 1 s. `-`: not measured.
 void write_table(std::ostream& out, const Summary& summary);
 
-/// The same tables in GitHub's Markdown, each interval in the cell of its value.
-void write_markdown_table(std::ostream& out, const Summary& summary);
-
 }  // namespace hotpath

@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "program/errors.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -16,8 +17,8 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
   const auto number = std::from_chars(variant.data(), end, threads);
   if (spec.entry->traits.many_workers && number.ec == std::errc{} && number.ptr == end) {
     if (threads < 1 || threads > kMaxWorkers) {
-      throw UsageError("executor `" + spec.label + "`: the number of threads must lie between 1 and " +
-                       std::to_string(kMaxWorkers));
+      throw UsageError(
+          concat("executor `", spec.label, "`: the number of threads must lie between 1 and ", kMaxWorkers));
     }
     spec.scheduler.workers = threads;
   } else if (const auto rule = parse<SubscriptionRule>(variant); has_rules && rule) {
@@ -37,9 +38,7 @@ ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& def
   const std::string name = text.substr(0, text.find(':'));
   ExecutorSpec spec{text, find_executor(name), defaults};
   if (spec.entry == nullptr) {
-    std::string known;
-    for (const ExecutorEntry& e : executors()) known += (known.empty() ? "" : ", ") + std::string(e.name);
-    throw UsageError("there is no executor `" + name + "`; there are " + known);
+    throw UsageError("there is no executor `" + name + "`; there are " + joined(all_executor_names()));
   }
   for (std::size_t at = name.size(); at != std::string::npos && at < text.size();) {
     const std::size_t next = text.find(':', at + 1);
@@ -50,10 +49,9 @@ ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& def
 }
 
 std::vector<std::string> paper_executor_names() {
-  std::vector<std::string> names;
-  for (const ExecutorEntry& e : executors()) {
-    if (e.traits.compared_by_paper) names.emplace_back(e.name);
-  }
+  std::vector<std::string> names = all_executor_names();
+  std::erase_if(names,
+                [](const std::string& name) { return !find_executor(name)->traits.compared_by_paper; });
   return names;
 }
 

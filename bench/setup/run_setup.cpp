@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "setup/run_setup.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 
 #include "bounds/bounds.hpp"
@@ -70,6 +72,24 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
   }
 }
 
+std::vector<std::pair<std::uint32_t, std::size_t>> interleaved(std::uint32_t repetitions,
+                                                               std::size_t subjects, std::uint64_t seed) {
+  std::vector<std::pair<std::uint32_t, std::size_t>> order;
+  std::mt19937_64 random(seed);
+  for (std::uint32_t r = 0; r < repetitions; ++r) {
+    const auto begin = order.size();
+    for (std::size_t s = 0; s < subjects; ++s) order.emplace_back(r, s);
+    for (std::size_t i = order.size() - 1; i > begin; --i) {
+      std::swap(order[i], order[begin + random() % (i - begin + 1)]);
+    }
+  }
+  return order;
+}
+
+void set_phases(TaskSet& set, const std::vector<Duration>& first) {
+  for (TaskId id = 0; id < first.size(); ++id) set.tasks[id].phase = first[id];
+}
+
 std::vector<std::string> chain_names(const Graph& graph) {
   std::vector<std::string> names;
   for (const Chain& chain : graph.chains) names.push_back(chain.name);
@@ -102,10 +122,7 @@ SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
   return s;
 }
 
-json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
-                  const std::vector<ExecutorSpec>& executors) {
-  std::vector<std::string> labels;
-  for (const ExecutorSpec& e : executors) labels.push_back(e.label);
+json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set) {
   json limits = json::array();
   const double load = load_percent(graph);
   if (!graph.chains.empty() && load > 0) {
@@ -119,7 +136,7 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
           {"graph", {{"name", graph.name}, {"nodes", graph.nodes.size()}, {"file", options.graph}}},
           {"tasks", tasks_json(set)},
           {"chains", chain_names(graph)},
-          {"executors", labels},
+          {"executors", options.executors},
           {"rule", to_string(options.rule)},
           {"ties", to_string(options.ties)},
           {"repetitions", options.repetitions},
@@ -138,22 +155,19 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
 json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors,
                  Duration delta) {
   json bounds = json::array();
-  for (const Task& task : tasks.set.tasks) {
-    if (task.kind != TaskKind::timer) return bounds;
-  }
+  if (!timers_only(tasks.set)) return bounds;
   for (const ExecutorSpec& executor : executors) {
     const std::vector<BoundSet> sets = bounds_of(graph, tasks, *executor.entry, delta);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const BoundSet* tightest = nullptr;
-      for (const BoundSet& set : sets) {
-        if (set.tasks.empty() || !set.tasks[id]) continue;
-        if (tightest == nullptr || *set.tasks[id] < *tightest->tasks[id]) tightest = &set;
-      }
-      if (tightest == nullptr) continue;
+      const auto bound = [&](const BoundSet& set) {
+        return set.tasks.empty() || !set.tasks[id] ? Duration::max() : *set.tasks[id];
+      };
+      const BoundSet& tightest = *std::ranges::min_element(sets, {}, bound);
+      if (bound(tightest) == Duration::max()) continue;
       bounds.push_back({{"executor", executor.label},
                         {"task", tasks.set[id].name},
-                        {"ms", to_ms(*tightest->tasks[id])},
-                        {"method", tightest->method}});
+                        {"ms", to_ms(bound(tightest))},
+                        {"method", tightest.method}});
     }
   }
   return bounds;

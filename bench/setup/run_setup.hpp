@@ -6,10 +6,28 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/reference_system/phases.hpp"
 #include "results/summary.hpp"
-#include "setup/common_options.hpp"
+#include "setup/executor_spec.hpp"
 
 namespace hotpath {
+
+/// What live and simulated runs are told alike on the command line.
+struct CommonOptions {
+  std::string graph = "autoware";
+  std::vector<std::string> executors;
+  double duration_s = 30, warm_up_s = 2;
+  std::uint32_t repetitions = 1;
+  std::uint64_t seed = 1;
+  std::optional<double> load_percent;
+  std::optional<WorkMode> work;
+  Phases phases = Phases::creation;
+  std::string phases_file;
+  std::optional<double> phase_step_ms;
+  SubscriptionRule rule = SubscriptionRule::inherit;
+  Ties ties = Ties::lifo;
+  std::string output;
+};
 
 Duration seconds(double s);
 
@@ -31,13 +49,20 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition);
 
+/// All (repetition, subject) in the order in which they are measured: repetitions one after the other, each
+/// with its subjects in random order, which the seed decides.
+std::vector<std::pair<std::uint32_t, std::size_t>> interleaved(std::uint32_t repetitions,
+                                                               std::size_t subjects, std::uint64_t seed);
+
+/// Takes first timestamps of timers as the tasks' phases.
+void set_phases(TaskSet& set, const std::vector<Duration>& first);
+
 std::vector<std::string> chain_names(const Graph& graph);
 std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
 SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
 
 /// What run.json says of a live and of a simulated run alike.
-nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
-                            const std::vector<ExecutorSpec>& executors);
+nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set);
 
 /// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
 /// method bounds, with release overhead `delta`: {executor, task, ms, method}. Empty for other graphs.

@@ -22,28 +22,26 @@ Trace with_own_times(Trace trace, unsigned cores, bool raised) {
     changes.push_back({r.start, true, i});
     changes.push_back({r.finish, false, i});
   }
-  std::sort(changes.begin(), changes.end(), [](const Change& a, const Change& b) {
-    return a.at != b.at ? a.at < b.at : a.begins < b.begins;
-  });
+  std::ranges::sort(changes, {}, [](const Change& c) { return std::pair(c.at, c.begins); });
+  const auto is_above = [&](std::size_t i) {
+    return raised && trace.jobs[i].worker == EventsScheduler::kTimerManagement;
+  };
   std::vector<double> own_ns(trace.jobs.size(), 0);
   std::vector<std::size_t> begun;
   Time now{};
   for (const Change& change : changes) {
     const auto elapsed = static_cast<double>((change.at - now).count());
-    const auto above = static_cast<double>(std::count_if(begun.begin(), begun.end(), [&](std::size_t i) {
-      return raised && trace.jobs[i].worker == EventsScheduler::kTimerManagement;
-    }));
+    const auto above = static_cast<double>(std::ranges::count_if(begun, is_above));
     const double others = static_cast<double>(begun.size()) - above;
     const double share = others > 0 ? std::clamp((cores - above) / others, 0.0, 1.0) : 0;
     for (const std::size_t i : begun) {
-      const bool is_above = raised && trace.jobs[i].worker == EventsScheduler::kTimerManagement;
-      own_ns[i] += elapsed * (is_above ? 1 : share);
+      own_ns[i] += elapsed * (is_above(i) ? 1 : share);
     }
     now = change.at;
     if (change.begins) {
       begun.push_back(change.job);
     } else {
-      begun.erase(std::find(begun.begin(), begun.end(), change.job));
+      begun.erase(std::ranges::find(begun, change.job));
     }
   }
   for (std::size_t i = 0; i < trace.jobs.size(); ++i) {

@@ -8,13 +8,13 @@
 #include <exception>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
+#include "program/text.hpp"
 #include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
 #include "results/stored_run.hpp"
@@ -62,24 +62,17 @@ class SimulatedRun {
 
   void run() {
     simulate_all();
-    std::vector<ExecutorRuns> runs;
-    for (const ExecutorSpec& e : executors_) runs.push_back({e.label, {}});
-    for (std::size_t i = 0; i < results_.size(); ++i) {
-      runs[i / options_.repetitions].repetitions.push_back(std::move(results_[i].repetition));
+    Summary summary = summarize(tasks_.set, runs_, counting_);
+    for (std::size_t i = 0; i < simulations_.size(); ++i) {
+      if (options_.no_trace) simulations_[i].totals->add_to(summary.executors[i / options_.repetitions]);
     }
-    Summary summary = summarize(tasks_.set, runs, counting_);
-    if (options_.no_trace) {
-      for (std::size_t i = 0; i < results_.size(); ++i) {
-        results_[i].totals->add_to(summary.executors[i / options_.repetitions]);
-      }
-    }
-    write(runs, summary);
+    write(summary);
   }
 
  private:
-  struct Result {
+  struct Simulation {
     GraphTasks tasks;  ///< With the phases of this repetition.
-    Repetition repetition;
+    Repetition* repetition = nullptr;
     std::unique_ptr<RunTotals> totals;  ///< Without a trace.
     std::exception_ptr failure;
   };
@@ -94,11 +87,14 @@ class SimulatedRun {
     } else if (times != "worst" && times != "uniform") {
       throw UsageError("--execution-times: `" + times + "` is none of worst, uniform and replay:RUN");
     }
-    results_.resize(executors_.size() * options_.repetitions);
-    for (std::size_t i = 0; i < results_.size(); ++i) {
-      results_[i].tasks = tasks_;
-      const auto first = first_timestamps(executor(i), repetition(i));
-      for (TaskId id = 0; id < first.size(); ++id) results_[i].tasks.set.tasks[id].phase = first[id];
+    for (const ExecutorSpec& e : executors_) {
+      runs_.push_back({e.label, std::vector<Repetition>(options_.repetitions)});
+    }
+    simulations_.resize(executors_.size() * options_.repetitions);
+    for (std::size_t i = 0; i < simulations_.size(); ++i) {
+      simulations_[i].tasks = tasks_;
+      simulations_[i].repetition = &runs_[i / options_.repetitions].repetitions[repetition(i)];
+      set_phases(simulations_[i].tasks.set, first_timestamps(executor(i), repetition(i)));
       execution_times(i);  // so that a missing measurement stops us before anything runs
     }
     check_memory();
@@ -132,16 +128,14 @@ class SimulatedRun {
     double per_second = 0;
     for (const double rate : activation_rates(graph_, tasks_)) per_second += rate;
     const double bytes = per_second * (options_.warm_up_s + options_.duration_s) *
-                         static_cast<double>(results_.size()) * sizeof(JobRecord);
+                         static_cast<double>(simulations_.size()) * sizeof(JobRecord);
     const double there_are =
         static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
     if (bytes < there_are / 2) return;
-    std::ostringstream message;
-    message.precision(2);
-    message << "--duration " << options_.duration_s << ": the traces would take about " << bytes / 1e9
-            << " GB of memory, and this machine has " << there_are / 1e9
-            << "; take a shorter --duration, fewer --repetitions, or --no-trace";
-    throw UsageError(message.str());
+    throw UsageError(
+        text("--duration %.2g: the traces would take about %.2g GB of memory, and this machine has %.2g; "
+             "take a shorter --duration, fewer --repetitions, or --no-trace",
+             options_.duration_s, bytes / 1e9, there_are / 1e9));
   }
 
   SimulationOptions simulation_options(const ExecutorSpec& e) const {
@@ -153,8 +147,8 @@ class SimulatedRun {
   }
 
   void simulate_one(std::size_t i) {
-    Result& result = results_[i];
-    const TaskSet& set = result.tasks.set;
+    Simulation& simulation = simulations_[i];
+    const TaskSet& set = simulation.tasks.set;
     const ExecutorSpec& e = executor(i);
     SchedulerOptions scheduling = e.scheduler;
     // rclcpp's default on the simulated machine, not on this one.
@@ -162,14 +156,14 @@ class SimulatedRun {
     const auto scheduler = e.entry->make(set, scheduling);
     const auto times = execution_times(i);
     std::vector<ChainObservation> observations;
-    GraphWorkload workload(graph_, result.tasks, *times, &observations);
-    Trace& trace = result.repetition.trace;
+    GraphWorkload workload(graph_, simulation.tasks, *times, &observations);
+    Trace& trace = simulation.repetition->trace;
     TraceRecorder recorder(trace);
     if (options_.no_trace)
-      result.totals = std::make_unique<RunTotals>(set, chains_, Time{} + counting_.warm_up);
+      simulation.totals = std::make_unique<RunTotals>(set, chains_, Time{} + counting_.warm_up);
     SimulationSummary summary;
     try {
-      JobSink& sink = result.totals ? static_cast<JobSink&>(*result.totals) : recorder;
+      JobSink& sink = simulation.totals ? static_cast<JobSink&>(*simulation.totals) : recorder;
       summary = simulate(set, *scheduler, workload, simulation_options(e), &sink);
     } catch (const SimulationError& error) {
       throw UsageError("executor `" + e.label + "`: " + error.what());
@@ -178,12 +172,13 @@ class SimulatedRun {
     trace.repetition = repetition(i);
     trace.end = summary.end;
     trace.published = std::move(summary.published);
-    result.repetition.accounts = account(set, trace);
-    if (result.totals) {
-      result.totals->count(result.repetition.accounts);
-      std::erase_if(observations, [&](const ChainObservation& o) { return result.totals->early(o.sink); });
+    simulation.repetition->accounts = account(set, trace);
+    if (simulation.totals) {
+      simulation.totals->count(simulation.repetition->accounts);
+      std::erase_if(observations,
+                    [&](const ChainObservation& o) { return simulation.totals->early(o.sink); });
     }
-    trace.chains = join_chains(graph_, result.tasks, trace, observations);
+    trace.chains = join_chains(graph_, simulation.tasks, trace, observations);
     trace.chains = counted_chains(trace, chains_, Time{} + counting_.warm_up);
   }
 
@@ -191,60 +186,55 @@ class SimulatedRun {
   void simulate_all() {
     std::atomic<std::size_t> next = 0;
     const auto work = [&] {
-      for (std::size_t i = next++; i < results_.size(); i = next++) {
+      for (std::size_t i = next++; i < simulations_.size(); i = next++) {
         try {
           simulate_one(i);
         } catch (...) {
-          results_[i].failure = std::current_exception();
+          simulations_[i].failure = std::current_exception();
         }
       }
     };
     const std::size_t wanted =
         options_.threads > 0 ? options_.threads : std::max(1U, std::thread::hardware_concurrency());
     std::vector<std::thread> threads;
-    while (threads.size() + 1 < std::min(wanted, results_.size())) threads.emplace_back(work);
+    while (threads.size() + 1 < std::min(wanted, simulations_.size())) threads.emplace_back(work);
     work();
     for (std::thread& thread : threads) thread.join();
-    for (const Result& result : results_) {
-      if (result.failure) std::rethrow_exception(result.failure);
+    for (const Simulation& simulation : simulations_) {
+      if (simulation.failure) std::rethrow_exception(simulation.failure);
     }
   }
 
   /// Neither the date nor this machine, so that the same input gives the same bytes.
-  json describe(const std::vector<ExecutorRuns>& runs) const {
-    json facts = common_facts(options_, graph_, tasks_.set, executors_);
+  json describe() const {
+    json facts = common_facts(options_, graph_, tasks_.set);
     facts["kind"] = "simulated";
     if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
     facts["platform"] = platform_json(graph_.platform);
     facts["execution_times"] = execution_times_name();
     facts["bounds"] = bounds_json(graph_, tasks_, executors_, graph_.platform.release_cost);
-    for (std::size_t i = 0; i < results_.size(); ++i) {
-      const Repetition& r = runs[i / options_.repetitions].repetitions[i % options_.repetitions];
-      json& run = facts["runs"].emplace_back(repetition_json(results_[i].tasks.set, counting_.chains, r));
+    for (const Simulation& s : simulations_) {
+      json& run = facts["runs"].emplace_back(repetition_json(s.tasks.set, counting_.chains, *s.repetition));
       run["failure"] = "";
     }
     return facts;
   }
 
-  void write(const std::vector<ExecutorRuns>& runs, const Summary& summary) {
+  void write(const Summary& summary) {
     RunFolder folder(output_folder(options_, graph_));
-    json facts = describe(runs);
+    json facts = describe();
     folder.write("run.json", facts);
-    for (std::size_t i = 0; i < results_.size(); ++i) {
-      const Trace& trace = runs[i / options_.repetitions].repetitions[i % options_.repetitions].trace;
-      folder.append(results_[i].tasks.set, counting_.chains, trace);
+    for (const Simulation& s : simulations_) {
+      folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
     }
     folder.finish();
     if (options_.no_trace) std::filesystem::remove(folder.path() / "jobs.csv");
-    folder.write("summary.json", to_json(summary));
+    folder.write("summary.json", json(summary));
     facts["complete"] = true;
     folder.write("run.json", facts);
     write_table(std::cout, summary);
-    if (!graph_.chains.empty()) {
-      draw_figure("hot-path", folder.path());
-    } else if (!options_.no_trace) {
-      draw_figure("timers-only", folder.path());
-    }
+    const bool chains = !graph_.chains.empty();
+    if (chains || !options_.no_trace) draw_figure(chains ? "hot-path" : "timers-only", folder.path());
     std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
   }
 
@@ -255,7 +245,8 @@ class SimulatedRun {
   const SummaryOptions counting_;
   const std::vector<MeasuredChain> chains_;
   std::optional<StoredRun> phases_of_, replayed_;
-  std::vector<Result> results_;  // executor by executor, repetition by repetition
+  std::vector<ExecutorRuns> runs_;
+  std::vector<Simulation> simulations_;  // executor by executor, repetition by repetition
 };
 
 }  // namespace

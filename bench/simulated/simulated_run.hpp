@@ -1,9 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "simulated/simulate_options.hpp"
+#include <array>
+
+#include "hotpath/reference_system/graph.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath {
+
+/// What `simulate` is told on the command line. What is left open follows from the graph's `platform`.
+struct SimulateOptions : CommonOptions {
+  std::string phases_of;  ///< Folder of a run whose first timestamps count.
+  std::optional<unsigned> cores;
+  std::optional<TimerThread> timer_thread;
+  std::array<std::optional<double>, kPlatformCosts.size()> costs_us;  ///< Parallel to kPlatformCosts.
+  std::optional<std::string> execution_times;
+  std::optional<std::uint64_t> max_backlog;
+  unsigned threads = 0;  ///< 0: as many as there are processors.
+  bool no_trace = false;
+};
 
 /// Simulates all repetitions of all executors, then writes one result folder, prints the table and draws the
 /// figure. The same options give the same files, byte by byte. Throws UsageError, InputError, RunError; what

@@ -2,7 +2,6 @@
 #include "telemetry/replay.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <thread>
 
 #include "hotpath/live/clock.hpp"
@@ -10,6 +9,7 @@
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
+#include "program/text.hpp"
 #include "setup/run_setup.hpp"
 #include "telemetry/replayed_trace.hpp"
 #include "telemetry/run_info.hpp"
@@ -37,8 +37,8 @@ class Replay {
         start_(Time{} + seconds(options.start_s)),
         end_(options.duration_s ? std::min(trace_.end, start_ + seconds(*options.duration_s)) : trace_.end) {
     if (start_ >= trace_.end) {
-      throw UsageError("--start lies behind the end of the run, which lasted " +
-                       std::to_string(std::lround(to_ms(trace_.end - Time{}) / 1000)) + " s");
+      throw UsageError(text("--start lies behind the end of the run, which lasted %.0f s",
+                            to_ms(trace_.end - Time{}) / 1000));
     }
   }
 
@@ -54,9 +54,10 @@ class Replay {
     const telemetry::RunInfo info = run_info();
     writers.publish(info);
     RunStatistics statistics(graph_, trace_.tasks, info.run_id(), {Time{}, info.epoch_ns()}, run_.warm_up());
-    skip_to_start(statistics);
-    Progress progress(real_time(end_));
-    progress.begin("replay of " + executor_, {});
+    advance(start_ - Duration(1), statistics, nullptr);
+    statistics.begin_window(start_);
+    Progress progress(1, real_time(end_));
+    progress.begin("replay of " + executor_);
     Time now = start_;
     for (std::int64_t tick = 0; now < end_ && interrupted() == 0; ++tick) {
       std::this_thread::sleep_until(started + tick * kClockPeriod);
@@ -66,14 +67,14 @@ class Replay {
       clock.run_id(info.run_id());
       clock.time_ns(info.epoch_ns() + (now - Time{}).count());
       writers.publish(std::move(clock));
-      publish_until(now, statistics, writers);
+      advance(now, statistics, &writers);
       if (tick % kTicksPerStatistics == kTicksPerStatistics - 1 && now < end_) {
         writers.publish(take(statistics, now));
       }
       progress.update(elapsed, real_time(end_));
     }
     progress.clear();
-    if (now == trace_.end) publish_until(kNever, statistics, writers);
+    if (now == trace_.end) advance(kNever, statistics, &writers);
     telemetry::Statistics last = take(statistics, now);
     last.last(true);
     writers.publish(std::move(last));
@@ -93,15 +94,9 @@ class Replay {
   Duration real_time(Time until) const { return from_ms(to_ms(until - start_) / options_.speed); }
 
   telemetry::RunInfo run_info() const {
-    const auto now = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
-    const std::int64_t epoch_ns = (now.time_since_epoch() - (start_ - Time{})).count();
-    telemetry::RunInfo info = make_run_info(graph_);
-    info.run_id(make_run_id(epoch_ns, executor_, options_.repetition));
-    info.executor(executor_);
-    info.repetition(options_.repetition);
+    telemetry::RunInfo info = make_run_info(graph_, executor_, options_.repetition, unix_ns(Time{} - start_));
     info.transport(run_.facts().value("transport", "simulated"));
     info.origin("replay");
-    info.epoch_ns(epoch_ns);
     info.speed(options_.speed);
     nlohmann::json facts = run_.facts();
     facts.erase("runs");
@@ -109,24 +104,15 @@ class Replay {
     return info;
   }
 
-  /// Jobs before the start count; chains begin there.
-  void skip_to_start(RunStatistics& statistics) {
-    for (; next_job_ < trace_.jobs.size() && known_at(trace_.jobs[next_job_]) < start_; ++next_job_) {
-      statistics.add(trace_.jobs[next_job_]);
-    }
-    while (next_chain_ < trace_.chains.size() && trace_.chains[next_chain_].sink_finish < start_)
-      ++next_chain_;
-    statistics.begin_window(start_);
-  }
-
-  void publish_until(Time now, RunStatistics& statistics, TelemetryWriters& writers) {
+  /// `writers` none: before the start, where jobs count and chains do not.
+  void advance(Time now, RunStatistics& statistics, TelemetryWriters* writers) {
     for (; next_job_ < trace_.jobs.size() && known_at(trace_.jobs[next_job_]) <= now; ++next_job_) {
       statistics.add(trace_.jobs[next_job_]);
     }
     for (; next_chain_ < trace_.chains.size() && trace_.chains[next_chain_].sink_finish <= now;
          ++next_chain_) {
       const ReplayedChain& chain = trace_.chains[next_chain_];
-      writers.publish(statistics.add(chain.record, chain.sink_start));
+      if (writers != nullptr) writers->publish(statistics.add(chain.record, chain.sink_start));
     }
   }
 

@@ -29,7 +29,7 @@ std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const Me
   for (const JobRecord& r : trace.jobs) {
     const auto& sinks = chain.sink_tasks;
     const bool started = r.outcome == Outcome::ran || r.outcome == Outcome::running;
-    if (!started || std::find(sinks.begin(), sinks.end(), r.job.task) == sinks.end()) continue;
+    if (!started || std::ranges::find(sinks, r.job.task) == sinks.end()) continue;
     const JobRecord*& found = jobs[r.job.sequence];
     if (found == nullptr || r.start > found->start) found = &r;
   }
@@ -44,8 +44,7 @@ std::vector<ReplayedChain> replayed_chains(const StoredRun& run, const Trace& tr
   std::vector<ReplayedChain> replayed;
   for (const ChainRecord& record : trace.chains) {
     const std::string& name = run.chains()[record.chain];
-    const auto chain =
-        std::find_if(chains.begin(), chains.end(), [&](const MeasuredChain& c) { return c.name == name; });
+    const auto chain = std::ranges::find(chains, name, &MeasuredChain::name);
     if (chain == chains.end()) {
       run.fail("the graph has no chain `" + name + "`; name the run's own with --graph");
     }
@@ -60,9 +59,7 @@ std::vector<ReplayedChain> replayed_chains(const StoredRun& run, const Trace& tr
     r.sink_start = sink->second->start;
     r.sink_finish = sink->second->outcome == Outcome::ran ? sink->second->finish : kNever;
   }
-  std::stable_sort(replayed.begin(), replayed.end(), [](const ReplayedChain& a, const ReplayedChain& b) {
-    return a.sink_finish < b.sink_finish;
-  });
+  std::ranges::stable_sort(replayed, {}, &ReplayedChain::sink_finish);
   return replayed;
 }
 
@@ -72,8 +69,7 @@ ReplayedTrace replayed_trace(const StoredRun& run, const Graph& graph, const std
                              std::uint32_t repetition) {
   ReplayedTrace replayed;
   replayed.tasks = make_tasks(graph);
-  const std::vector<Duration> phases = run.first_timestamps(replayed.tasks.set, executor, repetition);
-  for (TaskId id = 0; id < phases.size(); ++id) replayed.tasks.set.tasks[id].phase = phases[id];
+  set_phases(replayed.tasks.set, run.first_timestamps(replayed.tasks.set, executor, repetition));
 
   const Trace& trace = run.trace(executor, repetition);
   replayed.end = end_of(run, trace);
@@ -84,9 +80,8 @@ ReplayedTrace replayed_trace(const StoredRun& run, const Graph& graph, const std
       replayed.published[r.job.task].push_back(r.job.timestamp);
     }
   }
-  std::stable_sort(replayed.jobs.begin(), replayed.jobs.end(),
-                   [](const JobRecord& a, const JobRecord& b) { return known_at(a) < known_at(b); });
-  for (auto& instants : replayed.published) std::sort(instants.begin(), instants.end());
+  std::ranges::stable_sort(replayed.jobs, {}, known_at);
+  for (auto& instants : replayed.published) std::ranges::sort(instants);
   replayed.chains = replayed_chains(run, trace, graph, replayed.tasks);
   return replayed;
 }

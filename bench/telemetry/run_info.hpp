@@ -3,18 +3,55 @@
 
 #include <Telemetry.h>
 
-#include <cstdint>
 #include <string>
 
-#include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/graph_layout.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
-/// What the graph says of a run: its nodes with a layout, their connections and chains. The rest is the
-/// caller's.
-telemetry::RunInfo make_run_info(const Graph& graph);
+/// What one repetition is, and what the graph says of it: its nodes with a layout, their connections and
+/// chains. The rest is the caller's. Its `run_id` tells repetitions apart, also those of runs at the same
+/// time.
+inline telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor,
+                                        std::uint32_t repetition, std::int64_t epoch_ns) {
+  telemetry::RunInfo info;
+  info.run_id(concat(epoch_ns, "-", executor, "-", repetition));
+  info.graph(graph.name);
+  info.executor(executor);
+  info.repetition(repetition);
+  info.epoch_ns(epoch_ns);
+  const std::vector<GraphPosition> positions = graph_layout(graph);
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+    const Node& node = graph.nodes[n];
+    telemetry::NodeInfo& i = info.nodes().emplace_back();
+    i.name(node.name);
+    i.type(to_string(node.type));
+    i.hot(on_hot_path(graph, node));
+    i.layout_x(positions[n].column);
+    i.layout_y(positions[n].row);
+    i.deadline_ns(node.deadline.count());
+  }
+  for (const GraphEdge& edge : graph_edges(graph)) {
+    telemetry::EdgeInfo& i = info.edges().emplace_back();
+    i.source(edge.source);
+    i.target(edge.target);
+    i.topic(edge.topic);
+    i.hot(edge.hot);
+  }
+  for (const ChainIndex& chain : index_chains(graph)) {
+    telemetry::ChainInfo& i = info.chains().emplace_back();
+    i.name(graph.chains[info.chains().size() - 1].name);
+    i.sink(chain.sink);
+  }
+  return info;
+}
 
-/// Tells repetitions apart, also those of runs at the same time.
-std::string make_run_id(std::int64_t epoch_ns, const std::string& executor, std::uint32_t repetition);
+/// Nanoseconds from the Unix epoch to the instant `from_now` away.
+inline std::int64_t unix_ns(Duration from_now) {
+  const auto now = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+  return (now.time_since_epoch() + from_now).count();
+}
 
 }  // namespace hotpath

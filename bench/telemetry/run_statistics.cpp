@@ -36,10 +36,10 @@ void RunStatistics::add(const JobRecord& r) {
   node.accounted += 1 + r.job.skipped;
   node.window_busy += r.finish - r.start;
   if (!hotpath::counts(r, counted_from_)) return;
-  node.counts.overruns(node.counts.overruns() + overruns_deadline(tasks_.set[task], r));
+  const Duration response = response_time(r);
+  node.counts.overruns(node.counts.overruns() + overruns_deadline(tasks_.set[task], response));
   // What a cyclic node's subscription does is no answer to anybody: its timer's job works on the sample.
   if (stores_only_[task]) return;
-  const Duration response = response_time(r);
   node.responses.add(response);
   node.window_responses += response;
   ++node.window_jobs;

@@ -18,12 +18,7 @@ using ::testing::StrEq;
 
 Time soon() { return std::chrono::steady_clock::now() + std::chrono::seconds(30); }
 
-ChannelMessage message(Kind kind, std::int64_t number = 0) {
-  ChannelMessage m;
-  m.kind = kind;
-  m.number[0] = number;
-  return m;
-}
+ChannelMessage message(Kind kind, std::int64_t number = 0) { return ChannelMessage(kind, {number}); }
 
 TEST(Channel, DeliversMessagesWholeAndInOrder) {
   const auto [a, b] = Channel::make_pair();
@@ -33,29 +28,26 @@ TEST(Channel, DeliversMessagesWholeAndInOrder) {
   ASSERT_TRUE(a.send(sent));
   ASSERT_TRUE(a.send(message(Kind::stop)));
 
-  bool closed = true;
-  const auto first = b.receive(soon(), closed);
+  const auto first = b.receive(soon());
   ASSERT_TRUE(first);
-  EXPECT_FALSE(closed);
   EXPECT_EQ(first->kind, Kind::done);
   EXPECT_EQ(first->number, sent.number);
   EXPECT_THAT(first->text.data(), StrEq("executor other"));
-  const auto second = b.receive(soon(), closed);
+  const auto second = b.receive(soon());
   ASSERT_TRUE(second);
   EXPECT_EQ(second->kind, Kind::stop);
 }
 
 TEST(Channel, CarriesMessagesBothWays) {
   const auto [a, b] = Channel::make_pair();
-  bool closed = false;
   ASSERT_TRUE(a.send(message(Kind::begin, 1)));
   ASSERT_TRUE(b.send(message(Kind::begun, 2)));
-  EXPECT_EQ(b.receive(soon(), closed)->number[0], 1);
-  EXPECT_EQ(a.receive(soon(), closed)->number[0], 2);
+  EXPECT_EQ(b.receive(soon())->number[0], 1);
+  EXPECT_EQ(a.receive(soon())->number[0], 2);
 }
 
 TEST(Channel, TextThatIsTooLongIsCutAndStaysTerminated) {
-  ChannelMessage m;
+  ChannelMessage m = message(Kind::failed);
   m.set_text(std::string(5000, 'x'));
   EXPECT_THAT(std::string(m.text.data()), Eq(std::string(m.text.size() - 1, 'x')));
   m.set_text("short");
@@ -64,44 +56,30 @@ TEST(Channel, TextThatIsTooLongIsCutAndStaysTerminated) {
 
 TEST(Channel, ReceivesNothingOnceTheInstantHasPassed) {
   const auto [a, b] = Channel::make_pair();
-  bool closed = true;
-  EXPECT_FALSE(b.receive(std::chrono::steady_clock::now() - std::chrono::seconds(1), closed));
-  EXPECT_FALSE(closed);
+  EXPECT_FALSE(b.receive(std::chrono::steady_clock::now() - std::chrono::seconds(1)));
 }
 
 TEST(Channel, TakesWhatHasArrivedEvenIfTheInstantHasPassed) {
   const auto [a, b] = Channel::make_pair();
   ASSERT_TRUE(a.send(message(Kind::matched)));
-  bool closed = true;
-  EXPECT_TRUE(b.receive(std::chrono::steady_clock::now() - std::chrono::seconds(1), closed));
+  EXPECT_TRUE(b.receive(std::chrono::steady_clock::now() - std::chrono::seconds(1)));
 }
 
 TEST(Channel, ClosedEndIsNoticedAfterItsLastMessage) {
   auto [a, b] = Channel::make_pair();
   ASSERT_TRUE(a.send(message(Kind::failed)));
   a = Channel();
-  bool closed = true;
-  ASSERT_TRUE(b.receive(soon(), closed));
-  EXPECT_FALSE(closed);
-  EXPECT_FALSE(b.receive(soon(), closed));
-  EXPECT_TRUE(closed);
+  EXPECT_EQ(b.receive(soon())->kind, Kind::failed);
+  EXPECT_EQ(b.receive(soon())->kind, Kind::closed);
   EXPECT_FALSE(b.send(message(Kind::stop))) << "and no SIGPIPE";
 }
 
 TEST(Channel, DeathOfAProcessClosesItsEnd) {
-  auto [ours, theirs] = Channel::make_pair();
-  const pid_t child = fork();
-  ASSERT_GE(child, 0);
-  if (child == 0) {
-    ours = Channel();
-    for (;;) pause();
-  }
-  theirs = Channel();
-  kill(child, SIGKILL);
-  bool closed = false;
-  EXPECT_FALSE(ours.receive(soon(), closed));
-  EXPECT_TRUE(closed);
-  waitpid(child, nullptr, 0);
+  const ForkedProcess child = fork_process([](const Channel&) { return pause(); });
+  ASSERT_GE(child.id, 0);
+  kill(child.id, SIGKILL);
+  EXPECT_EQ(child.channel.receive(soon())->kind, Kind::closed);
+  waitpid(child.id, nullptr, 0);
 }
 
 TEST(Channel, SignalEndsTheWaitWithoutClosingIt) {
@@ -112,9 +90,7 @@ TEST(Channel, SignalEndsTheWaitWithoutClosingIt) {
   // Repeated, since the first might come before the wait has begun.
   const itimerval often{{0, 1000}, {0, 1000}};
   setitimer(ITIMER_REAL, &often, nullptr);
-  bool closed = true;
-  EXPECT_FALSE(b.receive(soon(), closed));
-  EXPECT_FALSE(closed);
+  EXPECT_FALSE(b.receive(soon()));
   const itimerval never{};
   setitimer(ITIMER_REAL, &never, nullptr);
 }

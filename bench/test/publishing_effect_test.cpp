@@ -52,7 +52,7 @@ TEST(PublishingEffect, IsTheRatioOfTheMediansWithItsInterval) {
   std::ostringstream text;
   write_publishing_effects(text, effects);
   EXPECT_THAT(text.str(), testing::HasSubstr("rm-ro, path: +3.00 % [+3.00, +3.00]"));
-  EXPECT_EQ(to_json(effects)[0]["n_live"], 200);
+  EXPECT_EQ(nlohmann::json(effects)[0]["n_live"], 200);
 }
 
 TEST(PublishingEffect, TooFewRepetitionsHaveNoIntervalAndSayWhatToDo) {
@@ -61,7 +61,7 @@ TEST(PublishingEffect, TooFewRepetitionsHaveNoIntervalAndSayWhatToDo) {
   std::ostringstream text;
   write_publishing_effects(text, two);
   EXPECT_THAT(text.str(), testing::HasSubstr("four repetitions"));
-  EXPECT_TRUE(to_json(two)[0]["median_ratio"]["interval"].is_null());
+  EXPECT_TRUE(nlohmann::json(two)[0]["median_ratio"]["interval"].is_null());
 
   const auto one = publishing_effects(runs(1, 1), one_chain());
   EXPECT_TRUE(std::isnan(one[0].median_ratio.value));

@@ -142,19 +142,17 @@ TEST_F(RepetitionTest, NoProcessIsLeft) {
 class SharedMemoryUser {
  public:
   SharedMemoryUser() {
-    auto [ours, theirs] = Channel::make_pair();
-    process_ = fork();
-    if (process_ == 0) {
+    const ForkedProcess user = fork_process([this](const Channel& test) -> int {
       const int mapped = open(segment().c_str(), O_CREAT | O_RDWR, 0600);
       open(lock_file().c_str(), O_CREAT | O_RDWR, 0600);
       const bool done =
           ftruncate(mapped, 4096) == 0 && mmap(nullptr, 4096, PROT_READ, MAP_SHARED, mapped, 0) != MAP_FAILED;
       close(mapped);
-      if (done) theirs.send({});
+      if (done) test.send(ChannelMessage::Kind::matched);
       for (;;) pause();
-    }
-    bool closed = false;
-    ready_ = ours.receive(std::chrono::steady_clock::now() + std::chrono::seconds(30), closed).has_value();
+    });
+    process_ = user.id;
+    ready_ = user.channel.receive(std::chrono::steady_clock::now() + std::chrono::seconds(30)).has_value();
   }
   ~SharedMemoryUser() {
     end();

@@ -212,7 +212,7 @@ TEST(LatencyHistogram, SmallNumbersOfSamplesAndExtremesAreExactOrClipped) {
 }
 
 TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {
-  const telemetry::RunInfo info = make_run_info(small_graph());
+  const telemetry::RunInfo info = make_run_info(small_graph(), "rm-ro", 0, 0);
   EXPECT_EQ(info.graph(), "small");
   ASSERT_EQ(info.nodes().size(), 3U);
   EXPECT_EQ(info.nodes()[1].name(), "Planner");

@@ -139,20 +139,5 @@ TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
 
 TEST(Table, OfNothingIsEmpty) { EXPECT_EQ(plain({}), ""); }
 
-TEST(MarkdownTable, KeepsEachIntervalInTheCellOfItsValue) {
-  std::ostringstream out;
-  write_markdown_table(out, two_executors());
-  EXPECT_EQ(out.str(),
-            R"(**hot_path: hot-path latency in ms [95 % interval over repetitions], ratios to default**
-
-| executor | n | median | p99 | p99.9 | max | skipped | overwritten | CPU us/callback | median ratio | max ratio |
-| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
-| default | 1500 | 42.5 [42.0,43.0] | 48.0 [47.0,49.0] | 51.0 [50.0,52.0] | 52.2 [50.5,52.2] | 0 | 12 | 38.1 | 1.00 | 1.00 |
-| rm-ro | 1500 | 21.2 [21.0,21.5] | 24.0 [23.5,24.5] | 25.5 [25.0,26.0] | 26.1 [25.2,26.1] | 0 | 12 | 38.1 | 0.500 [0.500,0.500] | 0.500 [0.500,0.500] |
-
-Loss equations hold for every task of every run.
-)");
-}
-
 }  // namespace
 }  // namespace hotpath

@@ -171,7 +171,7 @@ TEST(Ratio, IsThatOfThisExecutorToDefault) {
 TEST(Ratio, IsAbsentWithoutDefault) {
   const Summary s = summarize(small_set(), {{"rm-ro", {repetition(0, {}, {output(0, 10)})}}}, options());
   EXPECT_FALSE(s.executors[0].chains[0].median_to_default);
-  EXPECT_TRUE(to_json(s)["executors"][0]["chains"][0]["ratio_to_default"]["max"].is_null());
+  EXPECT_TRUE(nlohmann::json(s)["executors"][0]["chains"][0]["ratio_to_default"]["max"].is_null());
 }
 
 // reference-system's BehaviorPlanner period: distance of the starts of consecutive executed jobs.
@@ -260,7 +260,8 @@ TEST(Usage, CpuTimePerExecutedCallbackOverAllRepetitions) {
 }
 
 TEST(SummaryJson, IsValidWithoutAnySample) {
-  const auto j = nlohmann::json::parse(to_json(summarize(small_set(), {{"default", {}}}, options())).dump());
+  const auto j =
+      nlohmann::json::parse(nlohmann::json(summarize(small_set(), {{"default", {}}}, options())).dump());
   const auto& executor = j.at("executors").at(0);
   EXPECT_EQ(executor.at("callbacks_executed"), 0);
   EXPECT_TRUE(executor.at("cpu_per_callback_us").is_null());
@@ -274,7 +275,7 @@ TEST(SummaryJson, NamesUnitsInItsKeys) {
   r.accounts = account(small_set(), r.trace);
   r.usage.cpu_time = milliseconds(250);
   r.usage.wall = milliseconds(500);
-  const auto j = to_json(summarize(small_set(), {{"default", {r, r}}}, options(0)));
+  const nlohmann::json j = summarize(small_set(), {{"default", {r, r}}}, options(0));
   const auto& executor = j.at("executors").at(0);
   EXPECT_EQ(executor.at("usage").at("cpu_use_percent"), 50.0);
   EXPECT_EQ(executor.at("cpu_per_callback_us"), 250000.0);

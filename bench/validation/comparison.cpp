@@ -29,7 +29,7 @@ JobOrder sequence(const Schedule& schedule, Time until) {
 double lost_percent(const JobOrder& tasks, const Task& task, TaskId id, Time until) {
   if (until < Time{} + task.phase) return 0;
   const auto timestamps = 1 + (until - Time{} - task.phase) / task.period;
-  const auto executed = std::count(tasks.begin(), tasks.end(), id);
+  const auto executed = std::ranges::count(tasks, id);
   return 100 * std::max(0.0, 1 - static_cast<double>(executed) / static_cast<double>(timestamps));
 }
 
@@ -65,7 +65,7 @@ ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& p
   JobOrder a = sequence(measured, until), b = sequence(predicted, until);
   c.jobs[0] = a.size();
   c.jobs[1] = b.size();
-  const auto [in_a, in_b] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+  const auto [in_a, in_b] = std::ranges::mismatch(a, b);
   if (in_a != a.end() && in_b != b.end()) {
     const auto place = static_cast<std::size_t>(in_a - a.begin());
     c.first_difference = {
@@ -114,10 +114,6 @@ Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platf
   return schedule_of(set, simulate_trace(set, executor, {}, workload, options));
 }
 
-void set_phases(TaskSet& set, const std::vector<Duration>& first) {
-  for (TaskId id = 0; id < first.size(); ++id) set.tasks[id].phase = first[id];
-}
-
 double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first) {
   double largest = 0;
   for (TaskId id = 0; id < set.size(); ++id) {
@@ -127,7 +123,7 @@ double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duratio
 }
 
 LatencyQuantiles latency_quantiles(std::vector<double> samples_ms) {
-  std::sort(samples_ms.begin(), samples_ms.end());
+  std::ranges::sort(samples_ms);
   const Quantiles q = quantiles(samples_ms);
   return {q.n, quantile(samples_ms, 0.1), q.p50, q.p90, q.p99, q.max};
 }

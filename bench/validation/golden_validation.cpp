@@ -45,14 +45,10 @@ GoldenValidation validate(const std::string& set, const ExecutorEntry& executor,
   const Schedule real = golden_schedule(file, executor);
   if (real.jobs.empty()) throw UsageError("the golden trace " + file.string() + " has no jobs");
   const Duration length = real.jobs.back().start - Time{} + Duration(1);
-  GoldenValidation v;
-  v.set = set;
-  v.executor = executor.name;
-  v.costs = reference_platform(executor, real.set.size());
-  v.without_costs = compare_schedules(real, predict_timers(real.set, executor, {}, length));
-  v.with_costs = compare_schedules(real, predict_timers(real.set, executor, v.costs, length));
-  v.verdict = golden_verdict(v.without_costs, v.with_costs, v.costs);
-  return v;
+  const Platform costs = reference_platform(executor, real.set.size());
+  const ScheduleComparison without = compare_schedules(real, predict_timers(real.set, executor, {}, length));
+  const ScheduleComparison with = compare_schedules(real, predict_timers(real.set, executor, costs, length));
+  return {set, std::string(executor.name), costs, without, with, golden_verdict(without, with, costs)};
 }
 
 std::set<std::string> recorded_sets(const fs::path& traces) {
@@ -72,8 +68,9 @@ std::set<std::string> recorded_sets(const fs::path& traces) {
 constexpr double kSamePhases_ms = 0.1;
 
 bool same_timers(const TaskSet& a, const TaskSet& b) {
-  return std::equal(a.tasks.begin(), a.tasks.end(), b.tasks.begin(), b.tasks.end(),
-                    [](const Task& x, const Task& y) { return x.name == y.name && x.period == y.period; });
+  return std::ranges::equal(a.tasks, b.tasks, [](const Task& x, const Task& y) {
+    return x.name == y.name && x.period == y.period;
+  });
 }
 
 /// Share of the time until the last finish in which jobs ran.
@@ -94,10 +91,10 @@ std::string run_verdict(const RunAgainstGolden& g, const fs::path& file) {
   const std::string order =
       text("order %.3f alike, lost jobs within %.1f points", c.similarity, c.largest_loss_difference());
   if (g.phases_differ_ms > kSamePhases_ms) {
-    return order +
-           text("; the phases differ by up to %.1f ms, and they decide the order: give the run ",
-                g.phases_differ_ms) +
-           "`--phases-file " + file.filename().string() + "`";
+    return order + text(
+                       "; the phases differ by up to %.1f ms, and they decide the order: give the run "
+                       "`--phases-file %s`",
+                       g.phases_differ_ms, file.filename().c_str());
   }
   if (agrees(c)) return order;
   if (c.similarity_by_period == 1) return order + "; the same but for the order among equal periods";

@@ -48,7 +48,7 @@ TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duratio
       const double timestamps = static_cast<double>(1 + (kLength - 1ns - s.set[id].phase) / s.set[id].period);
       run.imu_lost_percent = 100 * (1 - static_cast<double>(responses.size()) / timestamps);
     }
-    std::sort(responses.begin(), responses.end());
+    std::ranges::sort(responses);
     run.response_p50_ms += quantile(responses, 0.5) / s.set.size();
     run.response_p99_ms += quantile(responses, 0.99) / s.set.size();
   }

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -38,7 +37,7 @@ class ValidatedRun {
  public:
   ValidatedRun(const fs::path& run, const fs::path& reference)
       : reference_(reference), measured_(run, "RUN") {
-    try {
+    measured_.check([this] {
       const json& facts = measured_.facts();
       graph_ = load_graph(find_graph(facts.at("graph").at("file").get<std::string>()));
       graph_.work = word<WorkMode>(facts, "work");
@@ -46,9 +45,7 @@ class ValidatedRun {
       graph_.platform.cores = measured_.cores();
       scheduling_ = {word<SubscriptionRule>(facts, "rule"), word<Ties>(facts, "ties"), 2};
       load_percent_ = facts.at("load_percent").get<double>();
-    } catch (const json::exception& error) {
-      measured_.fail(std::string("its run.json is not one of `hotpath run`: ") + error.what());
-    }
+    });
     tasks_ = make_tasks(graph_);
     measured_.load(tasks_.set);
   }
@@ -77,16 +74,17 @@ class ValidatedRun {
     const auto times = replayed_times(measured_, graph_, tasks, trace.executor, trace.repetition);
     const Prediction p = predict(graph_, tasks, executor, *times, options, measured_.warm_up());
     const Schedule schedule = schedule_of(tasks.set, trace);
-    RunValidation v;
-    v.run = measured_.folder().string();
-    v.executor = trace.executor;
-    v.repetition = trace.repetition;
-    v.comparison = compare_schedules(schedule, schedule_of(tasks.set, p.trace));
+    RunValidation v{measured_.folder().string(),
+                    trace.executor,
+                    trace.repetition,
+                    compare_schedules(schedule, schedule_of(tasks.set, p.trace)),
+                    {},
+                    {},
+                    ""};
     const std::vector<double> measured =
         graph_.chains.empty() ? std::vector<double>{} : latencies_ms(measured_, trace, graph_);
     if (!measured.empty()) {
-      v.latencies =
-          RunLatencies{latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}};
+      v.latencies = {latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}};
       v.verdict = latency_verdict(*v.latencies);
       add_real_latencies(*v.latencies, trace.executor, first);
     } else {

@@ -15,7 +15,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "results/schedule.hpp"
-#include "setup/executor_spec.hpp"
+#include "setup/run_setup.hpp"
 
 /// What `hotpath validate` compares. Each `verdict` is a sentence without its end; the functions throw
 /// UsageError and InputError for files that cannot be read.
@@ -65,9 +65,6 @@ Prediction predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSp
 /// an instant of the clock.
 Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
                         Duration duration);
-
-/// Takes the first timestamps of timers as the tasks' phases.
-void set_phases(TaskSet& set, const std::vector<Duration>& first);
 
 /// Between the phases of `set` and the first timestamps of other timers of the same names.
 double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first);

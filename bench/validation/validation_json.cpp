@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <nlohmann/json.hpp>
-
+#include "program/json_fields.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath {
@@ -45,16 +44,17 @@ json comparison_json(const ScheduleComparison& c, const std::string& first, cons
 
 // The library finds these by their argument, also for the elements of vectors.
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TimersOnlyRanges, imu_lost_percent, response_authors_p50_ms,
-                                   response_authors_p99_ms)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TimersOnlyValidation, set, executor, measured, simulated, verdict)
+static HOTPATH_JSON_FIELDS(TimersOnlyRanges, imu_lost_percent, response_authors_p50_ms,
+                           response_authors_p99_ms) static HOTPATH_JSON_FIELDS(TimersOnlyValidation, set,
+                                                                               executor, measured, simulated,
+                                                                               verdict)
 
-void to_json(json& j, const LatencyQuantiles& q) {
+    static void to_json(json& j, const LatencyQuantiles& q) {
   j = {{"p10", q.p10}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
   if (q.n) j["n"] = *q.n;
 }
 
-void to_json(json& j, const GoldenValidation& v) {
+static void to_json(json& j, const GoldenValidation& v) {
   j = {{"set", v.set},
        {"executor", v.executor},
        {"dispatch_cost_us", to_us(v.costs.dispatch_cost)},
@@ -66,14 +66,14 @@ void to_json(json& j, const GoldenValidation& v) {
        {"verdict", v.verdict}};
 }
 
-void to_json(json& j, const AutowareValidation& v) {
+static void to_json(json& j, const AutowareValidation& v) {
   j = {{"executor", v.executor},
        {"measured_ms", v.measured},
        {"simulated_ms", v.simulated},
        {"verdict", v.verdict}};
 }
 
-void to_json(json& j, const RunValidation& v) {
+static void to_json(json& j, const RunValidation& v) {
   j = {{"run", v.run},
        {"executor", v.executor},
        {"repetition", v.repetition},
