@@ -23,6 +23,9 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
   add_choice(command, "--rule", o.rule,
              "Subscriptions under the paper's executors: priority of\n"
              "the timers upstream, or before all timers");
+  add_text(command, "--entity-order", o.entity_order, "creation|reverse|FILE",
+           "Order in which wait sets scan tasks: with rclcpp that of\n"
+           "addresses in memory; FILE has a task's name in each line");
   add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first");
 }
 
@@ -48,6 +51,13 @@ void add_executors_option(CLI::App& command, const std::string& option, CommonOp
                   "Names of `hotpath list executors` with commas between,\n"
                   "also variants as in rm-ro:first or multi:4; or `paper`\n"
                   "(the paper's seven, by default) or `all`")
+      ->type_name("NAMES")
+      ->delimiter(',');
+  command
+      .add_option("--deployments,--deployment", o.deployments,
+                  "Names of `hotpath list deployments`, or paths of YAML\n"
+                  "files, with commas between: executors on threads with\n"
+                  "priorities and processors (docs/deployments.md)")
       ->type_name("NAMES")
       ->delimiter(',');
 }

@@ -79,7 +79,9 @@ void add_compare_command(CLI::App& app) {
   auto [compare, o] = add_command<RunOptions>(
       app, "compare", "Measure a graph live under several executors, repetitions interleaved",
       "hotpath compare --executors default,rm-ro,edf-ro --duration 10", [](RunOptions& options) {
-        options.executors = executors_of(options.executors);
+        if (options.deployments.empty() || !options.executors.empty()) {
+          options.executors = executors_of(options.executors);
+        }
         run_live(options);
       });
   add_executors_option(compare, "--executors", o);

@@ -44,7 +44,9 @@ void add_simulate_command(CLI::App& app) {
   auto [simulate, o] = add_command<SimulateOptions>(
       app, "simulate", "Run a graph under executors in virtual time: exact, repeatable, fast",
       "hotpath simulate --executors all --duration 600 --output runs/simulated", [](SimulateOptions options) {
-        options.executors = executors_of(options.executors);
+        if (options.deployments.empty() || !options.executors.empty()) {
+          options.executors = executors_of(options.executors);
+        }
         run_simulated(options);
       });
   o.duration_s = 60;

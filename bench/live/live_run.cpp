@@ -44,7 +44,7 @@ class LiveRun {
     graph_ = graph_to_run(options_);
     plan_.graph = &graph_;
     tasks_ = plan_.tasks = make_tasks(graph_);
-    executors_ = executors_to_run(options_);
+    executors_ = executors_to_run(options_, graph_, tasks_);
     counting_ = summary_options(options_, graph_, tasks_);
     for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
     check();
@@ -230,7 +230,7 @@ class LiveRun {
   }
 
   void describe() {
-    run_ = common_facts(options_, graph_, tasks_.set);
+    run_ = common_facts(options_, graph_, tasks_.set, executors_);
     run_.update({{"kind", "live"},
                  {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
                  {"transport", to_string(plan_.transport)},

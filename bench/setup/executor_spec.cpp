@@ -3,6 +3,7 @@
 
 #include <charconv>
 
+#include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -26,9 +27,9 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
   } else if (const auto ties = parse<Ties>(variant); has_rules && ties) {
     spec.scheduler.ties = *ties;
   } else {
-    throw UsageError(
-        "executor `" + spec.label + "` has no variant `" + variant +
-        "`; the paper's executors take inherit, first, lifo, fifo, and multi takes a number of threads");
+    throw UsageError("executor `" + spec.label + "` has no variant `" + variant +
+                     "`; the paper's executors take inherit, first, lifo, fifo, and multi, multi-jazzy, "
+                     "multi-fair, cbg take a number of threads");
   }
 }
 
@@ -36,7 +37,7 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
 
 ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults) {
   const std::string name = text.substr(0, text.find(':'));
-  ExecutorSpec spec{text, find_executor(name), defaults};
+  ExecutorSpec spec{text, find_executor(name), defaults, nullptr};
   if (spec.entry == nullptr) {
     throw UsageError("there is no executor `" + name + "`; there are " + joined(all_executor_names()));
   }
@@ -46,6 +47,32 @@ ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& def
     at = next;
   }
   return spec;
+}
+
+std::span<const ExecutorSpec> parts(const ExecutorSpec& spec) {
+  return spec.deployment ? std::span(spec.deployment->executors) : std::span(&spec, 1);
+}
+
+TaskSet tasks_of_part(const ExecutorSpec& spec, TaskSet set, std::size_t part) {
+  if (!spec.deployment) return set;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    set.tasks[id].local &= spec.deployment->plan.executor_of[id] == part;
+  }
+  return set;
+}
+
+ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks,
+                    const SchedulerOptions& defaults) {
+  auto deployed = std::make_shared<Deployed>();
+  deployed->plan = find_deployment(name_or_path, graph, tasks);
+  for (const DeployedExecutor& e : deployed->plan.executors) {
+    try {
+      deployed->executors.push_back(parse_executor(e.executor, defaults));
+    } catch (const UsageError& error) {
+      throw InputError(deployed->plan.file, e.line, error.what(), "take one of `hotpath list executors`");
+    }
+  }
+  return {deployed->plan.name, nullptr, defaults, deployed};
 }
 
 std::vector<std::string> paper_executor_names() {

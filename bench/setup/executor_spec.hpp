@@ -1,20 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
+#include "hotpath/reference_system/deployment.hpp"
 
 namespace hotpath {
 
-/// An executor as a user names it: `NAME`, or `NAME:VARIANT[:VARIANT]` with the variants `inherit`, `first`
-/// (rule for subscriptions), `lifo`, `fifo` (ties), or a number of threads for `multi`.
+struct Deployed;
+
+/// What runs a graph: an executor, or a deployment of several. An executor as a user names it: `NAME`, or
+/// `NAME:VARIANT[:VARIANT]` with the variants `inherit`, `first` (rule for subscriptions), `lifo`, `fifo`
+/// (ties), or a number of threads where there can be several.
 struct ExecutorSpec {
-  std::string label;  ///< As given; the column `executor`.
-  const ExecutorEntry* entry = nullptr;
+  std::string label;                     ///< As given; the column `executor`.
+  const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.
   SchedulerOptions scheduler;
+  std::shared_ptr<const Deployed> deployment;
 };
+
+/// A deployment whose executors are known.
+struct Deployed {
+  Deployment plan;
+  std::vector<ExecutorSpec> executors;  ///< Parallel to plan.executors.
+};
+
+/// Every executor of `spec`, which may be one.
+[[nodiscard]] std::span<const ExecutorSpec> parts(const ExecutorSpec& spec);
+
+/// The task set as that executor of `spec` sees it: its own tasks are local.
+[[nodiscard]] TaskSet tasks_of_part(const ExecutorSpec& spec, TaskSet set, std::size_t part);
+
+/// The deployment of that name or file. Throws InputError with the line of an executor that there is not.
+[[nodiscard]] ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph,
+                                  const GraphTasks& tasks, const SchedulerOptions& defaults);
 
 /// Throws UsageError that lists what there is.
 ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults);

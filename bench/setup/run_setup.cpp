@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
@@ -45,13 +46,77 @@ Graph graph_to_run(const CommonOptions& options) {
   return graph;
 }
 
-std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options) {
-  const SchedulerOptions defaults{options.rule, options.ties, 0};
+namespace {
+
+/// What --entity-order says; empty for the order of creation.
+std::vector<TaskId> entity_order(const std::string& text, const TaskSet& set) {
+  std::vector<TaskId> order;
+  if (text == "creation") return order;
+  if (text == "reverse") {
+    for (TaskId id = set.size(); id-- > 0;) order.push_back(id);
+    return order;
+  }
+  std::ifstream file(text);
+  if (!file) {
+    throw UsageError("--entity-order: `" + text +
+                     "` is none of creation and reverse, nor a readable file of task names");
+  }
+  std::int64_t line = 0;
+  for (std::string name; std::getline(file, name);) {
+    ++line;
+    if (name.empty()) continue;
+    const auto task = std::ranges::find(set.tasks, name, &Task::name);
+    const auto id = static_cast<TaskId>(task - set.tasks.begin());
+    if (task == set.tasks.end()) throw InputError(text, line, "the graph has no task " + name, "name tasks");
+    if (std::ranges::count(order, id) > 0)
+      throw InputError(text, line, name + " occurs twice", "name it once");
+    order.push_back(id);
+  }
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (std::ranges::count(order, id) == 0) order.push_back(id);
+  }
+  return order;
+}
+
+json deployment_json(const ExecutorSpec& spec, const TaskSet& set) {
+  json executors = json::array();
+  const Deployment& plan = spec.deployment->plan;
+  std::uint32_t first = 0;
+  for (std::size_t e = 0; e < plan.executors.size(); ++e) {
+    const DeployedExecutor& executor = plan.executors[e];
+    json tasks = json::array();
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (plan.executor_of[id] == e) tasks.push_back(set[id].name);
+    }
+    const ExecutorSpec& part = spec.deployment->executors[e];
+    const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
+    executors.push_back({{"name", executor.name},
+                         {"executor", executor.executor},
+                         {"policy", to_string(executor.policy)},
+                         {"processors", executor.processors},
+                         {"first_worker", first},
+                         {"workers", workers},
+                         {"tasks", tasks}});
+    first += workers;
+  }
+  return {{"name", plan.name}, {"file", plan.file}, {"executors", executors}};
+}
+
+}  // namespace
+
+std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
+                                           const GraphTasks& tasks) {
+  const SchedulerOptions defaults{options.rule, options.ties, 0,
+                                  entity_order(options.entity_order, tasks.set)};
   std::vector<ExecutorSpec> executors;
+  for (const std::string& name : options.executors) executors.push_back(parse_executor(name, defaults));
+  for (const std::string& name : options.deployments) {
+    executors.push_back(deploy(name, graph, tasks, defaults));
+  }
   std::set<std::string> labels;
-  for (const std::string& name : options.executors) {
-    executors.push_back(parse_executor(name, defaults));
-    if (!labels.insert(name).second) throw UsageError("executor `" + name + "` is named twice");
+  for (const ExecutorSpec& e : executors) {
+    if (!labels.insert(e.label).second)
+      throw UsageError("executor or deployment `" + e.label + "` is named twice");
   }
   return executors;
 }
@@ -60,7 +125,7 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition) {
   if (!options.phases_file.empty()) {
-    return read_phases(options.phases_file, graph, std::string(executor.entry->name));
+    return read_phases(options.phases_file, graph, executor.label.substr(0, executor.label.find(':')));
   }
   PhaseOptions phase_options;
   if (options.phase_step_ms) phase_options.step = from_ms(*options.phase_step_ms);
@@ -122,7 +187,14 @@ SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
   return s;
 }
 
-json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set) {
+json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
+                  const std::vector<ExecutorSpec>& executors) {
+  json deployments = json::object();
+  std::vector<std::string> labels;
+  for (const ExecutorSpec& e : executors) {
+    labels.push_back(e.label);
+    if (e.deployment) deployments[e.label] = deployment_json(e, set);
+  }
   json limits = json::array();
   const double load = load_percent(graph);
   if (!graph.chains.empty() && load > 0) {
@@ -136,7 +208,8 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
           {"graph", {{"name", graph.name}, {"nodes", graph.nodes.size()}, {"file", options.graph}}},
           {"tasks", tasks_json(set)},
           {"chains", chain_names(graph)},
-          {"executors", options.executors},
+          {"executors", labels},
+          {"deployments", deployments},
           {"rule", to_string(options.rule)},
           {"ties", to_string(options.ties)},
           {"repetitions", options.repetitions},
@@ -157,6 +230,7 @@ json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<
   json bounds = json::array();
   if (!timers_only(tasks.set)) return bounds;
   for (const ExecutorSpec& executor : executors) {
+    if (executor.deployment) continue;
     const std::vector<BoundSet> sets = bounds_of(graph, tasks, *executor.entry, delta);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       const auto bound = [&](const BoundSet& set) {

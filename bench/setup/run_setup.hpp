@@ -16,6 +16,8 @@ namespace hotpath {
 struct CommonOptions {
   std::string graph = "autoware";
   std::vector<std::string> executors;
+  std::vector<std::string> deployments;
+  std::string entity_order = "creation";
   double duration_s = 30, warm_up_s = 2;
   std::uint32_t repetitions = 1;
   std::uint64_t seed = 1;
@@ -40,8 +42,9 @@ std::string output_folder(const CommonOptions& options, const Graph& graph);
 /// The graph of a run, with the work and load asked for. Throws InputError, UsageError.
 Graph graph_to_run(const CommonOptions& options);
 
-/// The executors asked for. Throws UsageError, also for one named twice.
-std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options);
+/// The executors and deployments asked for. Throws InputError, UsageError, also for one named twice.
+std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
+                                           const GraphTasks& tasks);
 
 /// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
 /// where a file of phases tells them apart. Throws InputError, UsageError.
@@ -62,7 +65,8 @@ std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks&
 SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
 
 /// What run.json says of a live and of a simulated run alike.
-nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set);
+nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
+                            const std::vector<ExecutorSpec>& executors);
 
 /// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
 /// method bounds, with release overhead `delta`: {executor, task, ms, method}. Empty for other graphs.

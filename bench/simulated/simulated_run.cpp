@@ -22,6 +22,7 @@
 #include "setup/run_setup.hpp"
 #include "simulated/own_times.hpp"
 #include "simulated/run_totals.hpp"
+#include "simulated/simulated_system.hpp"
 
 namespace hotpath {
 
@@ -54,7 +55,7 @@ class SimulatedRun {
       : options_(options),
         graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
-        executors_(executors_to_run(options)),
+        executors_(executors_to_run(options, graph_, tasks_)),
         counting_(summary_options(options, graph_, tasks_)),
         chains_(measured_chains(graph_, tasks_)) {
     prepare();
@@ -95,6 +96,7 @@ class SimulatedRun {
       simulations_[i].tasks = tasks_;
       simulations_[i].repetition = &runs_[i / options_.repetitions].repetitions[repetition(i)];
       set_phases(simulations_[i].tasks.set, first_timestamps(executor(i), repetition(i)));
+      SimulatedSystem(executor(i), graph_, tasks_.set);
       execution_times(i);  // so that a missing measurement stops us before anything runs
     }
     check_memory();
@@ -140,7 +142,7 @@ class SimulatedRun {
 
   SimulationOptions simulation_options(const ExecutorSpec& e) const {
     SimulationOptions s;
-    s.platform = make_platform(graph_, *e.entry);
+    s.platform = make_platform(graph_, *parts(e).front().entry);
     s.duration = seconds(options_.warm_up_s + options_.duration_s);
     s.max_backlog = options_.max_backlog.value_or(kBacklogPerTask * tasks_.set.size());
     return s;
@@ -150,10 +152,7 @@ class SimulatedRun {
     Simulation& simulation = simulations_[i];
     const TaskSet& set = simulation.tasks.set;
     const ExecutorSpec& e = executor(i);
-    SchedulerOptions scheduling = e.scheduler;
-    // rclcpp's default on the simulated machine, not on this one.
-    if (scheduling.workers == 0) scheduling.workers = std::max(2U, graph_.platform.cores);
-    const auto scheduler = e.entry->make(set, scheduling);
+    const SimulatedSystem system(e, graph_, set);
     const auto times = execution_times(i);
     std::vector<ChainObservation> observations;
     GraphWorkload workload(graph_, simulation.tasks, *times, &observations);
@@ -164,7 +163,8 @@ class SimulatedRun {
     SimulationSummary summary;
     try {
       JobSink& sink = simulation.totals ? static_cast<JobSink&>(*simulation.totals) : recorder;
-      summary = simulate(set, *scheduler, workload, simulation_options(e), &sink);
+      summary =
+          simulate(set, system.executors(), system.executor_of(), workload, simulation_options(e), &sink);
     } catch (const SimulationError& error) {
       throw UsageError("executor `" + e.label + "`: " + error.what());
     }
@@ -207,7 +207,7 @@ class SimulatedRun {
 
   /// Neither the date nor this machine, so that the same input gives the same bytes.
   json describe() const {
-    json facts = common_facts(options_, graph_, tasks_.set);
+    json facts = common_facts(options_, graph_, tasks_.set, executors_);
     facts["kind"] = "simulated";
     if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
     facts["platform"] = platform_json(graph_.platform);

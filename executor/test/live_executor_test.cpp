@@ -134,7 +134,7 @@ TEST_P(LiveExecutor, AccountsForEveryTimestampAndSample) {
 TEST_P(LiveExecutor, StartsNoJobBeforeItsReleaseAndRunsOneAtATimePerWorker) {
   const TaskSet set = two_timers_and_a_sequence();
   Trace trace = run(std::string(GetParam()), set, std::chrono::milliseconds(100));
-  std::map<std::uint8_t, std::vector<JobRecord>> lanes;
+  std::map<std::uint16_t, std::vector<JobRecord>> lanes;
   for (const JobRecord& r : trace.jobs) {
     if (r.outcome != Outcome::ran && r.outcome != Outcome::running) continue;
     EXPECT_LE(r.job.timestamp, r.job.release);

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "hotpath/core/simulator.hpp"
+#include "setup/executor_spec.hpp"
+
+namespace hotpath {
+
+/// The executors of one simulation of a graph, with the threads that they would have live.
+class SimulatedSystem {
+ public:
+  /// Throws UsageError, or InputError with the line of a deployment, for what the simulated machine has not.
+  SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const TaskSet& set);
+
+  [[nodiscard]] std::span<const SimulatedExecutor> executors() const { return executors_; }
+  /// By task.
+  [[nodiscard]] const std::vector<std::uint32_t>& executor_of() const { return executor_of_; }
+
+ private:
+  std::vector<std::unique_ptr<Scheduler>> schedulers_;
+  std::vector<SimulatedExecutor> executors_;
+  std::vector<std::uint32_t> executor_of_;
+};
+
+}  // namespace hotpath
