@@ -8,14 +8,15 @@ namespace hotpath {
 bool on_hot_path(const Graph& graph, const Node& node) {
   if (graph.chains.empty()) return false;
   const std::vector<std::string>& nodes = graph.chains.front().nodes;
-  return std::find(nodes.begin(), nodes.end(), node.name) != nodes.end();
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [&](const std::string& name) { return graph.find(name) == &node; });
 }
 
 std::vector<GraphEdge> graph_edges(const Graph& graph) {
   std::vector<GraphEdge> edges;
   for (std::uint32_t s = 0; s < graph.nodes.size(); ++s) {
     const Node& source = graph.nodes[s];
-    const bool leads_on = on_hot_path(graph, source) && source.name != graph.chains.front().sink;
+    const bool leads_on = on_hot_path(graph, source) && graph.find(graph.chains.front().sink) != &source;
     for (const std::string& topic : source.outputs) {
       for (std::uint32_t t = 0; t < graph.nodes.size(); ++t) {
         const Node& target = graph.nodes[t];
