@@ -13,6 +13,7 @@
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/core/trace_csv.hpp"
+#include "hotpath/reference_system/graph_edges.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
@@ -278,6 +279,14 @@ TEST(Callbacks, AGroupIsOfItsNodeAndTheDefaultIsMutuallyExclusive) {
   EXPECT_THAT(groups, ElementsAre(0, 3, 1, 2, 3));
   using enum CallbackGroup;
   EXPECT_THAT(tasks.set.groups, ElementsAre(reentrant, reentrant, mutually_exclusive, mutually_exclusive));
+}
+
+TEST(Callbacks, TheHotPathIsThatOfTheTasksThatAChainNames) {
+  std::vector<std::string> hot;
+  for (const GraphEdge& edge : graph_edges(load_graph(find_graph("callbacks")))) {
+    if (edge.hot) hot.push_back(edge.topic);
+  }
+  EXPECT_THAT(hot, ElementsAre("points", "pose", "path"));
 }
 
 TEST(Callbacks, NamesMayBeLong) {
