@@ -149,8 +149,16 @@ void bound_default(const Graph& graph, const GraphTasks& tasks, BoundSet& out) {
 
 }  // namespace
 
+std::optional<std::string> refusal_of(const Graph& graph) {
+  const auto found = std::find_if(graph.nodes.begin(), graph.nodes.end(),
+                                  [](const Node& n) { return n.type == NodeType::callbacks; });
+  if (found == graph.nodes.end()) return std::nullopt;
+  return "no method of this version covers nodes of type callbacks, such as " + found->name;
+}
+
 std::vector<BoundSet> bounds_of(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
                                 Duration delta) {
+  if (const auto refusal = refusal_of(graph)) return {{std::string(executor.name), "none", {}, {}, *refusal}};
   if (is_default_executor(executor)) {
     return {attempt(executor, "Teper 2024", [&](BoundSet& s) { bound_default(graph, tasks, s); })};
   }

@@ -23,6 +23,9 @@ struct BoundSet {
   std::string refusal;  ///< Why the method does not apply, and which would; empty: it does.
 };
 
+/// Why no method covers the graph under any executor; none: some may.
+std::optional<std::string> refusal_of(const Graph& graph);
+
 /// All methods that analyse `executor` on the graph's tasks. `delta`: release overhead (paper, Section V-B),
 /// >= 0.
 std::vector<BoundSet> bounds_of(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,

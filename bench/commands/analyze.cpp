@@ -13,6 +13,7 @@
 #include "hotpath/analysis/tightness.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
+#include "program/errors.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
@@ -159,6 +160,9 @@ void print_chain(const AnalyzeOptions& options, const GraphTasks& tasks, const E
 
 void analyze(const AnalyzeOptions& options) {
   const Graph graph = load_graph(find_graph(options.graph));
+  if (const auto refusal = refusal_of(graph)) {
+    throw UsageError("analyze " + options.graph + ": " + *refusal + "; simulate the graph instead");
+  }
   GraphTasks tasks = make_tasks(graph);
   const bool all_phases =
       std::ranges::all_of(graph.nodes, [](const Node& n) { return n.period == Duration::zero() || n.phase; });

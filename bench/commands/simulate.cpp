@@ -32,10 +32,11 @@ void add_platform_options(CLI::App& command, SimulateOptions& o) {
     add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
                std::string(cost.meaning));
   }
-  add_text(command, "--execution-times", o.execution_times, "worst|uniform|replay:RUN",
+  add_text(command, "--execution-times", o.execution_times, "worst|uniform|measured|replay:RUN",
            "worst: as the graph says; uniform: between best and worst\n"
-           "case, at random; replay:RUN: as measured by a run of the\n"
-           "same executors on the same graph, from its folder");
+           "case, at random; measured: drawn from measured values that\n"
+           "the graph gives, else uniform; replay:RUN: as measured by a\n"
+           "run of the same executors on the same graph, from its folder");
 }
 
 }  // namespace

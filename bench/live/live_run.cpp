@@ -124,7 +124,7 @@ class LiveRun {
 
   void calibrate_work() {
     Duration typical{};
-    for (const Node& node : graph_.nodes) typical = std::max(typical, node.execution_time);
+    for (const Task& task : make_tasks(graph_).set.tasks) typical = std::max(typical, task.wcet);
     const std::vector<int> before = allowed_cpus();
     if (!plan_.cpus.empty()) pin_to_cpus(plan_.cpus);
     plan_.calibration = calibrate(typical);

@@ -92,7 +92,7 @@ class Sender {
   telemetry::Statistics take_statistics(Time now) {
     for (TaskId fed = 0; fed < plan_.tasks.set.size(); ++fed) {
       if (plan_.tasks.set[fed].kind == TaskKind::subscription) {
-        statistics_.set_published(fed, published_for(plan_.tasks.set, memories_, fed));
+        statistics_.set_published(fed, published_for(memories_, fed));
       }
     }
     return statistics_.take(now);

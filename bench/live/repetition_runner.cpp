@@ -26,8 +26,8 @@ using Kind = ChannelMessage::Kind;
 
 RunMemory::Size memory_size(const RepetitionPlan& plan) {
   const GraphTasks& tasks = plan.tasks;
-  const std::vector<double> rates = activation_rates(*plan.graph, tasks);
-  const std::vector<ChainIndex> chains = index_chains(*plan.graph);
+  const std::vector<double> rates = activation_rates(tasks);
+  const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
   double jobs = 0, outputs = 0;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     double rate = tasks.set[id].kind == TaskKind::timer ? rates[id] : 0;
@@ -36,7 +36,7 @@ RunMemory::Size memory_size(const RepetitionPlan& plan) {
       rate += rates[from] * static_cast<double>(std::ranges::count(feeds, id));
     }
     jobs += rate;
-    for (const ChainIndex& c : chains) outputs += c.sink == tasks.origin[id].node ? rate : 0;
+    for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? rate : 0;
   }
   // Room for a third more than the nominal rates, which only a wrong rate could exceed.
   const double seconds = to_ms(plan.length) / 1000 + 1;

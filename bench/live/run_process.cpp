@@ -140,11 +140,9 @@ class Process {
   static void settle(const GraphTasks& tasks, std::deque<RunMemory>& memories, const Executor& executor) {
     const Time limit = now() + std::chrono::seconds(2);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      for (const TaskId fed : tasks.set[id].feeds) {
-        if (!tasks.set[fed].local) continue;
-        while (executor.arrived(fed) < published_for(tasks.set, memories, fed) && now() < limit) {
-          std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
+      if (!tasks.set[id].local) continue;
+      while (executor.arrived(id) < published_for(memories, id) && now() < limit) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
     }
   }

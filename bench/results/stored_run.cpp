@@ -26,13 +26,15 @@ std::string named(const json& run) {
   return named(run.at("executor").get<std::string>(), run.at("repetition").get<std::uint32_t>());
 }
 
-/// Timers of nodes that have subscriptions as well.
+/// Timers of nodes that have subscriptions as well, of the reference system's types: named as their nodes.
 std::vector<TaskId> cyclic_timers(const TaskSet& set) {
   std::vector<TaskId> timers;
   for (TaskId id = 0; id < set.size(); ++id) {
     const std::string prefix = set[id].name + "/";
     const auto is_input = [&](const Task& t) { return t.name.starts_with(prefix); };
-    if (set[id].kind == TaskKind::timer && std::ranges::any_of(set.tasks, is_input)) {
+    const bool named_as_node = set[id].name.find('/') == std::string::npos;
+    if (set[id].kind == TaskKind::timer && named_as_node &&
+        std::ranges::any_of(set.tasks, is_input)) {
       timers.push_back(id);
     }
   }

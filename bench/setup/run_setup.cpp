@@ -163,14 +163,10 @@ std::vector<std::string> chain_names(const Graph& graph) {
 
 std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks) {
   std::vector<MeasuredChain> chains;
-  for (const ChainIndex& chain : index_chains(graph)) {
+  for (ChainIndex& chain : index_chains(graph, tasks)) {
     MeasuredChain& m = chains.emplace_back();
     m.name = graph.chains[chains.size() - 1].name;
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const bool of_sink = tasks.origin[id].node == chain.sink;
-      const bool stores_only = graph.nodes[chain.sink].type == NodeType::cyclic && tasks.origin[id].input;
-      if (of_sink && !stores_only) m.sink_tasks.push_back(id);
-    }
+    m.sink_tasks = std::move(chain.sink_tasks);
   }
   return chains;
 }

@@ -59,11 +59,11 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
   const Trace& measured = run.trace(executor, repetition);
   // Nodes that work until an instant of the clock count time in which they are displaced as work.
   if (graph.work == WorkMode::wall) {
-    return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(graph, tasks, measured));
+    return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
   const bool raised = parse_executor(executor, {}).entry->traits.raises_timer_thread;
-  return std::make_unique<ReplayedTimes>(
-      tasks.set, working_jobs(graph, tasks, with_own_times(measured, run.cores(), raised)));
+  return std::make_unique<ReplayedTimes>(tasks.set,
+                                         working_jobs(tasks, with_own_times(measured, run.cores(), raised)));
 }
 
 }  // namespace hotpath

@@ -49,6 +49,12 @@ Graph simulated_graph(const SimulateOptions& options) {
   return graph;
 }
 
+std::vector<MeasuredTimes::Values> measured_values(const GraphTasks& tasks) {
+  std::vector<MeasuredTimes::Values> values;
+  for (const Callback& callback : tasks.callbacks) values.push_back(callback.measured);
+  return values;
+}
+
 class SimulatedRun {
  public:
   explicit SimulatedRun(const SimulateOptions& options)
@@ -85,8 +91,9 @@ class SimulatedRun {
     if (times.starts_with(kReplay)) {
       replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + kReplay);
       replayed_->load(tasks_.set);
-    } else if (times != "worst" && times != "uniform") {
-      throw UsageError("--execution-times: `" + times + "` is none of worst, uniform and replay:RUN");
+    } else if (!parse<ExecutionTimeModel>(times)) {
+      throw UsageError("--execution-times: `" + times +
+                       "` is none of worst, uniform, measured and replay:RUN");
     }
     for (const ExecutorSpec& e : executors_) {
       runs_.push_back({e.label, std::vector<Repetition>(options_.repetitions)});
@@ -118,8 +125,14 @@ class SimulatedRun {
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
     if (replayed_) return replayed_times(*replayed_, graph_, tasks_, executor(i).label, repetition(i));
-    if (graph_.platform.execution_times == ExecutionTimeModel::uniform) {
-      return std::make_unique<UniformTimes>(tasks_.set, options_.seed + repetition(i));
+    const std::uint64_t seed = options_.seed + repetition(i);
+    switch (graph_.platform.execution_times) {
+      case ExecutionTimeModel::worst:
+        break;
+      case ExecutionTimeModel::uniform:
+        return std::make_unique<UniformTimes>(tasks_.set, seed);
+      case ExecutionTimeModel::measured:
+        return std::make_unique<MeasuredTimes>(tasks_.set, measured_values(tasks_), seed);
     }
     return std::make_unique<WorstCaseTimes>(tasks_.set);
   }
@@ -128,7 +141,7 @@ class SimulatedRun {
   void check_memory() const {
     if (options_.no_trace) return;
     double per_second = 0;
-    for (const double rate : activation_rates(graph_, tasks_)) per_second += rate;
+    for (const double rate : activation_rates(tasks_)) per_second += rate;
     const double bytes = per_second * (options_.warm_up_s + options_.duration_s) *
                          static_cast<double>(simulations_.size()) * sizeof(JobRecord);
     const double there_are =

@@ -40,7 +40,7 @@ inline telemetry::RunInfo make_run_info(const Graph& graph, const std::string& e
     i.topic(edge.topic);
     i.hot(edge.hot);
   }
-  for (const ChainIndex& chain : index_chains(graph)) {
+  for (const ChainIndex& chain : index_chains(graph, make_tasks(graph))) {
     telemetry::ChainInfo& i = info.chains().emplace_back();
     i.name(graph.chains[info.chains().size() - 1].name);
     i.sink(chain.sink);

@@ -18,9 +18,7 @@ RunStatistics::RunStatistics(const Graph& graph, const GraphTasks& tasks, std::s
       nodes_(graph.nodes.size()),
       chains_(graph.chains.size()),
       window_start_(time.epoch) {
-  for (const TaskOrigin& origin : tasks.origin) {
-    stores_only_.push_back(origin.input && graph.nodes[origin.node].type == NodeType::cyclic);
-  }
+  for (const Callback& callback : tasks.callbacks) stores_only_.push_back(callback.stores_only);
 }
 
 void RunStatistics::add(const JobRecord& r) {
@@ -38,7 +36,7 @@ void RunStatistics::add(const JobRecord& r) {
   if (!hotpath::counts(r, counted_from_)) return;
   const Duration response = response_time(r);
   node.counts.overruns(node.counts.overruns() + overruns_deadline(tasks_.set[task], response));
-  // What a cyclic node's subscription does is no answer to anybody: its timer's job works on the sample.
+  // A job that only stores its sample is no answer to anybody: another one works on it.
   if (stores_only_[task]) return;
   node.responses.add(response);
   node.window_responses += response;

@@ -8,7 +8,7 @@ from pathlib import Path
 from hotpath_command import CommandTest, RunFolder
 
 GRAPHS = (
-    ["autoware", "many_to_many", "sequences", "sequences_high_utilisation"]
+    ["autoware", "callbacks", "many_to_many", "sequences", "sequences_high_utilisation"]
     + [f"timers_only_{level}" for level in (60, 80, 90)]
     + [f"timers_only_{level}_authors" for level in (60, 80, 90)]
 )

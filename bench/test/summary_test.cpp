@@ -202,7 +202,7 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
          with_outcome(ran(kPlanner, 4, 400, 0, 0), Outcome::queued), ran(kPoints, 1, 200, 270, 271),
          with_outcome(ran(kPoints, 0, 100, 0, 0), Outcome::overwritten)},
         {});
-    r.trace.published = {2, 0, 0, 0};
+    r.trace.published = {0, 2, 2, 0};
     r.accounts = account(small_set(), r.trace);
     repetitions.push_back(std::move(r));
   }

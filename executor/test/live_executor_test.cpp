@@ -68,7 +68,7 @@ class Chain final : public JobHandler {
     if (set_[job.task].feeds.empty()) return;
     JobRef& message = transport_.borrow(writer_[job.task]);
     message = job.ref();
-    ++published[job.task];
+    for (const TaskId fed : set_[job.task].feeds) ++published[fed];
     transport_.publish(writer_[job.task], message, {now(), job.deadline, job.ref()});
   }
 

@@ -56,7 +56,8 @@ TEST(RecordLog, CountsWhatDoesNotFit) {
 
 struct CountingOwner final : SampleOwner {
   void give_back(const void*, std::uintptr_t token) noexcept override { returned.push_back(token); }
-  std::vector<std::uintptr_t> returned;
+  void lend_again(std::uintptr_t token) noexcept override { shared.push_back(token); }
+  std::vector<std::uintptr_t> returned, shared;
 };
 
 TEST(Sample, GoesBackExactlyOnce) {
@@ -71,6 +72,18 @@ TEST(Sample, GoesBackExactlyOnce) {
     EXPECT_THAT(owner.returned, testing::ElementsAre(1));
   }
   EXPECT_THAT(owner.returned, testing::ElementsAre(1, 2));
+}
+
+TEST(Sample, SharedGoesBackOnceMore) {
+  CountingOwner owner;
+  const int data = 7;
+  {
+    const Sample first(&data, owner, 1);
+    const Sample second = first.share();
+    EXPECT_EQ(second.as<int>(), 7);
+    EXPECT_THAT(owner.shared, testing::ElementsAre(1));
+  }
+  EXPECT_THAT(owner.returned, testing::ElementsAre(1, 1));
 }
 
 struct Collected final : SampleSink {

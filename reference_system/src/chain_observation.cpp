@@ -5,43 +5,65 @@
 
 namespace hotpath {
 
-std::vector<ChainIndex> index_chains(const Graph& graph) {
-  const auto index = [&](const std::string& name) {
-    return static_cast<std::uint32_t>(graph.find(name) - graph.nodes.data());
-  };
+std::vector<TaskId> tasks_named(const Graph& graph, const GraphTasks& tasks, const std::string& name) {
+  std::vector<TaskId> named;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (graph.nodes[tasks.origin[id].node].name == name) named.push_back(id);
+  }
+  for (TaskId id = 0; named.empty() && id < tasks.set.size(); ++id) {
+    if (tasks.set[id].name == name) named.push_back(id);
+  }
+  return named;
+}
+
+std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks) {
   std::vector<ChainIndex> chains;
   for (const Chain& chain : graph.chains) {
     ChainIndex& c = chains.emplace_back();
-    for (const std::string& node : chain.nodes) c.nodes.push_back(index(node));
-    for (const std::string& node : chain.sources) c.sources.push_back(index(node));
-    c.sink = index(chain.sink);
+    for (const std::string& node : chain.nodes) c.nodes.push_back(tasks_named(graph, tasks, node));
+    for (const std::string& node : chain.sources) {
+      const std::vector<TaskId> named = tasks_named(graph, tasks, node);
+      c.sources.push_back(*std::find_if(named.begin(), named.end(),
+                                        [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; }));
+    }
+    c.sink_tasks = tasks_named(graph, tasks, chain.sink);
+    c.sink = tasks.origin[c.sink_tasks.front()].node;
+    std::erase_if(c.sink_tasks, [&](TaskId id) { return tasks.callbacks[id].stores_only; });
   }
   return chains;
 }
 
 ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
-    : chains_(index_chains(graph)),
-      timer_of_node_(graph.nodes.size(), kNoTask),
+    : chains_(index_chains(graph, tasks)),
       is_source_(tasks.set.size(), false),
       is_sink_(tasks.set.size(), false),
-      source_timestamps_(tasks.set.size()) {
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const TaskOrigin origin = tasks.origin[id];
-    if (!origin.input) timer_of_node_[origin.node] = id;
-    for (const ChainIndex& c : chains_) {
-      is_sink_[id] = is_sink_[id] || c.sink == origin.node;
-      const bool source = std::find(c.sources.begin(), c.sources.end(), origin.node) != c.sources.end();
-      is_source_[id] = is_source_[id] || (source && !origin.input);
-    }
+      source_jobs_(tasks.set.size()) {
+  for (const ChainIndex& c : chains_) {
+    for (const TaskId id : c.sink_tasks) is_sink_[id] = true;
+    for (const TaskId id : c.sources) is_source_[id] = true;
   }
 }
 
 void ChainJoin::add(const JobRecord& r) {
   if (r.outcome != Outcome::ran && r.outcome != Outcome::running) return;
-  if (is_source_[r.job.task]) source_timestamps_[r.job.task].push_back(r.job.timestamp);
+  if (is_source_[r.job.task]) {
+    source_jobs_[r.job.task].sequences.push_back(r.job.sequence);
+    source_jobs_[r.job.task].timestamps.push_back(r.job.timestamp);
+  }
   if (is_sink_[r.job.task] && r.outcome == Outcome::ran) {
     sink_jobs_[{r.job.task, r.job.sequence}] = {r.job.timestamp, r.finish};
   }
+}
+
+std::optional<Time> ChainJoin::source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const {
+  const SourceJobs& jobs = source_jobs_[timer];
+  std::size_t place = sequence;
+  if (names_job) {
+    const auto found = std::lower_bound(jobs.sequences.begin(), jobs.sequences.end(), sequence);
+    if (found == jobs.sequences.end() || *found != sequence) return std::nullopt;
+    place = static_cast<std::size_t>(found - jobs.sequences.begin());
+  }
+  return place < jobs.timestamps.size() ? std::optional(jobs.timestamps[place]) : std::nullopt;
 }
 
 ChainRecord ChainJoin::join(const ChainObservation& o) const {
@@ -54,12 +76,12 @@ ChainRecord ChainJoin::join(const ChainObservation& o) const {
   const auto sink = sink_jobs_.find({o.sink.task, o.sink.sequence});
   if (sink == sink_jobs_.end()) return record;
   Time oldest = kNever;
-  const std::vector<std::uint32_t>& sources = chains_[o.chain].sources;
+  const std::vector<TaskId>& sources = chains_[o.chain].sources;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if ((o.sources_seen >> i & 1U) == 0) continue;
-    const std::vector<Time>& timestamps = source_timestamps_[timer_of_node_[sources[i]]];
-    if (o.source_sequence[i] >= timestamps.size()) return record;
-    oldest = std::min(oldest, timestamps[o.source_sequence[i]]);
+    const std::optional<Time> timestamp = source_timestamp(sources[i], o.names_jobs, o.source_sequence[i]);
+    if (!timestamp) return record;
+    oldest = std::min(oldest, *timestamp);
   }
   record.end_to_end_latency = sink->second.finish - oldest;
   return record;

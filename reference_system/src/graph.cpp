@@ -10,112 +10,129 @@ namespace hotpath {
 
 namespace {
 
-bool has_timer(const Node& node) { return node.type == NodeType::sensor || node.type == NodeType::cyclic; }
-
-Task timer_task(const Node& node, std::uint32_t group) {
+Task make_task(const Node& node, const Callback& callback, std::uint32_t first_group) {
   Task task;
-  task.name = node.name;
-  task.kind = TaskKind::timer;
-  task.period = node.period;
-  task.phase = node.phase.value_or(Duration::zero());
-  task.deadline = node.deadline > Duration::zero() ? node.deadline : node.period;
-  task.wcet = node.execution_time;
-  task.bcet = node.best_case_execution_time;
-  task.priority = node.priority;
-  task.group = group;
+  task.name = callback.task;
+  task.kind = callback.input ? TaskKind::subscription : TaskKind::timer;
+  task.period = callback.period;
+  task.phase = callback.phase.value_or(Duration::zero());
+  task.deadline = callback.deadline;
+  task.wcet = callback.worst;
+  task.bcet = callback.best;
+  task.priority = callback.priority;
+  if (callback.input) task.depth = node.inputs[*callback.input].depth;
+  task.group = first_group + callback.group;
   return task;
 }
 
-Task subscription_task(const Node& node, const Input& input, std::uint32_t group) {
-  Task task;
-  task.name = node.name + "/" + input.topic;
-  task.kind = TaskKind::subscription;
-  task.priority = input.priority;
-  task.depth = input.depth;
-  task.group = group;
-  if (node.type != NodeType::cyclic) {  // whose subscriptions only store the sample
-    task.wcet = node.execution_time;
-    task.bcet = node.best_case_execution_time;
-  }
-  return task;
-}
-
-/// The topic that jobs of a task publish to; nullptr for none.
-const std::string* published_topic(const Node& node, const TaskOrigin& origin) {
-  switch (node.type) {
-    case NodeType::command:
-      return nullptr;
-    case NodeType::intersection:
-      return &node.outputs.at(*origin.input);
-    case NodeType::cyclic:
-      if (origin.input) return nullptr;
-      break;
-    case NodeType::sensor:
-    case NodeType::transform:
-    case NodeType::fusion:
-      break;
-  }
-  return node.outputs.empty() ? nullptr : &node.outputs.front();
+bool contains(const std::vector<std::uint32_t>& list, std::uint32_t value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
 }
 
 /// Rates by recursion from a task to the tasks that publish its topic.
 class Rates {
  public:
-  Rates(const Graph& graph, const GraphTasks& tasks)
-      : graph_(graph), tasks_(tasks), publishers_(tasks.set.size()), rate_(tasks.set.size(), kUnknown) {
+  explicit Rates(const GraphTasks& tasks)
+      : tasks_(tasks), publishers_(tasks.set.size()), activations_(tasks.set.size(), kUnknown) {
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      for (const TaskId fed : tasks.set[id].feeds) publishers_[fed].push_back(id);
+      for (std::size_t p = 0; p < tasks.readers[id].size(); ++p) {
+        for (const TaskId reader : tasks.readers[id][p]) publishers_[reader].emplace_back(id, p);
+      }
     }
   }
 
   std::vector<double> all() {
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) rate(id);
-    return std::move(rate_);
+    std::vector<double> rates;
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) rates.push_back(rate(id));
+    return rates;
   }
 
  private:
   static constexpr double kUnknown = -1;
 
   double rate(TaskId id) {
-    if (rate_[id] != kUnknown) return rate_[id];
+    const Callback& callback = tasks_.callbacks[id];
+    if (!callback.waits_for_sets()) return activations(id);
+    double most = 0;
+    for (const Publication& p : callback.publishes) most = std::max(most, publications(id, p));
+    return most;
+  }
+
+  double activations(TaskId id) {
+    if (activations_[id] != kUnknown) return activations_[id];
+    activations_[id] = 0;  // what only waits for itself never happens
     const Task& task = tasks_.set[id];
-    const Node& node = graph_.nodes[tasks_.origin[id].node];
-    double result = 0;
-    if (task.kind == TaskKind::timer) {
-      result = 1e9 / static_cast<double>(task.period.count());
-    } else if (node.type == NodeType::fusion) {
-      // One of the inputs completes each set; which one depends on phases.
-      const TaskId first = id - *tasks_.origin[id].input;
-      result = input_rate(first);
-      for (TaskId i = 1; i < node.inputs.size(); ++i) result = std::min(result, input_rate(first + i));
-      result /= static_cast<double>(node.inputs.size());
-    } else {
-      result = input_rate(id);
+    double sum = task.kind == TaskKind::timer ? 1e9 / static_cast<double>(task.period.count()) : 0;
+    for (const auto& [from, p] : publishers_[id])
+      sum += publications(from, tasks_.callbacks[from].publishes[p]);
+    return activations_[id] = sum;
+  }
+
+  double publications(TaskId id, const Publication& publication) {
+    if (publication.rule == PublishRule::every) return activations(id) / publication.n;
+    if (publication.rule != PublishRule::all_new) return activations(id);
+    // One of the callbacks completes each set; which one depends on phases.
+    double slowest = activations(id);
+    std::size_t sharers = 0;
+    const TaskId first = id - tasks_.origin[id].callback;
+    for (TaskId t = first; t < tasks_.set.size() && tasks_.origin[t].node == tasks_.origin[id].node; ++t) {
+      const Callback& callback = tasks_.callbacks[t];
+      if (callback.input && contains(publication.of, *callback.input))
+        slowest = std::min(slowest, activations(t));
+      for (const Publication& p : callback.publishes) sharers += p == publication;
     }
-    return rate_[id] = result;
+    return slowest / static_cast<double>(sharers);
   }
 
-  double input_rate(TaskId id) {
-    double sum = 0;
-    for (const TaskId publisher : publishers_[id]) sum += rate(publisher);
-    return sum;
-  }
-
-  const Graph& graph_;
   const GraphTasks& tasks_;
-  std::vector<std::vector<TaskId>> publishers_;
-  std::vector<double> rate_;
+  std::vector<std::vector<std::pair<TaskId, std::size_t>>> publishers_;
+  std::vector<double> activations_;
 };
 
 Duration scaled(Duration duration, double factor) {
   return Duration(std::llround(static_cast<double>(duration.count()) * factor));
 }
 
+void scale(Callback& callback, double factor) {
+  callback.worst = scaled(callback.worst, factor);
+  callback.best = scaled(callback.best, factor);
+  if (!callback.measured) return;
+  std::vector<Duration> measured = *callback.measured;
+  for (Duration& duration : measured) duration = scaled(duration, factor);
+  callback.measured = std::make_shared<const std::vector<Duration>>(std::move(measured));
+}
+
 }  // namespace
 
-const Node* Graph::find(const std::string& node) const {
-  const auto found = std::find_if(nodes.begin(), nodes.end(), [&](const Node& n) { return n.name == node; });
+const Node* Graph::find(const std::string& node_or_task) const {
+  const std::string_view wanted = std::string_view(node_or_task).substr(0, node_or_task.find('/'));
+  const auto found =
+      std::find_if(nodes.begin(), nodes.end(), [&](const Node& n) { return n.name == wanted; });
   return found == nodes.end() ? nullptr : &*found;
+}
+
+bool Graph::has_callbacks() const {
+  return std::any_of(nodes.begin(), nodes.end(), [](const Node& n) { return n.type == NodeType::callbacks; });
+}
+
+std::vector<TaskId> GraphTasks::merged_inputs(TaskId id) const {
+  std::vector<TaskId> merged;
+  const TaskId first = id - origin[id].callback;
+  for (TaskId t = first; t < set.size() && origin[t].node == origin[id].node; ++t) {
+    const auto merges = [&](const Publication& p) { return contains(p.of, *origin[t].input); };
+    const std::vector<Publication>& own = callbacks[id].publishes;
+    if (origin[t].input && (t == id || std::any_of(own.begin(), own.end(), merges))) merged.push_back(t);
+  }
+  return merged;
+}
+
+std::vector<TaskId> GraphTasks::downstream(TaskId id) const {
+  std::vector<TaskId> next = set[id].feeds;
+  const TaskId first = id - origin[id].callback;
+  for (TaskId t = first; t < set.size() && origin[t].node == origin[id].node; ++t) {
+    if (t != id && contains(merged_inputs(t), id)) next.push_back(t);
+  }
+  return next;
 }
 
 GraphTasks make_tasks(const Graph& graph) {
@@ -124,35 +141,33 @@ GraphTasks make_tasks(const Graph& graph) {
   std::unordered_map<std::string, std::vector<TaskId>> subscribers;
   for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
     const Node& node = graph.nodes[n];
-    tasks.set.groups.push_back(node.group);
-    for (std::uint32_t i = 0; i < node.inputs.size(); ++i) {
-      subscribers[node.inputs[i].topic].push_back(tasks.set.size());
-      tasks.set.tasks.push_back(subscription_task(node, node.inputs[i], n));
-      tasks.origin.push_back({n, i});
-    }
-    if (has_timer(node)) {
-      tasks.set.tasks.push_back(timer_task(node, n));
-      tasks.origin.push_back({n, std::nullopt});
+    const auto first_group = static_cast<std::uint32_t>(tasks.set.groups.size());
+    if (node.type != NodeType::callbacks) tasks.set.groups.push_back(node.group);
+    tasks.set.groups.insert(tasks.set.groups.end(), node.groups.begin(), node.groups.end());
+    std::uint32_t position = 0;
+    for (Callback& callback : callbacks_of(node)) {
+      if (callback.input) subscribers[node.inputs[*callback.input].topic].push_back(tasks.set.size());
+      tasks.set.tasks.push_back(make_task(node, callback, first_group));
+      tasks.origin.push_back({n, callback.input, position++});
+      tasks.callbacks.push_back(std::move(callback));
     }
   }
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const TaskOrigin& origin = tasks.origin[id];
-    if (const std::string* topic = published_topic(graph.nodes[origin.node], origin)) {
-      if (const auto found = subscribers.find(*topic); found != subscribers.end()) {
-        tasks.set.tasks[id].feeds = found->second;
-      }
+    std::vector<TaskId>& feeds = tasks.set.tasks[id].feeds;
+    auto& readers = tasks.readers.emplace_back();
+    for (const Publication& publication : tasks.callbacks[id].publishes) {
+      readers.push_back(subscribers[publication.topic]);
+      feeds.insert(feeds.end(), readers.back().begin(), readers.back().end());
     }
   }
   return tasks;
 }
 
-std::vector<double> activation_rates(const Graph& graph, const GraphTasks& tasks) {
-  return Rates(graph, tasks).all();
-}
+std::vector<double> activation_rates(const GraphTasks& tasks) { return Rates(tasks).all(); }
 
 double load_percent(const Graph& graph) {
   const GraphTasks tasks = make_tasks(graph);
-  const std::vector<double> rates = activation_rates(graph, tasks);
+  const std::vector<double> rates = activation_rates(tasks);
   double load = 0;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     load += rates[id] * static_cast<double>(tasks.set[id].wcet.count()) / 1e9;
@@ -175,6 +190,7 @@ void scale_to_load(Graph& graph, double percent) {
   for (Node& node : graph.nodes) {
     node.execution_time = scaled(node.execution_time, factor);
     node.best_case_execution_time = scaled(node.best_case_execution_time, factor);
+    for (Callback& callback : node.callbacks) scale(callback, factor);
   }
 }
 

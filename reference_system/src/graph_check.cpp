@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <numeric>
 #include <set>
 #include <unordered_map>
 
 #include "graph_source.hpp"
 #include "graph_text.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 
 namespace hotpath {
@@ -24,7 +24,10 @@ class Check {
     inputs();
     tasks_ = make_tasks(graph_);
     cycles();
-    histories();
+    if (!graph_.has_callbacks()) histories();
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      if (node_of(id).type == NodeType::callbacks) names_.push_back(tasks_.set[id].name);
+    }
     for (std::size_t c = 0; c < graph_.chains.size(); ++c) chain(c);
   }
 
@@ -62,7 +65,7 @@ class Check {
              "node " + node.name + " publishes topic " + topic + ", as node " +
                  graph_.nodes[first->second].name + " does (line " +
                  std::to_string(source_.nodes[first->second].node) + ")",
-             "give another `output`, or, if it is meant, allow it with `topics: {" + topic +
+             "publish another topic, or, if it is meant, allow it with `topics: {" + topic +
                  ": {publishers: many}}`");
       }
     }
@@ -147,11 +150,11 @@ class Check {
     for (bool changed = true; changed;) {
       changed = false;
       for (TaskId id = 0; id < count; ++id) {
-        if (!publishes(id)) continue;
+        if (tasks_.callbacks[id].publishes.empty()) continue;
         const TaskOrigin& origin = tasks_.origin[id];
         std::set<std::uint32_t> merged;
         std::size_t sum = 0;
-        for (const TaskId input : merged_inputs(id)) {
+        for (const TaskId input : tasks_.merged_inputs(id)) {
           merged.insert(nodes[input].begin(), nodes[input].end());
           sum += entries[input];
         }
@@ -177,22 +180,6 @@ class Check {
     }
   }
 
-  bool publishes(TaskId id) const {
-    const NodeType type = node_of(id).type;
-    return type != NodeType::command && !(type == NodeType::cyclic && tasks_.origin[id].input);
-  }
-
-  /// The subscriptions whose messages go into a message that a job of this task publishes.
-  std::vector<TaskId> merged_inputs(TaskId id) const {
-    const TaskOrigin& origin = tasks_.origin[id];
-    const Node& node = graph_.nodes[origin.node];
-    if (node.type == NodeType::intersection) return {id};
-    const TaskId first = id - origin.input.value_or(static_cast<std::uint32_t>(node.inputs.size()));
-    std::vector<TaskId> inputs(node.inputs.size());
-    std::iota(inputs.begin(), inputs.end(), first);
-    return inputs;
-  }
-
   void chain(std::size_t c) {
     const Chain& chain = graph_.chains[c];
     const ChainLines& lines = source_.chains[c];
@@ -201,62 +188,80 @@ class Check {
       if (graph_.chains[other].name == chain.name)
         fail(lines.chain, "there are two chains " + chain.name, "rename one");
     }
-    const auto require_known = [&](const std::string& name, int line) {
-      if (!index_.contains(name)) fail(line, what + " visits unknown node " + name, suggest(name, names_));
-    };
-    std::set<std::string> members;
+    std::set<TaskId> members;
     for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
-      require_known(chain.nodes[i], lines.nodes[i]);
-      if (!members.insert(chain.nodes[i]).second) {
+      for (const TaskId id : tasks_of(chain.nodes[i], what, lines.nodes[i])) {
+        if (members.insert(id).second) continue;
         fail(lines.nodes[i], what + " lists node " + chain.nodes[i] + " twice", "list each node once");
       }
     }
     const auto require_member = [&](const std::string& name, int line) {
-      require_known(name, line);
-      if (!members.contains(name))
+      const std::vector<TaskId> named = tasks_of(name, what, line);
+      if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end())
         fail(line, "node " + name + " is missing in `nodes` of " + what, "list it there");
+      return named;
     };
-    require_member(chain.sink, lines.sink);
+    const std::vector<TaskId> sink = require_member(chain.sink, lines.sink);
+    const auto stores_only = [&](TaskId id) { return tasks_.callbacks[id].stores_only; };
+    if (std::all_of(sink.begin(), sink.end(), stores_only)) {
+      fail(lines.sink, "sink " + chain.sink + " of " + what + " only stores its samples for other callbacks",
+           "name the node, or the task that publishes them");
+    }
+    if (chain.sources.size() > kMaxSources) {
+      fail(lines.sources[kMaxSources], what + " has " + std::to_string(chain.sources.size()) + " sources",
+           "list at most " + std::to_string(kMaxSources));
+    }
     for (std::size_t i = 0; i < chain.sources.size(); ++i) {
-      require_member(chain.sources[i], lines.sources[i]);
-      const Node& source = graph_.nodes[index_.at(chain.sources[i])];
-      if (source.type != NodeType::sensor && source.type != NodeType::cyclic) {
-        fail(lines.sources[i], "source " + source.name + " of " + what + " has no timer",
-             "data begins at a sensor or a cyclic node");
-      }
-      if (!reaches(source.name, chain.sink, members)) {
+      const std::string& source = chain.sources[i];
+      const TaskId timer =
+          only_timer(require_member(source, lines.sources[i]), source, what, lines.sources[i]);
+      if (!reaches(timer, sink, members)) {
         fail(lines.sources[i],
-             "sink " + chain.sink + " of " + what + " cannot be reached from source " + source.name +
+             "sink " + chain.sink + " of " + what + " cannot be reached from source " + source +
                  " along its nodes",
              "list all nodes between them in `nodes`, or choose another sink");
       }
     }
   }
 
-  /// Whether data flows from a node's timer to another node by way of members only.
-  bool reaches(const std::string& from, const std::string& to, const std::set<std::string>& members) const {
+  std::vector<TaskId> tasks_of(const std::string& name, const std::string& chain, int line) const {
+    std::vector<TaskId> named = tasks_named(graph_, tasks_, name);
+    if (named.empty()) fail(line, chain + " visits unknown node " + name, suggest(name, names_));
+    return named;
+  }
+
+  TaskId only_timer(std::vector<TaskId> tasks, const std::string& source, const std::string& chain,
+                    int line) const {
+    std::erase_if(tasks, [&](TaskId id) { return tasks_.set[id].kind != TaskKind::timer; });
+    if (tasks.empty()) {
+      fail(line, "source " + source + " of " + chain + " has no timer",
+           "data begins at a sensor or a cyclic node");
+    }
+    if (tasks.size() > 1) {
+      fail(line, "source " + source + " of " + chain + " has " + std::to_string(tasks.size()) + " timers",
+           "name the task in which data begins, such as " + tasks_.set[tasks.front()].name +
+               ", as a source and among `nodes`");
+    }
+    return tasks.front();
+  }
+
+  /// Whether data flows from a timer to one of the tasks `to` by way of members only.
+  bool reaches(TaskId from, const std::vector<TaskId>& to, const std::set<TaskId>& members) const {
     std::vector<bool> seen(tasks_.set.size(), false);
-    std::vector<TaskId> pending = {timer_of(index_.at(from))};
+    std::vector<TaskId> pending = {from};
     while (!pending.empty()) {
       const TaskId id = pending.back();
       pending.pop_back();
-      if (seen[id] || !members.contains(node_of(id).name)) continue;
-      if (node_of(id).name == to) return true;
+      if (seen[id] || !members.contains(id)) continue;
+      if (std::find(to.begin(), to.end(), id) != to.end()) return true;
       seen[id] = true;
-      const std::vector<TaskId>& feeds = tasks_.set[id].feeds;
-      pending.insert(pending.end(), feeds.begin(), feeds.end());
-      if (node_of(id).type == NodeType::cyclic) pending.push_back(timer_of(tasks_.origin[id].node));
+      const std::vector<TaskId> next = tasks_.downstream(id);
+      pending.insert(pending.end(), next.begin(), next.end());
     }
     return false;
   }
 
   const Node& node_of(TaskId id) const { return graph_.nodes[tasks_.origin[id].node]; }
-
-  TaskId timer_of(std::size_t node) const {
-    TaskId id = 0;
-    while (tasks_.origin[id].node != node || tasks_.origin[id].input) ++id;
-    return id;
-  }
 
   const GraphSource& source_;
   const Graph& graph_;

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
+#include "graph_callbacks.hpp"
 #include "graph_source.hpp"
 #include "graph_yaml.hpp"
 #include "hotpath/core/worker.hpp"
@@ -17,7 +17,6 @@ namespace {
 using Words = std::vector<std::string>;
 
 constexpr const char* kRemedy = "a graph is one YAML map that begins with `name: NAME` and lists `nodes`";
-constexpr std::int64_t kMaxDepth = 1000;
 constexpr std::uint32_t kCommandDepth = 10;  // upstream's nodes/settings.hpp
 
 const Words kAllNodeKeys = {"name",
@@ -32,9 +31,12 @@ const Words kAllNodeKeys = {"name",
                             "period_ms",
                             "phase_ms",
                             "deadline_ms",
-                            "priority"};
+                            "priority",
+                            "groups",
+                            "callbacks"};
 
 Words node_keys(NodeType type) {
+  if (type == NodeType::callbacks) return {"name", "type", "groups", "callbacks"};
   Words keys = {"name", "type", "execution_time_ms", "best_case_execution_time_ms", "callback_group"};
   const auto add = [&](const Words& more) { keys.insert(keys.end(), more.begin(), more.end()); };
   if (type == NodeType::sensor || type == NodeType::cyclic) {
@@ -63,8 +65,7 @@ Input parse_input(const YamlValue& value, const std::string& node, std::uint32_t
     input.depth = static_cast<std::uint32_t>(given->integer(1, kMaxDepth));
   }
   if (const auto given = map.find("priority")) {
-    input.priority = given->integer(std::numeric_limits<std::int64_t>::min() + 1,
-                                    std::numeric_limits<std::int64_t>::max() - 1);
+    input.priority = given->priority();
   }
   return input;
 }
@@ -116,8 +117,7 @@ void parse_timer(const YamlMap& map, Node& node) {
   if (const auto given = map.find("phase_ms")) node.phase = given->milliseconds(true);
   if (const auto given = map.find("deadline_ms")) node.deadline = given->milliseconds(false);
   if (const auto given = map.find("priority")) {
-    node.priority = given->integer(std::numeric_limits<std::int64_t>::min() + 1,
-                                   std::numeric_limits<std::int64_t>::max() - 1);
+    node.priority = given->priority();
   }
 }
 
@@ -133,17 +133,8 @@ void parse_execution_time(const YamlMap& map, const std::string& what, Node& nod
   }
 }
 
-void parse_node(const YamlValue& value, GraphSource& source) {
-  YamlMap map(value, "a node");
-  Node node;
-  NodeLines lines;
-  lines.node = map.line();
-  node.name = map.require("name", "NAME").name();
-  const std::string what = "node " + node.name;
-  map.set_what(what);
-  node.type = map.require("type", "sensor").choice<NodeType>();
-  map.set_what(to_string(node.type) + (" " + node.name));
-  map.check_keys(node_keys(node.type), kAllNodeKeys);
+/// A node of one of the six types.
+void parse_upstream_node(const YamlMap& map, const std::string& what, Node& node, NodeLines& lines) {
   if (node.type == NodeType::sensor || node.type == NodeType::cyclic) parse_timer(map, node);
   parse_execution_time(map, what, node);
   if (const auto given = map.find("callback_group")) {
@@ -158,6 +149,26 @@ void parse_node(const YamlValue& value, GraphSource& source) {
       node.outputs.push_back(given ? given->topic() : node.name);
       lines.outputs.push_back(given ? given->line() : lines.node);
     }
+  }
+}
+
+void parse_node(const YamlValue& value, GraphSource& source) {
+  YamlMap map(value, "a node");
+  Node node;
+  NodeLines lines;
+  lines.node = map.line();
+  const YamlValue name = map.require("name", "NAME");
+  node.name = name.long_name();
+  const std::string what = "node " + node.name;
+  map.set_what(what);
+  node.type = map.require("type", "sensor").choice<NodeType>();
+  map.set_what(to_string(node.type) + (" " + node.name));
+  map.check_keys(node_keys(node.type), kAllNodeKeys);
+  if (node.type == NodeType::callbacks) {
+    parse_callbacks(map, source.file, node, lines);
+  } else {
+    node.name = name.name();
+    parse_upstream_node(map, what, node, lines);
   }
   source.graph.nodes.push_back(std::move(node));
   source.nodes.push_back(std::move(lines));
@@ -244,8 +255,9 @@ Graph load_graph(const std::string& path) {
   check_graph(source);
   Graph& graph = source.graph;
   for (Chain& chain : graph.chains) {
-    std::sort(chain.nodes.begin(), chain.nodes.end(),
-              [&](const std::string& a, const std::string& b) { return graph.find(a) < graph.find(b); });
+    std::stable_sort(chain.nodes.begin(), chain.nodes.end(), [&](const std::string& a, const std::string& b) {
+      return graph.find(a) < graph.find(b);
+    });
   }
   return std::move(graph);
 }

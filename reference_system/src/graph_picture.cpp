@@ -19,13 +19,14 @@ struct Look {
 };
 
 /// In the order of NodeType.
-constexpr std::array<Look, 6> kLooks = {{
+constexpr std::array<Look, 7> kLooks = {{
     {"ellipse", "filled", "#dcedc8", "#558b2f"},
     {"box", "filled,rounded", "#e3f2fd", "#1565c0"},
     {"hexagon", "filled", "#d1c4e9", "#4527a0"},
     {"box", "filled,diagonals", "#fff3c4", "#b28704"},
     {"octagon", "filled", "#b2ebf2", "#00838f"},
     {"note", "filled", "#eceff1", "#455a64"},
+    {"component", "filled", "#ffe0b2", "#ef6c00"},
 }};
 
 const Look& look_of(const Node& node) { return kLooks[static_cast<std::size_t>(node.type)]; }
@@ -69,6 +70,11 @@ std::string label(const Node& node) {
   text += to_string(node.type);
   if (node.period > Duration::zero()) text += ", every " + format_ms(node.period) + " ms";
   if (node.execution_time > Duration::zero()) text += ", works " + format_ms(node.execution_time) + " ms";
+  for (const Callback& callback : node.callbacks) {
+    text += "<br/>" + escaped(callback.task.substr(node.name.size() + 1));
+    if (!callback.input) text += ", every " + format_ms(callback.period) + " ms";
+    if (callback.worst > Duration::zero()) text += ", works " + format_ms(callback.worst) + " ms";
+  }
   return text + "</font>";
 }
 

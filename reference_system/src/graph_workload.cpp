@@ -35,61 +35,58 @@ GraphWorkload::GraphWorkload(const Graph& graph, const GraphTasks& tasks, const 
     : tasks_(tasks),
       times_(times),
       observations_(observations),
-      chains_(index_chains(graph)),
+      chains_(index_chains(graph, tasks)),
+      ends_(tasks.set.size()),
       unread_(tasks.set.size()) {
-  for (std::uint32_t i = 0; i < graph.nodes.size(); ++i) {
-    SimulatedNode& node = nodes_.emplace_back(i, graph.nodes[i]);
-    for (std::uint32_t c = 0; c < chains_.size(); ++c) {
-      if (chains_[c].sink == i) node.sink_of.push_back(c);
-    }
+  for (const Node& node : graph.nodes) nodes_.emplace_back(node, kHistory);
+  for (std::uint32_t c = 0; c < chains_.size(); ++c) {
+    for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
   }
 }
 
 Duration GraphWorkload::start(const Job& job, Time now) {
   const TaskOrigin& origin = tasks_.origin[job.task];
-  Running& running = running_.emplace_back();
-  running.job = job.ref();
-  NodeLogic<SimulatedMessages>& logic = nodes_[origin.node].logic;
-  if (origin.input) {
-    logic.start_subscription(*origin.input, take(job.task, job.sequence), now, running.activation);
-  } else {
-    logic.start_timer(now, running.activation);
-  }
-  return running.activation.works ? times_.of(job) : Duration{};
+  if (busy_ == running_.size()) running_.emplace_back();
+  Activation<SimulatedMessages>& running = running_[busy_++];
+  SimulatedSample sample;
+  if (origin.input) sample = take(job.task, job.sequence);
+  nodes_[origin.node].start(origin.callback, job.ref(), std::move(sample), now, running);
+  return running.works ? times_.of(job) : Duration{};
 }
 
-bool GraphWorkload::finish(const Job& job, Time) {
-  const auto running =
-      std::find_if(running_.begin(), running_.end(), [&](const Running& r) { return r.job == job.ref(); });
-  assert(running != running_.end() && "a job finishes that has not started");
-  const bool published = complete(job, running->activation);
-  if (running != running_.end() - 1) *running = std::move(running_.back());
-  running_.pop_back();
-  return published;
+std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task& task, Time) {
+  std::size_t i = 0;
+  while (i < busy_ && running_[i].ref != job.ref()) ++i;
+  assert(i < busy_ && "a job finishes that has not started");
+  const std::span<const TaskId> reached = complete(task, running_[i]);
+  running_[i].clear();
+  if (i != --busy_) std::swap(running_[i], running_[busy_]);
+  return reached;
 }
 
-bool GraphWorkload::complete(const Job& job, Activation<SimulatedMessages>& activation) {
-  if (!activation.works) return false;
-
-  const TaskOrigin& origin = tasks_.origin[job.task];
-  SimulatedNode& node = nodes_[origin.node];
-  if (!activation.publishes) {
-    if (activation.held[0]) observe(node, *activation.held[0], job, activation.start);
-    return false;
+std::span<const TaskId> GraphWorkload::complete(const Task& task, Activation<SimulatedMessages>& job) {
+  const TaskId id = job.ref.task;
+  const std::size_t publications = tasks_.readers[id].size();
+  if (publications == 0 && job.own) observe(*job.own, job);
+  reached_.clear();
+  for (std::size_t i = 0; i < job.messages.size(); ++i) {
+    SimulatedMessage& message = pool_.take();
+    SimulatedSample sample(pool_, message);
+    nodes_[tasks_.origin[id].node].finish(job, i, message);
+    observe(message, job);
+    const std::vector<TaskId>& readers = tasks_.readers[id][job.messages[i].publication];
+    if (readers.empty()) continue;
+    on_the_way_.push_back({job.ref, std::move(sample), &readers, readers.size()});
+    if (job.messages.size() < publications) reached_.insert(reached_.end(), readers.begin(), readers.end());
   }
-  SimulatedMessage& message = pool_.take();
-  SimulatedSample sample(pool_, message);
-  node.logic.finish(node.logic.output(origin.input.value_or(0)), activation, message);
-  observe(node, message, job, activation.start);
-  if (const std::size_t readers = tasks_.set[job.task].feeds.size(); readers > 0) {
-    on_the_way_.push_back({job.ref(), std::move(sample), readers});
-  }
-  return true;
+  return job.messages.size() < publications ? std::span<const TaskId>(reached_) : task.feeds;
 }
 
 void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
-  const auto message = std::find_if(on_the_way_.begin(), on_the_way_.end(),
-                                    [&](const OnTheWay& m) { return m.parent == parent; });
+  const auto message = std::find_if(on_the_way_.begin(), on_the_way_.end(), [&](const OnTheWay& m) {
+    return m.parent == parent &&
+           std::find(m.readers->begin(), m.readers->end(), subscription) != m.readers->end();
+  });
   assert(message != on_the_way_.end() && "a message arrives that nobody published");
   if (--message->deliveries > 0) {
     unread_[subscription].push_back({sequence, message->sample});
@@ -111,24 +108,18 @@ SimulatedSample GraphWorkload::take(TaskId subscription, std::uint64_t sequence)
   return sample;
 }
 
-void GraphWorkload::observe(const SimulatedNode& node, const SimulatedMessage& message, const Job& job,
-                            Time start) {
+void GraphWorkload::observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job) {
   if (observations_ == nullptr) return;
-  for (const std::uint32_t chain : node.sink_of) {
-    ChainObservation observation;
-    observation.chain = chain;
-    if (observe_chain(kHistory, message, chains_[chain], job.ref(), start, observation)) {
-      observations_->push_back(observation);
-    }
-  }
+  observe_chains(kHistory, message, chains_, ends_[job.ref.task], job,
+                 [this](const ChainObservation& observation) { observations_->push_back(observation); });
 }
 
-Trace working_jobs(const Graph& graph, const GraphTasks& tasks, const Trace& trace) {
-  // A fusion's job worked if it published, and then some subscription has a record of its message.
+Trace working_jobs(const GraphTasks& tasks, const Trace& trace) {
+  // A job that waits for sets worked if it published, and then some subscription has a record of its message.
   std::set<std::pair<TaskId, std::uint64_t>> published;
   for (const JobRecord& r : trace.jobs) published.emplace(r.job.parent.task, r.job.parent.sequence);
-  const auto of_heard_fusion = [&](TaskId id) {
-    return graph.nodes[tasks.origin[id].node].type == NodeType::fusion && !tasks.set[id].feeds.empty();
+  const auto tells = [&](TaskId id) {
+    return tasks.callbacks[id].waits_for_sets() && !tasks.set[id].feeds.empty();
   };
   Trace working;
   working.executor = trace.executor;
@@ -137,14 +128,17 @@ Trace working_jobs(const Graph& graph, const GraphTasks& tasks, const Trace& tra
   for (const JobRecord& r : trace.jobs) {
     const TaskId id = r.job.task;
     if (r.outcome != Outcome::ran) continue;
-    if (of_heard_fusion(id) && published.count({id, r.job.sequence}) == 0) continue;
+    if (tells(id) && published.count({id, r.job.sequence}) == 0) continue;
     working.jobs.push_back(r);
     has_times[id] = true;
   }
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (has_times[id] || !of_heard_fusion(id)) continue;
+    if (has_times[id] || !tells(id)) continue;
     for (TaskId other = 0; other < tasks.set.size(); ++other) {
-      if (!has_times[other] || tasks.origin[other].node != tasks.origin[id].node) continue;
+      if (!has_times[other] || tasks.callbacks[other].publishes != tasks.callbacks[id].publishes ||
+          tasks.origin[other].node != tasks.origin[id].node) {
+        continue;
+      }
       const std::size_t measured = working.jobs.size();
       for (std::size_t i = 0; i < measured; ++i) {
         if (working.jobs[i].job.task != other) continue;

@@ -3,6 +3,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -26,16 +27,24 @@ class YamlValue {
 
   int line() const { return line_; }
   bool is_text() const { return node_.IsScalar(); }
+  bool is_list() const { return node_.IsSequence(); }
 
   /// Valid UTF-8.
   std::string text() const;
   /// Names appear in CSV columns and in messages: no blanks, commas, quotes; a node's no slash either.
   std::string name() const { return checked_name(kMaxNameBytes, false); }
+  /// One that no message carries.
+  std::string long_name() const { return checked_name(std::numeric_limits<std::size_t>::max(), false); }
   std::string topic() const { return checked_name(kMaxTopicBytes, true); }
   Duration milliseconds(bool zero_allowed) const;
   /// >= 0.
   Duration microseconds() const;
   std::int64_t integer(std::int64_t least, std::int64_t most) const;
+  /// Any but the extremes, which stand for none.
+  std::int64_t priority() const {
+    using Limits = std::numeric_limits<std::int64_t>;
+    return integer(Limits::min() + 1, Limits::max() - 1);
+  }
   /// The index of the text among `choices`.
   std::size_t choice(const std::vector<std::string>& choices) const;
   template <EnumWithTexts Enum>

@@ -47,7 +47,6 @@ std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, P
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const Task& task = tasks.set[id];
     if (task.kind != TaskKind::timer) continue;
-    const Node& node = graph.nodes[tasks.origin[id].node];
     switch (phases) {
       case Phases::creation:
         first[id] += task.period;
@@ -55,11 +54,11 @@ std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, P
       case Phases::synchronous:
         break;
       case Phases::given:
-        if (!node.phase) {
-          throw std::invalid_argument("graph " + graph.name + " gives no phase for the timer of node " +
-                                      node.name + "; add `phase_ms` to the node, or give a file of phases");
+        if (!tasks.callbacks[id].phase) {
+          throw std::invalid_argument("graph " + graph.name + " gives no phase for the timer " + task.name +
+                                      "; add `phase_ms` to it, or give a file of phases");
         }
-        first[id] = *node.phase;
+        first[id] = *tasks.callbacks[id].phase;
         break;
       case Phases::random:
         first[id] = Duration(uniform(generator, static_cast<std::uint64_t>(task.period.count())));

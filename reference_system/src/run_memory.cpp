@@ -44,14 +44,9 @@ RunMemory::RunMemory(const Size& size) {
 
 RunMemory::~RunMemory() { munmap(memory_, bytes_); }
 
-std::uint64_t published_for(const TaskSet& set, const std::deque<RunMemory>& memories, TaskId subscription) {
+std::uint64_t published_for(const std::deque<RunMemory>& memories, TaskId subscription) {
   std::uint64_t published = 0;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    for (const TaskId fed : set[id].feeds) {
-      if (fed != subscription) continue;
-      for (const RunMemory& memory : memories) published += memory.published()[id].load();
-    }
-  }
+  for (const RunMemory& memory : memories) published += memory.published()[subscription].load();
   return published;
 }
 

@@ -176,7 +176,7 @@ TEST(Autoware, FixedPrioritiesPutTheHotPathFirst) {
 TEST(Autoware, Crunches190TimesASecondAndFillsOneCoreTo80Percent) {
   const Graph graph = graph_named("autoware");
   const GraphTasks tasks = make_tasks(graph);
-  const std::vector<double> rates = activation_rates(graph, tasks);
+  const std::vector<double> rates = activation_rates(tasks);
   EXPECT_THAT(total(rates, tasks, Duration(1)), DoubleNear(190, 1e-9));
   EXPECT_THAT(load_percent(graph), DoubleNear(79.8, 1e-9));
   // Fires with its slowest input: the 120 ms of PointCloudMap reach Lanelet2MapLoader by way of two more
@@ -296,7 +296,7 @@ TEST(ManyToMany, EverySensorFeedsBothProcessorsAndTheirRatesAddUp) {
     EXPECT_THAT(names(tasks, tasks.set[task_named(tasks, sensor)].feeds),
                 ElementsAre("ProcessorX/Data", "ProcessorY/Data"));
   }
-  const std::vector<double> rates = activation_rates(graph, tasks);
+  const std::vector<double> rates = activation_rates(tasks);
   const double data = 1 / 0.025 + 1 / 0.041 + 1 / 0.051;
   EXPECT_THAT(rates[task_named(tasks, "ProcessorX/Data")], DoubleNear(data, 1e-9));
   EXPECT_THAT(rates[task_named(tasks, "SinkLogger/Sink")], DoubleNear(2 * data, 1e-9));

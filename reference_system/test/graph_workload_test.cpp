@@ -186,7 +186,7 @@ TEST(WorkingJobs, FusionsReplayTheTimesOfJobsThatPublished) {
   g.nodes = {sensor("P", 30ms), sensor("Q", 30ms), worker("F", NodeType::fusion, {"P", "Q"}, 9ms),
              worker("C", NodeType::command, {"F"}, 0ms)};
   const Simulated measured = simulate_graph(g, "events-ro", 300ms, {0ms, 10ms});
-  const ReplayedTimes times(measured.tasks.set, working_jobs(g, measured.tasks, measured.trace));
+  const ReplayedTimes times(measured.tasks.set, working_jobs(measured.tasks, measured.trace));
   // The input P never completed a set there; were it to, it would take the measured time of a set.
   for (const TaskId fusion : {2U, 3U}) {
     Job job;

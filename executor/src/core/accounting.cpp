@@ -21,9 +21,7 @@ std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace) {
             1 + static_cast<std::uint64_t>((trace.end - Duration(1) - first) / task.period);
       }
     }
-    if (id < trace.published.size()) {
-      for (const TaskId fed : task.feeds) accounts[fed].expected += trace.published[id];
-    }
+    if (id < trace.published.size()) accounts[id].expected += trace.published[id];
   }
   for (const JobRecord& r : trace.jobs) {
     TaskAccount& a = accounts[r.job.task];

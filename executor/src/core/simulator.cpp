@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <iomanip>
+#include <span>
 #include <sstream>
 #include <string>
 
@@ -247,7 +248,8 @@ class Simulation {
     const Job& job = workers_[w].job;
     ++summary_.jobs;
     if (sink_) sink_->ended(record(w, Outcome::ran));
-    if (workload_.finish(job, now_)) publish(job);
+    const std::span<const TaskId> reached = workload_.finish(job, set_[job.task], now_);
+    if (!reached.empty()) publish(job, reached);
     done(w);
   }
 
@@ -257,10 +259,10 @@ class Simulation {
     wake(executor, executor.scheduler->finished(workers_[w].number, workers_[w].job, now_).wake);
   }
 
-  void publish(const Job& job) {
-    ++summary_.published[job.task];
+  void publish(const Job& job, std::span<const TaskId> reached) {
     const SampleInfo info{now_, job.deadline, job.ref()};
-    for (const TaskId subscription : set_[job.task].feeds) {
+    for (const TaskId subscription : reached) {
+      ++summary_.published[subscription];
       if (platform_.delivery_delay > Duration{}) {
         on_the_way_.push_back({now_ + platform_.delivery_delay, subscription, info});
       } else {
@@ -409,10 +411,7 @@ double utilisation(const TaskSet& set, const std::vector<std::uint64_t>& publish
   for (TaskId id = 0; id < set.size(); ++id) {
     const Task& task = set[id];
     if (task.kind == TaskKind::timer) sum += to_ms(task.wcet) / to_ms(task.period);
-    if (elapsed <= Duration{}) continue;
-    for (const TaskId fed : task.feeds) {
-      sum += static_cast<double>(published[id]) * to_ms(set[fed].wcet) / to_ms(elapsed);
-    }
+    if (elapsed > Duration{}) sum += static_cast<double>(published[id]) * to_ms(task.wcet) / to_ms(elapsed);
   }
   return sum;
 }

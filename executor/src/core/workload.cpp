@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace hotpath {
 
@@ -41,10 +42,21 @@ UniformTimes::UniformTimes(const TaskSet& set, std::uint64_t seed) : seed_(mix(s
   }
 }
 
+std::uint64_t UniformTimes::draw(const Job& job, std::uint64_t count) const {
+  return scale(mix(mix(seed_ ^ job.task) ^ job.sequence), count);
+}
+
 Duration UniformTimes::of(const Job& job) const {
   const Range& range = range_[job.task];
-  const std::uint64_t random = mix(mix(seed_ ^ job.task) ^ job.sequence);
-  return Duration(range.bcet_ns + static_cast<std::int64_t>(scale(random, range.count)));
+  return Duration(range.bcet_ns + static_cast<std::int64_t>(draw(job, range.count)));
+}
+
+MeasuredTimes::MeasuredTimes(const TaskSet& set, std::vector<Values> values, std::uint64_t seed)
+    : values_(std::move(values)), others_(set, seed) {}
+
+Duration MeasuredTimes::of(const Job& job) const {
+  const Values& values = values_[job.task];
+  return values ? (*values)[others_.draw(job, values->size())] : others_.of(job);
 }
 
 ReplayedTimes::ReplayedTimes(const TaskSet& set, const Trace& trace)

@@ -22,7 +22,7 @@ struct SimulationOptions {
 /// What remains of a simulation without a sink.
 struct SimulationSummary {
   std::uint64_t jobs = 0;                ///< Jobs that ran to their end.
-  std::vector<std::uint64_t> published;  ///< Per task, as Trace::published.
+  std::vector<std::uint64_t> published;  ///< As Trace::published.
   Time end{};
 };
 

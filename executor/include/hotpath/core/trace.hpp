@@ -41,9 +41,8 @@ struct Trace {
   Time end{};  ///< No job starts at or after it.
   std::vector<JobRecord> jobs;
   std::vector<ChainRecord> chains;
-  std::vector<std::uint64_t>
-      published;  ///< Per task: publications by its jobs, each of which reaches all it feeds.
-  std::uint64_t lost_records = 0;  ///< Records for which the buffers had no room.
+  std::vector<std::uint64_t> published;  ///< Per subscription: samples published for it. Timers: 0.
+  std::uint64_t lost_records = 0;        ///< Records for which the buffers had no room.
 };
 
 }  // namespace hotpath

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "hotpath/core/trace.hpp"
@@ -21,8 +23,9 @@ class Workload {
   /// `job` starts; returns its execution time, >= 0. Not called for empty events.
   virtual Duration start(const Job& job, Time now) = 0;
 
-  /// `job` finishes; returns whether it publishes, to every task in `TaskSet[job.task].feeds`.
-  virtual bool finish(const Job& job, Time now) = 0;
+  /// `job` of `task` finishes; returns the subscriptions that it publishes to, of those in `task.feeds`. The
+  /// span is valid until the next finish().
+  virtual std::span<const TaskId> finish(const Job& job, const Task& task, Time now) = 0;
 
   /// The message that job `parent` published has reached `subscription`, as its number `sequence` (0, 1,
   /// ...). Messages of one publisher arrive in the order of their publication.
@@ -63,6 +66,8 @@ class UniformTimes final : public ExecutionTimes {
  public:
   UniformTimes(const TaskSet& set, std::uint64_t seed);
   Duration of(const Job& job) const override;
+  /// The number in [0, count) that a job draws; count in [1, 2^63].
+  [[nodiscard]] std::uint64_t draw(const Job& job, std::uint64_t count) const;
 
  private:
   struct Range {
@@ -71,6 +76,21 @@ class UniformTimes final : public ExecutionTimes {
   };
   std::vector<Range> range_;
   std::uint64_t seed_;
+};
+
+/// Drawn from measured values, each as likely as any other; a function of seed, task and sequence alone, as
+/// UniformTimes, which tasks without values take.
+class MeasuredTimes final : public ExecutionTimes {
+ public:
+  /// The values of a task: nullptr for none, else at least one, all >= 0.
+  using Values = std::shared_ptr<const std::vector<Duration>>;
+  /// `values` are parallel to the tasks.
+  MeasuredTimes(const TaskSet& set, std::vector<Values> values, std::uint64_t seed);
+  Duration of(const Job& job) const override;
+
+ private:
+  std::vector<Values> values_;
+  UniformTimes others_;
 };
 
 /// The execution times (finish - start) of a trace. A job that the trace lacks takes the time of the last
@@ -95,7 +115,7 @@ class PublishingWorkload final : public Workload {
   /// `times` must outlive the workload.
   explicit PublishingWorkload(const ExecutionTimes& times) : times_(times) {}
   Duration start(const Job& job, Time) override { return times_.of(job); }
-  bool finish(const Job&, Time) override { return true; }
+  std::span<const TaskId> finish(const Job&, const Task& task, Time) override { return task.feeds; }
 
  private:
   const ExecutionTimes& times_;

@@ -16,7 +16,8 @@
 
 namespace hotpath {
 
-/// eProsima Fast DDS with loaned samples on both sides. `Traits` names the generated type: `Message`,
+/// eProsima Fast DDS with loaned samples on both sides; types of variable size, which Fast DDS lends to
+/// readers only, are written from messages of our own. `Traits` names the generated type: `Message`,
 /// `PubSubType`, and `static hotpath::SampleInfo info(const Message&)`, which reads what the publisher wrote
 /// into the message.
 ///
@@ -30,7 +31,9 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   using typename Transport<Message>::WriterId;
 
   explicit FastDdsTransport(const FastDdsOptions& options) : participant_(options) {
-    participant_.register_type(eprosima::fastdds::dds::TypeSupport(new typename Traits::PubSubType));
+    const eprosima::fastdds::dds::TypeSupport type(new typename Traits::PubSubType);
+    loans_ = type->is_plain();
+    participant_.register_type(type);
   }
 
   WriterId add_writer(const std::string& topic, std::uint32_t depth, std::uint32_t readers) override {
@@ -49,6 +52,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   void wait_until_matched(Time deadline) override { participant_.wait_until_matched(deadline); }
 
   Message& borrow(WriterId writer) override {
+    if (!loans_) return unused_message();
     using Initialization = eprosima::fastdds::dds::DataWriter::LoanInitializationKind;
     void* message = nullptr;
     [[maybe_unused]] const auto result =
@@ -60,6 +64,9 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   void publish(WriterId writer, Message& message, const hotpath::SampleInfo&) override {
     [[maybe_unused]] const bool written = writers_[writer]->write(&message);
     assert(written && "a KEEP_LAST history always has room");
+    if (loans_) return;
+    const std::lock_guard lock(mutex_);
+    unused_.push_back(&message);  // within the capacity that unused_message() reserved
   }
 
  private:
@@ -142,10 +149,28 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
     loan->reader->release(loan);
   }
 
+  void lend_again(std::uintptr_t token) noexcept override { ++reinterpret_cast<Loan*>(token)->in_use; }
+
+  Message& unused_message() {
+    const std::lock_guard lock(mutex_);
+    if (unused_.empty()) {
+      unused_.push_back(&messages_.emplace_back());
+      unused_.reserve(messages_.size());
+    }
+    Message& message = *unused_.back();
+    unused_.pop_back();
+    return message;
+  }
+
   // The readers outlive the participant, which calls them.
   std::deque<Reader> readers_;
   FastDdsParticipant participant_;
   std::vector<eprosima::fastdds::dds::DataWriter*> writers_;
+
+  bool loans_ = false;
+  std::mutex mutex_;
+  std::deque<Message> messages_;  // without loans
+  std::vector<Message*> unused_;
 };
 
 }  // namespace hotpath

@@ -68,6 +68,10 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
     release(reinterpret_cast<Block*>(token));
   }
 
+  void lend_again(std::uintptr_t token) noexcept override {
+    reinterpret_cast<Block*>(token)->users.fetch_add(1, std::memory_order_relaxed);
+  }
+
   void release(Block* block) noexcept {
     if (block->users.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
     const std::lock_guard lock(mutex_);

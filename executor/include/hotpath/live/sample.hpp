@@ -11,6 +11,8 @@ namespace hotpath {
 class SampleOwner {
  public:
   virtual void give_back(const void* data, std::uintptr_t token) noexcept = 0;
+  /// Lends what it has lent once more: it comes back twice.
+  virtual void lend_again(std::uintptr_t token) noexcept = 0;
 
  protected:
   ~SampleOwner() = default;
@@ -39,6 +41,11 @@ class Sample {
     if (data_ != nullptr) owner_->give_back(std::exchange(data_, nullptr), token_);
   }
   explicit operator bool() const { return data_ != nullptr; }
+  /// Another handle to the same message, which holds one.
+  [[nodiscard]] Sample share() const noexcept {
+    owner_->lend_again(token_);
+    return {data_, *owner_, token_};
+  }
   template <class Message>
   [[nodiscard]] const Message& as() const {
     return *static_cast<const Message*>(data_);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
@@ -24,15 +25,25 @@ struct ChainObservation {
   Time latest_source_start{};
   std::uint32_t dropped = 0;       ///< Sum of the dropped samples of the chain's nodes in the message.
   std::uint32_t sources_seen = 0;  ///< Bit i: source i of the chain is in the message.
-  std::array<std::uint32_t, kMaxSources> source_sequence{};  ///< Publication count of each source seen.
+  bool names_jobs = false;         ///< What `source_sequence` holds of each source seen ...
+  std::array<std::uint64_t, kMaxSources> source_sequence{};  ///< ... its job's, or its publications before.
 };
 
-/// Chains of a graph by node index.
+/// A chain of a graph by tasks.
 struct ChainIndex {
-  std::vector<std::uint32_t> nodes, sources;
-  std::uint32_t sink = 0;
+  std::vector<std::vector<TaskId>> nodes;  ///< The tasks of each node that it visits.
+  std::vector<TaskId> sources;             ///< Timers.
+  std::uint32_t sink = 0;                  ///< Index into the graph's nodes.
+  std::vector<TaskId> sink_tasks;          ///< Of which one ends the chain.
+
+  [[nodiscard]] bool ends_in(TaskId id) const {
+    return std::find(sink_tasks.begin(), sink_tasks.end(), id) != sink_tasks.end();
+  }
 };
-std::vector<ChainIndex> index_chains(const Graph& graph);
+std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks);
+
+/// The tasks of the node of this name, or the task of this name; none: there is neither.
+std::vector<TaskId> tasks_named(const Graph& graph, const GraphTasks& tasks, const std::string& name);
 
 /// Joins what sinks observe with the records of the jobs at both ends of their chains.
 class ChainJoin {
@@ -42,8 +53,9 @@ class ChainJoin {
   /// Jobs of one timer come in the order in which they started, as `ran`, or `running` at the end of the run.
   void add(const JobRecord& record);
 
-  /// A source's n-th publication is that of the n-th job of its timer that ran; the end-to-end latency is
-  /// unknown (-1) where that job, or the sink's own, is not among the records added.
+  /// Where an observation counts publications, a source's n-th is that of the n-th job of its timer that ran;
+  /// the end-to-end latency is unknown (-1) where that job, or the sink's own, is not among the records
+  /// added.
   [[nodiscard]] ChainRecord join(const ChainObservation& observation) const;
 
   /// Timestamp of a sink's job that ran; nothing when it is not among the records added.
@@ -53,10 +65,16 @@ class ChainJoin {
   struct SinkJob {
     Time timestamp{}, finish{};
   };
+  /// Jobs of one source's timer, in order.
+  struct SourceJobs {
+    std::vector<std::uint64_t> sequences;
+    std::vector<Time> timestamps;
+  };
+  std::optional<Time> source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const;
+
   const std::vector<ChainIndex> chains_;
-  std::vector<TaskId> timer_of_node_;
   std::vector<bool> is_source_, is_sink_;  // by task
-  std::vector<std::vector<Time>> source_timestamps_;
+  std::vector<SourceJobs> source_jobs_;
   std::map<std::pair<TaskId, std::uint64_t>, SinkJob> sink_jobs_;
 };
 

@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "hotpath/core/task.hpp"
+#include "hotpath/reference_system/callback.hpp"
 
 namespace hotpath {
 
-/// The six node types of the reference system (upstream's nodes/rclcpp/*.hpp).
+/// The six node types of the reference system (upstream's nodes/rclcpp/*.hpp), and one that is any of them.
 enum class NodeType : std::uint8_t {
   sensor,        ///< Timer; publishes.
   transform,     ///< One input; works, publishes.
@@ -19,6 +19,7 @@ enum class NodeType : std::uint8_t {
   cyclic,        ///< Inputs are stored; its timer works and publishes every cycle.
   intersection,  ///< Independent transforms under one name: input i leads to output i.
   command,       ///< One input; the end of a chain.
+  callbacks,     ///< Any timers and subscriptions, with any groups and publications.
 };
 constexpr auto enum_texts(NodeType) {
   return std::to_array<EnumText<NodeType>>({{NodeType::sensor, "sensor"},
@@ -26,7 +27,8 @@ constexpr auto enum_texts(NodeType) {
                                             {NodeType::fusion, "fusion"},
                                             {NodeType::cyclic, "cyclic"},
                                             {NodeType::intersection, "intersection"},
-                                            {NodeType::command, "command"}});
+                                            {NodeType::command, "command"},
+                                            {NodeType::callbacks, "callbacks"}});
 }
 
 /// How a job burns its execution time.
@@ -49,8 +51,9 @@ enum class TimerThread : std::uint8_t {
 
 /// How long the jobs of a simulation take.
 enum class ExecutionTimeModel : std::uint8_t {
-  worst,    ///< Always the worst case.
-  uniform,  ///< Uniform between best and worst case.
+  worst,     ///< Always the worst case.
+  uniform,   ///< Uniform between best and worst case.
+  measured,  ///< Drawn from the measured values of callbacks that have some, uniform for the others.
 };
 
 constexpr auto enum_texts(TimerThread) {
@@ -59,8 +62,9 @@ constexpr auto enum_texts(TimerThread) {
                                                {TimerThread::equal, "equal"}});
 }
 constexpr auto enum_texts(ExecutionTimeModel) {
-  return std::to_array<EnumText<ExecutionTimeModel>>(
-      {{ExecutionTimeModel::worst, "worst"}, {ExecutionTimeModel::uniform, "uniform"}});
+  return std::to_array<EnumText<ExecutionTimeModel>>({{ExecutionTimeModel::worst, "worst"},
+                                                      {ExecutionTimeModel::uniform, "uniform"},
+                                                      {ExecutionTimeModel::measured, "measured"}});
 }
 
 /// The machine on which `hotpath simulate` runs a graph, unless its options say otherwise; see Platform.
@@ -106,17 +110,27 @@ struct Node {
   Duration deadline{};            ///< sensor, cyclic: relative; the period unless given.
   std::optional<std::int64_t> priority;  ///< sensor, cyclic: given fixed priority of the timer.
   std::vector<Input> inputs;
-  std::vector<std::string> outputs;  ///< intersection: one for each input; command: none; else one at most.
-  Duration execution_time{};         ///< Work of one activation (worst case).
-  Duration best_case_execution_time{};  ///< Equal to execution_time unless given.
-  CallbackGroup group = CallbackGroup::mutually_exclusive;
+  /// intersection: one for each input; command: none; callbacks: each topic that it publishes, once; else
+  /// one.
+  std::vector<std::string> outputs;
+  Duration execution_time{};                                ///< Work of one activation (worst case).
+  Duration best_case_execution_time{};                      ///< Equal to execution_time unless given.
+  CallbackGroup group = CallbackGroup::mutually_exclusive;  ///< Of all that the node has; not for callbacks.
+  // Of type `callbacks`, which has none of the above but name, type, inputs and outputs.
+  std::vector<CallbackGroup> groups;
+  std::vector<Callback> callbacks;  ///< In order of creation.
 };
 
+/// What a node of any type does, in order of creation: the six types of the reference system in terms of the
+/// seventh. First their subscriptions in input order, then their timer.
+std::vector<Callback> callbacks_of(const Node& node);
+
 /// A path of data whose latency is measured, from sources to the sink.
+/// Where a node has several callbacks that matter to it, the chain names their tasks instead.
 struct Chain {
   std::string name;
   std::vector<std::string> nodes;    ///< In creation order; all nodes the path visits.
-  std::vector<std::string> sources;  ///< Those of `nodes` where data begins.
+  std::vector<std::string> sources;  ///< Those of `nodes` where data begins: each has one timer.
   std::string sink;
 };
 
@@ -129,30 +143,42 @@ struct Graph {
   WorkMode work = WorkMode::fixed;
   GraphPlatform platform;
 
-  /// nullptr for an unknown name.
-  [[nodiscard]] const Node* find(const std::string& node) const;
+  /// The node of that name, or of the task of that name; nullptr for an unknown name.
+  [[nodiscard]] const Node* find(const std::string& node_or_task) const;
+  /// Whether any node is of type `callbacks`. Messages of the others go by upstream's limits.
+  [[nodiscard]] bool has_callbacks() const;
 };
 
 /// Where a task of a graph's task set comes from.
 struct TaskOrigin {
   std::uint32_t node = 0;
-  std::optional<std::uint32_t> input;  ///< Index into the node's inputs; none: the node's timer.
+  std::optional<std::uint32_t> input;  ///< Index into the node's inputs; none: a timer.
+  std::uint32_t callback = 0;          ///< Position among the node's callbacks.
 };
 
-/// The tasks of a graph: for each node in creation order its subscriptions in input order, then its timer;
-/// every node is a separate callback group. A task's `feeds` are the subscriptions of the topic that its
-/// jobs publish to: both inputs of a fusion feed its output, a cyclic node's subscriptions feed nothing, its
-/// timer feeds its output, each connection of an intersection feeds its own output.
+/// The tasks of a graph: for each node in creation order its callbacks; no callback group has tasks of two
+/// nodes. A task's `feeds` are the subscriptions of all topics that its jobs may publish to: both inputs of a
+/// fusion feed its output, a cyclic node's subscriptions feed nothing, its timer feeds its output, each
+/// connection of an intersection feeds its own output.
 struct GraphTasks {
   TaskSet set;
-  std::vector<TaskOrigin> origin;  ///< Parallel to set.tasks.
+  // Parallel to set.tasks:
+  std::vector<TaskOrigin> origin;
+  std::vector<Callback> callbacks;
+  std::vector<std::vector<std::vector<TaskId>>> readers;  ///< Of each publication: its part of `feeds`.
+
+  /// The subscriptions whose samples go into messages of a task.
+  [[nodiscard]] std::vector<TaskId> merged_inputs(TaskId id) const;
+  /// The tasks that a task's data reaches next: those it feeds, and those of its node whose messages its
+  /// samples go into.
+  [[nodiscard]] std::vector<TaskId> downstream(TaskId id) const;
 };
 [[nodiscard]] GraphTasks make_tasks(const Graph& graph);
 
-/// Jobs of each task that really work, per second, in the steady state: a timer's own rate, a transform's,
-/// command's or intersection's that of its input, a fusion's slowest input's (shared evenly over its inputs,
-/// of which only one completes a set); subscriptions of cyclic nodes never work and count their input's rate.
-std::vector<double> activation_rates(const Graph& graph, const GraphTasks& tasks);
+/// Jobs of each task that really work, per second, in the steady state: a timer's own rate, a subscription's
+/// that of its input; where jobs wait for sets, the rate of the set's slowest input (shared evenly over the
+/// callbacks of which any may complete it). Tasks that never work count their input's rate.
+std::vector<double> activation_rates(const GraphTasks& tasks);
 
 /// Work of all nodes in percent of one core, from rates and execution times.
 double load_percent(const Graph& graph);

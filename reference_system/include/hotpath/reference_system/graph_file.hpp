@@ -9,10 +9,12 @@
 
 namespace hotpath {
 
-/// Most bytes of a node's name: the message keeps 48 with the closing NUL (upstream's TransmissionStats.idl).
+/// Most bytes of the name of a node that is not of type `callbacks`: the message keeps 48 with the closing
+/// NUL (upstream's TransmissionStats.idl).
 inline constexpr std::size_t kMaxNameBytes = 47;
 
-/// Most nodes in one message's history (upstream's Message4kb.idl).
+/// Most nodes in one message's history, in graphs without nodes of type `callbacks` (upstream's
+/// Message4kb.idl).
 inline constexpr std::size_t kMaxHistory = 63;
 
 /// Reads and checks a graph file, YAML with the keys
@@ -26,16 +28,22 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///                cyclic:        inputs, and all of sensor's
 ///                intersection:  connections: - input, output
 ///                command:       input
+///                callbacks:     only groups: {GROUP: mutually_exclusive|reentrant}, callbacks: list of
+///                  - timer, period_ms, phase_ms, deadline_ms, or subscription, depth; each with
+///                    priority, execution_time_ms, group, publishes: [TOPIC or {topic, RULE}]
+///                    where RULE is when: always, when: all_new with of: [TOPIC], every: N,
+///                    or last_of: [TOPIC]
 ///     chains:  - name, nodes, sources, sink
-///     platform: cores, timer_thread: by_executor|raised|equal, execution_times: worst|uniform,
+///     platform: cores, timer_thread: by_executor|raised|equal, execution_times: worst|uniform|measured,
 ///              release_cost_us, pass_cost_us, dispatch_cost_us, wait_cost_us,
 ///              wait_cost_per_entity_us, wake_up_us, delivery_delay_us
 ///
 /// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the
 /// node's name unless given; the depth is 1, for command nodes 10 (upstream). The order of nodes is the order
-/// of creation. Milliseconds and microseconds are decimal and exact down to one nanosecond. The platform is
-/// the machine of simulations (GraphPlatform). Throws InputError for a file that cannot be read or is not a
-/// valid graph.
+/// of creation. The execution time of a callback is one number, {min, max}, {measured: [...]} or {file: CSV},
+/// see docs/graphs.md. Chains name nodes or tasks. Milliseconds and microseconds are decimal and exact down
+/// to one nanosecond. The platform is the machine of simulations (GraphPlatform). Throws InputError for a
+/// file that cannot be read or is not a valid graph.
 [[nodiscard]] Graph load_graph(const std::string& path);
 
 /// The path of a graph file. What has a slash or ends in .yaml or .yml is a path already; a bare name is

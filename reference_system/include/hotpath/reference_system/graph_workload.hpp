@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <span>
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
@@ -17,6 +18,7 @@ struct SimulatedMessages {
   using History = SimulatedHistory;
   using Held = SimulatedSample;
   static const SimulatedMessage& message(const SimulatedSample& held) { return *held; }
+  static SimulatedSample share(const SimulatedSample& held) { return held; }
   struct Mutex {  ///< One thread only.
     void lock() {}
     void unlock() {}
@@ -28,7 +30,7 @@ Platform make_platform(const Graph& graph, const ExecutorEntry& executor);
 
 /// The nodes of a graph in virtual time: the behaviour of live nodes (NodeLogic), with execution times
 /// instead of work. Only jobs that really work take time: not those of a fusion that waits for another input,
-/// nor subscriptions of cyclic nodes.
+/// nor subscriptions of cyclic nodes. Messages name tasks, whatever the graph's live messages do.
 class GraphWorkload final : public Workload {
  public:
   /// The arguments must outlive the workload. What the sinks of the graph's chains find in their data is
@@ -37,23 +39,15 @@ class GraphWorkload final : public Workload {
                 std::vector<ChainObservation>* observations = nullptr);
 
   Duration start(const Job& job, Time now) override;
-  bool finish(const Job& job, Time now) override;
+  std::span<const TaskId> finish(const Job& job, const Task& task, Time now) override;
   void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override;
   void overwritten(TaskId subscription, std::uint64_t sequence) override;
 
  private:
-  struct SimulatedNode {
-    SimulatedNode(std::uint32_t index, const Node& node) : logic(index, node, kHistory) {}
-    NodeLogic<SimulatedMessages> logic;
-    std::vector<std::uint32_t> sink_of;  ///< Indices of chains.
-  };
-  struct Running {
-    JobRef job;
-    Activation<SimulatedMessages> activation;
-  };
   struct OnTheWay {
     JobRef parent;
     SimulatedSample sample;
+    const std::vector<TaskId>* readers;
     std::size_t deliveries;  ///< Subscriptions that it has yet to reach.
   };
   struct Unread {
@@ -61,10 +55,10 @@ class GraphWorkload final : public Workload {
     SimulatedSample sample;
   };
 
-  /// What a job does at its end; true when it publishes.
-  bool complete(const Job& job, Activation<SimulatedMessages>& activation);
+  /// What a job does at its end.
+  std::span<const TaskId> complete(const Task& task, Activation<SimulatedMessages>& job);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
-  void observe(const SimulatedNode& node, const SimulatedMessage& message, const Job& job, Time start);
+  void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
 
   static const SimulatedHistory kHistory;
 
@@ -73,15 +67,18 @@ class GraphWorkload final : public Workload {
   std::vector<ChainObservation>* const observations_;
   const std::vector<ChainIndex> chains_;
   SimulatedMessagePool pool_;  // before all that holds messages
-  std::deque<SimulatedNode> nodes_;
-  std::vector<std::vector<Unread>> unread_;  // per subscription, oldest first; as many as its depth
-  std::vector<Running> running_;             // one per busy worker
+  std::deque<NodeLogic<SimulatedMessages>> nodes_;
+  std::vector<std::vector<std::uint32_t>> ends_;  // per task: chains
+  std::vector<std::vector<Unread>> unread_;       // per subscription, oldest first; as many as its depth
+  std::vector<Activation<SimulatedMessages>> running_;  // the first busy_; the others are clear
+  std::size_t busy_ = 0;
+  std::vector<TaskId> reached_;
   std::deque<OnTheWay> on_the_way_;
 };
 
 /// The jobs of a measured trace that really worked, from which ReplayedTimes takes execution times for a
-/// GraphWorkload: the jobs of a fusion that waited for another input are left out. Of a fusion's inputs that
-/// never completed a set, the times are those of one that did.
-Trace working_jobs(const Graph& graph, const GraphTasks& tasks, const Trace& trace);
+/// GraphWorkload: jobs that waited for others to complete a set are left out. Of tasks that never completed
+/// one, the times are those of a task that did.
+Trace working_jobs(const GraphTasks& tasks, const Trace& trace);
 
 }  // namespace hotpath

@@ -5,10 +5,12 @@
 
 #include <array>
 #include <cstring>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
@@ -19,10 +21,12 @@ class Message4kbHistory {
  public:
   using Message = msg::Message4kb;
   static constexpr std::size_t kCapacity = 63;
+  static constexpr bool kNamesJobs = false;  ///< The sequences of its entries count publications.
 
-  /// Node names, which become char[48] with a terminating NUL.
-  explicit Message4kbHistory(const std::vector<std::string>& names) {
-    for (const std::string& name : names) {
+  /// The names of the tasks' nodes become char[48] with a terminating NUL.
+  Message4kbHistory(const Graph& graph, const GraphTasks& tasks) {
+    for (const TaskOrigin& origin : tasks.origin) {
+      const std::string& name = graph.nodes[origin.node].name;
       auto& cell = names_.emplace_back();
       cell.fill('\0');
       std::memcpy(cell.data(), name.data(), std::min(name.size(), cell.size() - 1));
@@ -32,13 +36,13 @@ class Message4kbHistory {
   static void clear(Message& m) { m.size(0); }
 
   /// The last entry of any message is its publisher's. Ignored when the history is full.
-  void append(Message& m, const Stat& stat) const {
+  void append(Message& m, const Stat& stat, std::uint32_t publication) const {
     if (m.size() >= kCapacity) return;
     auto& entry = m.stats()[m.size()];
     entry.timestamp(static_cast<std::uint64_t>(to_ns(stat.start)));
-    entry.sequence_number(stat.sequence);
+    entry.sequence_number(publication);
     entry.dropped_samples(stat.dropped);
-    entry.node_name() = names_[stat.node];
+    entry.node_name() = names_[stat.task];
     m.size(m.size() + 1);
   }
 
@@ -58,29 +62,28 @@ class Message4kbHistory {
     into.size(size);
   }
 
-  static std::uint32_t last_sequence(const Message& m) {
+  static std::uint32_t publication(const Message& m) {
     return m.size() == 0 ? 0 : m.stats()[m.size() - 1].sequence_number();
   }
 
-  /// Calls `visit(Stat)` for the entry of `node`; false when there is none.
+  /// Calls `visit(Stat)` for the first entry of these tasks' node, if there is one.
   template <class Visit>
-  bool find(const Message& m, std::uint32_t node, Visit&& visit) const {
+  void find(const Message& m, std::span<const TaskId> tasks, Visit&& visit) const {
     for (std::size_t i = 0; i < m.size(); ++i) {
       const auto& entry = m.stats()[i];
-      if (entry.node_name() != names_[node]) continue;
-      visit(Stat{node, entry.sequence_number(), entry.dropped_samples(),
-                 from_ns(static_cast<std::int64_t>(entry.timestamp()))});
-      return true;
+      if (entry.node_name() != names_[tasks.front()]) continue;
+      return visit(Stat{tasks.front(), entry.dropped_samples(), entry.sequence_number(),
+                        from_ns(static_cast<std::int64_t>(entry.timestamp()))});
     }
-    return false;
   }
 
  private:
-  std::vector<std::array<char, 48>> names_;
+  std::vector<std::array<char, 48>> names_;  // by task
 };
 
-/// Writes what a reader needs to know of its sample into data[1..4].
-inline void write_info(msg::Message4kb& m, const SampleInfo& info) {
+/// Writes the result of the work into data[0], what a reader needs to know of its sample into data[1..4].
+inline void complete(msg::Message4kb& m, const SampleInfo& info, std::int64_t result) {
+  m.data()[0] = result;
   m.data()[1] = to_ns(info.published);
   m.data()[2] = to_ns(info.deadline);
   m.data()[3] = info.parent.task;

@@ -2,35 +2,18 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cassert>
 #include <mutex>
 #include <utility>
 #include <vector>
 
+#include "hotpath/reference_system/activation.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
 
-/// Inputs of a fusion node that one job can work on.
-inline constexpr std::size_t kMaxFusionInputs = 8;
-
-/// What one job does, between its start and its finish. `Messages` says how messages are held:
-///   `Messages::History`  sample management of its message type, see Message4kbHistory;
-///   `Messages::Held`     a sample that a node keeps; movable, false when it holds none;
-///   `Messages::message(held)`  its message; `Messages::Mutex`.
-template <class Messages>
-struct Activation {
-  Time start{};
-  bool works = false;      ///< Burns the node's execution time.
-  bool publishes = false;  ///< finish() fills a message, which is then published.
-  std::uint32_t dropped = 0;
-  std::array<typename Messages::Held, kMaxFusionInputs> held;
-};
-
-/// The behaviour of one node of the reference system, the same for live executors and simulator. A job is
-/// start(), then its work, then finish(). Jobs of one node may overlap (reentrant groups,
+/// The behaviour of one node, the same for live executors and simulator. A job is start(), then its work,
+/// then finish() of each of its messages. Jobs of one node may overlap (reentrant groups,
 /// release-and-execute).
 template <class Messages>
 class NodeLogic {
@@ -39,99 +22,186 @@ class NodeLogic {
   using History = typename Messages::History;
   using Message = typename History::Message;
 
-  NodeLogic(std::uint32_t index, const Node& node, const History& history)
-      : index_(index),
-        type_(node.type),
-        history_(&history),
-        slots_(node.type == NodeType::fusion || node.type == NodeType::cyclic ? node.inputs.size() : 0),
-        last_seen_(node.inputs.size(), 0),
-        published_(std::max<std::size_t>(node.outputs.size(), 1), 0),
-        has_output_(!node.outputs.empty()) {
-    assert(type_ != NodeType::fusion || slots_.size() <= kMaxFusionInputs);
-  }
-
-  /// A job of the timer.
-  void start_timer(Time now, Activation<Messages>& job) {
-    job.start = now;
-    job.works = true;
-    job.publishes = has_output_;
-  }
-
-  /// A job of the subscription `input`, which takes `sample`.
-  void start_subscription(std::uint32_t input, Held sample, Time now, Activation<Messages>& job) {
-    job.start = now;
-    const std::lock_guard lock(mutex_);
-    switch (type_) {
-      case NodeType::transform:
-      case NodeType::intersection:
-      case NodeType::command:
-        job.dropped = missed(input, sample);
-        job.held[0] = std::move(sample);
-        job.works = true;
-        job.publishes = type_ != NodeType::command && has_output_;
-        break;
-      case NodeType::fusion:
-        slots_[input] = std::move(sample);
-        for (const Held& slot : slots_) {
-          if (!slot) return;
-        }
-        for (std::uint32_t i = 0; i < slots_.size(); ++i) {
-          job.dropped += missed(i, slots_[i]);
-          job.held[i] = std::move(slots_[i]);
-        }
-        job.works = true;
-        job.publishes = has_output_;
-        break;
-      case NodeType::cyclic:
-        slots_[input] = std::move(sample);
-        break;
-      case NodeType::sensor:
-        assert(false && "a sensor has no input");
+  NodeLogic(const Node& node, const History& history)
+      : history_(&history), published_(node.outputs.size(), 0) {
+    const std::vector<Callback> callbacks = callbacks_of(node);
+    for (const Callback& callback : callbacks) {
+      OfCallback& own = callbacks_.emplace_back();
+      own.always_works =
+          !callback.waits_for_sets() && !(callback.stores_only && callback.worst == Duration::zero());
+      for (const Publication& publication : callback.publishes) {
+        own.publications.push_back({publication, output_of(node, publication.topic), set_of(publication)});
+      }
+    }
+    for (std::size_t c = 0; c < callbacks.size(); ++c) {
+      if (callbacks[c].input) store(*callbacks[c].input, callbacks_[c]);
     }
   }
 
-  /// Output of a job of `input` (timers: 0): index into the node's outputs.
-  [[nodiscard]] std::uint32_t output(std::uint32_t input) const {
-    return type_ == NodeType::intersection ? input : 0;
+  /// Makes room for any job of the node, and for the ends of `chains` chains.
+  void reserve(Activation<Messages>& job, std::size_t chains) const {
+    std::size_t samples = 0, messages = 0;
+    for (const Set& set : sets_) samples += set.slots.size();
+    for (const OfCallback& c : callbacks_) messages = std::max(messages, c.publications.size());
+    job.taken.reserve(std::max(job.taken.capacity(), samples));
+    job.messages.reserve(std::max(job.messages.capacity(), messages));
+    job.observed.reserve(std::max(job.observed.capacity(), chains));
   }
 
-  /// Fills the message that the job publishes on `output`.
-  void finish(std::uint32_t output, Activation<Messages>& job, Message& out) {
+  /// A job of the node's callback at this position, which takes `sample` (timers: none). `job` is clear.
+  void start(std::uint32_t callback, JobRef ref, Held sample, Time now, Activation<Messages>& job) {
+    job.ref = ref;
+    job.start = now;
+    job.callback = callback;
+    OfCallback& own = callbacks_[callback];
+    const std::lock_guard lock(mutex_);
+    std::uint32_t lost = 0;
+    if (sample) {
+      if (own.keeps_sample) lost = missed(own.last_seen, sample);
+      for (const auto& [set, slot] : own.stores) {
+        const bool shared = own.keeps_sample || std::pair(set, slot) != own.stores.back();
+        sets_[set].slots[slot].held = shared ? Messages::share(sample) : std::move(sample);
+      }
+      if (own.keeps_sample) job.own = std::move(sample);
+    }
+    for (std::uint32_t p = 0; p < own.publications.size(); ++p) {
+      OfPublication& publication = own.publications[p];
+      publication.lost += lost;
+      if (!due(publication)) continue;
+      std::uint32_t dropped = std::exchange(publication.lost, 0);
+      if (publication.what.rule == PublishRule::all_new) {
+        for (Slot& slot : sets_[publication.set].slots) {
+          dropped += missed(slot.last_seen, slot.held);
+          job.taken.push_back(std::move(slot.held));
+        }
+      }
+      job.messages.push_back({p, dropped, static_cast<std::uint32_t>(job.taken.size())});
+    }
+    job.works = own.always_works || !job.messages.empty();
+  }
+
+  /// The output of the job's message `index`: index into the node's outputs.
+  [[nodiscard]] std::uint32_t output(const Activation<Messages>& job, std::size_t index) const {
+    return publication(job, index).output;
+  }
+
+  /// Fills the job's message `index`.
+  void finish(const Activation<Messages>& job, std::size_t index, Message& out) {
+    const OfPublication& publication = this->publication(job, index);
+    std::uint32_t dropped = job.messages[index].dropped;
     const std::lock_guard lock(mutex_);
     History::clear(out);
-    if (type_ == NodeType::cyclic) {
-      // The inputs are read after the work, as upstream does.
-      for (std::uint32_t i = 0; i < slots_.size(); ++i) {
-        if (!slots_[i]) continue;
-        job.dropped += missed(i, slots_[i]);
-        History::merge(out, Messages::message(slots_[i]));
-        slots_[i] = Held();
-      }
-    } else {
-      for (const Held& held : job.held) {
-        if (held) History::merge(out, Messages::message(held));
+    if (publication.what.rule == PublishRule::last_of) {
+      // The inputs are read after the work, as upstream's cyclic node does.
+      for (Slot& slot : sets_[publication.set].slots) {
+        if (!slot.held) continue;
+        dropped += missed(slot.last_seen, slot.held);
+        History::merge(out, Messages::message(slot.held));
+        slot.held = Held();
       }
     }
-    history_->append(out, {index_, published_[output]++, job.dropped, job.start});
+    for (std::size_t i = index == 0 ? 0 : job.messages[index - 1].taken; i < job.messages[index].taken; ++i) {
+      History::merge(out, Messages::message(job.taken[i]));
+    }
+    if (job.own) History::merge(out, Messages::message(job.own));
+    history_->append(out, {job.ref.task, dropped, job.ref.sequence, job.start},
+                     published_[publication.output]++);
   }
 
  private:
+  static constexpr std::uint32_t kNoSet = ~0U;
+
+  struct Slot {
+    Held held;
+    std::uint32_t last_seen = 0;
+  };
+  /// Samples that wait for a message: of all callbacks that publish it.
+  struct Set {
+    Publication what;
+    std::vector<Slot> slots;  // parallel to what.of
+  };
+  struct OfPublication {
+    Publication what;
+    std::uint32_t output = 0;
+    std::uint32_t set = kNoSet;
+    std::uint32_t jobs = 0;  // since the last message, of rule `every`
+    std::uint32_t lost = 0;  // samples of the callback's own input, since the last message
+  };
+  struct OfCallback {
+    bool always_works = true;
+    bool keeps_sample = true;
+    std::uint32_t last_seen = 0;
+    std::vector<OfPublication> publications;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> stores;  // sets and slots that its samples go into
+  };
+
+  static std::uint32_t output_of(const Node& node, const std::string& topic) {
+    return static_cast<std::uint32_t>(std::find(node.outputs.begin(), node.outputs.end(), topic) -
+                                      node.outputs.begin());
+  }
+
+  /// Sets of rule all_new are shared by all that publish them; each last_of has its own.
+  std::uint32_t set_of(const Publication& publication) {
+    if (publication.of.empty()) return kNoSet;
+    const auto same = [&](const Set& set) {
+      return publication.rule == PublishRule::all_new && set.what == publication;
+    };
+    const auto known = std::find_if(sets_.begin(), sets_.end(), same);
+    if (known != sets_.end()) return static_cast<std::uint32_t>(known - sets_.begin());
+    Set& set = sets_.emplace_back();
+    set.what = publication;
+    set.slots.resize(publication.of.size());
+    return static_cast<std::uint32_t>(sets_.size() - 1);
+  }
+
+  void store(std::uint32_t input, OfCallback& callback) const {
+    for (std::uint32_t s = 0; s < sets_.size(); ++s) {
+      const std::vector<std::uint32_t>& of = sets_[s].what.of;
+      const auto found = std::find(of.begin(), of.end(), input);
+      if (found != of.end()) callback.stores.emplace_back(s, static_cast<std::uint32_t>(found - of.begin()));
+    }
+    const auto needs_it = [&](const OfPublication& p) {
+      const std::vector<std::uint32_t>& of = p.what.of;
+      return p.what.rule != PublishRule::all_new || std::find(of.begin(), of.end(), input) == of.end();
+    };
+    callback.keeps_sample = callback.stores.empty() ||
+                            std::any_of(callback.publications.begin(), callback.publications.end(), needs_it);
+  }
+
+  const OfPublication& publication(const Activation<Messages>& job, std::size_t index) const {
+    return callbacks_[job.callback].publications[job.messages[index].publication];
+  }
+
+  /// Whether a job that starts now publishes it.
+  bool due(OfPublication& publication) {
+    switch (publication.what.rule) {
+      case PublishRule::always:
+      case PublishRule::last_of:
+        return true;
+      case PublishRule::every:
+        if (++publication.jobs < publication.what.n) return false;
+        publication.jobs = 0;
+        return true;
+      case PublishRule::all_new:
+        break;
+    }
+    const std::vector<Slot>& slots = sets_[publication.set].slots;
+    return std::all_of(slots.begin(), slots.end(), [](const Slot& s) { return static_cast<bool>(s.held); });
+  }
+
   /// Samples of an input that were lost since the last one used. The first loss is under-counted by one
   /// sample, since sequences start at 0 and so does the memory (upstream).
-  std::uint32_t missed(std::uint32_t input, const Held& sample) {
-    const std::uint32_t sequence = History::last_sequence(Messages::message(sample));
-    const std::uint32_t previous = std::exchange(last_seen_[input], sequence);
+  static std::uint32_t missed(std::uint32_t& last_seen, const Held& sample) {
+    const std::uint32_t sequence = History::publication(Messages::message(sample));
+    const std::uint32_t previous = std::exchange(last_seen, sequence);
     return sequence > previous ? sequence - previous - 1 : 0;
   }
 
-  const std::uint32_t index_;
-  const NodeType type_;
   const History* history_;
   [[no_unique_address]] typename Messages::Mutex mutex_;
-  std::vector<Held> slots_;
-  std::vector<std::uint32_t> last_seen_;
-  std::vector<std::uint32_t> published_;
-  const bool has_output_;
+  std::vector<OfCallback> callbacks_;
+  std::vector<Set> sets_;
+  std::vector<std::uint32_t> published_;  // per output
 };
 
 }  // namespace hotpath

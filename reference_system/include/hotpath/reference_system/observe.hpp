@@ -2,21 +2,21 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
 
-/// Reads a chain's latency out of `message`, which the sink's job `sink`, started at `start`, worked on or
-/// produced. False when the message contains none of the chain's sources.
+/// Reads a chain's latency out of `message`, which the sink's job `out.sink`, started at `out.sink_start`,
+/// worked on or produced. False when the message contains none of the chain's sources.
 template <class History>
 bool observe_chain(const History& history, const typename History::Message& message, const ChainIndex& chain,
-                   JobRef sink, Time start, ChainObservation& out) {
-  out.sink = sink;
-  out.sink_start = start;
+                   ChainObservation& out) {
+  out.names_jobs = History::kNamesJobs;
   for (std::size_t i = 0; i < chain.sources.size(); ++i) {
-    history.find(message, chain.sources[i], [&](const Stat& stat) {
+    history.find(message, std::span(&chain.sources[i], 1), [&](const Stat& stat) {
       out.latest_source_start =
           out.sources_seen == 0 ? stat.start : std::max(out.latest_source_start, stat.start);
       out.sources_seen |= 1U << i;
@@ -24,10 +24,28 @@ bool observe_chain(const History& history, const typename History::Message& mess
     });
   }
   if (out.sources_seen == 0) return false;
-  for (const std::uint32_t node : chain.nodes) {
+  for (const std::vector<TaskId>& node : chain.nodes) {
     history.find(message, node, [&](const Stat& stat) { out.dropped += stat.dropped; });
   }
   return true;
+}
+
+/// Hands to `append` what a job finds in `message` of the chains that it ends, `ends`, each at most once a
+/// job. `job` is its Activation.
+template <class History, class Job, class Append>
+void observe_chains(const History& history, const typename History::Message& message,
+                    const std::vector<ChainIndex>& chains, std::span<const std::uint32_t> ends, Job& job,
+                    Append&& append) {
+  for (const std::uint32_t chain : ends) {
+    if (std::find(job.observed.begin(), job.observed.end(), chain) != job.observed.end()) continue;
+    ChainObservation observation;
+    observation.chain = chain;
+    observation.sink = job.ref;
+    observation.sink_start = job.start;
+    if (!observe_chain(history, message, chains[chain], observation)) continue;
+    job.observed.push_back(chain);
+    append(observation);
+  }
 }
 
 }  // namespace hotpath

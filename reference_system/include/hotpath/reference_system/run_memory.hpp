@@ -32,7 +32,7 @@ class RunMemory {
 
   [[nodiscard]] const Executor::Logs& jobs() const { return jobs_; }
   [[nodiscard]] const std::vector<RecordLog<ChainObservation>>& chains() const { return chains_; }
-  /// Per task: publications by its jobs.
+  /// Per subscription: samples published for it. Timers: 0.
   [[nodiscard]] std::span<std::atomic<std::uint64_t>> published() const { return published_; }
 
  private:
@@ -44,6 +44,6 @@ class RunMemory {
 };
 
 /// Samples published for a subscription so far, by all processes of a run.
-std::uint64_t published_for(const TaskSet& set, const std::deque<RunMemory>& memories, TaskId subscription);
+std::uint64_t published_for(const std::deque<RunMemory>& memories, TaskId subscription);
 
 }  // namespace hotpath

@@ -1,61 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cassert>
-#include <cstddef>
 #include <deque>
 #include <utility>
 #include <vector>
 
-#include "hotpath/reference_system/stat.hpp"
+#include "hotpath/reference_system/task_history.hpp"
 
 namespace hotpath {
 
-/// What a message of the reference system says about its data, without the 4096 bytes and the names.
-struct SimulatedMessage {
-  std::array<Stat, 63> stats;
-  std::size_t size = 0;
-  std::uint32_t holders = 0;
-};
+inline TaskId task_of(const Stat& entry) { return entry.task; }
+inline const Stat& stat_of(const Stat& entry) { return entry; }
+inline void set_stat(Stat& entry, const Stat& stat) { entry = stat; }
 
-/// Sample management as Message4kbHistory has it, where nodes go by index.
-class SimulatedHistory {
+/// What a message says about its data, without the bytes.
+class SimulatedMessage {
  public:
-  using Message = SimulatedMessage;
+  const std::vector<Stat>& history() const { return history_; }
+  std::vector<Stat>& history() { return history_; }
+  std::uint32_t publication() const { return publication_; }
+  void publication(std::uint32_t number) { publication_ = number; }
 
-  static void clear(Message& m) { m.size = 0; }
-
-  /// The last entry of any message is its publisher's. Ignored when the history is full.
-  static void append(Message& m, const Stat& stat) {
-    if (m.size < m.stats.size()) m.stats[m.size++] = stat;
-  }
-
-  /// Appends the entries of nodes that `into` does not have yet, in order: the first occurrence wins.
-  static void merge(Message& into, const Message& from) {
-    const std::size_t before = into.size;
-    for (std::size_t i = 0; i < from.size && into.size < into.stats.size(); ++i) {
-      bool known = false;
-      for (std::size_t k = 0; k < before && !known; ++k) known = into.stats[k].node == from.stats[i].node;
-      if (!known) into.stats[into.size++] = from.stats[i];
-    }
-  }
-
-  static std::uint32_t last_sequence(const Message& m) {
-    return m.size == 0 ? 0 : m.stats[m.size - 1].sequence;
-  }
-
-  /// Calls `visit(Stat)` for the entry of `node`; false when there is none.
-  template <class Visit>
-  static bool find(const Message& m, std::uint32_t node, Visit&& visit) {
-    for (std::size_t i = 0; i < m.size; ++i) {
-      if (m.stats[i].node != node) continue;
-      visit(m.stats[i]);
-      return true;
-    }
-    return false;
-  }
+ private:
+  friend class SimulatedSample;
+  std::vector<Stat> history_;
+  std::uint32_t publication_ = 0;
+  std::uint32_t holders_ = 0;
 };
+
+using SimulatedHistory = TaskHistory<SimulatedMessage>;
 
 /// Messages that return here when their last holder lets go of them; as many as ever were held at once.
 class SimulatedMessagePool {
@@ -79,10 +52,10 @@ class SimulatedSample {
  public:
   SimulatedSample() = default;
   SimulatedSample(SimulatedMessagePool& pool, SimulatedMessage& message) : pool_(&pool), message_(&message) {
-    ++message_->holders;
+    ++message_->holders_;
   }
   SimulatedSample(const SimulatedSample& other) : pool_(other.pool_), message_(other.message_) {
-    if (message_) ++message_->holders;
+    if (message_) ++message_->holders_;
   }
   SimulatedSample(SimulatedSample&& other) noexcept
       : pool_(other.pool_), message_(std::exchange(other.message_, nullptr)) {}
@@ -92,7 +65,7 @@ class SimulatedSample {
     return *this;
   }
   ~SimulatedSample() {
-    if (message_ && --message_->holders == 0) pool_->give_back(*message_);
+    if (message_ && --message_->holders_ == 0) pool_->give_back(*message_);
   }
 
   explicit operator bool() const { return message_ != nullptr; }

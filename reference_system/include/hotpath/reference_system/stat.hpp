@@ -3,15 +3,15 @@
 
 #include <cstdint>
 
-#include "hotpath/core/time.hpp"
+#include "hotpath/core/task.hpp"
 
 namespace hotpath {
 
-/// One entry of a message's history: which node contributed, and when.
+/// One entry of a message's history: which job contributed, and when.
 struct Stat {
-  std::uint32_t node = 0;      ///< Index into the graph's nodes.
-  std::uint32_t sequence = 0;  ///< Publications of that publisher before this one.
+  TaskId task = 0;
   std::uint32_t dropped = 0;   ///< Samples that its inputs lost since its last publication.
+  std::uint64_t sequence = 0;  ///< Of the job; in upstream's message its publisher's publications before it.
   Time start{};                ///< Start of the publishing job.
 };
 

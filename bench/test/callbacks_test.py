@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Graphs with nodes of type `callbacks` through every command that takes them."""
+
+import json
+import shutil
+import unittest
+
+from hotpath_command import CommandTest, RunFolder
+
+TASKS = {
+    *("Driver/imu", "Driver/lidar", "Localizer/imu", "Localizer/points", "Localizer/diagnostics"),
+    *("Planner/odometry", "Planner/pose", "Controller/path"),
+}
+
+
+class Callbacks(CommandTest):
+    def accepted(self, *arguments):
+        code, out, err = self.command(*arguments)
+        self.assertEqual(code, 0, err)
+        return out
+
+    def check(self, run):
+        self.assertTrue(run.run["complete"])
+        self.assertEqual(run.run["failures"], [])
+        for executor in run.summary()["executors"]:
+            self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
+            self.assertEqual({t["task"] for t in executor["tasks"]}, TASKS)
+        for jobs in run.jobs().values():
+            self.assertEqual({j.task for j in jobs if j.outcome == "ran"}, TASKS)
+        for chains in run.chains().values():
+            self.assertGreater(len(chains), 0)
+            for _, _, hot_path, end_to_end in chains:
+                self.assertGreaterEqual(end_to_end, hot_path)
+
+    def test_graph_says_what_it_describes_and_draws_it(self):
+        self.assertIn("4 nodes, 5 subscriptions, 3 timers", self.accepted("graph", "callbacks"))
+        self.assertIn("diagnostics, every 500 ms, works 0.1 ms", self.accepted("graph", "callbacks", "--dot"))
+        if shutil.which("dot"):
+            self.assertIn("</svg>", self.accepted("graph", "callbacks", "--svg"))
+
+    def test_simulate_and_what_reads_its_run(self):
+        run = self.measure("simulate", "--graph", "callbacks", "--executors", "all", "--duration", 5, "--warm-up", 0)
+        self.check(run)
+        summary = run.summary()
+        self.accepted("summarize", run.path)
+        self.assertEqual(run.summary(), summary)
+        perfetto = self.folder / "trace.json"
+        self.accepted("timeline", run.path, "--executor", "rm-ro", "--perfetto", perfetto)
+        self.assertIn("Localizer/points", perfetto.read_text())
+
+    def test_measured_execution_times_are_drawn(self):
+        run = self.measure(
+            *("simulate", "--graph", "callbacks", "--executors", "rm-ro,edf-ro", "--duration", 60),
+            *("--execution-times", "measured", "--seed", 3),
+        )
+        self.assertEqual(run.run["execution_times"], "measured")
+        worked = [
+            {(j.sequence, j.finish - j.start) for j in jobs if j.task == "Localizer/points" and j.outcome == "ran"}
+            for jobs in run.jobs().values()
+        ]
+        self.assertEqual({t for _, t in worked[0]}, {8_100_000, 7_900_000, 8_400_000, 8_000_000, 12_300_000})
+        shared = {s for s, _ in worked[0]} & {s for s, _ in worked[1]}
+        of = [{s: t for s, t in w if s in shared} for w in worked]
+        self.assertEqual(of[0], of[1], "every executor draws the same")
+
+    def test_live_runs_lose_nothing(self):
+        for options in (("--transport", "intra_process"), (), ("--processes", 2)):
+            with self.subTest(options=options):
+                output = self.folder / "-".join(map(str, ("run", *options)))
+                self.accepted(
+                    *("run", "--graph", "callbacks", "--executor", "events-ro", "--duration", 1, "--warm-up", 0),
+                    *("--load", 5, *options, "--output", output),
+                )
+                self.check(RunFolder(output))
+
+    def test_analyze_refuses_them_with_the_reason(self):
+        code, out, err = self.command("analyze", "callbacks")
+        self.assertEqual((code, out), (2, ""))
+        self.assertIn("no method of this version covers nodes of type callbacks, such as Driver", err)
+
+    def test_a_bad_file_is_refused_with_its_line(self):
+        bad = self.folder / "bad.yaml"
+        bad.write_text(
+            "name: bad\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
+            "      - {timer: t, period_ms: 10, publishes: {topic: x, when: all_new, of: [y]}}\n"
+        )
+        for command in (("graph", bad), ("simulate", "--graph", bad), ("run", "--graph", bad)):
+            code, _, err = self.command(*command)
+            self.assertEqual(code, 2, err)
+            self.assertIn("bad.yaml:6: ", err)
+            self.assertIn("does not subscribe", err)
+
+    def test_bounds_of_a_graph_of_timers_alone_are_left_out(self):
+        graph = self.folder / "timers.yaml"
+        graph.write_text(
+            "name: timers\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
+            "      - {timer: t, period_ms: 10, execution_time_ms: 1}\n"
+            "      - {timer: u, period_ms: 20, execution_time_ms: 1}\n"
+        )
+        run = self.measure("simulate", "--graph", graph, "--executors", "rm-ro", "--duration", 1, "--warm-up", 0)
+        self.assertEqual(run.run["bounds"], [])
+
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <span>
+
+#include "hotpath/reference_system/stat.hpp"
+
+namespace hotpath {
+
+/// Sample management as Message4kbHistory has it, on a message whose history has any length and where jobs go
+/// by task. `Message` has `history()`, a vector of entries with task_of(), stat_of() and set_stat(), and the
+/// number of publications of its publisher before it, `publication()`.
+template <class M>
+class TaskHistory {
+ public:
+  using Message = M;
+  static constexpr bool kNamesJobs = true;  ///< The sequences of its entries are those of jobs.
+
+  static void clear(Message& m) { m.history().clear(); }
+
+  /// The last entry of any message is its publisher's.
+  static void append(Message& m, const Stat& stat, std::uint32_t publication) {
+    set_stat(m.history().emplace_back(), stat);
+    m.publication(publication);
+  }
+
+  /// Appends the entries of tasks that `into` does not have yet, in order: the first occurrence wins.
+  static void merge(Message& into, const Message& from) {
+    auto& entries = into.history();
+    const auto before = static_cast<std::ptrdiff_t>(entries.size());
+    for (const auto& entry : from.history()) {
+      const auto same = [&](const auto& e) { return task_of(e) == task_of(entry); };
+      if (std::none_of(entries.begin(), entries.begin() + before, same)) entries.push_back(entry);
+    }
+  }
+
+  static std::uint32_t publication(const Message& m) { return m.publication(); }
+
+  /// Calls `visit(Stat)` for the first entry of one of these tasks, if there is one.
+  template <class Visit>
+  static void find(const Message& m, std::span<const TaskId> tasks, Visit&& visit) {
+    for (const auto& entry : m.history()) {
+      if (std::find(tasks.begin(), tasks.end(), task_of(entry)) != tasks.end()) return visit(stat_of(entry));
+    }
+  }
+};
+
+}  // namespace hotpath

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <TaskMessage.h>
+
+#include "hotpath/core/job.hpp"
+#include "hotpath/reference_system/task_history.hpp"
+
+namespace hotpath {
+
+namespace msg {
+
+inline TaskId task_of(const Contribution& entry) { return entry.task(); }
+
+inline Stat stat_of(const Contribution& entry) {
+  return {entry.task(), entry.dropped_samples(), entry.job(),
+          from_ns(static_cast<std::int64_t>(entry.start()))};
+}
+
+inline void set_stat(Contribution& entry, const Stat& stat) {
+  entry.task(stat.task);
+  entry.dropped_samples(stat.dropped);
+  entry.job(stat.sequence);
+  entry.start(static_cast<std::uint64_t>(to_ns(stat.start)));
+}
+
+}  // namespace msg
+
+using TaskMessageHistory = TaskHistory<msg::TaskMessage>;
+
+/// Writes the result of the work, and what a reader needs to know of its sample besides its history.
+inline void complete(msg::TaskMessage& m, const SampleInfo& info, std::int64_t result) {
+  m.published(to_ns(info.published));
+  m.deadline(to_ns(info.deadline));
+  m.result(result);
+}
+
+inline SampleInfo read_info(const msg::TaskMessage& m) {
+  const msg::Contribution& publisher = m.history().back();
+  return {from_ns(m.published()), from_ns(m.deadline()), {publisher.task(), publisher.job()}};
+}
+
+}  // namespace hotpath

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/callback.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "hotpath/reference_system/graph.hpp"
+
+namespace hotpath {
+
+namespace {
+
+Callback timer_of(const Node& node) {
+  Callback timer;
+  timer.task = node.name;
+  timer.period = node.period;
+  timer.phase = node.phase;
+  timer.deadline = node.deadline > Duration::zero() ? node.deadline : node.period;
+  timer.priority = node.priority;
+  return timer;
+}
+
+/// What jobs of an input, or of the timer, of one of the six types publish.
+std::vector<Publication> publications_of(const Node& node, std::optional<std::uint32_t> input) {
+  const bool silent = node.type == NodeType::command || (node.type == NodeType::cyclic && input);
+  if (silent || node.outputs.empty()) return {};
+  Publication publication;
+  publication.topic = node.type == NodeType::intersection ? node.outputs.at(*input) : node.outputs.front();
+  if (node.type == NodeType::fusion || node.type == NodeType::cyclic) {
+    publication.rule = node.type == NodeType::fusion ? PublishRule::all_new : PublishRule::last_of;
+    publication.of.resize(node.inputs.size());
+    std::iota(publication.of.begin(), publication.of.end(), 0U);
+  }
+  return {publication};
+}
+
+std::vector<Callback> expanded(const Node& node) {
+  std::vector<Callback> callbacks;
+  for (std::uint32_t i = 0; i < node.inputs.size(); ++i) {
+    Callback& subscription = callbacks.emplace_back();
+    subscription.task = node.name + "/" + node.inputs[i].topic;
+    subscription.input = i;
+    subscription.priority = node.inputs[i].priority;
+  }
+  if (node.type == NodeType::sensor || node.type == NodeType::cyclic) callbacks.push_back(timer_of(node));
+  for (Callback& callback : callbacks) {
+    callback.publishes = publications_of(node, callback.input);
+    if (node.type == NodeType::cyclic && callback.input) continue;  // only stores
+    callback.worst = node.execution_time;
+    callback.best = node.best_case_execution_time;
+  }
+  return callbacks;
+}
+
+}  // namespace
+
+bool Callback::waits_for_sets() const {
+  const auto waits = [](const Publication& p) { return p.rule == PublishRule::all_new; };
+  return !publishes.empty() && std::all_of(publishes.begin(), publishes.end(), waits);
+}
+
+std::vector<Callback> callbacks_of(const Node& node) {
+  std::vector<Callback> callbacks = node.type == NodeType::callbacks ? node.callbacks : expanded(node);
+  std::vector<bool> stored(node.inputs.size(), false);
+  for (const Callback& callback : callbacks) {
+    for (const Publication& publication : callback.publishes) {
+      for (const std::uint32_t input : publication.of) stored[input] = true;
+    }
+  }
+  for (Callback& c : callbacks) c.stores_only = c.input && stored[*c.input] && c.publishes.empty();
+  return callbacks;
+}
+
+}  // namespace hotpath

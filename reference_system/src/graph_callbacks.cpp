@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph_callbacks.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "graph_text.hpp"
+#include "hotpath/core/csv.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using Words = std::vector<std::string>;
+using Values = std::vector<Duration>;
+
+const Words kTimerKeys = {"timer",    "period_ms",         "phase_ms", "deadline_ms",
+                          "priority", "execution_time_ms", "group",    "publishes"};
+const Words kSubscriptionKeys = {"subscription",      "depth", "priority",
+                                 "execution_time_ms", "group", "publishes"};
+const std::string kColumn = "execution_time_ms";
+
+/// The column execution_time_ms of a CSV file.
+Values read_values(const std::filesystem::path& path) {
+  CsvReader rows(path, CsvLayout::by_hand);
+  const std::size_t column = rows.column(kColumn);
+  Values values;
+  while (rows.next()) {
+    const std::optional<Duration> value = parse_ms(rows.text(column));
+    if (!value || *value < Duration::zero()) {
+      rows.fail("an execution time is `" + std::string(rows.text(column)) + "`",
+                "give 0 or more decimal milliseconds such as 4.2");
+    }
+    values.push_back(*value);
+  }
+  if (values.empty())
+    rows.fail("there is no execution time in this file", "add a line for each measured one");
+  return values;
+}
+
+class CallbackParser {
+ public:
+  CallbackParser(const YamlMap& map, const std::string& file, Node& node, NodeLines& lines)
+      : map_(map), file_(file), node_(node), lines_(lines) {}
+
+  void parse() {
+    if (const auto given = map_.find("groups")) parse_groups(*given);
+    std::vector<YamlMap> maps;
+    const YamlValue list = map_.require("callbacks", "[{timer: NAME, period_ms: 100}]");
+    for (const YamlValue& value : list.list("a callback of " + what_)) {
+      maps.emplace_back(value, "a callback of " + what_);
+      parse_callback(maps.back());
+    }
+    // Only now all inputs are known.
+    for (std::size_t i = 0; i < maps.size(); ++i) {
+      if (const auto given = maps[i].find("publishes")) parse_publishes(*given, node_.callbacks[i]);
+    }
+  }
+
+ private:
+  void parse_groups(const YamlValue& value) {
+    const YamlMap groups(value, "`groups` of " + what_);
+    group_names_ = groups.keys();
+    for (const YamlValue& kind : groups.values()) node_.groups.push_back(kind.choice<CallbackGroup>());
+  }
+
+  void parse_callback(YamlMap& map) {
+    const auto timer = map.find("timer"), subscription = map.find("subscription");
+    if (!timer == !subscription) {
+      map.fail(
+          map.what() + (timer ? " is both a timer and a subscription" : " is neither timer nor subscription"),
+          "give it one of `timer: NAME` and `subscription: TOPIC`");
+    }
+    Callback callback;
+    const std::string name = timer ? timer->long_name() : subscription->topic();
+    callback.task = node_.name + "/" + name;
+    map.set_what((timer ? "timer " : "subscription ") + callback.task);
+    map.check_keys(timer ? kTimerKeys : kSubscriptionKeys, timer ? kSubscriptionKeys : kTimerKeys);
+    const auto same = [&](const Callback& other) { return other.task == callback.task; };
+    if (std::any_of(node_.callbacks.begin(), node_.callbacks.end(), same)) {
+      map.fail("there are two callbacks with the name " + callback.task,
+               "name each timer differently, and subscribe to each topic once");
+    }
+    if (timer) {
+      parse_timer(map, callback);
+    } else {
+      callback.input = static_cast<std::uint32_t>(node_.inputs.size());
+      Input& input = node_.inputs.emplace_back();
+      input.topic = name;
+      if (const auto given = map.find("depth")) {
+        input.depth = static_cast<std::uint32_t>(given->integer(1, kMaxDepth));
+      }
+      lines_.inputs.push_back(subscription->line());
+    }
+    if (const auto given = map.find("priority")) callback.priority = given->priority();
+    if (const auto given = map.find("execution_time_ms")) parse_execution_time(*given, callback);
+    callback.group = group_of(map);
+    node_.callbacks.push_back(std::move(callback));
+  }
+
+  static void parse_timer(const YamlMap& map, Callback& callback) {
+    callback.period = map.require("period_ms", "100").milliseconds(false);
+    callback.deadline = callback.period;
+    if (const auto given = map.find("phase_ms")) callback.phase = given->milliseconds(true);
+    if (const auto given = map.find("deadline_ms")) callback.deadline = given->milliseconds(false);
+  }
+
+  void parse_execution_time(const YamlValue& value, Callback& callback) const {
+    if (value.is_text()) {
+      callback.worst = callback.best = value.milliseconds(true);
+      return;
+    }
+    const YamlMap map(value, "the execution time of " + callback.task);
+    map.check_keys({"min", "max", "measured", "file"});
+    const auto measured = map.find("measured"), file = map.find("file");
+    if (!measured && !file) {
+      callback.best = map.require("min", "1.5").milliseconds(true);
+      callback.worst = map.require("max", "4.2").milliseconds(true);
+      if (callback.best > callback.worst)
+        map.fail(map.what() + " has a `min` above its `max`", "exchange them");
+      return;
+    }
+    if (map.keys().size() > 1) {
+      map.fail(map.what() + " is given in two ways", "keep one of `min` with `max`, `measured` and `file`");
+    }
+    Values values;
+    if (measured) {
+      for (const YamlValue& v : measured->list("a value of " + map.what()))
+        values.push_back(v.milliseconds(true));
+    } else {
+      values = read_values(std::filesystem::path(file_).parent_path() / file->text());
+    }
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    callback.best = *least;
+    callback.worst = *most;
+    callback.measured = std::make_shared<const Values>(std::move(values));
+  }
+
+  std::uint32_t group_of(const YamlMap& map) {
+    if (const auto given = map.find("group")) {
+      const std::string name = given->text();
+      const auto found = std::find(group_names_.begin(), group_names_.end(), name);
+      if (found == group_names_.end()) {
+        given->fail(map.what() + " is in group " + name + ", which is not among `groups` of " + what_,
+                    group_names_.empty() ? "add `groups: {" + name + ": reentrant}` to the node"
+                                         : suggest(name, group_names_));
+      }
+      return static_cast<std::uint32_t>(found - group_names_.begin());
+    }
+    // All others are in one group, as rclcpp's nodes have it.
+    if (node_.groups.size() == group_names_.size()) node_.groups.push_back(CallbackGroup::mutually_exclusive);
+    return static_cast<std::uint32_t>(group_names_.size());
+  }
+
+  void parse_publishes(const YamlValue& value, Callback& callback) {
+    std::vector<YamlValue> items = {value};
+    if (value.is_list()) items = value.list("a publication of " + callback.task);
+    for (const YamlValue& item : items) {
+      Publication publication;
+      if (item.is_text()) {
+        publication.topic = item.topic();
+      } else {
+        parse_rule(YamlMap(item, "a publication of " + callback.task), publication);
+      }
+      const auto same = [&](const Publication& p) { return p.topic == publication.topic; };
+      if (std::any_of(callback.publishes.begin(), callback.publishes.end(), same)) {
+        item.fail(callback.task + " publishes topic " + publication.topic + " twice",
+                  "keep one of the rules");
+      }
+      if (std::find(node_.outputs.begin(), node_.outputs.end(), publication.topic) == node_.outputs.end()) {
+        node_.outputs.push_back(publication.topic);
+        lines_.outputs.push_back(item.line());
+      }
+      callback.publishes.push_back(std::move(publication));
+    }
+  }
+
+  void parse_rule(const YamlMap& map, Publication& publication) const {
+    map.check_keys({"topic", "when", "of", "every", "last_of"});
+    publication.topic = map.require("topic", "TOPIC").topic();
+    const auto when = map.find("when"), of = map.find("of"), every = map.find("every"),
+               last = map.find("last_of");
+    if (int(when.has_value()) + int(every.has_value()) + int(last.has_value()) > 1) {
+      map.fail(map.what() + " has several rules", "keep one of `when`, `every` and `last_of`");
+    }
+    const bool all_new = when && when->choice({"always", "all_new"}) == 1;
+    if (all_new) {
+      publication.rule = PublishRule::all_new;
+      publication.of = inputs_of(map.require("of", "[TOPIC, TOPIC]"), map.what());
+    } else if (of) {
+      of->fail("`of` of " + map.what() + " needs the rule all_new", "add `when: all_new`, or remove `of`");
+    } else if (every) {
+      publication.rule = PublishRule::every;
+      publication.n = static_cast<std::uint32_t>(every->integer(1, std::numeric_limits<std::int32_t>::max()));
+    } else if (last) {
+      publication.rule = PublishRule::last_of;
+      publication.of = inputs_of(*last, map.what());
+    }
+  }
+
+  std::vector<std::uint32_t> inputs_of(const YamlValue& value, const std::string& what) const {
+    Words topics;
+    for (const Input& input : node_.inputs) topics.push_back(input.topic);
+    std::vector<std::uint32_t> inputs;
+    for (const YamlValue& item : value.list("an input of " + what)) {
+      const std::string topic = item.topic();
+      const auto found = std::find(topics.begin(), topics.end(), topic);
+      if (found == topics.end()) {
+        item.fail(what + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
+                  suggest(topic, topics));
+      }
+      const auto index = static_cast<std::uint32_t>(found - topics.begin());
+      if (std::find(inputs.begin(), inputs.end(), index) != inputs.end()) {
+        item.fail(what + " names topic " + topic + " twice", "name each input once");
+      }
+      inputs.push_back(index);
+    }
+    std::sort(inputs.begin(), inputs.end());
+    return inputs;
+  }
+
+  const YamlMap& map_;
+  const std::string& file_;
+  Node& node_;
+  NodeLines& lines_;
+  const std::string what_ = "node " + node_.name;
+  Words group_names_;
+};
+
+}  // namespace
+
+void parse_callbacks(const YamlMap& map, const std::string& file, Node& node, NodeLines& lines) {
+  CallbackParser(map, file, node, lines).parse();
+}
+
+}  // namespace hotpath

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "graph_source.hpp"
+#include "graph_yaml.hpp"
+
+namespace hotpath {
+
+/// Most samples that a subscription keeps.
+inline constexpr std::int64_t kMaxDepth = 1000;
+
+/// Reads groups, callbacks, inputs and outputs of a node of type `callbacks` from its map in `file`. Throws
+/// InputError.
+void parse_callbacks(const YamlMap& map, const std::string& file, Node& node, NodeLines& lines);
+
+}  // namespace hotpath

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// Graphs with nodes of type `callbacks` live: nothing is lost, histories have any length, messages go to
+// several holders. Checks counts, never durations.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "hotpath/core/accounting.hpp"
+#include "hotpath/live/clock.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/live_system.hpp"
+#include "hotpath/reference_system/phases.hpp"
+
+namespace hotpath {
+namespace {
+
+struct Live {
+  GraphTasks tasks;
+  Trace trace;
+  std::vector<ChainObservation> observations;
+  std::vector<TaskAccount> accounts;
+};
+
+Live run(Graph graph, const std::string& executor, TransportKind transport) {
+  scale_to_load(graph, 0);
+  Live live;
+  live.tasks = make_tasks(graph);
+  const std::vector<Duration> first = make_phases(graph, live.tasks, Phases::synchronous, {});
+  for (TaskId id = 0; id < first.size(); ++id) live.tasks.set.tasks[id].phase = first[id];
+  LiveOptions options;
+  options.executor = find_executor(executor);
+  options.threads = default_options(*options.executor);
+  options.transport = transport;
+  options.fastdds.partition = "callbacks_live_test";
+  options.calibration.divisions_per_us = 300;
+  RunMemory memory({live.tasks.set.size(), worker_count(*options.executor, {}), 10'000, 1'000});
+  {
+    LiveSystem system(graph, live.tasks, options, memory);
+    system.wait_until_matched(now() + std::chrono::seconds(20));
+    live.trace.epoch = now() + std::chrono::milliseconds(20);
+    system.executor().start(live.trace.epoch, live.trace.epoch + std::chrono::milliseconds(600));
+    live.trace.end = system.executor().join();
+    const Time limit = now() + std::chrono::seconds(2);
+    for (TaskId id = 0; id < live.tasks.set.size(); ++id) {
+      while (system.executor().arrived(id) < memory.published()[id].load() && now() < limit) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    }
+  }
+  for (const auto& published : memory.published()) live.trace.published.push_back(published.load());
+  for (const auto& log : memory.jobs()) {
+    for (const JobRecord& record : log.contents()) live.trace.jobs.push_back(record);
+  }
+  for (const auto& log : memory.chains()) {
+    for (const ChainObservation& o : log.contents()) live.observations.push_back(o);
+  }
+  live.trace.chains = join_chains(graph, live.tasks, live.trace, live.observations);
+  live.accounts = account(live.tasks.set, live.trace);
+  return live;
+}
+
+class LiveCallbacks : public testing::TestWithParam<std::tuple<const char*, TransportKind>> {};
+
+TEST_P(LiveCallbacks, LoseNothing) {
+  const auto& [executor, transport] = GetParam();
+  const Live live = run(load_graph(find_graph("callbacks")), executor, transport);
+  for (const TaskAccount& account : live.accounts) {
+    EXPECT_TRUE(account.balanced()) << live.tasks.set[account.task].name;
+    EXPECT_GT(account[Outcome::ran], 0U) << live.tasks.set[account.task].name;
+  }
+  EXPECT_GT(live.trace.chains.size(), 0U);
+  for (const ChainRecord& r : live.trace.chains) {
+    EXPECT_GT(r.hot_path_latency.count(), 0);
+    EXPECT_GE(r.end_to_end_latency, r.hot_path_latency);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, LiveCallbacks,
+                         testing::Combine(testing::Values("default", "multi", "events-ro", "rm-re"),
+                                          testing::Values(TransportKind::intra_process,
+                                                          TransportKind::fastdds)),
+                         [](const auto& p) {
+                           std::string name =
+                               std::get<0>(p.param) + std::string("_") + to_string(std::get<1>(p.param));
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence) {
+  Graph g;
+  for (int i = 0; i < 150; ++i) {
+    Node& node = g.nodes.emplace_back();
+    node.name = "N" + std::to_string(i);
+    node.type = NodeType::callbacks;
+    node.outputs = {node.name};
+    node.groups = {CallbackGroup::mutually_exclusive};
+    Callback& callback = node.callbacks.emplace_back();
+    callback.publishes = {{node.name, PublishRule::always, {}, 1}};
+    if (i == 0) {
+      callback.task = node.name + "/t";
+      callback.period = callback.deadline = std::chrono::milliseconds(100);
+    } else {
+      node.inputs.push_back({"N" + std::to_string(i - 1), 1, std::nullopt});
+      callback.task = node.name + "/" + node.inputs[0].topic;
+      callback.input = 0;
+    }
+  }
+  // Fast DDS sets memory aside for 100 entries. The chain is read from its last node.
+  g.chains = {{"c", {"N0", "N149"}, {"N0"}, "N149"}};
+  for (const TransportKind transport : {TransportKind::intra_process, TransportKind::fastdds}) {
+    const Live live = run(g, "events-ro", transport);
+    ASSERT_GT(live.observations.size(), 0U);
+    for (const ChainObservation& o : live.observations) EXPECT_EQ(o.sources_seen, 1U);
+    for (const TaskAccount& account : live.accounts) EXPECT_TRUE(account.balanced());
+  }
+}
+
+}  // namespace
+}  // namespace hotpath

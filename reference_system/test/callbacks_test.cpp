@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: Apache-2.0
+// Nodes of type `callbacks` in virtual time: the six types written with them give the same run; each rule,
+// group and limit worked out by hand.
+#include <gmock/gmock.h>
+
+#include <unistd.h>
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "hotpath/core/accounting.hpp"
+#include "hotpath/core/simulator.hpp"
+#include "hotpath/core/trace_csv.hpp"
+#include "hotpath/reference_system/graph_edges.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "hotpath/reference_system/phases.hpp"
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// A file that is gone after the test.
+class File {
+ public:
+  File(const std::string& name, const std::string& text)
+      : path_(std::filesystem::temp_directory_path() / (std::to_string(getpid()) + name)) {
+    std::ofstream(path_) << text;
+  }
+  ~File() { std::filesystem::remove(path_); }
+  std::string path() const { return path_.string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+Graph load(const std::string& text) { return load_graph(File("callbacks_test.yaml", text).path()); }
+
+/// The message of the InputError for a graph with this one node; empty if it is fine.
+std::string error_of(const std::string& node) {
+  try {
+    load("name: g\nnodes:\n  - {name: S, type: sensor, period_ms: 10}\n  - name: N\n    type: callbacks\n" +
+         node);
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+struct Simulated {
+  GraphTasks tasks;
+  Trace trace;
+  std::vector<ChainObservation> observations;
+
+  /// The starts of the jobs of a task in milliseconds.
+  std::vector<double> starts(const std::string& task) const {
+    std::vector<double> starts;
+    for (const JobRecord& r : trace.jobs) {
+      if (r.outcome == Outcome::ran && tasks.set[r.job.task].name == task)
+        starts.push_back(to_ms(r.start - Time{}));
+    }
+    return starts;
+  }
+};
+
+Simulated simulate_graph(const Graph& graph, const ExecutorEntry& executor, Duration duration,
+                         std::optional<std::uint64_t> seed = std::nullopt,
+                         const SchedulerOptions& scheduling = {}) {
+  Simulated s;
+  s.tasks = make_tasks(graph);
+  const auto first =
+      make_phases(graph, s.tasks, seed ? Phases::random : Phases::synchronous, {{}, seed.value_or(0)});
+  for (TaskId id = 0; id < first.size(); ++id) s.tasks.set.tasks[id].phase = first[id];
+  const UniformTimes uniform(s.tasks.set, seed.value_or(0));
+  const WorstCaseTimes worst(s.tasks.set);
+  GraphWorkload workload(graph, s.tasks, seed ? static_cast<const ExecutionTimes&>(uniform) : worst,
+                         &s.observations);
+  SimulationOptions options;
+  options.platform = make_platform(graph, executor);
+  options.duration = duration;
+  s.trace = simulate_trace(s.tasks.set, executor, scheduling, workload, options);
+  s.trace.chains = join_chains(graph, s.tasks, s.trace, s.observations);
+  for (const TaskAccount& account : account(s.tasks.set, s.trace)) {
+    EXPECT_TRUE(account.balanced()) << s.tasks.set[account.task].name;
+  }
+  return s;
+}
+
+Simulated simulate_text(const std::string& nodes, Duration duration,
+                        const std::string& executor = "events-ro") {
+  return simulate_graph(load("name: g\nnodes:\n" + nodes), *find_executor(executor), duration);
+}
+
+/// A node of the six types in terms of the seventh.
+std::string as_callbacks(const Node& node) {
+  std::ostringstream out;
+  out.precision(15);
+  out << "  - name: " << node.name << "\n    type: callbacks\n    groups: {g: " << to_string(node.group)
+      << "}\n    callbacks:\n";
+  const auto set_of = [&](const Publication& p) {
+    std::string topics;
+    for (const std::uint32_t i : p.of) topics += (topics.empty() ? "" : ", ") + node.inputs[i].topic;
+    return "[" + topics + "]";
+  };
+  for (const Callback& c : callbacks_of(node)) {
+    if (c.input) {
+      out << "      - {subscription: " << node.inputs[*c.input].topic
+          << ", depth: " << node.inputs[*c.input].depth;
+    } else {
+      out << "      - {timer: timer, period_ms: " << to_ms(c.period)
+          << ", deadline_ms: " << to_ms(c.deadline);
+    }
+    if (c.priority) out << ", priority: " << *c.priority;
+    out << ", group: g, execution_time_ms: {min: " << to_ms(c.best) << ", max: " << to_ms(c.worst) << "}";
+    for (const Publication& p : c.publishes) {
+      out << ", publishes: [{topic: " << p.topic;
+      if (p.rule == PublishRule::all_new) out << ", when: all_new, of: " << set_of(p);
+      if (p.rule == PublishRule::last_of) out << ", last_of: " << set_of(p);
+      out << "}]";
+    }
+    out << "}\n";
+  }
+  return out.str();
+}
+
+Graph with_callbacks(const Graph& graph) {
+  std::string text = "name: g\nwork: " + std::string(to_string(graph.work)) + "\nnodes:\n";
+  std::map<std::string, int> publishers;
+  for (const Node& node : graph.nodes) {
+    text += as_callbacks(node);
+    for (const std::string& topic : node.outputs) ++publishers[topic];
+  }
+  text += "topics:\n";
+  for (const auto& [topic, count] : publishers) {
+    text += "  " + topic + ": {publishers: " + (count > 1 ? "many" : "one") + "}\n";
+  }
+  Graph same = load(text);
+  same.chains = graph.chains;
+  return same;
+}
+
+/// All columns of all jobs and chains; names of timers as in the six types.
+std::string bytes(const GraphTasks& names, const Graph& graph, const Trace& trace) {
+  std::ostringstream out;
+  write_jobs_csv(out, names.set, trace);
+  std::vector<std::string> chains;
+  for (const Chain& chain : graph.chains) chains.push_back(chain.name);
+  write_chains_csv(out, chains, trace);
+  for (const ChainRecord& r : trace.chains) out << r.dropped << '\n';
+  return out.str();
+}
+
+TEST(Callbacks, TheSixTypesWrittenWithThemGiveTheSameRun) {
+  for (const char* name : {"autoware", "many_to_many"}) {
+    Graph graph = load_graph(find_graph(name));
+    for (Node& node : graph.nodes) node.best_case_execution_time = node.execution_time / 3;
+    const Graph same = with_callbacks(graph);
+    for (const ExecutorEntry& executor : executors()) {
+      for (const std::uint64_t seed : {1, 2, 3}) {
+        const Simulated a = simulate_graph(graph, executor, 4s, seed, {.workers = 2});
+        const Simulated b = simulate_graph(same, executor, 4s, seed, {.workers = 2});
+        EXPECT_GT(a.trace.jobs.size(), 100U);
+        ASSERT_TRUE(bytes(a.tasks, graph, a.trace) == bytes(a.tasks, graph, b.trace))
+            << name << ", " << executor.name << ", seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(Callbacks, LoadAndRatesOfTheSixTypesStay) {
+  const Graph graph = load_graph(find_graph("autoware"));
+  const Graph same = with_callbacks(graph);
+  EXPECT_DOUBLE_EQ(load_percent(same), load_percent(graph));
+  EXPECT_EQ(activation_rates(make_tasks(same)), activation_rates(make_tasks(graph)));
+}
+
+TEST(Callbacks, OneJobPublishesSeveralTopicsEachByItsOwnRule) {
+  const Simulated s = simulate_text(
+      "  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {timer: t, period_ms: 10, execution_time_ms: 1, publishes: [x, {topic: y, every: 3}]}\n"
+      "  - {name: X, type: command, input: x}\n"
+      "  - {name: Y, type: command, input: y}\n",
+      60ms);
+  EXPECT_THAT(s.starts("X/x"), ElementsAre(1, 11, 21, 31, 41, 51));
+  EXPECT_THAT(s.starts("Y/y"), ElementsAre(21, 51)) << "every third job";
+}
+
+TEST(Callbacks, ASetIsCompletedByWhateverComesLastAndOnlyThatJobTakesTime) {
+  const Simulated s = simulate_text(
+      "  - {name: P, type: sensor, period_ms: 10}\n"
+      "  - {name: Q, type: sensor, period_ms: 30}\n"
+      "  - name: F\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: P, execution_time_ms: 2, publishes: {topic: both, when: all_new, of: [P, Q]}}\n"
+      "      - {subscription: Q, execution_time_ms: 2, publishes: {topic: both, when: all_new, of: [Q, P]}}\n"
+      "      - {timer: t, period_ms: 45, publishes: {topic: late, when: all_new, of: [P]}}\n"
+      "  - {name: C, type: command, input: both}\n"
+      "  - {name: L, type: command, input: late}\n",
+      60ms);
+  EXPECT_THAT(s.starts("F/P"), ElementsAre(0, 10, 20, 30, 40, 50));
+  EXPECT_THAT(s.starts("C/both"), ElementsAre(2, 32)) << "Q completes both sets";
+  EXPECT_THAT(s.starts("L/late"), ElementsAre(45))
+      << "a set of its own, not emptied by the other; none at 0 yet";
+}
+
+TEST(Callbacks, LastOfTakesWhatIsNewestAndEachSampleOnce) {
+  const Graph g = load(
+      "name: g\nnodes:\n"
+      "  - {name: S, type: sensor, period_ms: 40}\n"
+      "  - name: B\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: S}\n"
+      "      - {timer: t, period_ms: 20, execution_time_ms: 1, publishes: {topic: b, last_of: [S]}}\n"
+      "  - {name: C, type: command, input: b}\n"
+      "chains:\n  - {name: c, nodes: [S, B, C], sources: [S], sink: C}\n");
+  const Simulated s = simulate_graph(g, *find_executor("events-ro"), 80ms);
+  EXPECT_THAT(s.starts("C/b"), ElementsAre(1, 21, 41, 61));
+  // The timer's jobs at 0 and 40 ms are ahead of the samples that arrive then; their messages have none.
+  ASSERT_EQ(s.trace.chains.size(), 2U);
+  EXPECT_EQ(s.trace.chains[0].end_to_end_latency, 21ms);
+  EXPECT_EQ(s.trace.chains[1].end_to_end_latency, 21ms);
+}
+
+TEST(Callbacks, ChainsBeginAtTheTimerThatTheyName) {
+  const Graph g = load(
+      "name: g\nnodes:\n"
+      "  - name: D\n    type: callbacks\n    callbacks:\n"
+      "      - {timer: slow, period_ms: 40, execution_time_ms: 3, publishes: {topic: x, every: 2}}\n"
+      "      - {timer: fast, period_ms: 10, execution_time_ms: 1, publishes: y}\n"
+      "  - name: C\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: x, execution_time_ms: 1}\n"
+      "      - {subscription: y, execution_time_ms: 1}\n"
+      "chains:\n  - {name: c, nodes: [D/slow, C/x], sources: [D/slow], sink: C/x}\n");
+  const Simulated s = simulate_graph(g, *find_executor("rm-ro"), 100ms);
+  // The second slow job: its timestamp is 40 ms, and the fast timer's job is ahead of it.
+  ASSERT_EQ(s.trace.chains.size(), 1U);
+  EXPECT_EQ(s.trace.chains[0].hot_path_latency,
+            Time{} + Duration(std::llround(s.starts("C/x")[0] * 1e6)) -
+                (Time{} + Duration(std::llround(s.starts("D/slow")[1] * 1e6))));
+  EXPECT_EQ(s.trace.chains[0].end_to_end_latency,
+            Time{} + Duration(std::llround(s.starts("C/x")[0] * 1e6)) + 1ms - (Time{} + 40ms));
+}
+
+/// Whether jobs of the two timers overlap under two workers on two cores.
+bool overlap(const std::string& kind) {
+  const Graph g = load(
+      "name: g\nplatform: {cores: 2}\nnodes:\n  - name: A\n    type: callbacks\n    groups: {g: " + kind +
+      "}\n    callbacks:\n"
+      "      - {timer: t, period_ms: 10, execution_time_ms: 4, group: g}\n"
+      "      - {timer: u, period_ms: 15, execution_time_ms: 4, group: g}\n");
+  const Simulated s = simulate_graph(g, *find_executor("multi"), 1s, std::nullopt, {.workers = 2});
+  for (const JobRecord& a : s.trace.jobs) {
+    for (const JobRecord& b : s.trace.jobs) {
+      if (a.job.task == b.job.task || a.outcome != Outcome::ran || b.outcome != Outcome::ran) continue;
+      if (a.start < b.finish && b.start < a.finish) return true;
+    }
+  }
+  return false;
+}
+
+TEST(Callbacks, TimersOfOneMutuallyExclusiveGroupNeverOverlapReentrantOnesDo) {
+  EXPECT_FALSE(overlap("mutually_exclusive"));
+  EXPECT_TRUE(overlap("reentrant"));
+}
+
+TEST(Callbacks, AGroupIsOfItsNodeAndTheDefaultIsMutuallyExclusive) {
+  const Graph g = load(
+      "name: g\nnodes:\n"
+      "  - {name: S, type: sensor, period_ms: 10, callback_group: reentrant}\n"
+      "  - name: A\n    type: callbacks\n    groups: {r: reentrant, m: mutually_exclusive}\n    callbacks:\n"
+      "      - {timer: t, period_ms: 10}\n      - {timer: u, period_ms: 10, group: r}\n"
+      "      - {subscription: S, group: m}\n      - {timer: v, period_ms: 10}\n");
+  const GraphTasks tasks = make_tasks(g);
+  std::vector<std::uint32_t> groups;
+  for (const Task& task : tasks.set.tasks) groups.push_back(task.group);
+  EXPECT_THAT(groups, ElementsAre(0, 3, 1, 2, 3));
+  using enum CallbackGroup;
+  EXPECT_THAT(tasks.set.groups, ElementsAre(reentrant, reentrant, mutually_exclusive, mutually_exclusive));
+}
+
+TEST(Callbacks, TheHotPathIsThatOfTheTasksThatAChainNames) {
+  std::vector<std::string> hot;
+  for (const GraphEdge& edge : graph_edges(load_graph(find_graph("callbacks")))) {
+    if (edge.hot) hot.push_back(edge.topic);
+  }
+  EXPECT_THAT(hot, ElementsAre("points", "pose", "path"));
+}
+
+TEST(Callbacks, NamesMayBeLong) {
+  const std::string name(200, 'n'), timer(200, 't');
+  const Simulated s =
+      simulate_text("  - name: " + name + "\n    type: callbacks\n    callbacks:\n      - {timer: " + timer +
+                        ", period_ms: 10, publishes: x}\n  - name: C\n    type: callbacks\n" +
+                        "    callbacks:\n      - {subscription: x}\n",
+                    30ms);
+  EXPECT_EQ(s.starts(name + "/" + timer).size(), 3U);
+  EXPECT_EQ(s.starts("C/x").size(), 3U);
+}
+
+TEST(Callbacks, MessagesRememberAHundredNodes) {
+  // Two branches of fifty nodes each meet in one node: its message carries all that both have visited.
+  std::string nodes, names;
+  for (const std::string branch : {"A", "B"}) {
+    for (int i = 0; i < 50; ++i) {
+      const std::string name = branch + std::to_string(i), before = branch + std::to_string(i - 1);
+      nodes += "  - name: " + name + "\n    type: callbacks\n    callbacks:\n      - {" +
+               (i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before) +
+               ", execution_time_ms: 0.1, publishes: " + name + "}\n";
+      names += name + ", ";
+    }
+  }
+  const std::string set = "publishes: {topic: f, when: all_new, of: [A49, B49]}";
+  nodes += "  - name: F\n    type: callbacks\n    callbacks:\n      - {subscription: A49, " + set +
+           "}\n      - {subscription: B49, " + set + "}\n  - {name: C, type: command, input: f}\n";
+  const Graph g = load("name: g\nnodes:\n" + nodes + "chains:\n  - {name: c, nodes: [" + names +
+                       "F, C], sources: [A0, B0], sink: C}\n");
+  const Simulated s = simulate_graph(g, *find_executor("events-ro"), 250ms);
+  ASSERT_EQ(s.observations.size(), 3U);
+  for (const ChainObservation& o : s.observations) EXPECT_EQ(o.sources_seen, 3U);
+  EXPECT_EQ(s.trace.chains[2].end_to_end_latency, 10ms);
+}
+
+TEST(Callbacks, MeasuredTimesAreThoseGivenEachAboutAsOften) {
+  const Graph g = load(
+      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {timer: t, period_ms: 10, execution_time_ms: {measured: [1, 2, 4]}}\n"
+      "      - {timer: u, period_ms: 10, execution_time_ms: {min: 1, max: 2}}\n");
+  const GraphTasks tasks = make_tasks(g);
+  EXPECT_EQ(tasks.set[0].wcet, 4ms);
+  EXPECT_EQ(tasks.set[0].bcet, 1ms);
+  const MeasuredTimes times(tasks.set, {tasks.callbacks[0].measured, nullptr}, 7);
+  const MeasuredTimes again(tasks.set, {tasks.callbacks[0].measured, nullptr}, 7);
+  const UniformTimes uniform(tasks.set, 7);
+  std::map<Duration, int> count;
+  for (std::uint64_t i = 0; i < 3000; ++i) {
+    Job job;
+    job.task = 0;
+    job.sequence = i;
+    ++count[times.of(job)];
+    EXPECT_EQ(times.of(job), again.of(job));
+    job.task = 1;
+    EXPECT_EQ(times.of(job), uniform.of(job)) << "without measured values";
+  }
+  EXPECT_EQ(count.size(), 3U);
+  for (const Duration d : {1ms, 2ms, 4ms}) EXPECT_NEAR(count[d], 1000, 150);
+}
+
+TEST(Callbacks, MeasuredTimesFromAFileBesideTheGraph) {
+  const File csv("times.csv", "task,execution_time_ms\nx,1.5\nx,0.5\n");
+  const std::string name = std::filesystem::path(csv.path()).filename().string();
+  const auto node = [](const std::string& file) {
+    return "    callbacks:\n      - {timer: t, period_ms: 10, execution_time_ms: {file: " + file + "}}\n";
+  };
+  EXPECT_EQ(error_of(node(name)), "");
+  const File bad("bad.csv", "execution_time_ms\n1\n-2\n"), empty("empty.csv", "execution_time_ms\n");
+  EXPECT_THAT(error_of(node(bad.path())), HasSubstr("bad.csv:3: an execution time is `-2`"));
+  EXPECT_THAT(error_of(node(empty.path())), HasSubstr("no execution time in this file"));
+  EXPECT_THAT(error_of(node("missing.csv")), HasSubstr("missing.csv"));
+}
+
+TEST(Callbacks, LoadScalesAllOfThem) {
+  Graph g = load(
+      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {timer: t, period_ms: 10, execution_time_ms: {measured: [1, 2]}, publishes: {topic: x, every: "
+      "2}}\n"
+      "      - {subscription: x, execution_time_ms: 2}\n");
+  EXPECT_DOUBLE_EQ(load_percent(g), 30);
+  scale_to_load(g, 60);
+  EXPECT_THAT(*g.nodes[0].callbacks[0].measured, ElementsAre(2ms, 4ms));
+  EXPECT_EQ(make_tasks(g).set[1].wcet, 4ms);
+}
+
+TEST(Callbacks, AChainHasAtMostEightSources) {
+  std::string nodes = "name: g\nnodes:\n", names;
+  for (const char c : std::string("ABCDEFGHI")) {
+    nodes += std::string("  - {name: ") + c + ", type: sensor, period_ms: 10, output: x}\n";
+    names += (names.empty() ? "" : ", ") + std::string(1, c);
+  }
+  nodes += "  - {name: Z, type: command, input: x}\ntopics: {x: {publishers: many}}\n";
+  try {
+    load(nodes + "chains:\n  - {name: c, nodes: [" + names + ", Z], sources: [" + names + "], sink: Z}\n");
+    FAIL() << "took nine sources";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr(":15: chain c has 9 sources"));
+  }
+}
+
+TEST(Callbacks, WhatIsWrongIsSaidWithItsLine) {
+  const std::string c = "    callbacks:\n", t = "      - {timer: t, period_ms: 10, ",
+                    s = "      - {subscription: S, ";
+  const std::vector<std::array<std::string, 3>> wrong = {
+      {"", ":4: ", "`callbacks` is missing"},
+      {"    period_ms: 5\n" + c + t + "}\n", ":6: ", "`period_ms` means nothing for callbacks N"},
+      {"    callbacks: []\n", ":6: ", "empty list"},
+      {c + "      - {period_ms: 10}\n", ":7: ", "neither timer nor subscription"},
+      {c + "      - {timer: t, subscription: S}\n", ":7: ", "both a timer and a subscription"},
+      {c + t + "depth: 2}\n", ":7: ", "`depth` means nothing for timer N/t"},
+      {c + t + "perod_ms: 2}\n", ":7: ", "unknown key `perod_ms`"},
+      {c + "      - {timer: t}\n", ":7: ", "`period_ms` is missing"},
+      {c + "      - {timer: t, period_ms: -1}\n", ":7: ", "negative"},
+      {c + "      - {timer: a/b, period_ms: 1}\n", ":7: ", "contains /"},
+      {c + t + "}\n" + t + "}\n", ":8: ", "two callbacks with the name N/t"},
+      {c + "      - {timer: S, period_ms: 1}\n" + s + "}\n", ":8: ", "two callbacks with the name N/S"},
+      {c + s + "}\n" + s + "}\n", ":8: ", "two callbacks with the name N/S"},
+      {"    groups: {a: reentrant}\n" + c + t + "group: b}\n", ":8: ", "not among `groups`"},
+      {c + t + "group: b}\n", ":7: ", "add `groups: {b: reentrant}`"},
+      {"    groups: {a: shared}\n" + c + t + "}\n", ":6: ", "mutually_exclusive, reentrant"},
+      {c + t + "execution_time_ms: -1}\n", ":7: ", "negative"},
+      {c + t + "execution_time_ms: {min: 2, max: 1}}\n", ":7: ", "`min` above its `max`"},
+      {c + t + "execution_time_ms: {min: 2}}\n", ":7: ", "`max` is missing"},
+      {c + t + "execution_time_ms: {measured: []}}\n", ":7: ", "empty list"},
+      {c + t + "execution_time_ms: {measured: [1, -2]}}\n", ":7: ", "negative"},
+      {c + t + "execution_time_ms: {measured: [1], max: 2}}\n", ":7: ", "in two ways"},
+      {c + t + "execution_time_ms: {mean: 1}}\n", ":7: ", "unknown key `mean`"},
+      {c + t + "publishes: [x, x]}\n", ":7: ", "publishes topic x twice"},
+      {c + t + "publishes: []}\n", ":7: ", "empty list"},
+      {c + t + "publishes: {every: 2}}\n", ":7: ", "`topic` is missing"},
+      {c + t + "publishes: {topic: x, every: 0}}\n", ":7: ", "from 1 to"},
+      {c + t + "publishes: {topic: x, when: all_new}}\n", ":7: ", "`of` is missing"},
+      {c + t + "publishes: {topic: x, when: all_new, of: []}}\n", ":7: ", "empty list"},
+      {c + t + "publishes: {topic: x, when: all_new, of: [S]}}\n", ":7: ", "does not subscribe"},
+      {c + s + "publishes: {topic: x, when: all_new, of: [S, S]}}\n", ":7: ", "names topic S twice"},
+      {c + s + "publishes: {topic: x, when: sometimes}}\n", ":7: ", "always, all_new"},
+      {c + s + "publishes: {topic: x, of: [S]}}\n", ":7: ", "needs the rule all_new"},
+      {c + s + "publishes: {topic: x, every: 2, last_of: [S]}}\n", ":7: ", "several rules"},
+      {c + s + "publishes: S}\n", ":7: ", "publishes topic S, as node S does"},
+      {c + "      - {subscription: R}\n", ":7: ", "nobody publishes"},
+      {c + t + "publishes: x}\n      - {timer: u, period_ms: 1, publishes: y}\n" +
+           "chains:\n  - {name: c, nodes: [N], sources: [N], sink: N}\n",
+       ":10: ", "2 timers; name the task in which data begins, such as N/t"},
+      {c + t + "publishes: x}\nchains:\n  - {name: c, nodes: [N/u], sources: [N/u], sink: N/u}\n",
+       ":9: ", "did you mean `N/t`"},
+      {c + s + "}\n" + t + "publishes: {topic: x, last_of: [S]}}\n" +
+           "chains:\n  - {name: c, nodes: [S, N/S], sources: [S], sink: N/S}\n",
+       ":10: ", "only stores its samples"},
+      {c + s +
+           "publishes: x}\n      - {subscription: x, publishes: y}\n      - {subscription: y, publishes: "
+           "x}\n",
+       ":8", "form a cycle"},
+  };
+  for (const auto& [text, line, what] : wrong) {
+    EXPECT_THAT(error_of(text), testing::AllOf(HasSubstr(line), HasSubstr(what))) << text;
+  }
+}
+
+}  // namespace
+}  // namespace hotpath
