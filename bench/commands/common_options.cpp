@@ -53,6 +53,10 @@ void add_executors_option(CLI::App& command, const std::string& option, CommonOp
                   "(the paper's seven, by default) or `all`")
       ->type_name("NAMES")
       ->delimiter(',');
+  add_deployments_option(command, o);
+}
+
+void add_deployments_option(CLI::App& command, CommonOptions& o) {
   command
       .add_option("--deployments,--deployment", o.deployments,
                   "Names of `hotpath list deployments`, or paths of YAML\n"
@@ -62,7 +66,9 @@ void add_executors_option(CLI::App& command, const std::string& option, CommonOp
       ->delimiter(',');
 }
 
-std::vector<std::string> executors_of(const std::vector<std::string>& names) {
+std::vector<std::string> executors_of(const CommonOptions& options) {
+  const std::vector<std::string>& names = options.executors;
+  if (names.empty() && !options.deployments.empty()) return {};
   if (names.empty() || names == std::vector<std::string>{"paper"}) return paper_executor_names();
   return names == std::vector<std::string>{"all"} ? all_executor_names() : names;
 }

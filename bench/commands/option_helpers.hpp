@@ -90,8 +90,11 @@ void add_length_options(CLI::App& command, CommonOptions& options, double longes
 
 void add_output_option(CLI::App& command, CommonOptions& options);
 
-/// Executors of a command that takes several: `names` as given, none or `paper` as the paper's, `all`.
+/// Executors of a command that takes several, and --deployments. `paper`, or nothing at all, is the paper's
+/// seven, `all` is all.
 void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& options);
-[[nodiscard]] std::vector<std::string> executors_of(const std::vector<std::string>& names);
+/// Adds --deployments alone.
+void add_deployments_option(CLI::App& command, CommonOptions& options);
+[[nodiscard]] std::vector<std::string> executors_of(const CommonOptions& options);
 
 }  // namespace hotpath

@@ -67,11 +67,13 @@ void add_run_command(CLI::App& app) {
   auto [run, o] = add_command<Arguments>(app, "run", "Measure a graph live under one executor",
                                          "hotpath run --executor edf-ro --duration 10 --output runs/first",
                                          [](Arguments& arguments) {
-                                           arguments.options.executors = {arguments.executor};
+                                           const bool deployed = !arguments.options.deployments.empty();
+                                           if (!deployed) arguments.options.executors = {arguments.executor};
                                            run_live(arguments.options);
                                          });
   add_text(run, "--executor,--executors", o.executor, "NAME", "One of `hotpath list executors`")
       ->group(kWhatRuns);
+  add_deployments_option(run, o.options);
   add_run_options(run, o.options);
 }
 
@@ -79,9 +81,7 @@ void add_compare_command(CLI::App& app) {
   auto [compare, o] = add_command<RunOptions>(
       app, "compare", "Measure a graph live under several executors, repetitions interleaved",
       "hotpath compare --executors default,rm-ro,edf-ro --duration 10", [](RunOptions& options) {
-        if (options.deployments.empty() || !options.executors.empty()) {
-          options.executors = executors_of(options.executors);
-        }
+        options.executors = executors_of(options);
         run_live(options);
       });
   add_executors_option(compare, "--executors", o);

@@ -45,9 +45,7 @@ void add_simulate_command(CLI::App& app) {
   auto [simulate, o] = add_command<SimulateOptions>(
       app, "simulate", "Run a graph under executors in virtual time: exact, repeatable, fast",
       "hotpath simulate --executors all --duration 600 --output runs/simulated", [](SimulateOptions options) {
-        if (options.deployments.empty() || !options.executors.empty()) {
-          options.executors = executors_of(options.executors);
-        }
+        options.executors = executors_of(options);
         run_simulated(options);
       });
   o.duration_s = 60;

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "hotpath/core/input_error.hpp"
 #include "live/publishing_effect.hpp"
 #include "live/repetition_runner.hpp"
 #include "machine/machine.hpp"
@@ -106,7 +107,32 @@ class LiveRun {
     if (plan_.processes > graph_.nodes.size()) {
       throw UsageError(concat(processes, ": the graph has only ", graph_.nodes.size(), " nodes"));
     }
-    for (const ExecutorSpec& e : executors_) phases_of_repetition(options_, graph_, tasks_, e, 0);
+    for (const ExecutorSpec& e : executors_) {
+      phases_of_repetition(options_, graph_, tasks_, e, 0);
+      check_deployment(e);
+    }
+  }
+
+  void check_deployment(const ExecutorSpec& e) const {
+    if (!e.deployment) return;
+    const Deployment& plan = e.deployment->plan;
+    if (plan_.processes > 1) {
+      throw UsageError(concat("--processes: deployment ", plan.name, " runs in one process; leave it out"));
+    }
+    if (plan_.executor_policy) {
+      throw UsageError(
+          "--executor-policy is for single executors; a deployment says the policies of its own");
+    }
+    const std::vector<int> available = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus;
+    for (const DeployedExecutor& executor : plan.executors) {
+      for (const int processor : executor.processors) {
+        if (std::ranges::count(available, processor) > 0) continue;
+        throw InputError(
+            plan.file, executor.line,
+            concat("executor ", executor.name, ": there is no processor ", processor, " to run on"),
+            "take some of " + joined(available));
+      }
+    }
   }
 
   void check_publishing() {
@@ -196,7 +222,8 @@ class LiveRun {
     run.update({{"thread_policies", result.policies},
                 {"live", p.publishing.has_value()},
                 {"failure", result.failure}});
-    const bool wanted_real_time = p.executor.entry->traits.raises_timer_thread && !p.timer_policy;
+    const auto raises = [](const ExecutorSpec& e) { return e.entry->traits.raises_timer_thread; };
+    const bool wanted_real_time = std::ranges::any_of(parts(p.executor), raises) && !p.timer_policy;
     if (wanted_real_time && result.timers_are_ordinary && !told_no_real_time_) {
       told_no_real_time_ = true;
       warn(
@@ -210,6 +237,7 @@ class LiveRun {
   /// period.
   void check_throttling(const RepetitionPlan& p) {
     if (told_throttling_ || machine_.rt_runtime_us < 0 || machine_.rt_period_us <= 0) return;
+    if (p.executor.deployment) return;
     const ExecutorOptions defaults = default_options(*p.executor.entry);
     const ThreadPolicy policy = p.timer_policy.value_or(defaults.timer_thread.policy);
     const bool runs_timers = p.executor.entry->traits.timers == TimerHandling::release_and_execute;

@@ -28,22 +28,25 @@ RunMemory::Size memory_size(const RepetitionPlan& plan) {
   const GraphTasks& tasks = plan.tasks;
   const std::vector<double> rates = activation_rates(tasks);
   const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
-  double jobs = 0, outputs = 0;
+  const std::span<const ExecutorSpec> all = parts(plan.executor);
+  std::vector<double> jobs(all.size(), 0);
+  double outputs = 0;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     double rate = tasks.set[id].kind == TaskKind::timer ? rates[id] : 0;
     for (TaskId from = 0; from < tasks.set.size(); ++from) {
       const auto& feeds = tasks.set[from].feeds;
       rate += rates[from] * static_cast<double>(std::ranges::count(feeds, id));
     }
-    jobs += rate;
+    jobs[plan.executor.deployment ? plan.executor.deployment->plan.executor_of[id] : 0] += rate;
     for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? rate : 0;
   }
   // Room for a third more than the nominal rates, which only a wrong rate could exceed.
   const double seconds = to_ms(plan.length) / 1000 + 1;
   RunMemory::Size size;
   size.tasks = tasks.set.size();
-  size.workers = worker_count(*plan.executor.entry, plan.executor.scheduler);
-  size.jobs = static_cast<std::uint64_t>(jobs * seconds * 4 / 3) + 1024;
+  for (const ExecutorSpec& part : all) size.workers += worker_count(*part.entry, part.scheduler);
+  size.executors = static_cast<std::uint32_t>(all.size());
+  size.jobs = static_cast<std::uint64_t>(std::ranges::max(jobs) * seconds * 4 / 3) + 1024;
   size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
   return size;
 }

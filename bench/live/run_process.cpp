@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <csignal>
 #include <exception>
+#include <map>
 #include <system_error>
 #include <thread>
 
@@ -51,17 +52,44 @@ const Channel* last_words = nullptr;
   for (;;) pause();  // the coordinator looks for files that we leave before it ends us
 }
 
-ExecutorOptions thread_options(const RepetitionPlan& plan) {
-  ExecutorOptions options = default_options(*plan.executor.entry);
+ExecutorOptions thread_options(const RepetitionPlan& plan, std::size_t part) {
+  ExecutorOptions options = default_options(*parts(plan.executor)[part].entry);
   options.measure_cpu_time = plan.measure_cpu_time;
-  if (plan.executor_policy) options.executor_threads = {*plan.executor_policy, true};
-  if (plan.timer_policy) options.timer_thread = {*plan.timer_policy, true};
+  if (plan.executor_policy) options.executor_threads = {*plan.executor_policy, true, {}};
+  if (plan.executor.deployment) {
+    const DeployedExecutor& where = plan.executor.deployment->plan.executors[part];
+    options.executor_threads = {where.policy, where.policy != ThreadPolicy{}, where.processors};
+    // Its timers are not to wait behind its own callbacks.
+    ThreadPolicyRequest& timers = options.timer_thread;
+    const bool raised = timers.policy.scheduling_class != ThreadPolicy::Class::other;
+    if (!raised || where.policy.priority > timers.policy.priority) timers = options.executor_threads;
+    timers.processors = where.processors;
+  }
+  if (plan.timer_policy) options.timer_thread = {*plan.timer_policy, true, {}};
+  return options;
+}
+
+LiveOptions live_options(const RepetitionPlan& plan) {
+  LiveOptions options{{}, {}, plan.transport, plan.fastdds, plan.calibration};
+  const std::span<const ExecutorSpec> all = parts(plan.executor);
+  for (std::size_t e = 0; e < all.size(); ++e) {
+    options.executors.push_back({all[e].entry, all[e].scheduler, thread_options(plan, e)});
+  }
+  if (plan.executor.deployment) options.executor_of = plan.executor.deployment->plan.executor_of;
   return options;
 }
 
 std::string as_text(const std::vector<WorkerThread>& workers) {
+  constexpr std::size_t kMostOneByOne = 8;
   std::vector<std::string> texts;
-  for (const WorkerThread& worker : workers) texts.push_back(to_string(worker));
+  std::map<std::string, int> counts;
+  for (const WorkerThread& worker : workers) {
+    texts.push_back(to_string(worker));
+    ++counts[texts.back()];
+  }
+  if (texts.size() <= kMostOneByOne) return joined(texts);
+  texts.clear();
+  for (const auto& [worker, count] : counts) texts.push_back(concat(count, " x ", worker));
   return joined(texts);
 }
 
@@ -96,11 +124,11 @@ class Process {
   }
 
   /// Until `end`, or, which returns false, until the coordinator asks for an earlier one.
-  bool wait(Time end, Executor& executor) const {
+  bool wait(Time end, LiveSystem& system) const {
     while (now() < end) {
       const auto message = receive(end);
       if (message && message->kind == Kind::stop) {
-        executor.stop();
+        system.stop();
         return false;
       }
     }
@@ -108,28 +136,24 @@ class Process {
   }
 
   void run(const GraphTasks& tasks, std::deque<RunMemory>& memories, RunMemory& own) const {
-    const LiveOptions options{plan_.executor.entry,  plan_.executor.scheduler,
-                              thread_options(plan_), plan_.transport,
-                              plan_.fastdds,         plan_.calibration};
-    LiveSystem system(*plan_.graph, tasks, options, own);
+    LiveSystem system(*plan_.graph, tasks, live_options(plan_), own);
     system.wait_until_matched(now() + plan_.time_out);
     tell(Kind::matched);
 
     const ChannelMessage begin = expect(Kind::begin);
     const Time epoch = from_ns(begin.number[0]), end = from_ns(begin.number[1]);
-    Executor& executor = system.executor();
-    executor.start(epoch, end);
-    tell({Kind::begun, {timers_are_ordinary(executor.workers())}, as_text(executor.workers())});
-    const bool goes_on = wait(epoch, executor);
+    system.start(epoch, end);
+    tell({Kind::begun, {timers_are_ordinary(system.workers())}, as_text(system.workers())});
+    const bool goes_on = wait(epoch, system);
     const rusage before = own_usage();
-    if (goes_on) wait(end, executor);
-    const Time ended = executor.join();
+    if (goes_on) wait(end, system);
+    const Time ended = system.join();
     const rusage after = own_usage();
     tell({Kind::stopped, {to_ns(ended)}});
 
     expect(Kind::settle);
-    settle(tasks, memories, executor);
-    executor.close();
+    settle(tasks, memories, system);
+    system.close();
     tell({Kind::done,
           {(cpu_time(after) - cpu_time(before)).count(), after.ru_maxrss, after.ru_nvcsw - before.ru_nvcsw,
            after.ru_nivcsw - before.ru_nivcsw}});
@@ -137,11 +161,11 @@ class Process {
 
  private:
   /// Waits, for a bounded time, until all samples that were published for this process have arrived.
-  static void settle(const GraphTasks& tasks, std::deque<RunMemory>& memories, const Executor& executor) {
+  static void settle(const GraphTasks& tasks, std::deque<RunMemory>& memories, const LiveSystem& system) {
     const Time limit = now() + std::chrono::seconds(2);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       if (!tasks.set[id].local) continue;
-      while (executor.arrived(id) < published_for(memories, id) && now() < limit) {
+      while (system.arrived(id) < published_for(memories, id) && now() < limit) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
     }

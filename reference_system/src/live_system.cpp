@@ -4,6 +4,10 @@
 #include <Message4kbPubSubTypes.h>
 #include <TaskMessagePubSubTypes.h>
 
+#include <algorithm>
+#include <cassert>
+
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/message.hpp"
 #include "hotpath/reference_system/task_message.hpp"
 #include "live_nodes.hpp"
@@ -28,19 +32,62 @@ std::unique_ptr<LiveNodes> make_nodes(const Graph& graph, const GraphTasks& task
 
 LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,
                        RunMemory& memory)
-    : nodes_(make_nodes(graph, tasks, options, memory)),
-      executor_(std::make_unique<Executor>(tasks.set, options.executor->make(tasks.set, options.scheduler),
-                                           *nodes_, memory.jobs(), options.threads)) {
-  nodes_->connect(*executor_);
+    : executor_of_(options.executor_of), nodes_(make_nodes(graph, tasks, options, memory)) {
+  const std::size_t all_workers = memory.jobs().size() - options.executors.size();
+  Worker first_worker = 0;
+  for (const LiveExecutor& live : options.executors) {
+    TaskSet own = tasks.set;
+    for (TaskId id = 0; id < own.size() && !executor_of_.empty(); ++id) {
+      own.tasks[id].local &= executor_of_[id] == executors_.size();
+    }
+    auto scheduler = live.entry->make(own, live.scheduler);
+    const auto workers = static_cast<Worker>(scheduler->workers().size());
+    assert(first_worker + workers <= all_workers);
+    const auto first_log = memory.jobs().begin() + first_worker;
+    Executor::Logs logs(first_log, first_log + workers);
+    logs.push_back(memory.jobs()[all_workers + executors_.size()]);
+    ExecutorOptions threads = live.threads;
+    threads.first_worker = std::exchange(first_worker, first_worker + workers);
+    executors_.push_back(
+        std::make_unique<Executor>(own, std::move(scheduler), *nodes_, std::move(logs), threads));
+  }
+  nodes_->connect(*this);
 }
 
 LiveSystem::~LiveSystem() {
-  executor_->stop();
-  executor_->join();
-  // Samples go back to the transport while its readers exist, and its readers go before the executor they
+  stop();
+  join();
+  // Samples go back to the transport while its readers exist, and its readers go before the executors they
   // call.
-  executor_->close();
+  close();
   nodes_.reset();
+}
+
+void LiveSystem::start(Time epoch, Time end) {
+  for (const auto& executor : executors_) executor->start(epoch, end);
+}
+
+void LiveSystem::stop() {
+  const Time end = now();  // the same for all
+  for (const auto& executor : executors_) executor->stop(end);
+}
+
+Time LiveSystem::join() {
+  Time end = kNever;
+  for (const auto& executor : executors_) end = std::min(end, executor->join());
+  return end;
+}
+
+void LiveSystem::close() {
+  for (const auto& executor : executors_) executor->close();
+}
+
+std::vector<WorkerThread> LiveSystem::workers() const {
+  std::vector<WorkerThread> all;
+  for (const auto& executor : executors_) {
+    all.insert(all.end(), executor->workers().begin(), executor->workers().end());
+  }
+  return all;
 }
 
 }  // namespace hotpath

@@ -20,7 +20,7 @@ RunMemory::RunMemory(const Size& size) {
   const std::size_t counters = aligned(size.tasks * sizeof(std::atomic<std::uint64_t>));
   const std::size_t job_log = aligned(RecordLog<JobRecord>::bytes(size.jobs));
   const std::size_t chain_log = aligned(RecordLog<ChainObservation>::bytes(size.chains));
-  bytes_ = counters + (size.workers + 1) * job_log + size.workers * chain_log;
+  bytes_ = counters + (size.workers + size.executors) * job_log + size.workers * chain_log;
 
   // Shared with processes forked later. Populated now: page faults do not belong on the job path.
   memory_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
@@ -34,7 +34,7 @@ RunMemory::RunMemory(const Size& size) {
   for (std::uint32_t i = 0; i < size.tasks; ++i) new (counter + i) std::atomic<std::uint64_t>(0);
   published_ = {counter, size.tasks};
   next += counters;
-  for (std::uint32_t i = 0; i <= size.workers; ++i, next += job_log) {
+  for (std::uint32_t i = 0; i < size.workers + size.executors; ++i, next += job_log) {
     jobs_.push_back(RecordLog<JobRecord>::create(next, size.jobs));
   }
   for (std::uint32_t i = 0; i < size.workers; ++i, next += chain_log) {

@@ -64,23 +64,23 @@ Counts run(const std::string& executor, TransportKind transport) {
   for (TaskId id = 0; id < tasks.set.size(); ++id) tasks.set.tasks[id].phase = phases[id];
 
   LiveOptions options;
-  options.executor = find_executor(executor);
-  options.threads = default_options(*options.executor);
+  const ExecutorEntry& entry = *find_executor(executor);
+  options.executors = {{&entry, {}, default_options(entry)}};
   options.transport = transport;
   options.fastdds.partition = "allocation_test";
   options.calibration.divisions_per_us = 300;
-  RunMemory memory({tasks.set.size(), worker_count(*options.executor, {}), 10'000, 1'000});
+  RunMemory memory({tasks.set.size(), worker_count(entry, {}), 10'000, 1'000});
   LiveSystem system(graph, tasks, options, memory);
   system.wait_until_matched(now() + std::chrono::seconds(20));
 
   const Time epoch = now() + std::chrono::milliseconds(50);
-  system.executor().start(epoch, epoch + std::chrono::seconds(2));
+  system.start(epoch, epoch + std::chrono::seconds(2));
   std::this_thread::sleep_until(epoch + std::chrono::seconds(1));
   counting = true;
   std::this_thread::sleep_until(epoch + std::chrono::milliseconds(1950));
   counting = false;
-  system.executor().join();
-  system.executor().close();
+  system.join();
+  system.close();
 
   Counts counts{all_allocations.exchange(0), own_allocations.exchange(0)};
   for (const auto& log : memory.jobs()) counts.jobs += log.contents().size();

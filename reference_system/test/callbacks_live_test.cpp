@@ -28,21 +28,21 @@ Live run(Graph graph, const std::string& executor, TransportKind transport) {
   const std::vector<Duration> first = make_phases(graph, live.tasks, Phases::synchronous, {});
   for (TaskId id = 0; id < first.size(); ++id) live.tasks.set.tasks[id].phase = first[id];
   LiveOptions options;
-  options.executor = find_executor(executor);
-  options.threads = default_options(*options.executor);
+  const ExecutorEntry& entry = *find_executor(executor);
+  options.executors = {{&entry, {}, default_options(entry)}};
   options.transport = transport;
   options.fastdds.partition = "callbacks_live_test";
   options.calibration.divisions_per_us = 300;
-  RunMemory memory({live.tasks.set.size(), worker_count(*options.executor, {}), 10'000, 1'000});
+  RunMemory memory({live.tasks.set.size(), worker_count(entry, {}), 10'000, 1'000});
   {
     LiveSystem system(graph, live.tasks, options, memory);
     system.wait_until_matched(now() + std::chrono::seconds(20));
     live.trace.epoch = now() + std::chrono::milliseconds(20);
-    system.executor().start(live.trace.epoch, live.trace.epoch + std::chrono::milliseconds(600));
-    live.trace.end = system.executor().join();
+    system.start(live.trace.epoch, live.trace.epoch + std::chrono::milliseconds(600));
+    live.trace.end = system.join();
     const Time limit = now() + std::chrono::seconds(2);
     for (TaskId id = 0; id < live.tasks.set.size(); ++id) {
-      while (system.executor().arrived(id) < memory.published()[id].load() && now() < limit) {
+      while (system.arrived(id) < memory.published()[id].load() && now() < limit) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
     }

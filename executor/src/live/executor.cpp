@@ -83,11 +83,13 @@ void Executor::prepare(Worker worker) {
   }
 }
 
-void Executor::stop() {
+void Executor::stop() { stop(now()); }
+
+void Executor::stop(Time end) {
   WorkerSet parked;
   {
     const std::lock_guard lock(mutex_);
-    end_ = std::min(end_, now());
+    end_ = std::min(end_, end);
     for (Worker w = 0; w < lanes_.size(); ++w) parked.insert(w);
     parked = claim(parked);
   }
@@ -197,14 +199,14 @@ void Executor::work(Worker worker) {
 void Executor::run_job(Worker worker, const Job& job, Sample sample) {
   JobRecord record;
   record.job = job;
-  record.worker = static_cast<std::uint16_t>(worker);
+  record.worker = static_cast<std::uint16_t>(options_.first_worker + worker);
   record.start = now();
   if (job.empty) {
     record.outcome = Outcome::empty;
     record.finish = record.start;
   } else {
     const Duration cpu_before = options_.measure_cpu_time ? thread_cpu_time() : Duration{};
-    handler_.run(job, record.start, std::move(sample), worker);
+    handler_.run(job, record.start, std::move(sample), record.worker);
     if (options_.measure_cpu_time) record.cpu_time = thread_cpu_time() - cpu_before;
     record.finish = now();
   }

@@ -32,6 +32,7 @@ struct ExecutorOptions {
   ThreadPolicyRequest executor_threads;
   ThreadPolicyRequest timer_thread;
   bool measure_cpu_time = false;  ///< Thread CPU time of each job; about a microsecond a job.
+  Worker first_worker = 0;        ///< Number of its first worker in records and for the handler.
 };
 
 /// The executor's defaults (design: Live execution): the paper's raise their timer management thread to
@@ -56,7 +57,8 @@ class Executor final : public SampleSink {
   /// thread has its policy; throws ThreadSetupError when a required one was refused.
   void start(Time epoch, Time end);
 
-  /// Brings the end forward to now. Any thread.
+  /// Brings the end forward to `end`, by default now, if it was later. Any thread.
+  void stop(Time end);
   void stop();
 
   /// Waits for the threads, which finish the jobs they are in. Returns the instant at which the run ended.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "hotpath/fastdds/participant.hpp"
 #include "hotpath/live/executor.hpp"
@@ -17,10 +18,16 @@ constexpr auto enum_texts(TransportKind) {
       {{TransportKind::fastdds, "fastdds"}, {TransportKind::intra_process, "intra_process"}});
 }
 
-struct LiveOptions {
-  const ExecutorEntry* executor = nullptr;
+/// One executor of a live system.
+struct LiveExecutor {
+  const ExecutorEntry* entry = nullptr;
   SchedulerOptions scheduler;
   ExecutorOptions threads;
+};
+
+struct LiveOptions {
+  std::vector<LiveExecutor> executors;
+  std::vector<std::uint32_t> executor_of;  ///< By task; empty: the first executor serves all.
   TransportKind transport = TransportKind::fastdds;
   FastDdsOptions fastdds;
   Calibration calibration;
@@ -36,11 +43,12 @@ class LiveNodes : public JobHandler {
   virtual void wait_until_matched(Time deadline) = 0;
 };
 
-/// The nodes of a graph that live in this process, driven by an executor. Their messages are upstream's, or,
-/// if the graph has nodes of type `callbacks`, TaskMessage. First timestamps are the phases in `tasks`.
-class LiveSystem {
+/// The nodes of a graph that live in this process, driven by one executor or several. Their messages are
+/// upstream's, or, if the graph has nodes of type `callbacks`, TaskMessage. First timestamps are the phases
+/// in `tasks`.
+class LiveSystem : private SampleSink {
  public:
-  /// Throws TransportError.
+  /// `memory` has logs for all workers and executors. Throws TransportError.
   LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options, RunMemory& memory);
   ~LiveSystem();
 
@@ -48,11 +56,25 @@ class LiveSystem {
   /// TransportError.
   void wait_until_matched(Time deadline) { nodes_->wait_until_matched(deadline); }
 
-  Executor& executor() { return *executor_; }
+  /// As Executor has them, for all executors: their workers are numbered through.
+  void start(Time epoch, Time end);
+  void stop();
+  Time join();
+  void close();
+  [[nodiscard]] std::uint64_t arrived(TaskId task) const { return executor_of(task).arrived(task); }
+  [[nodiscard]] std::vector<WorkerThread> workers() const;
 
  private:
+  void deliver(TaskId task, const SampleInfo& info, Sample sample) override {
+    executor_of(task).deliver(task, info, std::move(sample));
+  }
+  [[nodiscard]] Executor& executor_of(TaskId task) const {
+    return *executors_[executor_of_.empty() ? 0 : executor_of_[task]];
+  }
+
+  const std::vector<std::uint32_t> executor_of_;  // by task
   std::unique_ptr<LiveNodes> nodes_;
-  std::unique_ptr<Executor> executor_;
+  std::vector<std::unique_ptr<Executor>> executors_;
 };
 
 }  // namespace hotpath

@@ -20,8 +20,9 @@ class RunMemory {
   struct Size {
     std::uint32_t tasks = 0;
     std::uint32_t workers = 0;
-    std::uint64_t jobs = 0;    ///< Records for each worker, and as many for what arrivals overwrite.
+    std::uint64_t jobs = 0;    ///< Records for each worker, and for what arrivals at an executor overwrite.
     std::uint64_t chains = 0;  ///< Chain observations for each worker.
+    std::uint32_t executors = 1;
   };
 
   /// Throws std::system_error when there is not enough memory.
@@ -30,6 +31,7 @@ class RunMemory {
   RunMemory(const RunMemory&) = delete;
   RunMemory& operator=(const RunMemory&) = delete;
 
+  /// Of each worker, then, of each executor, for what arrivals overwrite.
   [[nodiscard]] const Executor::Logs& jobs() const { return jobs_; }
   [[nodiscard]] const std::vector<RecordLog<ChainObservation>>& chains() const { return chains_; }
   /// Per subscription: samples published for it. Timers: 0.
