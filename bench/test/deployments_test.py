@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Deployments of the Autoware graph through the commands that take them, simulated and live."""
+
+import itertools
+import unittest
+
+from hotpath_command import CommandTest, RunFolder
+
+SHIPPED = ("single", "isolated", "cie", "prioritized", "cbg", "picas", "rm-threads")
+CRUNCH_MS = 4.2
+
+
+class Deployments(CommandTest):
+    def measure_into(self, name, *arguments):
+        code, _, err = self.command(*arguments, "--output", self.folder / name)
+        self.assertEqual(code, 0, err)
+        return RunFolder(self.folder / name)
+
+    def refused(self, *arguments):
+        code, _, err = self.command(*arguments)
+        self.assertEqual(code, 2, err)
+        return err
+
+    def write(self, name, *executors):
+        path = self.folder / name
+        path.write_text("\n".join(["name: mine", "executors:", *(f"  - {{{e}}}" for e in executors)]))
+        return path
+
+    def check(self, run):
+        """Every job ran on a worker of its task's executor; one worker runs one job at a time."""
+        self.assertEqual(run.run["failures"], [])
+        for executor in run.summary()["executors"]:
+            self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
+        for (label, _), jobs in run.jobs().items():
+            workers = {}
+            for executor in run.run["deployments"][label]["executors"]:
+                numbers = range(executor["first_worker"], executor["first_worker"] + executor["workers"])
+                workers.update((task, numbers) for task in executor["tasks"])
+            ran = sorted((j for j in jobs if j.outcome == "ran"), key=lambda j: (j.worker, j.start))
+            self.assertEqual({j.task for j in ran}, set(workers))
+            for job in ran:
+                self.assertIn(job.worker, workers[job.task], job)
+            for job, after in itertools.pairwise(ran):
+                self.assertTrue(job.worker < after.worker or job.finish <= after.start, (job, after))
+
+    def latency(self, run, label, quantile):
+        (chain,) = next(e for e in run.summary()["executors"] if e["executor"] == label)["chains"]
+        return chain["hot_path_latency_ms"][quantile]
+
+    def test_all_that_ship_are_simulated_in_one_table(self):
+        run = self.measure(
+            *("simulate", "--cores", 2, "--load", 80, "--duration", 20),
+            *("--executors", "default", "--deployments", ",".join(SHIPPED)),
+        )
+        self.assertEqual(run.run["executors"], ["default", *SHIPPED])
+        jobs = run.jobs()
+        self.assertEqual(repr(jobs[("default", 0)]), repr(jobs[("single", 0)]))
+        run.run["deployments"]["default"] = run.run["deployments"]["single"]
+        self.check(run)
+        # One core per branch needs four crunches; on one thread it is five, and then what comes between.
+        self.assertLessEqual(self.latency(run, "prioritized", "p50"), 4.1 * CRUNCH_MS)
+        self.assertLessEqual(self.latency(run, "prioritized", "max"), 5 * CRUNCH_MS)
+        self.assertGreater(self.latency(run, "single", "p50"), 5 * CRUNCH_MS)
+
+    def test_live_in_one_process(self):
+        mine = self.write("mine.yaml", "name: rest, policy: 'other:5', owns: rest", "name: imu, owns: [Visualizer]")
+        for transport in ("intra_process", "fastdds"):
+            run = self.measure_into(
+                transport,
+                *("compare", "--load", 10, "--duration", 1, "--warm-up", 0, "--repetitions", 1),
+                *("--transport", transport, "--deployments", f"isolated,{mine}"),
+            )
+            self.assertEqual(run.run["executors"], ["isolated", "mine"])
+            self.check(run)
+        policies = {r["executor"]: r["thread_policies"] for r in run.run["runs"]}
+        self.assertEqual(policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]})
+
+    def test_refused_with_file_and_line_before_anything_runs(self):
+        far = self.write("far.yaml", "name: a, owns: [Visualizer]", "name: b, processors: [63], owns: rest")
+        for command in (["simulate", "--cores", 2], ["compare"]):
+            err = self.refused(*command, "--deployments", far, "--output", "none")
+            self.assertIn("far.yaml:4: executor b", err)
+        robin = self.write("robin.yaml", "name: a, policy: 'rr:1', owns: rest")
+        self.assertIn("robin.yaml:3: ", self.refused("simulate", "--deployments", robin, "--output", "none"))
+        unknown = self.write("unknown.yaml", "name: a, executor: fastest, owns: rest")
+        self.assertIn("unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none"))
+        self.assertIn("isolated", self.refused("simulate", "--deployments", "isolatd", "--output", "none"))
+        self.assertIn("--processes", self.refused("compare", "--processes", 2, "--deployments", "isolated"))
+        self.assertIn("named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none"))
+        self.assertFalse((self.folder / "none").exists())
+
+    def test_entity_order(self):
+        order = self.folder / "order.txt"
+        order.write_text("RearLidarDriver\n\nNobody\n")
+        self.assertIn("order.txt:3: ", self.refused("simulate", "--entity-order", order, "--output", "none"))
+        self.assertIn("--entity-order", self.refused("simulate", "--entity-order", "sideways", "--output", "none"))
+        order.write_text("RearLidarDriver\n")
+        first = []
+        for name in ("creation", order):
+            run = self.measure_into(
+                f"run_{len(first)}",
+                *("simulate", "--executors", "default", "--phases", "synchronous", "--duration", 1, "--warm-up", 0),
+                *("--entity-order", name),
+            )
+            first.append(run.jobs()[("default", 0)][0].task)
+        self.assertEqual(first, ["FrontLidarDriver", "RearLidarDriver"])
+
+
+if __name__ == "__main__":
+    unittest.main()
