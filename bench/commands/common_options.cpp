@@ -24,8 +24,8 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
              "Subscriptions under the paper's executors: priority of\n"
              "the timers upstream, or before all timers");
   add_text(command, "--entity-order", o.entity_order, "creation|reverse|FILE",
-           "Order in which wait sets scan tasks: with rclcpp that of\n"
-           "addresses in memory; FILE has a task's name in each line");
+           "Order in which wait sets, and no other executors, scan\n"
+           "tasks: with rclcpp that of addresses in memory; FILE has\na task's name in each line");
   add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first");
 }
 

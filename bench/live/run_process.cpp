@@ -59,11 +59,9 @@ ExecutorOptions thread_options(const RepetitionPlan& plan, std::size_t part) {
   if (plan.executor.deployment) {
     const DeployedExecutor& where = plan.executor.deployment->plan.executors[part];
     options.executor_threads = {where.policy, where.policy != ThreadPolicy{}, where.processors};
-    // Its timers are not to wait behind its own callbacks.
-    ThreadPolicyRequest& timers = options.timer_thread;
-    const bool raised = timers.policy.scheduling_class != ThreadPolicy::Class::other;
-    if (!raised || where.policy.priority > timers.policy.priority) timers = options.executor_threads;
-    timers.processors = where.processors;
+    const bool raised = parts(plan.executor)[part].entry->traits.raises_timer_thread;
+    options.timer_thread = options.executor_threads;
+    if (raised) options.timer_thread.policy = raised_above(where.policy);
   }
   if (plan.timer_policy) options.timer_thread = {*plan.timer_policy, true, {}};
   return options;

@@ -106,7 +106,7 @@ static void to_json(nlohmann::json& j, const MachineNoise& noise) {
 
 HOTPATH_JSON_FIELDS(Machine, cpu_model, processors, kernel, preempt_rt, distribution, governor, hypervisor,
                     rt_runtime_us, rt_period_us, load_average, compiler, build_type, turbo, clock_source,
-                    timer_slack_ns, stolen_percent, real_time_threads, noise)
+                    timer_slack_ns, stolen_percent, real_time_threads, noise);
 
 std::vector<std::string> warnings(const Machine& m) {
   std::vector<std::string> sentences;

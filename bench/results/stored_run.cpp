@@ -33,8 +33,7 @@ std::vector<TaskId> cyclic_timers(const TaskSet& set) {
     const std::string prefix = set[id].name + "/";
     const auto is_input = [&](const Task& t) { return t.name.starts_with(prefix); };
     const bool named_as_node = set[id].name.find('/') == std::string::npos;
-    if (set[id].kind == TaskKind::timer && named_as_node &&
-        std::ranges::any_of(set.tasks, is_input)) {
+    if (set[id].kind == TaskKind::timer && named_as_node && std::ranges::any_of(set.tasks, is_input)) {
       timers.push_back(id);
     }
   }

@@ -10,12 +10,12 @@ using nlohmann::json;
 
 static void to_json(json& j, const Interval& interval) { j = {interval.low, interval.high}; }
 
-HOTPATH_JSON_FIELDS(Estimate, value, interval)
-HOTPATH_JSON_FIELDS(Quantiles, n, min, p50, p90, p99, p999, max, mean)
-static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted,
-                           expected) static HOTPATH_JSON_FIELDS(BootstrapOptions, confidence, resamples, seed)
+HOTPATH_JSON_FIELDS(Estimate, value, interval);
+HOTPATH_JSON_FIELDS(Quantiles, n, min, p50, p90, p99, p999, max, mean);
+static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted, expected);
+static HOTPATH_JSON_FIELDS(BootstrapOptions, confidence, resamples, seed);
 
-    static void to_json(json& j, const LatencySummary& latency) {
+static void to_json(json& j, const LatencySummary& latency) {
   j = latency.quantiles;
   j["interval"] = {{"p50", latency.p50}, {"p99", latency.p99}, {"p999", latency.p999}, {"max", latency.max}};
 }

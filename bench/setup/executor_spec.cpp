@@ -17,9 +17,10 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
   const char* end = variant.data() + variant.size();
   const auto number = std::from_chars(variant.data(), end, threads);
   if (spec.entry->traits.many_workers && number.ec == std::errc{} && number.ptr == end) {
-    if (threads < 1 || threads > kMaxWorkers) {
+    const unsigned most = most_threads(spec.entry->traits);
+    if (threads < 1 || threads > most) {
       throw UsageError(
-          concat("executor `", spec.label, "`: the number of threads must lie between 1 and ", kMaxWorkers));
+          concat("executor `", spec.label, "`: the number of threads must lie between 1 and ", most));
     }
     spec.scheduler.workers = threads;
   } else if (const auto rule = parse<SubscriptionRule>(variant); has_rules && rule) {
@@ -65,11 +66,22 @@ ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph, const G
                     const SchedulerOptions& defaults) {
   auto deployed = std::make_shared<Deployed>();
   deployed->plan = find_deployment(name_or_path, graph, tasks);
+  const std::string& file = deployed->plan.file;
+  if (find_executor(deployed->plan.name) != nullptr) {
+    throw InputError(file, 1, "the deployment is called " + deployed->plan.name + ", which is an executor",
+                     "give it a name that no executor has");
+  }
   for (const DeployedExecutor& e : deployed->plan.executors) {
     try {
       deployed->executors.push_back(parse_executor(e.executor, defaults));
     } catch (const UsageError& error) {
-      throw InputError(deployed->plan.file, e.line, error.what(), "take one of `hotpath list executors`");
+      throw InputError(file, e.line, error.what(), "take one of `hotpath list executors`");
+    }
+    const bool raises = deployed->executors.back().entry->traits.raises_timer_thread;
+    if (raises && e.policy.priority >= kHighestPriority) {
+      throw InputError(file, e.line,
+                       concat("executor ", e.name, ": no timer thread can be above ", to_string(e.policy)),
+                       concat("take a priority below ", kHighestPriority));
     }
   }
   return {deployed->plan.name, nullptr, defaults, deployed};

@@ -105,8 +105,8 @@ json deployment_json(const ExecutorSpec& spec, const TaskSet& set) {
 }  // namespace
 
 std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
-                                           const GraphTasks& tasks) {
-  const SchedulerOptions defaults{options.rule, options.ties, 0,
+                                           const GraphTasks& tasks, unsigned threads) {
+  const SchedulerOptions defaults{options.rule, options.ties, threads,
                                   entity_order(options.entity_order, tasks.set)};
   std::vector<ExecutorSpec> executors;
   for (const std::string& name : options.executors) executors.push_back(parse_executor(name, defaults));

@@ -43,8 +43,9 @@ std::string output_folder(const CommonOptions& options, const Graph& graph);
 Graph graph_to_run(const CommonOptions& options);
 
 /// The executors and deployments asked for. Throws InputError, UsageError, also for one named twice.
-std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
-                                           const GraphTasks& tasks);
+/// Executors with many workers that are not told how many have `threads`; 0: rclcpp's default.
+[[nodiscard]] std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
+                                                         const GraphTasks& tasks, unsigned threads = 0);
 
 /// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
 /// where a file of phases tells them apart. Throws InputError, UsageError.

@@ -5,7 +5,8 @@
 
 #include "hotpath/core/events_scheduler.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "setup/executor_spec.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -61,7 +62,16 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
   if (graph.work == WorkMode::wall) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
-  const bool raised = parse_executor(executor, {}).entry->traits.raises_timer_thread;
+  const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find(':')));
+  const auto not_timed = [](const JobRecord& r) {
+    return r.outcome == Outcome::ran && r.cpu_time < Duration{};
+  };
+  if (entry == nullptr && std::ranges::any_of(measured.jobs, not_timed)) {
+    throw UsageError(
+        concat("deployment ", executor, " in ", run.folder().string(),
+               " has no CPU times of its jobs, which displace each other; measure with --cpu-time"));
+  }
+  const bool raised = entry != nullptr && entry->traits.raises_timer_thread;
   return std::make_unique<ReplayedTimes>(tasks.set,
                                          working_jobs(tasks, with_own_times(measured, run.cores(), raised)));
 }

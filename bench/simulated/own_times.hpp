@@ -15,7 +15,7 @@ namespace hotpath {
 [[nodiscard]] Trace with_own_times(Trace trace, unsigned cores, bool raised);
 
 /// Execution times that `run`, which is loaded, measured under one executor in one repetition. Throws
-/// UsageError when that did not run.
+/// UsageError when that did not run, or is a deployment whose jobs have no CPU times.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph& graph,
                                                              const GraphTasks& tasks,
                                                              const std::string& executor,

@@ -61,7 +61,7 @@ class SimulatedRun {
       : options_(options),
         graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
-        executors_(executors_to_run(options, graph_, tasks_)),
+        executors_(executors_to_run(options, graph_, tasks_, std::max(2U, graph_.platform.cores))),
         counting_(summary_options(options, graph_, tasks_)),
         chains_(measured_chains(graph_, tasks_)) {
     prepare();
@@ -103,7 +103,7 @@ class SimulatedRun {
       simulations_[i].tasks = tasks_;
       simulations_[i].repetition = &runs_[i / options_.repetitions].repetitions[repetition(i)];
       set_phases(simulations_[i].tasks.set, first_timestamps(executor(i), repetition(i)));
-      SimulatedSystem(executor(i), graph_, tasks_.set);
+      SimulatedSystem(executor(i), graph_, tasks_);
       execution_times(i);  // so that a missing measurement stops us before anything runs
     }
     check_memory();
@@ -165,7 +165,7 @@ class SimulatedRun {
     Simulation& simulation = simulations_[i];
     const TaskSet& set = simulation.tasks.set;
     const ExecutorSpec& e = executor(i);
-    const SimulatedSystem system(e, graph_, set);
+    const SimulatedSystem system(e, graph_, simulation.tasks);
     const auto times = execution_times(i);
     std::vector<ChainObservation> observations;
     GraphWorkload workload(graph_, simulation.tasks, *times, &observations);

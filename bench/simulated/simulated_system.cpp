@@ -2,6 +2,7 @@
 #include "simulated/simulated_system.hpp"
 
 #include <algorithm>
+#include <set>
 
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
@@ -10,9 +11,6 @@
 namespace hotpath {
 
 namespace {
-
-/// Of a timer management thread that is raised above executor threads of the ordinary policy, as live.
-constexpr int kRaised = 90;
 
 SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& file, unsigned cores) {
   SimulatedThread thread;
@@ -45,27 +43,32 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
 
 }  // namespace
 
-SimulatedSystem::SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const TaskSet& set)
+SimulatedSystem::SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks)
     : executor_of_(spec.deployment ? spec.deployment->plan.executor_of
-                                   : std::vector<std::uint32_t>(set.size(), 0)) {
+                                   : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
   const std::span<const ExecutorSpec> all = parts(spec);
   for (std::size_t e = 0; e < all.size(); ++e) {
-    SchedulerOptions scheduling = all[e].scheduler;
-    // rclcpp's default on the simulated machine, not on this one.
-    if (scheduling.workers == 0) scheduling.workers = std::max(2U, graph.platform.cores);
     SimulatedExecutor executor;
     executor.scheduler =
-        schedulers_.emplace_back(all[e].entry->make(tasks_of_part(spec, set, e), scheduling)).get();
+        schedulers_.emplace_back(all[e].entry->make(tasks_of_part(spec, tasks.set, e), all[e].scheduler))
+            .get();
+    std::set<std::uint32_t> nodes;
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      if (executor_of_[id] == e) nodes.insert(tasks.origin[id].node);
+    }
+    executor.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(nodes.size());
     SimulatedThread thread;
+    ThreadPolicy policy;
     if (spec.deployment) {
       const Deployment& plan = spec.deployment->plan;
       thread = thread_of(plan.executors[e], plan.file, graph.platform.cores);
+      policy = plan.executors[e].policy;
     }
     const bool raises_timers = make_platform(graph, *all[e].entry).raised_releaser;
     for (const WorkerRole role : executor.scheduler->workers()) {
       executor.threads.push_back(thread);
       const bool raised = role == WorkerRole::timer_management && raises_timers;
-      if (raised) executor.threads.back().priority = std::max(kRaised, thread.priority);
+      if (raised) executor.threads.back().priority = raised_above(policy).priority;
     }
     executors_.push_back(std::move(executor));
   }

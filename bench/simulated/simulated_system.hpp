@@ -13,7 +13,7 @@ namespace hotpath {
 class SimulatedSystem {
  public:
   /// Throws UsageError, or InputError with the line of a deployment, for what the simulated machine has not.
-  SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const TaskSet& set);
+  SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks);
 
   [[nodiscard]] std::span<const SimulatedExecutor> executors() const { return executors_; }
   /// By task.

@@ -6,7 +6,7 @@ import unittest
 
 from hotpath_command import CommandTest, RunFolder
 
-SHIPPED = ("single", "isolated", "cie", "prioritized", "cbg", "picas", "rm-threads")
+SHIPPED = ("single", "isolated", "cie", "prioritized", "upstream_cbg", "picas", "rm-threads")
 CRUNCH_MS = 4.2
 
 

@@ -45,11 +45,10 @@ json comparison_json(const ScheduleComparison& c, const std::string& first, cons
 // The library finds these by their argument, also for the elements of vectors.
 
 static HOTPATH_JSON_FIELDS(TimersOnlyRanges, imu_lost_percent, response_authors_p50_ms,
-                           response_authors_p99_ms) static HOTPATH_JSON_FIELDS(TimersOnlyValidation, set,
-                                                                               executor, measured, simulated,
-                                                                               verdict)
+                           response_authors_p99_ms);
+static HOTPATH_JSON_FIELDS(TimersOnlyValidation, set, executor, measured, simulated, verdict);
 
-    static void to_json(json& j, const LatencyQuantiles& q) {
+static void to_json(json& j, const LatencyQuantiles& q) {
   j = {{"p10", q.p10}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
   if (q.n) j["n"] = *q.n;
 }

@@ -72,7 +72,11 @@ class Reader {
     }
     if (const auto given = map.find("processors")) {
       for (const YamlValue& processor : given->list("a processor of " + executor.name)) {
-        executor.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+        const int number = static_cast<int>(processor.integer(0, kMaxProcessor));
+        if (std::ranges::count(executor.processors, number) > 0) {
+          processor.fail("processor " + std::to_string(number) + " occurs twice", "name it once");
+        }
+        executor.processors.push_back(number);
       }
     }
     own(map.require("owns", "[NODE] or rest"), executor.name);

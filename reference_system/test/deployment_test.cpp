@@ -40,8 +40,8 @@ TEST_F(Deployments, EveryTaskHasAnExecutorInAllThatShip) {
   std::vector<std::string> names;
   for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);
   for (const auto& [name, path] : list_deployment_files()) names.push_back(name);
-  EXPECT_THAT(names, testing::IsSupersetOf(
-                         {"single", "isolated", "cie", "rm-threads", "prioritized", "cbg", "picas"}));
+  EXPECT_THAT(names, testing::IsSupersetOf({"single", "isolated", "cie", "rm-threads", "prioritized",
+                                            "upstream_cbg", "picas"}));
   for (const std::string& name : names) {
     const Deployment d = find(name);
     EXPECT_EQ(d.name, name);
@@ -83,6 +83,7 @@ TEST_F(Deployments, WhatIsWrongIsSaidWithItsLine) {
               AllOf(HasSubstr(":3: "), HasSubstr("fifo:100")));
   EXPECT_THAT(error("  - {name: a, policy: deadline, owns: rest}\n"), HasSubstr("is not one of other"));
   EXPECT_THAT(error("  - {name: a, processors: [-1], owns: rest}\n"), HasSubstr(":3: "));
+  EXPECT_THAT(error("  - {name: a, processors: [0, 0], owns: rest}\n"), HasSubstr("occurs twice"));
   EXPECT_THAT(error("  - {name: a, thread: 1, owns: rest}\n"), HasSubstr("thread"));
   EXPECT_THROW(static_cast<void>(find("isolatd")), InputError);
 }

@@ -32,9 +32,10 @@ Made make_static(const TaskSet& set, const Options& options) {
   return std::make_unique<StaticScheduler>(set, options.entity_order);
 }
 
-unsigned multi_workers(const Options& options) {
-  return options.workers > 0 ? options.workers
-                             : std::clamp(std::thread::hardware_concurrency(), 2U, kMaxWorkers);
+unsigned multi_workers(const Options& options, unsigned most = kMaxWorkers) {
+  const unsigned wanted =
+      options.workers > 0 ? options.workers : std::max(2U, std::thread::hardware_concurrency());
+  return std::min(wanted, most);
 }
 
 template <Blocked blocked>
@@ -47,7 +48,7 @@ Made make_multi_jazzy(const TaskSet& set, const Options& options) {
 }
 
 Made make_cbg(const TaskSet& set, const Options& options) {
-  return std::make_unique<CallbackGroupScheduler>(set, multi_workers(options));
+  return std::make_unique<CallbackGroupScheduler>(set, multi_workers(options, kMaxWorkers - 1));
 }
 
 Made make_stock_ro(const TaskSet& set, const Options&) {
@@ -184,7 +185,8 @@ std::span<const ExecutorEntry> executors() { return kExecutors; }
 
 std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& options) {
   const std::uint32_t timer_managers = entry.traits.timers == TimerHandling::polled ? 0 : 1;
-  return timer_managers + (entry.traits.many_workers ? multi_workers(options) : 1);
+  return timer_managers +
+         (entry.traits.many_workers ? multi_workers(options, most_threads(entry.traits)) : 1);
 }
 
 const ExecutorEntry* find_executor(std::string_view name) {

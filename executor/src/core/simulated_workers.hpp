@@ -28,7 +28,6 @@ class SimulatedWorkers {
     Step step = Step::asleep;
     bool woken = false;    ///< Somebody woke it since its last turn.
     bool in_pass = false;  ///< It has released timers since it last slept or ran a job.
-    bool slept = true;     ///< It has not run a job since it last slept.
     bool on_core = false;
     int priority = 0;      ///< Now: its own, or what a worker that waits for its lock lends it.
     Time until = kNever;   ///< On a core: end of the step. Asleep: when it competes for a core again.
@@ -88,7 +87,8 @@ class SimulatedWorkers {
   void choose_running();
   bool place(Worker w);
   void give_core(Worker w, Time now);
-  void insert(Worker w);
+  /// Behind those of its priority, or in front of them.
+  void insert(Worker w, bool in_front = false);
   static std::uint64_t bit(unsigned core) { return std::uint64_t{1} << core; }
 
   static constexpr Worker kNobody = ~Worker{0};
@@ -129,8 +129,8 @@ inline void SimulatedWorkers::add(std::uint32_t executor, Worker number, const S
   owner_.assign(cores_, kNobody);
 }
 
-inline void SimulatedWorkers::insert(Worker w) {
-  const int priority = states_[w].priority;
+inline void SimulatedWorkers::insert(Worker w, bool in_front) {
+  const int priority = states_[w].priority + (in_front ? 1 : 0);
   const auto place = std::find_if(ready_.begin(), ready_.end(),
                                   [&](Worker other) { return states_[other].priority < priority; });
   ready_.insert(place, w);
@@ -160,7 +160,6 @@ inline void SimulatedWorkers::leave(Worker w, Time now) {
 
 inline void SimulatedWorkers::sleep(Worker w, Time wake_at, Time now) {
   states_[w].step = Step::asleep;
-  states_[w].slept = true;
   states_[w].until = wake_at == kNever ? kNever : wake_at + wake_up_latency_;
   leave(w, now);
 }
@@ -181,9 +180,11 @@ inline void SimulatedWorkers::wake_sleepers(Time now) {
 
 inline void SimulatedWorkers::change_priority(Worker w, int priority, Time now) {
   if (states_[w].priority == priority) return;
+  // As Linux does: who falls back to a priority has not given up the core.
+  const bool falls = priority < states_[w].priority;
   states_[w].priority = priority;
   ready_.erase(std::find(ready_.begin(), ready_.end(), w));
-  insert(w);
+  insert(w, falls);
   assign_cores(now);
 }
 

@@ -62,6 +62,7 @@ class Simulation {
       Executor& executor = executors_.emplace_back();
       executor.scheduler = e.scheduler;
       executor.first = workers_.size();
+      executor.other_entities = e.other_entities;
       executor.events = std::find(roles.begin(), roles.end(), WorkerRole::timer_management) != roles.end();
       for (Worker w = 0; w < roles.size(); ++w) {
         workers_.add(static_cast<std::uint32_t>(executors_.size() - 1), w, e.threads[w]);
@@ -97,7 +98,9 @@ class Simulation {
     Scheduler* scheduler = nullptr;
     Worker first = 0;  ///< Its first worker.
     bool events = false;
+    std::uint32_t other_entities = 0;
     std::optional<Worker> lock_holder;
+    std::uint64_t timers_waiting = 0, events_waiting = 0;
   };
 
   struct Sample {
@@ -190,9 +193,9 @@ class Simulation {
       if (!worker.in_pass) cost += platform_.pass_cost;
       worker.in_pass = true;
     }
-    if (worker.has_job && turn.decision.waited_for > 0 && !worker.slept) {
-      cost += platform_.wait_cost +
-              platform_.wait_cost_per_entity * (turn.decision.waited_for + platform_.other_entities);
+    if (worker.has_job && turn.decision.waited_for > 0) {
+      const std::uint32_t others = executors_[worker.executor].other_entities;
+      cost += platform_.wait_cost + platform_.wait_cost_per_entity * (turn.decision.waited_for + others);
     }
     return cost;
   }
@@ -229,7 +232,6 @@ class Simulation {
     SimulatedWorkers::State& worker = workers_[w];
     const Job& job = worker.job;
     worker.start = now_;
-    worker.slept = false;
     if (job.empty) {
       if (sink_) sink_->ended(record(w, Outcome::empty));
       done(w);
@@ -272,7 +274,7 @@ class Simulation {
   }
 
   void arrive(const Sample& sample) {
-    const Executor& executor = executors_[executor_of_[sample.subscription]];
+    Executor& executor = executors_[executor_of_[sample.subscription]];
     const Arrival arrival = executor.scheduler->sample_arrived(sample.subscription, sample.info, now_);
     if (arrival.overwritten) {
       workload_.overwritten(sample.subscription, arrival.overwritten->sequence);
@@ -284,7 +286,7 @@ class Simulation {
       }
     }
     workload_.delivered(sample.subscription, arrived_[sample.subscription]++, sample.info.parent);
-    if (executor.events && ++events_waiting_ > max_backlog_) stop_overloaded();
+    if (executor.events && ++executor.events_waiting > max_backlog_) stop_overloaded();
     wake(executor, arrival.wake);
   }
 
@@ -297,13 +299,14 @@ class Simulation {
   /// Only events queues can grow without bound: a wait set holds no more than its timers and the histories
   /// of its subscriptions.
   void count_backlog(const SimulatedWorkers::State& worker, std::uint32_t released) {
-    timers_waiting_ += released;
+    Executor& executor = executors_[worker.executor];
+    executor.timers_waiting += released;
     if (worker.has_job) {
       const bool timer = set_[worker.job.task].kind == TaskKind::timer;
-      std::uint64_t& waiting = timer ? timers_waiting_ : events_waiting_;
+      std::uint64_t& waiting = timer ? executor.timers_waiting : executor.events_waiting;
       if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were never queued
     }
-    if (timers_waiting_ + events_waiting_ > max_backlog_) stop_overloaded();
+    if (executor.timers_waiting + executor.events_waiting > max_backlog_) stop_overloaded();
   }
 
   [[noreturn]] void stop_overloaded() const {
@@ -368,7 +371,6 @@ class Simulation {
   std::vector<std::uint64_t> arrived_;  // per subscription
   std::vector<Executor> executors_;
   std::vector<Worker> done_;
-  std::uint64_t timers_waiting_ = 0, events_waiting_ = 0;
   Time now_{};
   SimulationSummary summary_;
 };
@@ -382,7 +384,7 @@ SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& w
     const bool releaser = scheduler.workers()[w] == WorkerRole::timer_management;
     threads[w].priority = releaser && options.platform.raised_releaser ? 1 : 0;
   }
-  const SimulatedExecutor executor{&scheduler, threads};
+  const SimulatedExecutor executor{&scheduler, threads, options.platform.other_entities};
   return simulate(set, {&executor, 1}, std::vector<std::uint32_t>(set.size(), 0), workload, options, sink);
 }
 

@@ -19,10 +19,12 @@ Decision StaticScheduler::decide(Worker, Time now) {
   decision.job = next_ready(now);
   if (!decision.job) {
     forget_snapshot();
-    decision.waited_for = poll(now, [](TaskId) { return true; });
+    const std::uint32_t tasks = poll(now, [](TaskId) { return true; });
+    if (!sleeps_) decision.waited_for = tasks;
     decision.job = next_ready(now);
   }
-  if (!decision.job) decision.wake_at = next_timer([](TaskId) { return true; });
+  sleeps_ = !decision.job;
+  if (sleeps_) decision.wake_at = next_timer([](TaskId) { return true; });
   return decision;
 }
 

@@ -16,14 +16,16 @@ std::optional<Job> WaitSetScheduler::pick(Time now) {
 
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
   idle_.erase(worker);
-  if (waiting_ == worker) waiting_.reset();
+  const bool slept = waiting_ == worker;
+  if (slept) waiting_.reset();
 
   const auto in_free_group = [this](TaskId id) { return group_free(id); };
   Decision decision;
   decision.job = pick(now);
   if (!decision.job) {
     if (blocked_ == Blocked::forgotten) forget_snapshot();
-    decision.waited_for = poll(now, in_free_group);
+    const std::uint32_t tasks = poll(now, in_free_group);
+    if (!slept) decision.waited_for = tasks;
     decision.job = pick(now);
   }
   if (decision.job) {

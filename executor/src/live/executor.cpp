@@ -26,7 +26,7 @@ Duration thread_cpu_time() {
 
 ExecutorOptions default_options(const ExecutorEntry& entry) {
   ExecutorOptions options;
-  if (entry.traits.raises_timer_thread) options.timer_thread.policy = {ThreadPolicy::Class::fifo, 90};
+  if (entry.traits.raises_timer_thread) options.timer_thread.policy = raised_above({});
   return options;
 }
 

@@ -40,11 +40,11 @@ struct Platform {
   /// Occupies a worker's core between a decision that yields a job and the start of that job.
   Duration dispatch_cost{};
   /// In front of the dispatch, when the decision needed a new wait: to build a wait set and to scan it when
-  /// rcl_wait returns, once and for each entity in it. No other worker decides meanwhile. A worker that slept
-  /// built its wait set before and pays the wake-up alone.
+  /// rcl_wait returns, once and for each entity in it. No other worker decides meanwhile. The return of a
+  /// wait in which the worker slept costs the wake-up alone.
   Duration wait_cost{}, wait_cost_per_entity{};
   /// Entities in every wait beside the tasks that it waits for: the services of parameters, guard conditions
-  /// and waitables that each of rclcpp's nodes has.
+  /// and waitables that each of rclcpp's nodes has. For one executor; several have their own numbers.
   std::uint32_t other_entities = 0;
   /// From a publication to the arrival of the sample. The publisher's core is not occupied.
   Duration delivery_delay{};

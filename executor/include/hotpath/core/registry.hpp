@@ -15,9 +15,12 @@ namespace hotpath {
 struct SchedulerOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;
-  unsigned workers = 0;  ///< Multi-threaded: number of workers; 0 takes rclcpp's default, max(2, processors).
-  /// Wait sets: all tasks in the order in which those of one kind are scanned; empty: that of creation. With
-  /// rclcpp it follows addresses in memory (Humble's maps of weak pointers, Jazzy's hash maps).
+  /// Multi-threaded: number of workers, not above most_threads(); 0 takes rclcpp's default, max(2,
+  /// processors).
+  unsigned workers = 0;
+  /// Wait sets: all tasks in the order in which those of one kind are scanned, for `multi-jazzy` at the
+  /// start; empty: that of creation. With rclcpp it follows addresses in memory (Humble's maps of weak
+  /// pointers, Jazzy's hash maps).
   std::vector<TaskId> entity_order = {};
 };
 
@@ -93,6 +96,11 @@ inline constexpr std::string_view kBaselineExecutor = "default";
 
 /// All executors, in the order in which they are listed. A new one is one row here.
 [[nodiscard]] std::span<const ExecutorEntry> executors();
+
+/// The most threads that an executor with many workers can be given.
+[[nodiscard]] constexpr unsigned most_threads(const ExecutorTraits& traits) {
+  return kMaxWorkers - (traits.timers == TimerHandling::polled ? 0 : 1);
+}
 
 /// Workers of the executor's scheduler (Scheduler::workers()): for code that must know before there is one.
 [[nodiscard]] std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& options);

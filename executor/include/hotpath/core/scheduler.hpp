@@ -30,7 +30,8 @@ struct Decision {
   std::optional<Job> job;  ///< The job that this worker runs next.
   Time wake_at = kNever;   ///< No job: sleep until then or until woken.
   WorkerSet wake;          ///< Other workers that must ask for a decision.
-  /// Tasks in the wait set that this decision built and scanned; 0 when it came from a snapshot or a queue.
+  /// Tasks in the wait set that this decision built and scanned; 0: it came from a snapshot or a queue, or
+  /// from the wait in which the worker slept.
   std::uint32_t waited_for = 0;
 };
 

@@ -49,6 +49,7 @@ SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& w
 struct SimulatedExecutor {
   Scheduler* scheduler = nullptr;        ///< Made for the whole task set, of which its tasks are local.
   std::vector<SimulatedThread> threads;  ///< By worker.
+  std::uint32_t other_entities = 0;      ///< In its waits, beside its tasks; see Platform.
 };
 
 /// The same with several executors on one machine, of which `executor_of` says, by task, which one serves it.

@@ -19,6 +19,8 @@ class StaticScheduler final : public WaitSet {
 
  private:
   std::optional<Job> next_ready(Time now);
+
+  bool sleeps_ = false;  // in rcl_wait
 };
 
 }  // namespace hotpath

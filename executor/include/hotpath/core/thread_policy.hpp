@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include "hotpath/core/enum_text.hpp"
@@ -20,6 +21,16 @@ constexpr auto enum_texts(ThreadPolicy::Class) {
   return std::to_array<EnumText<ThreadPolicy::Class>>({{ThreadPolicy::Class::other, "other"},
                                                        {ThreadPolicy::Class::fifo, "fifo"},
                                                        {ThreadPolicy::Class::rr, "rr"}});
+}
+
+inline constexpr int kHighestPriority = 99;
+
+/// What a timer management thread has that is raised above executor threads of this policy: SCHED_FIFO 90, or
+/// more where those have that. At kHighestPriority nothing is above them.
+[[nodiscard]] constexpr ThreadPolicy raised_above(const ThreadPolicy& executor) {
+  const bool ordinary = executor.scheduling_class == ThreadPolicy::Class::other;
+  const int above = ordinary ? 0 : executor.priority + 1;
+  return {ThreadPolicy::Class::fifo, std::min(kHighestPriority, std::max(90, above))};
 }
 
 /// `other`, `other:-5`, `fifo:80`, `rr:10`.
