@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "graph_text.hpp"
 #include "graph_yaml.hpp"
@@ -28,8 +29,11 @@ constexpr std::int64_t kMaxProcessor = 63;
 class Reader {
  public:
   Reader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
-      : path_(path), graph_(graph), tasks_(tasks), owner_(graph.nodes.size(), kNobody) {
+      : path_(path), graph_(graph), tasks_(tasks), owner_(tasks.set.groups.size(), kNobody) {
     deployment_.file = path;
+    groups_.resize(graph.nodes.size());
+    for (TaskId id = 0; id < tasks.set.size(); ++id)
+      groups_[tasks.origin[id].node].insert(tasks.set[id].group);
   }
 
   Deployment read() {
@@ -43,7 +47,7 @@ class Reader {
       read_executor(executor);
     }
     give_rest();
-    for (const TaskOrigin& origin : tasks_.origin) deployment_.executor_of.push_back(owner_[origin.node]);
+    for (const Task& task : tasks_.set.tasks) deployment_.executor_of.push_back(owner_[task.group]);
     return std::move(deployment_);
   }
 
@@ -91,38 +95,62 @@ class Reader {
       return;
     }
     for (const YamlValue& item : value.list("a node of " + executor)) {
-      const std::string name = item.text();
-      const Node* node = graph_.find(name);
-      if (node == nullptr) {
-        std::vector<std::string> names;
-        for (const Node& n : graph_.nodes) names.push_back(n.name);
-        item.fail("graph " + graph_.name + " has no node " + name, suggest(name, names));
+      for (const std::uint32_t group : groups(item)) {
+        std::uint32_t& owner = owner_[group];
+        if (owner != kNobody) {
+          const std::string& first = owner == index ? executor : deployment_.executors[owner].name;
+          item.fail("callback groups of " + item.text() + " belong to executor " + first + " already",
+                    "take them out of one of the two");
+        }
+        owner = index;
       }
-      std::uint32_t& owner = owner_[static_cast<std::size_t>(node - graph_.nodes.data())];
-      if (owner != kNobody) {
-        const std::string& first = owner == index ? executor : deployment_.executors[owner].name;
-        item.fail("the callback groups of node " + name + " belong to executor " + first + " already",
-                  "take the node out of one of the two");
-      }
-      owner = index;
     }
   }
 
+  /// Of `NODE`, or of `NODE/GROUP`.
+  std::set<std::uint32_t> groups(const YamlValue& item) const {
+    const std::string text = item.text(), name = text.substr(0, text.find('/'));
+    const Node* node = graph_.find(name);
+    if (node == nullptr) {
+      std::vector<std::string> names;
+      for (const Node& n : graph_.nodes) names.push_back(n.name);
+      item.fail("graph " + graph_.name + " has no node " + name, suggest(name, names));
+    }
+    const std::set<std::uint32_t>& all = groups_[static_cast<std::size_t>(node - graph_.nodes.data())];
+    if (name == text) return all;
+    const std::string group = text.substr(name.size() + 1);
+    const auto found = std::ranges::find(node->group_names, group);
+    if (found == node->group_names.end()) {
+      item.fail("node " + name + " has no callback group " + group, suggest(group, node->group_names));
+    }
+    // A group without callbacks has no task that anybody could run.
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      const TaskOrigin& origin = tasks_.origin[id];
+      const bool of_node = &graph_.nodes[origin.node] == node;
+      if (!of_node || tasks_.callbacks[id].group != found - node->group_names.begin()) continue;
+      return {tasks_.set[id].group};
+    }
+    return {};
+  }
+
   void give_rest() {
-    for (std::size_t n = 0; n < owner_.size(); ++n) {
-      if (owner_[n] != kNobody) continue;
-      if (!rest_) {
-        throw InputError(path_, 1, "no executor owns node " + graph_.nodes[n].name,
-                         "name it, or give one executor `owns: rest`");
+    for (std::size_t n = 0; n < groups_.size(); ++n) {
+      for (const std::uint32_t group : groups_[n]) {
+        if (owner_[group] != kNobody) continue;
+        if (!rest_) {
+          throw InputError(path_, 1, "no executor owns all callback groups of node " + graph_.nodes[n].name,
+                           "name the node, or give one executor `owns: rest`");
+        }
+        owner_[group] = *rest_;
       }
-      owner_[n] = *rest_;
     }
   }
 
   const std::string path_;
   const Graph& graph_;
   const GraphTasks& tasks_;
-  std::vector<std::uint32_t> owner_;  // by node
+  std::vector<std::set<std::uint32_t>> groups_;  // by node: callback groups of its tasks
+  std::vector<std::uint32_t> owner_;             // by callback group
   std::optional<std::uint32_t> rest_;
   Deployment deployment_;
 };

@@ -61,7 +61,7 @@ class CallbackParser {
  private:
   void parse_groups(const YamlValue& value) {
     const YamlMap groups(value, "`groups` of " + what_);
-    group_names_ = groups.keys();
+    node_.group_names = groups.keys();
     for (const YamlValue& kind : groups.values()) node_.groups.push_back(kind.choice<CallbackGroup>());
   }
 
@@ -140,17 +140,18 @@ class CallbackParser {
   std::uint32_t group_of(const YamlMap& map) {
     if (const auto given = map.find("group")) {
       const std::string name = given->text();
-      const auto found = std::find(group_names_.begin(), group_names_.end(), name);
-      if (found == group_names_.end()) {
+      const auto found = std::find(node_.group_names.begin(), node_.group_names.end(), name);
+      if (found == node_.group_names.end()) {
         given->fail(map.what() + " is in group " + name + ", which is not among `groups` of " + what_,
-                    group_names_.empty() ? "add `groups: {" + name + ": reentrant}` to the node"
-                                         : suggest(name, group_names_));
+                    node_.group_names.empty() ? "add `groups: {" + name + ": reentrant}` to the node"
+                                              : suggest(name, node_.group_names));
       }
-      return static_cast<std::uint32_t>(found - group_names_.begin());
+      return static_cast<std::uint32_t>(found - node_.group_names.begin());
     }
     // All others are in one group, as rclcpp's nodes have it.
-    if (node_.groups.size() == group_names_.size()) node_.groups.push_back(CallbackGroup::mutually_exclusive);
-    return static_cast<std::uint32_t>(group_names_.size());
+    if (node_.groups.size() == node_.group_names.size())
+      node_.groups.push_back(CallbackGroup::mutually_exclusive);
+    return static_cast<std::uint32_t>(node_.group_names.size());
   }
 
   void parse_publishes(const YamlValue& value, Callback& callback) {
@@ -225,7 +226,6 @@ class CallbackParser {
   Node& node_;
   NodeLines& lines_;
   const std::string what_ = "node " + node_.name;
-  Words group_names_;
 };
 
 }  // namespace

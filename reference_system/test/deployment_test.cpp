@@ -69,12 +69,32 @@ TEST_F(Deployments, RateMonotonicThreadsHaveHigherPrioritiesForShorterPeriods) {
   EXPECT_EQ(priority("PointsTransformerFront/FrontLidarDriver"), priority("FrontLidarDriver"));
 }
 
+TEST_F(Deployments, CallbackGroupsOfOneNodeCanHaveDifferentExecutors) {
+  const Graph callbacks = load_graph(find_graph("callbacks"));
+  const GraphTasks of = make_tasks(callbacks);
+  const Node* node = nullptr;
+  for (const Node& n : callbacks.nodes) {
+    if (n.groups.size() > 1 && !n.group_names.empty()) node = &n;
+  }
+  ASSERT_NE(node, nullptr);
+  const std::string path = testing::TempDir() + "groups.yaml",
+                    group = node->name + "/" + node->group_names[0];
+  std::ofstream(path) << "name: d\nexecutors:\n  - {name: a, owns: [" << group
+                      << "]}\n  - {name: b, owns: rest}\n";
+  const Deployment d = find_deployment(path, callbacks, of);
+  for (TaskId id = 0; id < of.set.size(); ++id) {
+    const bool in_group = &callbacks.nodes[of.origin[id].node] == node && of.callbacks[id].group == 0;
+    EXPECT_EQ(d.executor_of[id], in_group ? 0U : 1U) << of.set[id].name;
+  }
+}
+
 TEST_F(Deployments, WhatIsWrongIsSaidWithItsLine) {
   EXPECT_THAT(error("  - {name: a, owns: [FrontLidarDrivr]}\n"),
               AllOf(HasSubstr(":3: "), HasSubstr("no node FrontLidarDrivr"), HasSubstr("did you mean")));
   EXPECT_THAT(error("  - {name: a, owns: [Visualizer]}\n  - {name: b, owns: [Visualizer]}\n"),
               AllOf(HasSubstr(":4: "), HasSubstr("belong to executor a already")));
-  EXPECT_THAT(error("  - {name: a, owns: [FrontLidarDriver]}\n"), HasSubstr("no executor owns node"));
+  EXPECT_THAT(error("  - {name: a, owns: [FrontLidarDriver]}\n"),
+              HasSubstr("no executor owns all callback groups of node"));
   EXPECT_THAT(error("  - {name: a, owns: rest}\n  - {name: b, owns: rest}\n"),
               HasSubstr("two executors own the rest"));
   EXPECT_THAT(error("  - {name: a, owns: rest}\n  - {name: a, owns: [Visualizer]}\n"),

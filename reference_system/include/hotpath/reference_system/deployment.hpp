@@ -43,7 +43,8 @@ struct DeploymentPreset {
 ///     name, description
 ///     executors: - name, executor, policy, processors, owns
 ///
-/// `owns` is a list of nodes, or `rest` for all that no other executor owns; every node has one owner. The
+/// `owns` is a list of nodes or NODE/GROUP, or `rest` for all that no other executor owns; every callback
+/// group has one owner. The
 /// executor is `default` unless given, the policy `other`. Throws InputError.
 [[nodiscard]] Deployment find_deployment(const std::string& name_or_path, const Graph& graph,
                                          const GraphTasks& tasks);

@@ -118,7 +118,8 @@ struct Node {
   CallbackGroup group = CallbackGroup::mutually_exclusive;  ///< Of all that the node has; not for callbacks.
   // Of type `callbacks`, which has none of the above but name, type, inputs and outputs.
   std::vector<CallbackGroup> groups;
-  std::vector<Callback> callbacks;  ///< In order of creation.
+  std::vector<std::string> group_names;  ///< callbacks: parallel to groups.
+  std::vector<Callback> callbacks;       ///< In order of creation.
 };
 
 /// What a node of any type does, in order of creation: the six types of the reference system in terms of the
