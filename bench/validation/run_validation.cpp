@@ -7,6 +7,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "program/errors.hpp"
+#include "program/text.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 #include "simulated/own_times.hpp"

@@ -80,6 +80,58 @@ CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t s
   return result(trace, std::move(wrong));
 }
 
+SimulatedThread random_thread(Random& random, unsigned cores) {
+  SimulatedThread thread;
+  if (coin(random)) thread.priority = number(random, 1, 99);
+  thread.nice = number(random, -5, 5);
+  thread.processors = static_cast<std::uint64_t>(uniform(random, 1, (1 << cores) - 1));
+  return thread;
+}
+
+/// Callback groups spread at random over executors, whose threads run at random priorities on random cores.
+CaseResult deployment_legal_and_nothing_lost(std::uint64_t seed) {
+  Random random(seed);
+  const TaskSet set = random_groups(random, random_graph(random, 5, 6, tenths(random, 1, 20)));
+  SimulationOptions options;
+  options.platform = random_platform(random);
+  options.duration = kRun;
+  const auto parts = static_cast<std::uint32_t>(uniform(random, 1, 4));
+  std::vector<std::uint32_t> executor_of_group, executor_of;
+  for (std::size_t g = 0; g < set.groups.size(); ++g) {
+    executor_of_group.push_back(static_cast<std::uint32_t>(uniform(random, 0, parts - 1)));
+  }
+  for (const Task& task : set.tasks) executor_of.push_back(executor_of_group[task.group]);
+  std::vector<std::unique_ptr<Scheduler>> schedulers;
+  std::vector<SimulatedExecutor> simulated;
+  bool exclusive = true;  // whether all executors know callback groups
+  for (std::uint32_t e = 0; e < parts; ++e) {
+    const ExecutorEntry& entry = executors()[static_cast<std::size_t>(
+        uniform(random, 0, static_cast<std::int64_t>(executors().size()) - 1))];
+    exclusive &= entry.traits.many_workers || worker_count(entry, {}) == 1;
+    TaskSet own = set;
+    for (TaskId id = 0; id < set.size(); ++id) own.tasks[id].local = executor_of[id] == e;
+    SchedulerOptions scheduling;
+    scheduling.workers = static_cast<unsigned>(uniform(random, 1, 3));
+    schedulers.push_back(entry.make(own, scheduling));
+    SimulatedExecutor executor{schedulers.back().get(), {}, 0};
+    for (std::size_t w = 0; w < executor.scheduler->workers().size(); ++w) {
+      executor.threads.push_back(random_thread(random, options.platform.cores));
+    }
+    simulated.push_back(std::move(executor));
+  }
+  const UniformTimes times(set, seed);
+  PublishingWorkload workload(times);
+  Trace trace;
+  TraceRecorder recorder(trace);
+  SimulationSummary summary = simulate(set, simulated, executor_of, workload, options, &recorder);
+  trace.end = summary.end;
+  trace.published = std::move(summary.published);
+  std::string wrong = legal(set, trace);
+  if (wrong.empty()) wrong = balanced(set, trace);
+  if (wrong.empty() && exclusive) wrong = groups_exclusive(set, trace);
+  return result(trace, std::move(wrong));
+}
+
 CaseResult works_while_a_job_waits(const ExecutorEntry& executor, std::uint64_t seed) {
   Random random(seed);
   const int timers = number(random, 1, 6), subscriptions = number(random, 0, 8);
@@ -236,6 +288,7 @@ std::vector<Property> properties() {
     if (executor.traits.timers == TimerHandling::release_only)
       add("skips_no_release", 300, executor, skips_no_release);
   }
+  all.push_back({"deployment_legal_and_nothing_lost", 3000, deployment_legal_and_nothing_lost});
   for (const std::string policy : {"rm", "dm", "fp", "edf"}) {
     all.push_back({"release_only_equals_release_and_execute/" + policy, 600, [policy](std::uint64_t seed) {
                      return release_only_equals_release_and_execute(policy, seed);
