@@ -33,8 +33,7 @@ std::vector<TaskId> cyclic_timers(const TaskSet& set) {
     const std::string prefix = set[id].name + "/";
     const auto is_input = [&](const Task& t) { return t.name.starts_with(prefix); };
     const bool named_as_node = set[id].name.find('/') == std::string::npos;
-    if (set[id].kind == TaskKind::timer && named_as_node &&
-        std::ranges::any_of(set.tasks, is_input)) {
+    if (set[id].kind == TaskKind::timer && named_as_node && std::ranges::any_of(set.tasks, is_input)) {
       timers.push_back(id);
     }
   }
@@ -170,6 +169,9 @@ std::vector<ExecutorRuns> StoredRun::runs() const {
     Repetition& repetition = of->repetitions.emplace_back();
     repetition.trace = trace;
     check([&] { complete_repetition(facts, tasks_, chains_, repetition); });
+    // jobs.csv does not say it. An interrupted live run was shorter than planned; simulations take no time.
+    const Duration wall = repetition.usage.wall;
+    repetition.trace.end = trace.epoch + (wall > Duration::zero() ? wall : length_);
   }
   return runs;
 }
