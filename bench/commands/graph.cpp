@@ -5,6 +5,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_picture.hpp"
 #include "program/child_process.hpp"
@@ -15,7 +16,7 @@ namespace hotpath {
 namespace {
 
 struct GraphOptions {
-  std::string graph;
+  std::string graph, deployment;
   bool dot = false, svg = false;
 };
 
@@ -41,13 +42,18 @@ void print_platform(const GraphPlatform& platform) {
 
 void print_graph(const GraphOptions& options) {
   const Graph graph = load_graph(find_graph(options.graph));
+  const GraphTasks tasks = make_tasks(graph);
   if (options.dot || options.svg) {
     std::ostringstream dot;
-    write_dot(dot, graph);
+    if (options.deployment.empty()) {
+      write_dot(dot, graph);
+    } else {
+      write_dot(dot, graph, tasks, find_deployment(options.deployment, graph, tasks));
+    }
     options.svg ? draw_svg(dot.str()) : void(std::cout << dot.str());
     return;
   }
-  const GraphTasks tasks = make_tasks(graph);
+  if (!options.deployment.empty()) throw UsageError("--deployment: it colours a picture; add --svg or --dot");
   std::size_t timers = 0;
   for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
   std::printf("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
@@ -69,6 +75,10 @@ void add_graph_command(CLI::App& app) {
   graph.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")->required();
   auto* dot = graph.add_flag("--dot", o.dot, "Print it for Graphviz, the hot path marked");
   graph.add_flag("--svg", o.svg, "Draw it with Graphviz, to standard output")->excludes(dot);
+  graph
+      .add_option("--deployment", o.deployment,
+                  "Colour nodes by executor, with a legend: a name of\n`hotpath list deployments` or a file")
+      ->type_name("NAME");
 }
 
 }  // namespace hotpath

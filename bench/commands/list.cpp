@@ -5,6 +5,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/core/registry.hpp"
+#include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/text_table.hpp"
 
@@ -47,6 +48,17 @@ void print_graphs() {
   std::cout << graphs;
 }
 
+void print_deployments() {
+  TextTable deployments("", {"", ""});
+  for (const DeploymentPreset& preset : deployment_presets()) {
+    deployments.add_row({std::string(preset.name), std::string(preset.description)});
+  }
+  for (const DeploymentListing& d : list_deployment_files()) {
+    deployments.add_row({d.name, d.error.empty() ? d.description : "invalid: " + d.error});
+  }
+  std::cout << deployments;
+}
+
 }  // namespace
 
 void add_list_command(CLI::App& app) {
@@ -57,6 +69,8 @@ void add_list_command(CLI::App& app) {
                         [](bool as_json) { as_json ? print_executors_json() : print_executors(); });
   executors.add_flag("--json", json, "As JSON, with family, policy and colour in figures");
   list->add_subcommand("graphs", "Graphs that go by a bare name")->callback(print_graphs);
+  list->add_subcommand("deployments", "Presets, and files that go by a bare name")
+      ->callback(print_deployments);
 }
 
 }  // namespace hotpath

@@ -169,6 +169,9 @@ std::vector<ExecutorRuns> StoredRun::runs() const {
     Repetition& repetition = of->repetitions.emplace_back();
     repetition.trace = trace;
     check([&] { complete_repetition(facts, tasks_, chains_, repetition); });
+    // jobs.csv does not say it. An interrupted live run was shorter than planned; simulations take no time.
+    const Duration wall = repetition.usage.wall;
+    repetition.trace.end = trace.epoch + (wall > Duration::zero() ? wall : length_);
   }
   return runs;
 }

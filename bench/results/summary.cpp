@@ -58,6 +58,7 @@ class TaskSummaries {
     for (TaskId id = 0; id < set.size(); ++id) {
       tasks_[id].task = set[id].name;
       tasks_[id].kind = set[id].kind;
+      tasks_[id].period = set[id].period;
       tasks_[id].deadline = set[id].deadline;
     }
     for (const TaskId id : options.cyclic_timers) periods_[id];
@@ -68,6 +69,8 @@ class TaskSummaries {
     std::map<TaskId, std::vector<std::pair<std::uint64_t, Time>>> starts;
     for (const JobRecord& r : repetition.trace.jobs) {
       const TaskId id = r.job.task;
+      Duration& longest_wait = tasks_[id].longest_wait;
+      longest_wait = std::max(longest_wait, wait_of(r, counted_from, repetition.trace.end));
       if (set_[id].kind == TaskKind::timer) tasks_[id].after_warm_up.add(set_[id], r, counted_from);
       if (!counts(r, counted_from)) continue;
       responses_[id].push_back(to_ms(response_time(r)));

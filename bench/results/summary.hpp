@@ -57,7 +57,9 @@ struct TaskSummary {
   TaskKind kind = TaskKind::timer;
   std::uint64_t ran = 0, skipped = 0, overwritten = 0, queued = 0, running = 0, empty = 0;
   TimerCounts after_warm_up;  ///< Timers.
+  Duration period{};          ///< Timers.
   Duration deadline{};        ///< Timers: relative.
+  Duration longest_wait{};    ///< wait_of() of its jobs.
   Quantiles response_ms;
   /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's next call
   /// as read at the start, plus its period. In sets of timers alone, where it follows from the trace.
@@ -66,6 +68,9 @@ struct TaskSummary {
   /// of its message numbers, which is 1 between executed jobs; a skipped timestamp thus shows as a doubled
   /// period.
   std::optional<Quantiles> period_ms;
+
+  /// It had timestamps or samples, in all repetitions together, and none of its jobs started.
+  [[nodiscard]] bool never_ran() const { return ran + running == 0 && skipped + overwritten + queued > 0; }
 };
 
 /// A task of one repetition whose loss equation does not hold.

@@ -41,6 +41,8 @@ static void to_json(json& j, const TaskSummary& task) {
   const bool timer = task.kind == TaskKind::timer;
   j = {{"task", task.task},     {"kind", to_string(task.kind)}, {"ran", task.ran},
        {"queued", task.queued}, {"running", task.running},      {"response_ms", task.response_ms}};
+  j["longest_wait_ms"] = to_ms(task.longest_wait);
+  j["never_ran"] = task.never_ran();
   if (timer) {
     j["skipped"] = task.skipped;
     j["deadline_ms"] = to_ms(task.deadline);

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <ostream>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "program/text.hpp"
 #include "program/text_table.hpp"
@@ -111,6 +113,36 @@ void write_notes(std::ostream& out, const Summary& summary) {
   }
 }
 
+/// Whether a task starved, as far as its period tells: those of subscriptions are not known here.
+bool starved(const TaskSummary& task) {
+  return task.never_ran() || (task.period > Duration::zero() && task.longest_wait > task.period);
+}
+
+/// A line for each task that starved, the worst first.
+void write_starved(std::ostream& out, const ExecutorSummary& e) {
+  constexpr std::size_t kMostLines = 10;
+  std::vector<const TaskSummary*> tasks;
+  for (const TaskSummary& task : e.tasks) {
+    if (starved(task)) tasks.push_back(&task);
+  }
+  const auto severity = [](const TaskSummary* task) {
+    return task->never_ran() ? INFINITY : to_ms(task->longest_wait) / to_ms(task->period);
+  };
+  std::ranges::stable_sort(tasks, std::greater(), severity);
+  for (const TaskSummary* task : std::span(tasks).first(std::min(kMostLines, tasks.size()))) {
+    out << e.executor << ": " << task->task;
+    if (task->never_ran()) {
+      out << " never ran\n";
+    } else {
+      out << text(" waited up to %s ms (period %s ms)\n", number(to_ms(task->longest_wait)).c_str(),
+                  text("%g", to_ms(task->period)).c_str());
+    }
+  }
+  if (tasks.size() > kMostLines) {
+    out << e.executor << ": and " << tasks.size() - kMostLines << " more, see summary.json\n";
+  }
+}
+
 bool any_beyond_noise(const Summary& summary) {
   return std::ranges::any_of(summary.executors, [](const ExecutorSummary& e) {
     return std::ranges::any_of(e.chains, [](const ChainSummary& c) {
@@ -128,6 +160,7 @@ void write_table(std::ostream& out, const Summary& summary) {
   if (any_beyond_noise(summary)) {
     out << "* beyond noise: the interval of this ratio to default, given in summary.json, leaves out 1.\n";
   }
+  for (const ExecutorSummary& e : summary.executors) write_starved(out, e);
   write_notes(out, summary);
 }
 

@@ -16,8 +16,9 @@ namespace hotpath {
 /// jobs.
 class RunTotals final : public JobSink {
  public:
-  RunTotals(const TaskSet& set, const std::vector<MeasuredChain>& chains, Time counted_from)
-      : set_(set), counted_from_(counted_from), is_sink_(set.size(), false), of_task_(set.size()) {
+  /// Jobs after the instant `counted_from` count; the run ends at `end`.
+  RunTotals(const TaskSet& set, const std::vector<MeasuredChain>& chains, Time counted_from, Time end)
+      : set_(set), counted_from_(counted_from), end_(end), is_sink_(set.size(), false), of_task_(set.size()) {
     for (const MeasuredChain& chain : chains) {
       for (const TaskId id : chain.sink_tasks) is_sink_[id] = true;
     }
@@ -33,6 +34,7 @@ class RunTotals final : public JobSink {
     OfTask& t = of_task_[record.job.task];
     ++t.account.count[static_cast<std::size_t>(record.outcome)];
     t.account.count[static_cast<std::size_t>(Outcome::skipped)] += record.job.skipped;
+    t.longest_wait = std::max(t.longest_wait, wait_of(record, counted_from_, end_));
     const Task& task = set_[record.job.task];
     if (task.kind == TaskKind::timer) t.counts.add(task, record, counted_from_);
     if (!counts(record, counted_from_)) return;
@@ -49,13 +51,14 @@ class RunTotals final : public JobSink {
   }
   /// Whether the sink's job belongs to the warm-up.
   bool early(JobRef sink) const { return early_.count({sink.task, sink.sequence}) != 0; }
-  /// Adds response times and deadline overruns to a summary of this run's executor.
+  /// Adds response times, waits and deadline overruns to a summary of this run's executor.
   void add_to(ExecutorSummary& summary) const {
     for (TaskId id = 0; id < set_.size(); ++id) {
       const OfTask& t = of_task_[id];
       TaskSummary& task = summary.tasks[id];
       task.after_warm_up += t.counts;
       summary.after_warm_up += t.counts;
+      task.longest_wait = std::max(task.longest_wait, t.longest_wait);
       if (t.responses == 0) continue;
       Quantiles& q = task.response_ms;
       const double all = (q.n == 0 ? 0 : q.mean * static_cast<double>(q.n)) + t.sum_ms;
@@ -71,11 +74,11 @@ class RunTotals final : public JobSink {
     TaskAccount account;
     TimerCounts counts;
     std::uint64_t responses = 0;
-    Duration least = Duration::max(), most{};
+    Duration least = Duration::max(), most{}, longest_wait{};
     double sum_ms = 0;
   };
   const TaskSet& set_;
-  const Time counted_from_;
+  const Time counted_from_, end_;
   std::vector<bool> is_sink_;
   std::vector<OfTask> of_task_;
   std::set<std::pair<TaskId, std::uint64_t>> early_;

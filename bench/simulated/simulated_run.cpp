@@ -171,13 +171,15 @@ class SimulatedRun {
     GraphWorkload workload(graph_, simulation.tasks, *times, &observations);
     Trace& trace = simulation.repetition->trace;
     TraceRecorder recorder(trace);
-    if (options_.no_trace)
-      simulation.totals = std::make_unique<RunTotals>(set, chains_, Time{} + counting_.warm_up);
+    const SimulationOptions plan = simulation_options(e);
+    if (options_.no_trace) {
+      simulation.totals =
+          std::make_unique<RunTotals>(set, chains_, Time{} + counting_.warm_up, Time{} + plan.duration);
+    }
     SimulationSummary summary;
     try {
       JobSink& sink = simulation.totals ? static_cast<JobSink&>(*simulation.totals) : recorder;
-      summary =
-          simulate(set, system.executors(), system.executor_of(), workload, simulation_options(e), &sink);
+      summary = simulate(set, system.executors(), system.executor_of(), workload, plan, &sink);
     } catch (const SimulationError& error) {
       throw UsageError("executor `" + e.label + "`: " + error.what());
     }

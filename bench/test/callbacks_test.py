@@ -38,6 +38,19 @@ class Callbacks(CommandTest):
         if shutil.which("dot"):
             self.assertIn("</svg>", self.accepted("graph", "callbacks", "--svg"))
 
+    def test_deployments_are_listed_and_colour_the_graph(self):
+        listed = self.accepted("list", "deployments")
+        for name, description in (("isolated", "a default executor"), ("picas", "chain-aware priorities")):
+            self.assertRegex(listed, f"(?m)^{name} +{description}")
+        self.assertIn("<b>Localizer</b>: default", self.accepted("graph", "callbacks", "--dot", "--deployment", "isolated"))
+        for arguments, reason in (
+            (("--deployment", "isolated"), "--deployment: it colours a picture; add --svg or --dot"),
+            (("--dot", "--deployment", "isolatd"), "isolated"),
+        ):
+            code, out, err = self.command("graph", "callbacks", *arguments)
+            self.assertEqual((code, out), (2, ""))
+            self.assertIn(reason, err)
+
     def test_simulate_and_what_reads_its_run(self):
         run = self.measure("simulate", "--graph", "callbacks", "--executors", "all", "--duration", 5, "--warm-up", 0)
         self.check(run)

@@ -137,6 +137,26 @@ TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
   EXPECT_THAT(plain(s), HasSubstr("rm-ro lost 3 samples on the way along hot_path"));
 }
 
+TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
+  Summary s = two_executors();
+  const auto timer = [](std::string name, int wait_ms) {
+    TaskSummary task;
+    task.task = std::move(name);
+    task.period = std::chrono::milliseconds(100);
+    task.longest_wait = std::chrono::milliseconds(wait_ms);
+    task.ran = wait_ms > 0;
+    task.queued = 1;
+    return task;
+  };
+  s.executors[0].tasks = {timer("IMU", 100), timer("Camera", 150), timer("Lidar", 0), timer("Map", 250)};
+  s.executors[1].tasks.assign(12, timer("Camera", 101));
+  EXPECT_THAT(plain(s), HasSubstr("\ndefault: Lidar never ran\n"
+                                  "default: Map waited up to 250.0 ms (period 100 ms)\n"
+                                  "default: Camera waited up to 150.0 ms (period 100 ms)\nrm-ro"));
+  EXPECT_THAT(plain(s), HasSubstr("rm-ro: and 2 more, see summary.json\nLoss"));
+  EXPECT_THAT(plain(s), Not(HasSubstr("IMU")));
+}
+
 TEST(Table, OfNothingIsEmpty) { EXPECT_EQ(plain({}), ""); }
 
 }  // namespace

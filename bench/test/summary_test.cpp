@@ -125,6 +125,49 @@ TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
   EXPECT_EQ(planner.period_ms->n, 1u);
 }
 
+TEST(Waits, LastFromTheTimestampToTheStartOrToTheEndOfTheRun) {
+  const Repetition first = repetition(0,
+                                      {ran(kPlanner, 0, 0, 30, 90), ran(kPoints, 0, 10, 15, 16),
+                                       with_outcome(ran(kClusters, 0, 10, 0, 0), Outcome::overwritten),
+                                       with_outcome(ran(kLidar, 0, 0, 2, 0), Outcome::running)},
+                                      {});
+  const Repetition second = repetition(1,
+                                       {with_outcome(ran(kPlanner, 0, 420, 0, 0), Outcome::queued),
+                                        with_outcome(ran(kPoints, 0, 10, 400, 400), Outcome::empty)},
+                                       {});
+  const ExecutorSummary s = summary_of({first, second});
+  EXPECT_EQ(s.tasks[kPlanner].longest_wait, milliseconds(80));
+  EXPECT_EQ(s.tasks[kPoints].longest_wait, milliseconds(5));
+  EXPECT_EQ(s.tasks[kClusters].longest_wait, milliseconds(0)) << "never taken";
+  EXPECT_EQ(s.tasks[kLidar].longest_wait, milliseconds(2));
+}
+
+TEST(Waits, CountFromTheEndOfTheWarmUpOn) {
+  const ExecutorSummary s =
+      summary_of({repetition(0,
+                             {ran(kLidar, 0, 0, 99, 100), ran(kPlanner, 0, 20, 130, 140),
+                              with_outcome(ran(kPoints, 0, 50, 0, 0), Outcome::queued)},
+                             {})},
+                 options(100));
+  EXPECT_EQ(s.tasks[kLidar].longest_wait, milliseconds(0));
+  EXPECT_EQ(s.tasks[kPlanner].longest_wait, milliseconds(30));
+  EXPECT_EQ(s.tasks[kPoints].longest_wait, milliseconds(400)) << "it starves since the warm-up";
+}
+
+TEST(Waits, ATaskNeverRanWhenItHadWorkAndNoJobOfItStarted) {
+  Repetition r =
+      repetition(0,
+                 {ran(kLidar, 0, 0, 1, 2), with_outcome(ran(kPoints, 0, 2, 0, 0), Outcome::overwritten),
+                  with_outcome(ran(kClusters, 0, 2, 3, 0), Outcome::running)},
+                 {});
+  r.accounts = account(small_set(), r.trace);
+  const ExecutorSummary s = summary_of({r});
+  EXPECT_TRUE(s.tasks[kPoints].never_ran());
+  EXPECT_FALSE(s.tasks[kLidar].never_ran());
+  EXPECT_FALSE(s.tasks[kClusters].never_ran());
+  EXPECT_FALSE(s.tasks[kPlanner].never_ran()) << "it had nothing to do";
+}
+
 TEST(Latencies, BothOfDesignAreTakenPerChain) {
   const ExecutorSummary s =
       summary_of({repetition(0, {}, {output(0, 20, 25), output(1, 30), output(2, 40, 45)})});

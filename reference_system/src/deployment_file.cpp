@@ -25,6 +25,19 @@ constexpr const char* kRemedy =
     "a deployment is one YAML map that begins with `name: NAME` and lists `executors`";
 constexpr std::int64_t kMaxProcessor = 63;
 
+/// The file's content; keeps a pointer to `path`.
+YamlMap read_deployment(const std::string& path) {
+  YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), kRemedy), "the deployment", 1),
+              "the deployment");
+  map.check_keys({"name", "description", "executors"});
+  return map;
+}
+
+std::string description_of(const YamlMap& map) {
+  const auto given = map.find("description");
+  return given ? given->text() : "";
+}
+
 /// Reads one file for one graph.
 class Reader {
  public:
@@ -37,11 +50,9 @@ class Reader {
   }
 
   Deployment read() {
-    const YamlMap map(YamlValue(path_, read_yaml(path_, read_text_file(path_), kRemedy), "the deployment", 1),
-                      "the deployment");
-    map.check_keys({"name", "description", "executors"});
+    const YamlMap map = read_deployment(path_);
     deployment_.name = map.require("name", "NAME").name();
-    if (const auto given = map.find("description")) deployment_.description = given->text();
+    deployment_.description = description_of(map);
     for (const YamlValue& executor :
          map.require("executors", "[{name: NAME, executor: default, owns: rest}]").list("an executor")) {
       read_executor(executor);
@@ -181,10 +192,20 @@ Deployment find_deployment(const std::string& name_or_path, const Graph& graph, 
                    suggest(name_or_path, names) + " (a file is given with its extension .yaml)");
 }
 
-std::vector<std::pair<std::string, std::string>> list_deployment_files() {
-  std::vector<std::pair<std::string, std::string>> files;
-  for (const auto& [name, path] : deployment_files()) files.emplace_back(name, path);
-  return files;
+std::vector<DeploymentListing> list_deployment_files() {
+  std::vector<DeploymentListing> listings;
+  for (const auto& [name, path] : deployment_files()) {
+    if (std::ranges::count(deployment_presets(), name, &DeploymentPreset::name) > 0) continue;
+    DeploymentListing& listing = listings.emplace_back();
+    listing.name = name;
+    try {
+      const std::string file = path;
+      listing.description = description_of(read_deployment(file));
+    } catch (const InputError& error) {
+      listing.error = error.what();
+    }
+  }
+  return listings;
 }
 
 }  // namespace hotpath

@@ -2,8 +2,12 @@
 #include "hotpath/reference_system/graph_picture.hpp"
 
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <ostream>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "graph_text.hpp"
 #include "hotpath/reference_system/graph_edges.hpp"
@@ -78,30 +82,73 @@ std::string label(const Node& node) {
   return text + "</font>";
 }
 
+/// As light as the fills of node types. Steps of the golden ratio keep neighbouring hues apart, however many
+/// executors there are.
+std::string executor_colour(std::size_t executor) {
+  double turns = 0;
+  const double hue = std::modf(static_cast<double>(executor) * std::numbers::phi, &turns);
+  return std::to_string(hue) + " 0.35 1.0";
+}
+
+/// What an executor is, for the legend.
+std::string description(const DeployedExecutor& executor) {
+  std::string text = "<b>" + escaped(executor.name) + "</b>: " + escaped(executor.executor) + ", " +
+                     to_string(executor.policy);
+  const char* before = ", on processors ";
+  for (const int processor : executor.processors) {
+    text += before + std::to_string(processor);
+    before = ", ";
+  }
+  return text;
+}
+
 class Picture {
  public:
-  Picture(std::ostream& out, const Graph& graph) : out_(out), graph_(graph) {}
+  Picture(std::ostream& out, const Graph& graph) : out_(out), graph_(graph) {
+    for (const Node& node : graph.nodes) fills_.emplace_back(look_of(node).fill);
+  }
+
+  void colour_by_executor(const GraphTasks& tasks, const Deployment& deployment) {
+    deployment_ = &deployment;
+    for (TaskId id = tasks.set.size(); id-- > 0;) {
+      fills_[tasks.origin[id].node] = executor_colour(deployment.executor_of[id]);
+    }
+  }
 
   void draw() {
     out_ << "digraph " << quoted(graph_.name) << " {\n"
          << "  rankdir=LR; nodesep=0.4; ranksep=0.35; bgcolor=white; pad=0.2;\n"
          << "  node [fontname=\"Helvetica\", fontsize=11, margin=\"0.1,0.06\", penwidth=1.1];\n"
          << "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#78909c\", arrowsize=0.7];\n";
-    for (const Node& node : graph_.nodes) draw_node(node);
+    for (std::size_t n = 0; n < graph_.nodes.size(); ++n) draw_node(graph_.nodes[n], fills_[n]);
+    if (deployment_ != nullptr) draw_legend();
     for (const GraphEdge& edge : graph_edges(graph_)) draw_edge(edge);
     out_ << "}\n";
   }
 
  private:
-  void draw_node(const Node& node) {
+  void draw_node(const Node& node, const std::string& fill) {
     const Look& look = look_of(node);
     out_ << "  " << quoted(node.name) << " [shape=" << look.shape << ", style=\"" << look.style
-         << "\", fillcolor=\"" << look.fill << "\", label=<" << label(node) << ">, color=\"";
+         << "\", fillcolor=\"" << fill << "\", label=<" << label(node) << ">, color=\"";
     if (on_hot_path(graph_, node)) {
       out_ << kHotColour << "\", penwidth=2.6];\n";
     } else {
       out_ << look.line << "\"];\n";
     }
+  }
+
+  /// One node with a table, so that its rows stay together. No node of a graph has a slash in its name.
+  void draw_legend() {
+    out_ << "  subgraph cluster_legend {\n    label=" << quoted(deployment_->name)
+         << "; fontname=\"Helvetica\"; fontsize=11;\n    " << quoted("deployment/" + deployment_->name)
+         << " [shape=plain, label=<<table border=\"0\">";
+    for (std::size_t e = 0; e < deployment_->executors.size(); ++e) {
+      out_ << "<tr><td border=\"1\" bgcolor=\"" << executor_colour(e)
+           << "\" width=\"20\"></td><td align=\"left\">" << description(deployment_->executors[e])
+           << "</td></tr>";
+    }
+    out_ << "</table>>];\n  }\n";
   }
 
   void draw_edge(const GraphEdge& edge) {
@@ -118,10 +165,18 @@ class Picture {
 
   std::ostream& out_;
   const Graph& graph_;
+  std::vector<std::string> fills_;  // by node
+  const Deployment* deployment_ = nullptr;
 };
 
 }  // namespace
 
 void write_dot(std::ostream& out, const Graph& graph) { Picture(out, graph).draw(); }
+
+void write_dot(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {
+  Picture picture(out, graph);
+  picture.colour_by_executor(tasks, deployment);
+  picture.draw();
+}
 
 }  // namespace hotpath

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -39,7 +41,11 @@ class Deployments : public testing::Test {
 TEST_F(Deployments, EveryTaskHasAnExecutorInAllThatShip) {
   std::vector<std::string> names;
   for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);
-  for (const auto& [name, path] : list_deployment_files()) names.push_back(name);
+  for (const DeploymentListing& d : list_deployment_files()) {
+    names.push_back(d.name);
+    EXPECT_EQ(d.description, find(d.name).description);
+    EXPECT_EQ(d.error, "");
+  }
   EXPECT_THAT(names, testing::IsSupersetOf({"single", "isolated", "cie", "rm-threads", "prioritized",
                                             "upstream_cbg", "picas"}));
   for (const std::string& name : names) {
@@ -49,6 +55,26 @@ TEST_F(Deployments, EveryTaskHasAnExecutorInAllThatShip) {
     const std::set<std::uint32_t> used(d.executor_of.begin(), d.executor_of.end());
     EXPECT_EQ(used.size(), d.executors.size()) << name;
   }
+}
+
+TEST_F(Deployments, ListedFilesComeWithDescriptionOrErrorAndPresetsHideThem) {
+  const std::filesystem::path folder = testing::TempDir() + "deployment_test";
+  std::filesystem::create_directory(folder);
+  std::ofstream(folder / "single.yaml") << "name: single\nexecutors:\n  - {name: a, owns: rest}\n";
+  std::ofstream(folder / "plain.yaml") << "name: plain\nexecutors:\n  - {name: a, owns: rest}\n";
+  std::ofstream(folder / "broken.yaml") << "name: broken\nexecuters: []\n";
+  setenv("HOTPATH_DEPLOYMENTS", folder.c_str(), 1);
+  const auto listings = list_deployment_files();
+  unsetenv("HOTPATH_DEPLOYMENTS");
+  std::filesystem::remove_all(folder);
+  const auto listed = [&](const std::string& name) {
+    return std::ranges::find(listings, name, &DeploymentListing::name);
+  };
+  EXPECT_EQ(listed("single"), listings.end());
+  ASSERT_NE(listed("plain"), listings.end());
+  EXPECT_EQ(listed("plain")->description + listed("plain")->error, "");
+  ASSERT_NE(listed("broken"), listings.end());
+  EXPECT_THAT(listed("broken")->error, HasSubstr("broken.yaml:2: "));
 }
 
 TEST_F(Deployments, IsolatedHasAnExecutorForEachNodeAndCieForEachGroup) {

@@ -62,6 +62,43 @@ TEST(Picture, LabelsTimersWithTheirPeriodWorkWithItsTimeAndTopicsOfAnotherName) 
   EXPECT_THAT(line(lines, "\"FrontLidarDriver\" ->"), testing::Not(testing::HasSubstr("label")));
 }
 
+TEST(Picture, ColoursNodesByExecutorWithALegend) {
+  const Graph graph = load_graph(find_graph("autoware"));
+  const GraphTasks tasks = make_tasks(graph);
+  std::stringstream dot;
+  write_dot(dot, graph, tasks, find_deployment("picas", graph, tasks));
+  std::vector<std::string> lines;
+  for (std::string l; std::getline(dot, l);) lines.push_back(l);
+  const auto fill = [&](const std::string& node) {
+    const std::string l = line(lines, "\"" + node + "\" [");
+    const std::size_t begin = l.find("fillcolor=");
+    return l.substr(begin, l.find(',', begin) - begin);
+  };
+  EXPECT_EQ(fill("FrontLidarDriver"), fill("PointCloudFusion"));
+  EXPECT_EQ(fill("RearLidarDriver"), fill("PointsTransformerRear"));
+  EXPECT_NE(fill("FrontLidarDriver"), fill("RearLidarDriver"));
+  EXPECT_NE(fill("Visualizer"), fill("RearLidarDriver"));
+  EXPECT_THAT(line(lines, "  \"deployment/picas\""),
+              testing::AllOf(testing::HasSubstr("<b>hot_path</b>: fp-ro, fifo:90, on processors 0<"),
+                             testing::HasSubstr("<b>rest</b>: fp-ro, fifo:80")));
+}
+
+TEST(Picture, TheFirstCallbackColoursANodeOfSeveralExecutors) {
+  const Graph graph = load_graph(find_graph("callbacks"));
+  const GraphTasks tasks = make_tasks(graph);
+  Deployment deployment = find_deployment("rm-threads", graph, tasks);
+  const auto driver = [&] {
+    std::stringstream dot;
+    write_dot(dot, graph, tasks, deployment);
+    return dot.str().substr(dot.str().find("  \"Driver\" ["), 120);
+  };
+  const std::string before = driver();
+  deployment.executor_of[1] = 5;
+  EXPECT_EQ(driver(), before);
+  deployment.executor_of[0] = 5;
+  EXPECT_NE(driver(), before);
+}
+
 TEST(Picture, EscapesWhatGraphvizWouldRead) {
   Graph graph;
   graph.name = "g";

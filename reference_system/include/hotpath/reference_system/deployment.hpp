@@ -49,7 +49,14 @@ struct DeploymentPreset {
 [[nodiscard]] Deployment find_deployment(const std::string& name_or_path, const Graph& graph,
                                          const GraphTasks& tasks);
 
-/// Name and path of the files in those folders.
-[[nodiscard]] std::vector<std::pair<std::string, std::string>> list_deployment_files();
+/// One deployment file of those folders.
+struct DeploymentListing {
+  std::string name;  ///< What find_deployment takes: the file's name without .yaml.
+  std::string description;
+  std::string error;  ///< Why the description cannot be read. Owners are not checked: that takes a graph.
+};
+
+/// All files that have a bare name, by name, without those that a preset of their name hides.
+[[nodiscard]] std::vector<DeploymentListing> list_deployment_files();
 
 }  // namespace hotpath
