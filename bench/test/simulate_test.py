@@ -12,7 +12,7 @@ GRAPHS = (
     + [f"timers_only_{level}" for level in (60, 80, 90)]
     + [f"timers_only_{level}_authors" for level in (60, 80, 90)]
 )
-EXECUTORS = "default static multi events-ro events-re rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re".split()
+EXECUTORS = "default static multi multi-jazzy multi-fair cbg events-ro events-re rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re".split()
 TRACES = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "traces"
 BRIEF = ("--duration", 3, "--warm-up", 0)
 TINY = "name: tiny\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: %s}\n"

@@ -9,8 +9,9 @@ from hotpath_command import CHAIN_COLUMNS, JOB_COLUMNS, CommandTest
 from known_graphs import AUTOWARE, MANY_TO_MANY, SEQUENCES, TIMERS_ONLY
 
 EXECUTORS = (
-    "default static multi events-ro events-re rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re".split()
-)
+    "default static multi multi-jazzy multi-fair cbg events-ro events-re "
+    "rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re"
+).split()
 FILES = {"run.json", "summary.json", "jobs.csv", "chains.csv"}
 STARTED = {"ran", "running"}
 SHORT = ("--duration", 1, "--warm-up", 0.25)
