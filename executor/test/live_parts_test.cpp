@@ -123,8 +123,9 @@ TEST(IntraProcessTransport, AllReadersShareOneMessageThatOutlivesThePublication)
 }
 
 TEST(ThreadPolicy, IsReadAndWrittenTheSameWay) {
-  for (const char* text : {"other", "fifo:80", "rr:1"}) EXPECT_EQ(to_string(parse_thread_policy(text)), text);
-  for (const char* text : {"", "fifo", "fifo:", "fifo:0", "fifo:100", "fifo:8x", "idle", "other:1"}) {
+  for (const char* text : {"other", "other:-5", "fifo:80", "rr:1"})
+    EXPECT_EQ(to_string(parse_thread_policy(text)), text);
+  for (const char* text : {"", "fifo", "fifo:", "fifo:0", "fifo:100", "fifo:8x", "idle", "other:20"}) {
     EXPECT_THROW((void)parse_thread_policy(text), std::invalid_argument) << text;
   }
 }

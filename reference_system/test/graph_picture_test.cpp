@@ -79,7 +79,7 @@ TEST(Picture, ColoursNodesByExecutorWithALegend) {
   EXPECT_NE(fill("FrontLidarDriver"), fill("RearLidarDriver"));
   EXPECT_NE(fill("Visualizer"), fill("RearLidarDriver"));
   EXPECT_THAT(line(lines, "  \"deployment/picas\""),
-              testing::AllOf(testing::HasSubstr("<b>hot_path</b>: fp-ro, fifo:90, on processors 0<"),
+              testing::AllOf(testing::HasSubstr("<b>hot_path</b>: fp-ro, fifo:88, on processors 0<"),
                              testing::HasSubstr("<b>rest</b>: fp-ro, fifo:80")));
 }
 

@@ -90,7 +90,7 @@ inline constexpr std::array kPlatformCosts = {
                  "From a decision to the start of its job"},
     PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "For each wait of a wait-set executor"},
     PlatformCost{"wait_cost_per_entity_us", &GraphPlatform::wait_cost_per_entity,
-                 "For each entity in it, of which every node has 8 beside its timer and its subscriptions"},
+                 "For each entity in it; a node has 8 beside its callbacks"},
     PlatformCost{"wake_up_us", &GraphPlatform::wake_up, "Until a woken thread competes for a core"},
     PlatformCost{"delivery_delay_us", &GraphPlatform::delivery_delay,
                  "From a publication to the arrival of the sample"},
