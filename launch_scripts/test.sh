@@ -12,7 +12,7 @@ echo "== build"
 launch_scripts/build.sh -DBUILD_TESTING=ON -DHOTPATH_WARNINGS_AS_ERRORS=ON
 echo "== colcon"
 # As a debug build, which takes less time and has the assertions that the other leaves out.
-launch_scripts/colcon_build.sh -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_BUILD_TYPE=Debug
+launch_scripts/colcon_build.sh -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0
 install/hotpath_bench/bin/hotpath list executors >/dev/null
 install/hotpath_bench/bin/hotpath list graphs >/dev/null
 echo "== tests"

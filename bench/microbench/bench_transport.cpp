@@ -68,8 +68,7 @@ class HotpathSide {
   ~HotpathSide() {
     if (live_) {
       live_->executor().stop();
-      live_->executor().join();
-      live_->executor().close();
+      live_->executor().close(live_->executor().join());
     }
     transport_.reset();
   }

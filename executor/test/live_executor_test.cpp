@@ -101,14 +101,14 @@ Trace run(const std::string& executor, const TaskSet& set, Duration length,
 
   Trace trace;
   trace.executor = executor;
-  trace.epoch = now() + std::chrono::milliseconds(10);
+  trace.epoch = now() + std::chrono::milliseconds(50);
   live.start(trace.epoch, trace.epoch + length);
   if (stop_after != Duration::max()) {
     burn(trace.epoch + stop_after - now());
     live.stop();
   }
   trace.end = live.join();
-  live.close();
+  live.close(trace.end);
   for (const auto& log : logs) {
     EXPECT_EQ(log.lost(), 0u);
     for (JobRecord r : log.contents()) {
@@ -124,11 +124,18 @@ class LiveExecutor : public testing::TestWithParam<std::string_view> {};
 
 TEST_P(LiveExecutor, AccountsForEveryTimestampAndSample) {
   const TaskSet set = two_timers_and_a_sequence();
-  const Trace trace = run(std::string(GetParam()), set, std::chrono::milliseconds(200));
-  for (const TaskAccount& a : account(set, trace)) {
-    EXPECT_EQ(a.accounted(), a.expected) << set[a.task].name;
-    EXPECT_GT(a[Outcome::ran], 0u) << set[a.task].name;
+  // A machine may stand still for longer than a short run.
+  bool all_ran = false;
+  for (auto length = std::chrono::milliseconds(200); !all_ran && length < std::chrono::seconds(15);
+       length *= 4) {
+    const Trace trace = run(std::string(GetParam()), set, length);
+    all_ran = true;
+    for (const TaskAccount& a : account(set, trace)) {
+      EXPECT_EQ(a.accounted(), a.expected) << set[a.task].name;
+      all_ran &= a[Outcome::ran] > 0;
+    }
   }
+  EXPECT_TRUE(all_ran);
 }
 
 TEST_P(LiveExecutor, StartsNoJobBeforeItsReleaseAndRunsOneAtATimePerWorker) {
@@ -140,7 +147,7 @@ TEST_P(LiveExecutor, StartsNoJobBeforeItsReleaseAndRunsOneAtATimePerWorker) {
     EXPECT_LE(r.job.timestamp, r.job.release);
     EXPECT_LE(r.job.release, r.start);
     EXPECT_LE(r.start, r.finish);
-    EXPECT_LT(r.start, trace.end + std::chrono::milliseconds(100));
+    EXPECT_LE(r.job.release, trace.end);
     lanes[r.worker].push_back(r);
   }
   for (auto& [worker, jobs] : lanes) {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/message.hpp"
 #include "hotpath/reference_system/task_message.hpp"
 #include "live_nodes.hpp"
@@ -56,7 +55,6 @@ LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOp
 
 LiveSystem::~LiveSystem() {
   stop();
-  join();
   // Samples go back to the transport while its readers exist, and its readers go before the executors they
   // call.
   close();
@@ -68,18 +66,19 @@ void LiveSystem::start(Time epoch, Time end) {
 }
 
 void LiveSystem::stop() {
-  const Time end = now();  // the same for all
-  for (const auto& executor : executors_) executor->stop(end);
+  for (const auto& executor : executors_) executor->stop();
 }
 
 Time LiveSystem::join() {
-  Time end = kNever;
-  for (const auto& executor : executors_) end = std::min(end, executor->join());
+  Time end{};
+  for (const auto& executor : executors_) end = std::max(end, executor->join());
   return end;
 }
 
 void LiveSystem::close() {
-  for (const auto& executor : executors_) executor->close();
+  // What became ready in one that was stopped earlier than the others belongs to the run.
+  const Time end = join();
+  for (const auto& executor : executors_) executor->close(end);
 }
 
 std::vector<WorkerThread> LiveSystem::workers() const {

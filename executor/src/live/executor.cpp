@@ -83,13 +83,11 @@ void Executor::prepare(Worker worker) {
   }
 }
 
-void Executor::stop() { stop(now()); }
-
-void Executor::stop(Time end) {
+void Executor::stop() {
   WorkerSet parked;
   {
     const std::lock_guard lock(mutex_);
-    end_ = std::min(end_, end);
+    end_ = std::min(end_, now());  // under the lock: after all decisions so far
     for (Worker w = 0; w < lanes_.size(); ++w) parked.insert(w);
     parked = claim(parked);
   }
@@ -104,12 +102,12 @@ Time Executor::join() {
   return end_;
 }
 
-void Executor::close() {
+void Executor::close(Time end) {
   std::vector<Sample> unread;  // given back after the lock
   const std::lock_guard lock(mutex_);
   if (std::exchange(closed_, true)) return;
   unread = inbox_.clear();
-  scheduler_->unfinished(end_ - Duration(1), [this](const Job& job, Outcome outcome) {
+  scheduler_->unfinished(end - Duration(1), [this](const Job& job, Outcome outcome) {
     JobRecord record;
     record.job = job;
     record.outcome = outcome;

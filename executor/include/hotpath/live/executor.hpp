@@ -57,16 +57,16 @@ class Executor final : public SampleSink {
   /// thread has its policy; throws ThreadSetupError when a required one was refused.
   void start(Time epoch, Time end);
 
-  /// Brings the end forward to `end`, by default now, if it was later. Any thread.
-  void stop(Time end);
+  /// Brings the end forward to now. Any thread.
   void stop();
 
   /// Waits for the threads, which finish the jobs they are in. Returns the instant at which the run ended.
   Time join();
 
-  /// After join(): appends what was released or unread and did not start, and gives all samples back. Samples
-  /// that arrive later are neither kept nor recorded.
-  void close();
+  /// After join(): appends what was released or unread by `end` and did not start, and gives all samples back.
+  /// `end` is that of the run, not before the one that join() returned. Samples that arrive later are neither
+  /// kept nor recorded.
+  void close(Time end);
 
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
 
