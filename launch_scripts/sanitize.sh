@@ -20,7 +20,6 @@ run tsan "${threads[*]}" "$(IFS='|'; echo "^(${threads[*]})\$")"
 if [ "${1:-}" = --all ]; then
   run asan all .
 else
-  memory=(hotpath_executor_{trace,csv,simulator,events,wait_set,live_executor,live_parts}_test
-    hotpath_reference_system_graph_file_test)
+  memory=(hotpath_executor_{trace,csv,simulator,wait_set,live_executor}_test)
   run asan "${memory[*]}" "$(IFS='|'; echo "^(${memory[*]})\$")"
 fi
