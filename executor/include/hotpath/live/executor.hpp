@@ -63,9 +63,9 @@ class Executor final : public SampleSink {
   /// Waits for the threads, which finish the jobs they are in. Returns the instant at which the run ended.
   Time join();
 
-  /// After join(): appends what was released or unread by `end` and did not start, and gives all samples back.
-  /// `end` is that of the run, not before the one that join() returned. Samples that arrive later are neither
-  /// kept nor recorded.
+  /// After join(): appends what was released or unread by `end` and did not start, and gives all samples
+  /// back. `end` is that of the run, not before the one that join() returned. Samples that arrive later are
+  /// neither kept nor recorded.
   void close(Time end);
 
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
