@@ -58,8 +58,8 @@ class SimulatedWorkers {
   const State& operator[](Worker w) const { return states_[w]; }
 
   /// The workers on cores, by priority, then by how long they have been ready.
-  std::size_t on_core() const { return running_.size(); }
-  Worker running(std::size_t i) const { return running_[i]; }
+  std::size_t on_core() const { return cores_differ_ ? running_.size() : std::min(ready_.size(), cores_); }
+  Worker running(std::size_t i) const { return cores_differ_ ? running_[i] : ready_[i]; }
 
   /// The worker, which is ready, does this next.
   void begin_step(Worker w, Step step, Duration length, Time now);
@@ -87,6 +87,7 @@ class SimulatedWorkers {
   void choose_running();
   bool place(Worker w);
   void give_core(Worker w, Time now);
+  void take_core(Worker w, Time now);
   /// Behind those of its priority, or in front of them.
   void insert(Worker w, bool in_front = false);
   static std::uint64_t bit(unsigned core) { return std::uint64_t{1} << core; }
@@ -99,7 +100,7 @@ class SimulatedWorkers {
   bool cores_differ_ = false;  // some worker may not run everywhere
   std::vector<State> states_;
   std::vector<Worker> ready_;    // by priority, then by arrival
-  std::vector<Worker> running_;  // those of ready_ that have a core, in the same order
+  std::vector<Worker> running_;  // where cores differ: those of ready_ that have one, in the same order
   std::vector<Worker> owner_;    // by core, where cores differ
   std::uint64_t tried_ = 0;      // cores that place() has looked at
 };
@@ -214,16 +215,18 @@ inline bool SimulatedWorkers::place(Worker w) {
 
 inline void SimulatedWorkers::choose_running() {
   running_.clear();
-  if (!cores_differ_) {
-    running_.assign(ready_.begin(),
-                    ready_.begin() + static_cast<std::ptrdiff_t>(std::min(ready_.size(), cores_)));
-    return;
-  }
   std::fill(owner_.begin(), owner_.end(), kNobody);
   for (const Worker w : ready_) {
     tried_ = 0;
     if (running_.size() < cores_ && place(w)) running_.push_back(w);
   }
+}
+
+inline void SimulatedWorkers::take_core(Worker w, Time now) {
+  State& s = states_[w];
+  s.on_core = false;
+  s.remaining = s.until - now;
+  s.slice_left = std::max(Duration{}, s.slice_end - now);
 }
 
 inline void SimulatedWorkers::give_core(Worker w, Time now) {
@@ -234,13 +237,17 @@ inline void SimulatedWorkers::give_core(Worker w, Time now) {
 }
 
 inline void SimulatedWorkers::assign_cores(Time now) {
+  if (!cores_differ_) {
+    for (std::size_t i = 0; i < ready_.size(); ++i) {
+      const bool gets_core = i < cores_;
+      if (states_[ready_[i]].on_core == gets_core) continue;
+      gets_core ? give_core(ready_[i], now) : take_core(ready_[i], now);
+    }
+    return;
+  }
   // A worker that moves from one core to another goes on without a pause.
   for (const Worker w : running_) {
-    State& s = states_[w];
-    if (!s.on_core) continue;  // it has left
-    s.remaining = s.until - now;
-    s.slice_left = std::max(Duration{}, s.slice_end - now);
-    s.on_core = false;
+    if (states_[w].on_core) take_core(w, now);  // otherwise it has left
   }
   choose_running();
   for (const Worker w : running_) give_core(w, now);
@@ -248,7 +255,7 @@ inline void SimulatedWorkers::assign_cores(Time now) {
 
 inline bool SimulatedWorkers::others_wait_for_core_of(Worker w) const {
   const State& s = states_[w];
-  if (s.priority != 0 || ready_.size() == running_.size()) return false;
+  if (s.priority != 0 || ready_.size() == on_core()) return false;
   if (!cores_differ_) return states_[ready_[cores_]].priority == 0;
   return std::any_of(ready_.begin(), ready_.end(), [&](Worker other) {
     const State& o = states_[other];
@@ -261,8 +268,9 @@ inline Time SimulatedWorkers::next_instant(Time now) const {
   for (const State& s : states_) {
     if (s.on_core || s.step == Step::asleep) next = std::min(next, s.until);
   }
-  if (ready_.size() > running_.size()) {
-    for (const Worker w : running_) {
+  if (ready_.size() > on_core()) {
+    for (std::size_t i = 0; i < on_core(); ++i) {
+      const Worker w = running(i);
       if (others_wait_for_core_of(w)) next = std::min(next, std::max(now, states_[w].slice_end));
     }
   }
@@ -270,8 +278,8 @@ inline Time SimulatedWorkers::next_instant(Time now) const {
 }
 
 inline void SimulatedWorkers::rotate_expired(Time now) {
-  for (std::size_t i = 0; i < running_.size() && ready_.size() > running_.size();) {
-    const Worker w = running_[i];
+  for (std::size_t i = 0; i < on_core() && ready_.size() > on_core();) {
+    const Worker w = running(i);
     if (states_[w].slice_end > now || !others_wait_for_core_of(w)) {
       ++i;
       continue;
