@@ -42,9 +42,7 @@ Live run(Graph graph, const std::string& executor, TransportKind transport) {
     live.trace.end = system.join();
     const Time limit = now() + std::chrono::seconds(2);
     for (TaskId id = 0; id < live.tasks.set.size(); ++id) {
-      while (system.arrived(id) < memory.published()[id].load() && now() < limit) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      }
+      while (system.arrived(id) < memory.published()[id].load() && now() < limit) std::this_thread::yield();
     }
   }
   for (const auto& published : memory.published()) live.trace.published.push_back(published.load());

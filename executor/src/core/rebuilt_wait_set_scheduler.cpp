@@ -16,7 +16,7 @@ RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned wo
 Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
   Arrival arrival;
   arrival.overwritten = unread_.add(task, sample).overwritten;
-  if (waiting_ && is_waited_for_[task]) arrival.wake = WorkerSet::of(*waiting_);
+  if (is_waited_for_[task]) arrival.wake = wait_mutex_.waiting();
   return arrival;
 }
 
@@ -57,14 +57,8 @@ std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
 }
 
 Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
-  idle_.erase(worker);
   Decision decision;
-  if (waiting_ == worker) {
-    waiting_.reset();
-    decision.job = wait(now);  // the wait that it was in returns
-  } else {
-    decision.job = pick(now);
-  }
+  decision.job = wait_mutex_.enter(worker) ? wait(now) : pick(now);  // the wait that it was in returns
   while (!decision.job) {
     if (needs_rebuild_) rebuild();
     decision.waited_for = static_cast<std::uint32_t>(waited_timers_.size() + waited_subscriptions_.size());
@@ -72,12 +66,8 @@ Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
     if (!needs_rebuild_) break;
   }
   if (decision.job) {
-    if (!waiting_ && !idle_.empty()) decision.wake = WorkerSet::of(idle_.first());
-    return decision;
-  }
-  idle_.insert(worker);
-  if (!waiting_) {
-    waiting_ = worker;
+    decision.wake = wait_mutex_.next();
+  } else if (wait_mutex_.wait(worker)) {
     decision.wake_at =
         next_timer([this, now](TaskId id) { return is_waited_for_[id] && !is_ready(id, now); });
   }
@@ -89,7 +79,7 @@ Effect RebuiltWaitSetScheduler::finished(Worker, const Job& job, Time) {
   if (set_.groups[set_.tasks[job.task].group] == CallbackGroup::mutually_exclusive) {
     free_group(job.task);
     interrupted_ = true;
-    if (waiting_) effect.wake = WorkerSet::of(*waiting_);
+    effect.wake = wait_mutex_.waiting();
   }
   return effect;
 }

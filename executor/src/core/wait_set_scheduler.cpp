@@ -6,7 +6,7 @@ namespace hotpath {
 Arrival WaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
   Arrival arrival;
   arrival.overwritten = unread_.add(task, sample).overwritten;
-  if (waiting_) arrival.wake = WorkerSet::of(*waiting_);
+  arrival.wake = wait_mutex_.waiting();
   return arrival;
 }
 
@@ -15,10 +15,7 @@ std::optional<Job> WaitSetScheduler::pick(Time now) {
 }
 
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
-  idle_.erase(worker);
-  const bool slept = waiting_ == worker;
-  if (slept) waiting_.reset();
-
+  const bool slept = wait_mutex_.enter(worker);
   const auto in_free_group = [this](TaskId id) { return group_free(id); };
   Decision decision;
   decision.job = pick(now);
@@ -29,14 +26,8 @@ Decision WaitSetScheduler::decide(Worker worker, Time now) {
     decision.job = pick(now);
   }
   if (decision.job) {
-    // The next worker gets the wait mutex: it runs what is left of the snapshot, or waits in this one's
-    // place.
-    if (!waiting_ && !idle_.empty()) decision.wake = WorkerSet::of(idle_.first());
-    return decision;
-  }
-  idle_.insert(worker);
-  if (!waiting_) {
-    waiting_ = worker;
+    decision.wake = wait_mutex_.next();
+  } else if (wait_mutex_.wait(worker)) {
     decision.wake_at = next_timer(in_free_group);
   }
   return decision;
@@ -46,7 +37,7 @@ Effect WaitSetScheduler::finished(Worker, const Job& job, Time) {
   free_group(job.task);
   Effect effect;
   // The interrupt guard condition, so that the group is in the wait again.
-  if (waiting_) effect.wake = WorkerSet::of(*waiting_);
+  effect.wake = wait_mutex_.waiting();
   return effect;
 }
 

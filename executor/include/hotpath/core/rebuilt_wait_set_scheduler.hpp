@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "hotpath/core/wait_mutex.hpp"
 #include "hotpath/core/wait_set.hpp"
 
 namespace hotpath {
@@ -38,8 +39,7 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   std::vector<bool> is_waited_for_;                           // by task
   bool interrupted_ = false;                                  // the guard condition is triggered
   bool needs_rebuild_ = false;
-  WorkerSet idle_;
-  std::optional<Worker> waiting_;  // the one that holds the wait mutex; the others queue for it
+  WaitMutex wait_mutex_;
 };
 
 }  // namespace hotpath

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "hotpath/core/wait_mutex.hpp"
 #include "hotpath/core/wait_set.hpp"
 
 namespace hotpath {
@@ -34,10 +35,7 @@ class WaitSetScheduler final : public WaitSet {
   std::optional<Job> pick(Time now);
 
   const Blocked blocked_;
-  WorkerSet idle_;
-  // Of the idle workers only one sleeps in rcl_wait; the others queue on its mutex
-  // (multi_threaded_executor.cpp).
-  std::optional<Worker> waiting_;
+  WaitMutex wait_mutex_;
 };
 
 }  // namespace hotpath

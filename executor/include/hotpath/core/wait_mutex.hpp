@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "hotpath/core/worker.hpp"
+
+namespace hotpath {
+
+/// The mutex under which the workers of rclcpp's MultiThreadedExecutor look for work and wait for it
+/// (multi_threaded_executor.cpp): of the idle workers one sleeps in rcl_wait, the others queue for the mutex.
+class WaitMutex {
+ public:
+  /// `worker` looks for work. Returns whether it is the one that slept in rcl_wait.
+  bool enter(Worker worker) {
+    idle_.erase(worker);
+    if (waiting_ != worker) return false;
+    waiting_.reset();
+    return true;
+  }
+
+  /// Whom a worker that found a job lets in: it runs what is left of the snapshot, or waits in its place.
+  [[nodiscard]] WorkerSet next() const {
+    return waiting_ || idle_.empty() ? WorkerSet{} : WorkerSet::of(idle_.first());
+  }
+
+  /// `worker` found nothing. Returns whether it sleeps in rcl_wait.
+  bool wait(Worker worker) {
+    idle_.insert(worker);
+    if (waiting_) return false;
+    waiting_ = worker;
+    return true;
+  }
+
+  /// The worker in rcl_wait, if there is one.
+  [[nodiscard]] WorkerSet waiting() const { return waiting_ ? WorkerSet::of(*waiting_) : WorkerSet{}; }
+
+ private:
+  WorkerSet idle_;
+  std::optional<Worker> waiting_;
+};
+
+}  // namespace hotpath
