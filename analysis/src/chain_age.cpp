@@ -62,6 +62,9 @@ class Ages {
     return start_[{root, to}] = *bound;
   }
 
+  /// The end of a job that may or may not complete its join.
+  std::int64_t latest(TaskId root, TaskId to) { return std::max(start(root, to), finish(root, to)); }
+
   /// Of the sample that a job takes.
   Delay sample_delay(TaskId root, TaskId id) {
     if (id == root) {
@@ -191,7 +194,7 @@ class Ages {
     if (topology_.set()[id].kind == TaskKind::timer) {
       longest = add(period(id), finish(id, id));
     } else if (const auto* join = topology_.join_of(id)) {
-      for (const TaskId input : join->inputs) longest = std::max(longest, gap(input, &Ages::finish));
+      for (const TaskId input : join->inputs) longest = std::max(longest, gap(input, &Ages::latest));
     } else {
       longest = gap(id, &Ages::finish);
     }

@@ -34,18 +34,15 @@ constexpr std::array kTexts = {
     AssumptionText{A::polling, "the processing windows of a wait set"},
     AssumptionText{A::other_order, "this executor's order"},
     AssumptionText{A::runs_timers, "a timer thread that runs timers itself"},
-    AssumptionText{A::next_call_order, "timers in the order of their next calls"},
     AssumptionText{A::several_threads, "several executor threads"},
     AssumptionText{A::ties_by_activation, "timers of equal priority in the order of their activation"},
     AssumptionText{A::unknown_phases, "unknown phases"},
-    AssumptionText{A::release_cost, "the cost of releases"},
-    AssumptionText{A::dispatch_cost, "the cost of a dispatch"},
-    AssumptionText{A::wait_cost, "the cost of a wait"},
+    AssumptionText{A::shifted_phases, "phases other than 0"},
+    AssumptionText{A::costs, "the costs of releases, dispatches and waits"},
     AssumptionText{A::wake_up, "wake-up latencies"},
-    AssumptionText{A::delivery_delay, "a delay of delivery"},
     AssumptionText{A::late_releases,
                    "a timer thread that waits for the executor thread (raise its priority, or give it a core)"},
-    AssumptionText{A::shifted_phases, "phases other than 0"},
+    AssumptionText{A::delivery_delay, "a delay of delivery"},
 };
 
 bool has_releaser(const ExecutorEntry& executor) {
@@ -151,10 +148,8 @@ struct Method {
   void (*bound)(const BoundedSystem&, GraphBounds&);
 };
 
-constexpr std::uint32_t kAlways = bits({A::unknown_phases, A::shifted_phases});
-constexpr std::uint32_t kTimerCosts = kAlways | bits({A::release_cost, A::dispatch_cost});
-constexpr std::uint32_t kGraphCosts =
-    kTimerCosts | bits({A::subscriptions, A::wait_cost, A::wake_up, A::late_releases});
+constexpr std::uint32_t kTimers = bits({A::unknown_phases, A::shifted_phases, A::costs});
+constexpr std::uint32_t kGraphs = kTimers | bits({A::subscriptions, A::wake_up, A::late_releases});
 
 void bound_timers(const BoundedSystem& system, const ResponseTimeAnalysis& analysis, GraphBounds& out) {
   const OverheadAwareResponse response = timer_responses(system, analysis);
@@ -165,23 +160,23 @@ void bound_timers(const BoundedSystem& system, const ResponseTimeAnalysis& analy
 }
 
 const std::array kMethods = {
-    Method{{"Brueggen 2015 (Theorem 1)", kTimerCosts | bits({A::fixed_priorities, A::runs_timers})},
+    Method{{"Brueggen 2015 (Theorem 1)", kTimers | bits({A::fixed_priorities, A::runs_timers})},
            [](const BoundedSystem& s, GraphBounds& out) { bound_timers(s, brueggen_2015, out); }},
-    Method{{"Davis 2007 (exact)", kTimerCosts | bits({A::fixed_priorities, A::runs_timers})},
+    Method{{"Davis 2007 (exact)", kTimers | bits({A::fixed_priorities, A::runs_timers})},
            [](const BoundedSystem& s, GraphBounds& out) {
              bound_timers(s, [](const PeriodicTasks& t) { return davis_2007(t); }, out);
            }},
-    Method{{"Spuri 1996", kTimerCosts | bits({A::deadlines, A::runs_timers, A::ties_by_activation})},
+    Method{{"Spuri 1996", kTimers | bits({A::deadlines, A::runs_timers, A::ties_by_activation})},
            [](const BoundedSystem& s, GraphBounds& out) {
              bound_timers(s, [](const PeriodicTasks& t) { return spuri_1996(t); }, out);
            }},
     Method{{"Bedarkar 2022",
-            kTimerCosts | bits({A::activation_order, A::ties_by_activation, A::late_releases})},
+            kTimers | bits({A::activation_order, A::ties_by_activation, A::late_releases})},
            [](const BoundedSystem& s, GraphBounds& out) {
              bound_timers(
                  s, [](const PeriodicTasks& t) { return ResponseTimes(t.size(), bedarkar_2022(t)); }, out);
            }},
-    Method{{"busy windows by priority", kGraphCosts | bits({A::fixed_priorities, A::ties_by_activation})},
+    Method{{"busy windows by priority", kGraphs | bits({A::fixed_priorities, A::ties_by_activation})},
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -189,7 +184,7 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(by_priority, in_any_order), out);
            }},
-    Method{{"processing windows", kGraphCosts | bits({A::polling, A::delivery_delay})},
+    Method{{"processing windows", kGraphs | bits({A::polling, A::delivery_delay})},
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const ProcessingWindows windows(topology, s.scheduling.entity_order, overheads_of(s, false));
@@ -199,7 +194,7 @@ const std::array kMethods = {
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},
     Method{{"busy windows in any order",
-            kGraphCosts | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation})},
+            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation})},
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads_of(s, true));
@@ -236,27 +231,22 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
     if (holds) present |= static_cast<std::uint32_t>(assumption);
   };
   const bool runs_timers = traits.timers == TimerHandling::release_and_execute;
+  const bool releaser = has_releaser(system.executor);
   add_if(timers(set) < set.size(), A::subscriptions);
   add_if(runs_timers, A::runs_timers);
-  add_if(runs_timers && traits.family == Family::events, A::next_call_order);
-  add_if(traits.many_workers &&
-             worker_count(system.executor, system.scheduling) > (has_releaser(system.executor) ? 2U : 1U),
-         A::several_threads);
-  add_if(traits.many_workers && traits.family == Family::wait_set, A::several_threads);
+  const unsigned workers = worker_count(system.executor, system.scheduling);
+  add_if(traits.many_workers && workers > (releaser ? 2U : 1U), A::several_threads);
   const bool by_activation = system.scheduling.ties == Ties::fifo && has_fixed_priorities(system.executor);
   add_if(by_activation && equal_timers(set, *traits.policy), A::ties_by_activation);
   const bool known = system.graph.phases_known;
   add_if(!known, A::unknown_phases);
   add_if(known && std::ranges::any_of(set.tasks, [](const Task& t) { return t.phase > Duration::zero(); }),
          A::shifted_phases);
-  add_if(has_releaser(system.executor) && release_cost(p) > Duration::zero(), A::release_cost);
-  add_if(p.dispatch_cost > Duration::zero(), A::dispatch_cost);
-  add_if(traits.family == Family::wait_set && p.wait_cost + p.wait_cost_per_entity > Duration::zero(),
-         A::wait_cost);
+  const bool waits = traits.family == Family::wait_set && p.wait_cost + p.wait_cost_per_entity > Duration::zero();
+  add_if(waits || p.dispatch_cost > Duration::zero() || (releaser && release_cost(p) > Duration::zero()), A::costs);
   add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
+  add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
   add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
-  add_if(has_releaser(system.executor) && !runs_timers && !p.raised_releaser && p.cores == 1,
-         A::late_releases);
   return present;
 }
 

@@ -2,7 +2,6 @@
 #include "hotpath/analysis/graph_busy_window.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 
 #include "hotpath/analysis/exact.hpp"
@@ -25,23 +24,21 @@ GraphOrder any_order(const TaskSet& set) {
   return {std::vector<std::int64_t>(set.size(), 0), false, false};
 }
 
-/// A window of jobs of rank `rank` or before, and what in it is looked for.
+/// What is looked for in the windows of a level.
 struct GraphBusyWindow::Query {
-  std::int64_t rank = 0;
+  const Level* level = nullptr;
   Blocker blocker;
   TaskId root = kNoTask, target = kNoTask;  ///< None: the window itself.
   bool works = true;                        ///< The target's job completes its join, if it has one.
   bool later_root_jobs = true;              ///< Jobs of `root` behind the one looked at may precede.
   std::int64_t root_jobs = 0;               ///< Of `root`, up to the one looked at.
   bool closed = true;                       ///< What is released at the end of an interval counts.
-  std::vector<std::int64_t> jobs;           ///< By task; for work().
+  std::vector<std::int64_t> jobs, outputs;  ///< By task and by join; for work().
 };
 
 GraphBusyWindow::GraphBusyWindow(const GraphTopology& topology, GraphOrder order,
                                  const GraphOverheads& overheads)
-    : topology_(topology), order_(std::move(order)), overheads_(overheads) {
-  assert(overheads.delivery == 0);
-}
+    : topology_(topology), order_(std::move(order)), overheads_(overheads) {}
 
 std::optional<std::int64_t> GraphBusyWindow::until_start(TaskId root, TaskId to) const {
   return bound(root, to, false);
@@ -55,11 +52,13 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
   std::optional<std::int64_t> largest = 0;
   for (const TaskId p : topology_.publishers(subscription)) {
     for (const TaskId root : topology_.roots(p)) {
+      // Of a job that completes its join, and of one that does not, behind others that do.
       const auto finish = until_finish(root, subscription);
-      if (!finish) return std::nullopt;
+      const auto start = until_start(root, subscription);
+      if (!finish || !start) return std::nullopt;
       const std::int64_t published =
           add(topology_.least_until_start(root, p), topology_.set()[p].bcet.count());
-      largest = std::max(*largest, subtract(*finish, published));
+      largest = std::max(*largest, subtract(std::max(*start, *finish), published));
     }
   }
   return largest;
@@ -81,21 +80,64 @@ std::int64_t GraphBusyWindow::job_work(TaskId id) const {
   return add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
-/// The jobs outside of the window that may run when it begins: those that activate something in it, and the
-/// longest of the others.
+/// Of those with the same effect the longest.
 std::vector<GraphBusyWindow::Blocker> GraphBusyWindow::blockers(std::int64_t rank) const {
-  std::vector<Blocker> all = {{kNoTask, 0}};
+  std::map<std::vector<TaskId>, Blocker> longest = {{{}, Blocker{kNoTask, overheads_.wake_up}}};
   for (TaskId id = 0; id < topology_.size(); ++id) {
     if (inside(id, rank) || topology_.roots(id).empty()) continue;
-    const std::vector<TaskId>& feeds = topology_.set()[id].feeds;
-    if (std::any_of(feeds.begin(), feeds.end(), [&](TaskId fed) { return inside(fed, rank); })) {
-      all.push_back({id, job_work(id)});
-    } else {
-      all.front().work = std::max(all.front().work, job_work(id));
+    std::vector<TaskId> activated;
+    for (const TaskId fed : topology_.set()[id].feeds) {
+      if (inside(fed, rank)) activated.push_back(fed);
+    }
+    Blocker& blocker = longest[activated];
+    if (!activated.empty()) blocker.task = id;
+    blocker.work = std::max({blocker.work, job_work(id), overheads_.wake_up});
+  }
+  std::vector<Blocker> all;
+  for (const auto& [activated, blocker] : longest) all.push_back(blocker);
+  return all;
+}
+
+const GraphBusyWindow::Level& GraphBusyWindow::level(std::int64_t rank) const {
+  const auto [entry, is_new] = levels_.try_emplace(rank);
+  Level& level = entry->second;
+  if (!is_new) return level;
+  level.rank = rank;
+  for (const TaskId id : topology_.order()) {
+    if (inside(id, rank)) level.members.push_back(member(id, rank));
+  }
+  const std::vector<CallbackGraph::Join>& joins = topology_.graph().joins;
+  for (std::size_t j = 0; j < joins.size(); ++j) {
+    if (std::ranges::any_of(joins[j].inputs, [&](TaskId id) { return inside(id, rank); })) level.joins.push_back(j);
+  }
+  if (utilisation(rank) > 1) return level;
+  level.blockers = blockers(rank);
+  level.window = 0;
+  for (const Blocker& blocker : level.blockers) {
+    Query window;
+    window.level = &level;
+    window.blocker = blocker;
+    level.window = end_of_work(window, *level.window);
+    if (!level.window) break;
+  }
+  return level;
+}
+
+GraphBusyWindow::Member GraphBusyWindow::member(TaskId id, std::int64_t rank) const {
+  Member m;
+  m.id = id;
+  const Task& task = topology_.set()[id];
+  if (task.kind == TaskKind::timer) m.period = task.period.count();
+  m.work = topology_.join_of(id) ? overheads_.job : job_work(id);
+  for (const TaskId p : topology_.publishers(id)) {
+    const std::size_t j = topology_.join_index(p);
+    if (topology_.join_of(p) == nullptr) {
+      if (inside(p, rank)) m.publishers.push_back(p);
+    } else if (std::find(m.joins.begin(), m.joins.end(), j) == m.joins.end()) {
+      m.joins.push_back(j);
     }
   }
-  for (Blocker& b : all) b.work = std::max(b.work, overheads_.wake_up);
-  return all;
+  return m;
 }
 
 /// Long-run work of the window's jobs per time.
@@ -151,8 +193,7 @@ std::int64_t GraphBusyWindow::join_output(std::size_t join, const std::vector<st
   return most;
 }
 
-std::int64_t GraphBusyWindow::arrivals(TaskId timer, std::int64_t t, bool closed) const {
-  const std::int64_t period = topology_.set()[timer].period.count();
+std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed) const {
   const std::int64_t until = add(t, overheads_.lateness);
   return closed ? floor_div(until, period) + 1 : std::max<std::int64_t>(1, ceil_div(until, period));
 }
@@ -161,7 +202,7 @@ std::int64_t GraphBusyWindow::releases_work(std::int64_t t) const {
   std::int64_t sum = 0;
   if (overheads_.release == 0) return sum;
   for (const TaskId timer : topology_.timers()) {
-    sum = add(sum, multiply(arrivals(timer, t, true), overheads_.release));
+    sum = add(sum, multiply(arrivals(topology_.set()[timer].period.count(), t, true), overheads_.release));
   }
   return sum;
 }
@@ -169,43 +210,34 @@ std::int64_t GraphBusyWindow::releases_work(std::int64_t t) const {
 /// Of the blocker and of all jobs of the window that are released within `t` of its start, without the
 /// target's own.
 std::int64_t GraphBusyWindow::work(Query& q, std::int64_t t) const {
+  constexpr std::int64_t kUnknown = -1;
   const std::vector<CallbackGraph::Join>& joins = topology_.graph().joins;
   q.jobs.assign(topology_.size(), 0);
+  q.outputs.assign(joins.size(), kUnknown);
   std::int64_t sum = add(q.blocker.work, releases_work(t));
-  std::vector<std::int64_t> output(joins.size(), -1);
   if (q.blocker.task != kNoTask) {
     for (const TaskId fed : topology_.set()[q.blocker.task].feeds) q.jobs[fed] = 1;
   }
   const auto output_of = [&](std::size_t j) {
-    if (output[j] >= 0) return output[j];
-    std::int64_t most = join_output(j, q.jobs, q.rank);
+    if (q.outputs[j] != kUnknown) return q.outputs[j];
     const bool own = q.target != kNoTask && topology_.join_index(q.target) == j && q.works;
-    output[j] = own ? std::max<std::int64_t>(0, most - 1) : most;
-    const TaskId any = joins[j].inputs.front();
-    sum = add(sum, multiply(output[j], topology_.set()[any].wcet.count()));
-    return output[j];
+    const std::int64_t most = join_output(j, q.jobs, q.level->rank);
+    q.outputs[j] = own ? std::max<std::int64_t>(0, most - 1) : most;
+    sum = add(sum, multiply(q.outputs[j], topology_.set()[joins[j].inputs.front()].wcet.count()));
+    return q.outputs[j];
   };
-  for (const TaskId id : topology_.order()) {
-    if (!inside(id, q.rank)) continue;
-    if (topology_.set()[id].kind == TaskKind::timer) {
-      std::int64_t released = arrivals(id, t, q.closed);
-      if (id == q.root) released = q.later_root_jobs ? std::max(released, q.root_jobs) : q.root_jobs;
-      q.jobs[id] = add(q.jobs[id], released);
+  for (const Member& m : q.level->members) {
+    std::int64_t& jobs = q.jobs[m.id];
+    if (m.period > 0) {
+      std::int64_t released = m.id == q.root && !q.later_root_jobs ? 0 : arrivals(m.period, t, q.closed);
+      if (m.id == q.root) released = std::max(released, q.root_jobs);
+      jobs = add(jobs, released);
     }
-    std::size_t counted = joins.size();
-    for (const TaskId p : topology_.publishers(id)) {
-      const std::size_t j = topology_.join_index(p);
-      if (j == joins.size()) {
-        if (inside(p, q.rank)) q.jobs[id] = add(q.jobs[id], q.jobs[p] - (p == q.target ? 1 : 0));
-      } else if (j != counted) {
-        counted = j;  // publishers of a topic are listed join by join
-        q.jobs[id] = add(q.jobs[id], output_of(j));
-      }
-    }
-    const std::int64_t others = q.jobs[id] - (id == q.target ? 1 : 0);
-    sum = add(sum, multiply(others, topology_.join_of(id) ? overheads_.job : job_work(id)));
+    for (const TaskId p : m.publishers) jobs = add(jobs, q.jobs[p] - (p == q.target ? 1 : 0));
+    for (const std::size_t j : m.joins) jobs = add(jobs, output_of(j));
+    sum = add(sum, multiply(jobs - (m.id == q.target ? 1 : 0), m.work));
   }
-  for (std::size_t j = 0; j < joins.size(); ++j) output_of(j);
+  for (const std::size_t j : q.level->joins) output_of(j);
   return sum;
 }
 
@@ -216,8 +248,22 @@ std::optional<std::int64_t> GraphBusyWindow::end_of_work(Query& q, std::int64_t 
   return exact::least_fixed_point(from, next, kEndless - 1);
 }
 
+/// The latest start of the target's job. `starts`: the latest ones found with other blockers, job by job; where
+/// this one's is no later, theirs is returned.
+std::optional<std::int64_t> GraphBusyWindow::start_of(Query& q, std::int64_t from,
+                                                      std::vector<std::int64_t>& starts) const {
+  const auto job = static_cast<std::size_t>(q.root_jobs - 1);
+  if (job < starts.size() && work(q, starts[job]) <= starts[job]) return starts[job];
+  const auto start = end_of_work(q, from);
+  if (start) {
+    starts.resize(std::max(starts.size(), job + 1), 0);
+    starts[job] = std::max(starts[job], *start);
+  }
+  return start;
+}
+
 /// Largest time from a timestamp of query.root to the target's end, over all its jobs in the window.
-std::optional<std::int64_t> GraphBusyWindow::bound(Query& q) const {
+std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::int64_t>& starts) const {
   const std::int64_t period = topology_.set()[q.root].period.count();
   const bool waits = topology_.join_of(q.target) != nullptr && !q.works;
   const std::int64_t own = waits ? overheads_.job : job_work(q.target);
@@ -225,7 +271,7 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q) const {
   for (std::uint64_t job = 0; job < kMaxSteps; ++job) {
     const std::int64_t released = multiply(static_cast<std::int64_t>(job), period);
     q.root_jobs = static_cast<std::int64_t>(job) + 1;
-    const auto start = end_of_work(q, w);
+    const auto start = start_of(q, w, starts);
     if (!start) return std::nullopt;
     w = *start;
     // Releases interrupt the job itself as well.
@@ -234,30 +280,35 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q) const {
         add(w, own), [&](std::int64_t t) { return add(add(before, own), releases_work(t)); });
     largest = std::max(largest, add(subtract(finish, released), overheads_.lateness));
     // The next job is in the same window if it is released before all the rest is done.
+    const std::int64_t next = add(released, period) - overheads_.lateness;
+    if (*q.level->window <= next) return largest;
     Query rest = q;
     rest.target = kNoTask;
     rest.later_root_jobs = false;
     const auto end = end_of_work(rest, 0);
     if (!end) return std::nullopt;
-    if (*end <= add(released, period) - overheads_.lateness) return largest;
+    if (*end <= next) return largest;
   }
   return std::nullopt;
 }
 
 std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works) const {
   const std::int64_t rank = largest_rank(root, to);
-  if (rank == kNoRank || utilisation(rank) > 1) return std::nullopt;
+  if (rank == kNoRank) return std::nullopt;
+  const Level& in = level(rank);
+  if (!in.window) return std::nullopt;
   std::int64_t largest = 0;
-  for (const Blocker& blocker : blockers(rank)) {
+  std::vector<std::int64_t> starts;
+  for (const Blocker& blocker : in.blockers) {
     Query q;
-    q.rank = rank;
+    q.level = &in;
     q.blocker = blocker;
     q.root = root;
     q.target = to;
     q.works = works;
     q.later_root_jobs = !(order_.timers_behind_equals && order_.rank[root] == rank);
     q.closed = blocker.work == 0 || !order_.releases_first;
-    const auto found = bound(q);
+    const auto found = bound(q, starts);
     if (!found) return std::nullopt;
     largest = std::max(largest, *found);
   }

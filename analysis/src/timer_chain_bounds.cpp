@@ -18,7 +18,7 @@ namespace {
 
 using A = Assumption;
 
-constexpr std::uint32_t kCosts = bits({A::release_cost, A::dispatch_cost});
+constexpr std::uint32_t kCosts = bits({A::costs});
 constexpr std::uint32_t kAnyPhases = bits({A::unknown_phases, A::shifted_phases});
 
 /// A response time analysis that the methods for chains take.

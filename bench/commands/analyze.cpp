@@ -174,6 +174,11 @@ class Analysis {
       trace_->check([&] { graph_.platform = platform_from_json(trace_->facts().at("platform")); });
     }
     tasks_ = make_tasks(graph_);
+    try {
+      callback_graph(graph_, tasks_, false);
+    } catch (const AnalysisError& error) {
+      throw UsageError("analyze " + options_.graph + ": " + error.what() + "; simulate the graph instead");
+    }
     if (trace_) observed_.emplace(*trace_, tasks_.set);
   }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "bound_properties.hpp"
+#include "hotpath/analysis/graph_bounds.hpp"
 
 namespace hotpath::test {
 namespace {
@@ -14,6 +15,31 @@ TEST_P(EveryBound, HoldsForRandomGraphs) {
     ASSERT_EQ(property.check(seed).wrong, "");
   }
 }
+
+/// Without the check of one assumption the search finds a wrong bound.
+struct Unchecked {
+  const char* executor;
+  Assumption assumption;
+};
+
+class EveryCheck : public testing::TestWithParam<Unchecked> {};
+
+TEST_P(EveryCheck, IsNeeded) {
+  for (std::uint64_t seed = 0; seed < 20'000; ++seed) {
+    const auto result =
+        check_bounds(seed, GetParam().executor, static_cast<std::uint32_t>(GetParam().assumption));
+    if (!result.wrong.empty()) return;
+  }
+  FAIL() << "no bound was exceeded";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Assumptions, EveryCheck,
+    testing::Values(Unchecked{"edf-ro", Assumption::deadlines}, Unchecked{"events-ro", Assumption::activation_order},
+                    Unchecked{"static", Assumption::other_order}, Unchecked{"rm-re", Assumption::runs_timers},
+                    Unchecked{"multi:2", Assumption::several_threads},
+                    Unchecked{"fp-ro:fifo", Assumption::ties_by_activation}, Unchecked{"rm-ro", Assumption::wake_up},
+                    Unchecked{"rm-ro", Assumption::late_releases}, Unchecked{"rm-ro", Assumption::delivery_delay}));
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryBound, testing::ValuesIn(properties()), [](const auto& param) {
   std::string name = param.param.name;

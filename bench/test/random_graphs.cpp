@@ -53,7 +53,7 @@ class Generator {
           kPeriods[static_cast<std::size_t>(draw(random_, 0, kPeriods.size() - 1))] * 1ms;
       node.priority = draw(random_, 0, 5);
     }
-    node.execution_time = draw(random_, 0, 10) * 1ms;
+    node.execution_time = draw(random_, graph_.nodes.empty() ? 1 : 0, 10) * 1ms;
     std::size_t inputs = type == NodeType::sensor                                   ? 0
                          : type == NodeType::transform || type == NodeType::command ? 1
                                                                                     : draw(random_, 2, 3);

@@ -35,20 +35,17 @@ enum class Assumption : std::uint32_t {
   fixed_priorities = 1U << 1,
   deadlines = 1U << 2,
   activation_order = 1U << 3,
-  polling = 1U << 4,        ///< A wait set, timers before subscriptions.
-  other_order = 1U << 5,    ///< Anything else that never idles.
-  runs_timers = 1U << 6,    ///< The timer management thread runs timers.
-  next_call_order = 1U << 7,
-  several_threads = 1U << 8,
-  ties_by_activation = 1U << 9,  ///< Among timers of equal priority.
-  unknown_phases = 1U << 10,
-  release_cost = 1U << 11,
-  dispatch_cost = 1U << 12,
-  wait_cost = 1U << 13,
-  wake_up = 1U << 14,
-  delivery_delay = 1U << 15,
-  late_releases = 1U << 16,  ///< The timer thread waits for the executor thread on the only core.
-  shifted_phases = 1U << 17,  ///< Phases are known, and some timer's is not 0.
+  polling = 1U << 4,             ///< A wait set, timers before subscriptions.
+  other_order = 1U << 5,         ///< Anything else that never idles.
+  runs_timers = 1U << 6,         ///< The timer management thread runs timers.
+  several_threads = 1U << 7,     ///< That run jobs.
+  ties_by_activation = 1U << 8,  ///< Among timers of equal priority.
+  unknown_phases = 1U << 9,
+  shifted_phases = 1U << 10,  ///< Phases are known, and some timer's is not 0.
+  costs = 1U << 11,           ///< Of releases, dispatches and waits.
+  wake_up = 1U << 12,
+  late_releases = 1U << 13,  ///< The timer thread waits for the executor thread on the only core.
+  delivery_delay = 1U << 14,
 };
 
 /// What holds of the system, as bits of Assumption.
