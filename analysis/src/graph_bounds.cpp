@@ -108,30 +108,6 @@ GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
   return o;
 }
 
-/// Ranks of the paper's priority order (design: priority, then subscriptions before timers, then timers by
-/// task).
-GraphOrder priority_order(const BoundedSystem& system, const GraphOverheads& overheads) {
-  const TaskSet& set = system.graph.set;
-  const SchedulerOptions& options = system.scheduling;
-  const PriorityOrder order(set, *system.executor.traits.policy, options.rule, options.ties);
-  using Key = std::tuple<std::int64_t, bool, TaskId>;
-  std::vector<Key> keys;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    const bool timer = set[id].kind == TaskKind::timer && options.ties == Ties::lifo;
-    keys.emplace_back(order.level(id), timer, timer ? id : 0);
-  }
-  std::vector<Key> sorted = keys;
-  std::sort(sorted.begin(), sorted.end());
-  GraphOrder ranks;
-  for (const Key& key : keys) {
-    ranks.rank.push_back(std::lower_bound(sorted.begin(), sorted.end(), key) - sorted.begin());
-  }
-  ranks.timers_behind_equals = options.ties == Ties::lifo;
-  ranks.releases_first =
-      system.platform.raised_releaser && overheads.lateness == 0 && overheads.release == 0;
-  return ranks;
-}
-
 void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBounds& out) {
   for (TaskId id = 0; id < topology.size(); ++id) {
     const bool timer = topology.set()[id].kind == TaskKind::timer;
@@ -180,7 +156,10 @@ const std::array kMethods = {
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
-             const GraphBusyWindow by_priority(topology, priority_order(s, overheads), overheads);
+             GraphOrder order = priority_ranks(s);
+             order.releases_first =
+                 s.platform.raised_releaser && overheads.lateness == 0 && overheads.release == 0;
+             const GraphBusyWindow by_priority(topology, order, overheads);
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(by_priority, in_any_order), out);
            }},
@@ -211,6 +190,26 @@ std::string not_covered(std::uint32_t missing) {
     text += std::string(text.back() == ' ' ? "" : ", ") + a.text;
   }
   return text;
+}
+
+GraphOrder priority_ranks(const BoundedSystem& system) {
+  const TaskSet& set = system.graph.set;
+  const SchedulerOptions& options = system.scheduling;
+  const PriorityOrder order(set, *system.executor.traits.policy, options.rule, options.ties);
+  using Key = std::tuple<std::int64_t, bool, TaskId>;
+  std::vector<Key> keys;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    const bool timer = set[id].kind == TaskKind::timer && options.ties == Ties::lifo;
+    keys.emplace_back(order.level(id), timer, timer ? id : 0);
+  }
+  std::vector<Key> sorted = keys;
+  std::sort(sorted.begin(), sorted.end());
+  GraphOrder ranks;
+  for (const Key& key : keys) {
+    ranks.rank.push_back(std::lower_bound(sorted.begin(), sorted.end(), key) - sorted.begin());
+  }
+  ranks.timers_behind_equals = options.ties == Ties::lifo;
+  return ranks;
 }
 
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {

@@ -29,7 +29,7 @@ struct AnalyzeOptions : CommonOptions, PlatformOptions {
   std::optional<Phases> known_phases;
   std::vector<std::string> chain;
   std::optional<double> delta_us;
-  bool strict = false;
+  bool strict = false, exact = false;
 };
 
 std::string in_ms(std::optional<std::int64_t> ns) { return ns ? fixed(to_ms(Duration(*ns)), 3) : "-"; }
@@ -230,11 +230,18 @@ class Analysis {
     return callback_graph(graph_, tasks, known);
   }
 
+  BoundedSystem system_of(const CallbackGraph& callbacks, const ExecutorSpec& executor) const {
+    return {callbacks, *executor.entry, executor.scheduler, make_platform(graph_, *executor.entry)};
+  }
+
   void bound(const ExecutorSpec& executor, BoundReport& report) {
     const CallbackGraph callbacks = callbacks_of(executor);
     std::string refusals;
     bool any = false;
-    for (const GraphBounds& bounds : bounds_of(graph_, callbacks, executor)) {
+    const BoundedSystem system = system_of(callbacks, executor);
+    std::vector<GraphBounds> all = graph_bounds(system);
+    if (options_.exact) all.push_back(exact_bounds(system));
+    for (const GraphBounds& bounds : all) {
       if (!bounds.refusal.empty()) {
         refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";
         continue;
@@ -254,9 +261,7 @@ class Analysis {
     TextTable table(executor.label + ", chain " + joined(options_.chain, " -> ") +
                         ": largest reaction time and data age",
                     {"method", "ms", ""});
-    const BoundedSystem system{callbacks, *executor.entry, executor.scheduler,
-                               make_platform(graph_, *executor.entry)};
-    for (const TimerChainBound& b : timer_chain_bounds(system, options_.chain)) {
+    for (const TimerChainBound& b : timer_chain_bounds(system_of(callbacks, executor), options_.chain)) {
       table.add_row({b.method, in_ms(b.latency), b.refusal});
     }
     std::cout << "\n" << table;
@@ -308,6 +313,7 @@ void add_analyze_command(CLI::App& app) {
   add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the phases of that executor's first repetition");
+  command.add_flag("--exact", o.exact, "Also the exact worst case for known phases, of timers and\nsequences of subscriptions");
   auto* trace = add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
   command.add_flag("--strict", o.strict, "Exit code 1 also when a live run exceeds a bound")->needs(trace);
   command.add_option("--chain", o.chain, "Timers separated by commas: bounds of the chain they form")

@@ -20,12 +20,13 @@ TEST_P(EveryBound, HoldsForRandomGraphs) {
 struct Unchecked {
   const char* executor;
   Assumption assumption;
+  std::uint64_t from = 0;  ///< First seed.
 };
 
 class EveryCheck : public testing::TestWithParam<Unchecked> {};
 
 TEST_P(EveryCheck, IsNeeded) {
-  for (std::uint64_t seed = 0; seed < 20'000; ++seed) {
+  for (std::uint64_t seed = GetParam().from; seed < GetParam().from + 2000; ++seed) {
     const auto result =
         check_bounds(seed, GetParam().executor, static_cast<std::uint32_t>(GetParam().assumption));
     if (!result.wrong.empty()) return;
@@ -39,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Unchecked{"static", Assumption::other_order}, Unchecked{"rm-re", Assumption::runs_timers},
                     Unchecked{"multi:2", Assumption::several_threads},
                     Unchecked{"fp-ro:fifo", Assumption::ties_by_activation}, Unchecked{"rm-ro", Assumption::wake_up},
-                    Unchecked{"rm-ro", Assumption::late_releases}, Unchecked{"rm-ro", Assumption::delivery_delay}));
+                    Unchecked{"rm-ro", Assumption::late_releases, 19'000}, Unchecked{"rm-ro", Assumption::delivery_delay}));
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryBound, testing::ValuesIn(properties()), [](const auto& param) {
   std::string name = param.param.name;

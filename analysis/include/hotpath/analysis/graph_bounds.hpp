@@ -62,6 +62,11 @@ struct BoundMethod {
 /// is needed.
 [[nodiscard]] std::vector<GraphBounds> graph_bounds(const BoundedSystem& system, std::uint32_t also_covers = 0);
 
+/// The exact worst case of timers, and of chains along sequences of subscriptions, for the phases that
+/// `system.graph` has: by the schedule-abstraction graph (Nasri 2017), one predecessor a job. Subscriptions have no
+/// bounds of their own.
+[[nodiscard]] GraphBounds exact_bounds(const BoundedSystem& system);
+
 /// End-to-end latency of data that a chain of timers, each of which reads what the one before wrote last, hands
 /// on: its largest reaction time and data age.
 struct TimerChainBound {
