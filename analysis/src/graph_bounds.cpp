@@ -43,6 +43,7 @@ constexpr std::array kTexts = {
     AssumptionText{A::late_releases,
                    "a timer thread that waits for the executor thread (raise its priority, or give it a core)"},
     AssumptionText{A::delivery_delay, "a delay of delivery"},
+    AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
 };
 
 bool has_releaser(const ExecutorEntry& executor) {
@@ -245,6 +246,7 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   add_if(waits || p.dispatch_cost > Duration::zero() || (releaser && release_cost(p) > Duration::zero()), A::costs);
   add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
   add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
+  add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(), A::woken_by_jobs);
   add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
   return present;
 }

@@ -198,7 +198,8 @@ class Analysis {
   void take_over_run() {
     const nlohmann::json& facts = trace_->facts();
     trace_->check([&] {
-      if (!options_.load_percent) options_.load_percent = facts.at("load_percent").get<double>();
+      const nlohmann::json load = facts.value("load_given", nlohmann::json());
+      if (!options_.load_percent && load.is_number()) options_.load_percent = load.get<double>();
       options_.rule = *parse<SubscriptionRule>(facts.at("rule").get<std::string>());
       options_.ties = *parse<Ties>(facts.at("ties").get<std::string>());
     });

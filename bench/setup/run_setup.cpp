@@ -222,6 +222,7 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
           {"seed", options.seed},
           {"phases", to_string(options.phases)},
           {"load_percent", std::round(load * 1000) / 1000},
+          {"load_given", options.load_percent ? json(*options.load_percent) : json()},
           {"work", to_string(graph.work)},
           {"limits", limits},
           {"runs", json::array()},

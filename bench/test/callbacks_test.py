@@ -14,11 +14,6 @@ TASKS = {
 
 
 class Callbacks(CommandTest):
-    def accepted(self, *arguments):
-        code, out, err = self.command(*arguments)
-        self.assertEqual(code, 0, err)
-        return out
-
     def check(self, run):
         self.assertTrue(run.run["complete"])
         self.assertEqual(run.run["failures"], [])
