@@ -44,8 +44,8 @@ GraphTopology::GraphTopology(const CallbackGraph& graph)
 bool GraphTopology::one_publisher(TaskId id) const {
   const std::vector<TaskId>& from = publishers_[id];
   return from.size() == 1 || (!from.empty() && std::all_of(from.begin(), from.end(), [&](TaskId p) {
-                                return join_of(p) != nullptr && join_[p] == join_[from.front()];
-                              }));
+           return join_of(p) != nullptr && join_[p] == join_[from.front()];
+         }));
 }
 
 std::int64_t GraphTopology::least_until_start(TaskId root, TaskId to) const {

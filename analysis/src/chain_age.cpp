@@ -32,9 +32,12 @@ class Ages {
         if (!delay) continue;
         const std::int64_t response = finish(root, sink);
         const std::int64_t latency = add(*delay, response);
-        if (!age || latency > age->latency) age = {latency, response, *delay, root, sink};
+        if (!age || latency > age->latency) age = {latency, response, *delay, root, sink, kNoTask, {}};
       }
     }
+    if (!age) return age;
+    age->waited_at = waited_at(age->last_timer, age->sink);
+    age->parts = paths_.parts(age->last_timer, age->sink);
     return age;
   }
 
@@ -60,6 +63,17 @@ class Ages {
     const auto bound = paths_.until_start(root, to);
     if (!bound) fail(root, to);
     return start_[{root, to}] = *bound;
+  }
+
+  /// The last task on the way whose message is older than the sample that it took.
+  TaskId waited_at(TaskId root, TaskId id) {
+    const Delay sample = sample_delay(root, id);
+    const Delay message = message_delay(root, id);
+    if (sample < message) return id;
+    for (const TaskId p : topology_.publishers(id)) {
+      if (id != root && leads_to(root, p) && message_delay(root, p) == message) return waited_at(root, p);
+    }
+    return kNoTask;
   }
 
   /// The end of a job that may or may not complete its join.
@@ -127,22 +141,23 @@ class Ages {
     return add(subtract(longest, least), first_wait(id, other, least));
   }
 
-  /// From the storing of a sample of `input` to the timestamp of `root` whose job reads it: the job before has
-  /// not.
+  /// From the storing of a sample of `input` to the timestamp of `root` whose job reads it: the job before
+  /// has not.
   std::int64_t read_wait(TaskId root, TaskId id, TaskId input) {
     return add(id == root ? period(id) : gap(id, &Ages::finish), first_wait(id, input, 0));
   }
 
-  /// By how much a job of `id` can come later than that behind a sample of `other`, where it is the first one:
-  /// as if each timer had had a job one period before its first, of which `least` is not known, since it did
-  /// not run.
+  /// By how much a job of `id` can come later than that behind a sample of `other`, where it is the first
+  /// one: as if each timer had had a job one period before its first, of which `least` is not known, since it
+  /// did not run.
   std::int64_t first_wait(TaskId id, TaskId other, std::int64_t least) const {
     std::int64_t earliest = std::numeric_limits<std::int64_t>::max(), shortest = earliest;
     for (const TaskId timer : topology_.roots(other)) {
       earliest = std::min(earliest, topology_.set()[timer].phase.count());
       shortest = std::min(shortest, period(timer));
     }
-    if (!graph_.phases_known) return add(least, std::max<std::int64_t>(0, graph_.creation_spread.count() - shortest));
+    if (!graph_.phases_known)
+      return add(least, std::max<std::int64_t>(0, graph_.creation_spread.count() - shortest));
     std::int64_t latest = 0;
     for (const TaskId timer : topology_.roots(id)) {
       latest = std::max(latest, topology_.set()[timer].phase.count() - period(timer) - earliest + least);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <limits>
 
 #include "hotpath/analysis/exact.hpp"
 #include "hotpath/analysis/nasri_2017.hpp"
@@ -38,7 +39,11 @@ std::vector<Sequence> sequences(const GraphTopology& topology) {
 /// The jobs of timers get successors. Each stage of a sequence has a number of its own, subscriptions before
 /// timers as at equal priority.
 std::vector<SagJob> with_subscriptions(const std::vector<SagJob>& timers, const std::vector<Sequence>& of,
-                                       const TaskSet& set, const GraphOrder& order, bool by_deadline) {
+                                       const BoundedSystem& system) {
+  const TaskSet& set = system.graph.set;
+  const GraphOrder order = priority_ranks(system);
+  const bool by_deadline = system.executor.traits.policy == Policy::edf;
+  const bool first = system.scheduling.rule == SubscriptionRule::first;
   std::vector<SagJob> jobs;
   for (const SagJob& timer : timers) {
     std::optional<std::size_t> before;
@@ -47,7 +52,10 @@ std::vector<SagJob> with_subscriptions(const std::vector<SagJob>& timers, const 
       job.task = set[id].kind == TaskKind::timer ? set.size() + id : id;
       job.cost_min = set[id].bcet.count();
       job.cost_max = set[id].wcet.count();
-      job.priority = by_deadline ? timer.deadline : order.rank[id];
+      const bool timer_job = set[id].kind == TaskKind::timer;
+      job.priority = !by_deadline          ? order.rank[id]
+                     : first && !timer_job ? std::numeric_limits<std::int64_t>::min()
+                                           : timer.deadline;
       job.predecessor = before;
       before = jobs.size();
       jobs.push_back(job);
@@ -77,8 +85,7 @@ PeriodicTasks whole_sequences(const std::vector<Sequence>& all, const TaskSet& s
 GraphBounds exact_bounds(const BoundedSystem& system) {
   GraphBounds out;
   out.method = "Nasri 2017 (exact, for these phases)";
-  const std::uint32_t covers =
-      bits({A::fixed_priorities, A::deadlines, A::subscriptions, A::shifted_phases});
+  const std::uint32_t covers = bits({A::fixed_priorities, A::deadlines, A::subscriptions, A::shifted_phases});
   if (const std::uint32_t missing = assumptions_of(system) & ~covers; missing != 0) {
     out.refusal = not_covered(missing);
     return out;
@@ -86,11 +93,9 @@ GraphBounds exact_bounds(const BoundedSystem& system) {
   try {
     const GraphTopology topology(system.graph);
     const TaskSet& set = system.graph.set;
-    const bool by_deadline = system.executor.traits.policy == Policy::edf;
     const std::vector<Sequence> all = sequences(topology);
     const std::vector<SagJob> timers = sag_jobs(whole_sequences(all, set), SagPolicy::edf);
-    const std::vector<SagJob> jobs =
-        with_subscriptions(timers, all, set, priority_ranks(system), by_deadline);
+    const std::vector<SagJob> jobs = with_subscriptions(timers, all, system);
     const SagResult result = nasri_2017(jobs);
     if (result.end != SagEnd::complete) {
       throw AnalysisError("the schedule-abstraction graph exceeds the limit of " +
@@ -103,9 +108,10 @@ GraphBounds exact_bounds(const BoundedSystem& system) {
       std::optional<ChainAge>& age = out.chains.emplace_back();
       out.no_chain_bound.emplace_back("its data does not come along one sequence");
       const TaskId sink = chain.sinks.front();
-      const bool one = chain.sources.size() == 1 && chain.sinks.size() == 1 && system.graph.reads[sink].empty();
+      const bool one =
+          chain.sources.size() == 1 && chain.sinks.size() == 1 && system.graph.reads[sink].empty();
       if (!one || topology.roots(sink) != chain.sources || sink == chain.sources.front()) continue;
-      age = ChainAge{*response[sink], *response[sink], 0, chain.sources.front(), sink};
+      age = ChainAge{*response[sink], *response[sink], 0, chain.sources.front(), sink, kNoTask, {}};
     }
   } catch (const AnalysisError& error) {
     out = {out.method, {}, {}, {}, error.what()};

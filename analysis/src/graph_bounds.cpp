@@ -35,20 +35,19 @@ constexpr std::array kTexts = {
     AssumptionText{A::other_order, "this executor's order"},
     AssumptionText{A::runs_timers, "a timer thread that runs timers itself"},
     AssumptionText{A::several_threads, "several executor threads"},
-    AssumptionText{A::ties_by_activation, "timers of equal priority in the order of their activation"},
+    AssumptionText{A::ties_by_activation, "jobs of equal priority in the order of their activation"},
     AssumptionText{A::unknown_phases, "unknown phases"},
     AssumptionText{A::shifted_phases, "phases other than 0"},
     AssumptionText{A::costs, "the costs of releases, dispatches and waits"},
     AssumptionText{A::wake_up, "wake-up latencies"},
-    AssumptionText{A::late_releases,
-                   "a timer thread that waits for the executor thread (raise its priority, or give it a core)"},
+    AssumptionText{
+        A::late_releases,
+        "a timer thread that waits for the executor thread (raise its priority, or give it a core)"},
     AssumptionText{A::delivery_delay, "a delay of delivery"},
     AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
 };
 
-bool has_releaser(const ExecutorEntry& executor) {
-  return executor.traits.timers != TimerHandling::polled;
-}
+bool has_releaser(const ExecutorEntry& executor) { return executor.traits.timers != TimerHandling::polled; }
 
 bool has_fixed_priorities(const ExecutorEntry& executor) {
   const auto policy = executor.traits.policy;
@@ -93,8 +92,7 @@ GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
   o.delivery = p.delivery_delay.count();
   if (system.executor.traits.family == Family::wait_set) {
     const std::int64_t entities = std::int64_t{p.other_entities} + system.graph.set.size();
-    const std::int64_t wait =
-        add(p.wait_cost.count(), multiply(p.wait_cost_per_entity.count(), entities));
+    const std::int64_t wait = add(p.wait_cost.count(), multiply(p.wait_cost_per_entity.count(), entities));
     (waits_with_jobs ? o.job : o.wait) = add(waits_with_jobs ? o.job : o.wait, wait);
   }
   if (has_releaser(system.executor)) {
@@ -141,14 +139,15 @@ const std::array kMethods = {
            [](const BoundedSystem& s, GraphBounds& out) { bound_timers(s, brueggen_2015, out); }},
     Method{{"Davis 2007 (exact)", kTimers | bits({A::fixed_priorities, A::runs_timers})},
            [](const BoundedSystem& s, GraphBounds& out) {
-             bound_timers(s, [](const PeriodicTasks& t) { return davis_2007(t); }, out);
+             bound_timers(
+                 s, [](const PeriodicTasks& t) { return davis_2007(t); }, out);
            }},
     Method{{"Spuri 1996", kTimers | bits({A::deadlines, A::runs_timers, A::ties_by_activation})},
            [](const BoundedSystem& s, GraphBounds& out) {
-             bound_timers(s, [](const PeriodicTasks& t) { return spuri_1996(t); }, out);
+             bound_timers(
+                 s, [](const PeriodicTasks& t) { return spuri_1996(t); }, out);
            }},
-    Method{{"Bedarkar 2022",
-            kTimers | bits({A::activation_order, A::ties_by_activation, A::late_releases})},
+    Method{{"Bedarkar 2022", kTimers | bits({A::activation_order, A::ties_by_activation, A::late_releases})},
            [](const BoundedSystem& s, GraphBounds& out) {
              bound_timers(
                  s, [](const PeriodicTasks& t) { return ResponseTimes(t.size(), bedarkar_2022(t)); }, out);
@@ -236,17 +235,22 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   add_if(runs_timers, A::runs_timers);
   const unsigned workers = worker_count(system.executor, system.scheduling);
   add_if(traits.many_workers && workers > (releaser ? 2U : 1U), A::several_threads);
-  const bool by_activation = system.scheduling.ties == Ties::fifo && has_fixed_priorities(system.executor);
-  add_if(by_activation && equal_timers(set, *traits.policy), A::ties_by_activation);
+  const bool distinct = has_fixed_priorities(system.executor) && timers(set) == set.size() &&
+                        !equal_timers(set, *traits.policy);
+  add_if(system.scheduling.ties == Ties::fifo && traits.family == Family::priority_events && !distinct,
+         A::ties_by_activation);
   const bool known = system.graph.phases_known;
   add_if(!known, A::unknown_phases);
   add_if(known && std::ranges::any_of(set.tasks, [](const Task& t) { return t.phase > Duration::zero(); }),
          A::shifted_phases);
-  const bool waits = traits.family == Family::wait_set && p.wait_cost + p.wait_cost_per_entity > Duration::zero();
-  add_if(waits || p.dispatch_cost > Duration::zero() || (releaser && release_cost(p) > Duration::zero()), A::costs);
+  const bool waits =
+      traits.family == Family::wait_set && p.wait_cost + p.wait_cost_per_entity > Duration::zero();
+  add_if(waits || p.dispatch_cost > Duration::zero() || (releaser && release_cost(p) > Duration::zero()),
+         A::costs);
   add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
   add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
-  add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(), A::woken_by_jobs);
+  add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(),
+         A::woken_by_jobs);
   add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
   return present;
 }
@@ -265,10 +269,11 @@ std::vector<GraphBounds> graph_bounds(const BoundedSystem& system, std::uint32_t
     out.method = method.what.name;
     const std::uint32_t missing = present & ~method.what.covers & ~also_covers;
     if (missing != 0) {
-      const auto would = std::ranges::find_if(
-          kMethods, [&](const Method& m) { return (present & ~m.what.covers) == 0; });
-      out.refusal = not_covered(missing) + "; " +
-                    (would == kMethods.end() ? "no method here does" : std::string(would->what.name) + " does");
+      const auto would =
+          std::ranges::find_if(kMethods, [&](const Method& m) { return (present & ~m.what.covers) == 0; });
+      out.refusal =
+          not_covered(missing) + "; " +
+          (would == kMethods.end() ? "no method here does" : std::string(would->what.name) + " does");
       continue;
     }
     try {

@@ -2,6 +2,7 @@
 #include "hotpath/analysis/graph_busy_window.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 #include "hotpath/analysis/exact.hpp"
@@ -20,9 +21,7 @@ constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
 
 }  // namespace
 
-GraphOrder any_order(const TaskSet& set) {
-  return {std::vector<std::int64_t>(set.size(), 0), false, false};
-}
+GraphOrder any_order(const TaskSet& set) { return {std::vector<std::int64_t>(set.size(), 0), false, false}; }
 
 /// What is looked for in the windows of a level.
 struct GraphBusyWindow::Query {
@@ -82,7 +81,7 @@ std::int64_t GraphBusyWindow::job_work(TaskId id) const {
 
 /// Of those with the same effect the longest.
 std::vector<GraphBusyWindow::Blocker> GraphBusyWindow::blockers(std::int64_t rank) const {
-  std::map<std::vector<TaskId>, Blocker> longest = {{{}, Blocker{kNoTask, overheads_.wake_up}}};
+  std::map<std::vector<TaskId>, Blocker> longest = {{{}, Blocker{kNoTask, kNoTask, overheads_.wake_up}}};
   for (TaskId id = 0; id < topology_.size(); ++id) {
     if (inside(id, rank) || topology_.roots(id).empty()) continue;
     std::vector<TaskId> activated;
@@ -91,6 +90,7 @@ std::vector<GraphBusyWindow::Blocker> GraphBusyWindow::blockers(std::int64_t ran
     }
     Blocker& blocker = longest[activated];
     if (!activated.empty()) blocker.task = id;
+    if (job_work(id) > blocker.work) blocker.longest = id;
     blocker.work = std::max({blocker.work, job_work(id), overheads_.wake_up});
   }
   std::vector<Blocker> all;
@@ -108,7 +108,8 @@ const GraphBusyWindow::Level& GraphBusyWindow::level(std::int64_t rank) const {
   }
   const std::vector<CallbackGraph::Join>& joins = topology_.graph().joins;
   for (std::size_t j = 0; j < joins.size(); ++j) {
-    if (std::ranges::any_of(joins[j].inputs, [&](TaskId id) { return inside(id, rank); })) level.joins.push_back(j);
+    if (std::ranges::any_of(joins[j].inputs, [&](TaskId id) { return inside(id, rank); }))
+      level.joins.push_back(j);
   }
   if (utilisation(rank) > 1) return level;
   level.blockers = blockers(rank);
@@ -248,8 +249,8 @@ std::optional<std::int64_t> GraphBusyWindow::end_of_work(Query& q, std::int64_t 
   return exact::least_fixed_point(from, next, kEndless - 1);
 }
 
-/// The latest start of the target's job. `starts`: the latest ones found with other blockers, job by job; where
-/// this one's is no later, theirs is returned.
+/// The latest start of the target's job. `starts`: the latest ones found with other blockers, job by job;
+/// where this one's is no later, theirs is returned.
 std::optional<std::int64_t> GraphBusyWindow::start_of(Query& q, std::int64_t from,
                                                       std::vector<std::int64_t>& starts) const {
   const auto job = static_cast<std::size_t>(q.root_jobs - 1);
@@ -263,7 +264,8 @@ std::optional<std::int64_t> GraphBusyWindow::start_of(Query& q, std::int64_t fro
 }
 
 /// Largest time from a timestamp of query.root to the target's end, over all its jobs in the window.
-std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::int64_t>& starts) const {
+std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::int64_t>& starts,
+                                                   PathParts* parts) const {
   const std::int64_t period = topology_.set()[q.root].period.count();
   const bool waits = topology_.join_of(q.target) != nullptr && !q.works;
   const std::int64_t own = waits ? overheads_.job : job_work(q.target);
@@ -278,7 +280,12 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::in
     const std::int64_t before = subtract(w, releases_work(w));
     const std::int64_t finish = *exact::least_fixed_point(
         add(w, own), [&](std::int64_t t) { return add(add(before, own), releases_work(t)); });
-    largest = std::max(largest, add(subtract(finish, released), overheads_.lateness));
+    const std::int64_t response = add(subtract(finish, released), overheads_.lateness);
+    if (parts != nullptr && response > largest) {
+      work(q, w);
+      *parts = parts_of(q);
+    }
+    largest = std::max(largest, response);
     // The next job is in the same window if it is released before all the rest is done.
     const std::int64_t next = add(released, period) - overheads_.lateness;
     if (*q.level->window <= next) return largest;
@@ -292,7 +299,32 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::in
   return std::nullopt;
 }
 
-std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works) const {
+/// Of the jobs that work() has counted last.
+PathParts GraphBusyWindow::parts_of(const Query& q) const {
+  PathParts parts;
+  parts.blocking = q.blocker.work;
+  parts.blocker = q.blocker.longest;
+  for (const Member& m : q.level->members) {
+    std::int64_t sum = multiply(q.jobs[m.id], m.work);
+    if (const auto* join = topology_.join_of(m.id); join && join->inputs.front() == m.id) {
+      const bool own = topology_.join_index(q.target) == topology_.join_index(m.id);
+      const std::int64_t outputs = q.outputs[topology_.join_index(m.id)] + (own ? 1 : 0);
+      sum = add(sum, multiply(outputs, topology_.set()[m.id].wcet.count()));
+    }
+    if (sum > 0) parts.work.emplace_back(m.id, sum);
+  }
+  std::ranges::stable_sort(parts.work, std::greater<>(), [](const auto& part) { return part.second; });
+  return parts;
+}
+
+PathParts GraphBusyWindow::parts(TaskId root, TaskId to) const {
+  PathParts parts;
+  static_cast<void>(bound(root, to, true, &parts));
+  return parts;
+}
+
+std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works,
+                                                   PathParts* parts) const {
   const std::int64_t rank = largest_rank(root, to);
   if (rank == kNoRank) return std::nullopt;
   const Level& in = level(rank);
@@ -308,8 +340,10 @@ std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool 
     q.works = works;
     q.later_root_jobs = !(order_.timers_behind_equals && order_.rank[root] == rank);
     q.closed = blocker.work == 0 || !order_.releases_first;
-    const auto found = bound(q, starts);
+    PathParts of_blocker;
+    const auto found = bound(q, starts, parts ? &of_blocker : nullptr);
     if (!found) return std::nullopt;
+    if (parts != nullptr && *found > largest) *parts = of_blocker;
     largest = std::max(largest, *found);
   }
   return largest;

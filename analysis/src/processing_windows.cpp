@@ -2,7 +2,7 @@
 #include "hotpath/analysis/processing_windows.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <functional>
 #include <numeric>
 
 #include "hotpath/analysis/exact.hpp"
@@ -13,10 +13,7 @@ using exact::add, exact::multiply;
 
 ProcessingWindows::ProcessingWindows(const GraphTopology& topology, const std::vector<TaskId>& entity_order,
                                      const GraphOverheads& overheads)
-    : topology_(topology),
-      overheads_(overheads),
-      sequence_(entity_order),
-      position_(topology.size()) {
+    : topology_(topology), overheads_(overheads), sequence_(entity_order), position_(topology.size()) {
   if (sequence_.empty()) {
     sequence_.resize(topology.size());
     std::iota(sequence_.begin(), sequence_.end(), TaskId{0});
@@ -71,19 +68,37 @@ std::int64_t ProcessingWindows::hop(TaskId publisher, TaskId subscription) const
   return add(add(overheads_.delivery, overheads_.wake_up), add(windows, add(ahead(subscription), own)));
 }
 
-std::optional<std::int64_t> ProcessingWindows::until_finish(TaskId root, TaskId to) const {
+std::vector<std::int64_t> ProcessingWindows::ends(TaskId root) const {
   constexpr std::int64_t kUnreached = -1;
-  std::vector<std::int64_t> finish(topology_.size(), kUnreached);
+  std::vector<std::int64_t> end(topology_.size(), kUnreached);
   // A timestamp that leads to a job falls into a window without the timer, or behind the timer's job in it.
-  const std::int64_t own = job_work(root);
-  finish[root] = add(add(whole(), overheads_.wake_up), std::max(ahead(root), own));
+  end[root] = add(add(whole(), overheads_.wake_up), std::max(ahead(root), job_work(root)));
   for (const TaskId id : topology_.order()) {
     for (const TaskId p : topology_.publishers(id)) {
-      if (finish[p] != kUnreached) finish[id] = std::max(finish[id], add(finish[p], hop(p, id)));
+      if (end[p] != kUnreached) end[id] = std::max(end[id], add(end[p], hop(p, id)));
     }
-    if (id == to) break;
   }
-  return finish[to];
+  return end;
+}
+
+std::optional<std::int64_t> ProcessingWindows::until_finish(TaskId root, TaskId to) const {
+  return ends(root)[to];
+}
+
+PathParts ProcessingWindows::parts(TaskId root, TaskId to) const {
+  const std::vector<std::int64_t> end = ends(root);
+  PathParts parts;
+  for (TaskId id = to; id != root;) {
+    TaskId before = kNoTask;
+    for (const TaskId p : topology_.publishers(id)) {
+      if (end[p] >= 0 && end[p] + hop(p, id) == end[id]) before = p;
+    }
+    parts.work.emplace_back(id, end[id] - end[before]);
+    id = before;
+  }
+  parts.work.emplace_back(root, end[root]);
+  std::ranges::stable_sort(parts.work, std::greater<>(), [](const auto& part) { return part.second; });
+  return parts;
 }
 
 std::optional<std::int64_t> ProcessingWindows::until_start(TaskId root, TaskId to) const {

@@ -18,8 +18,8 @@ constexpr std::uint32_t bits(std::initializer_list<Assumption> all) {
 /// Why a method does not apply that leaves `missing`.
 std::string not_covered(std::uint32_t missing);
 
-/// Ranks of the paper's priority order (priority, then subscriptions before timers, then timers by task). Under
-/// policies without fixed priorities all levels are equal.
+/// Ranks of the paper's priority order (priority, then subscriptions before timers, then timers by task).
+/// Under policies without fixed priorities all levels are equal.
 GraphOrder priority_ranks(const BoundedSystem& system);
 
 /// `analysis` on a system of timers alone, with what dispatches and releases cost. Throws AnalysisError.

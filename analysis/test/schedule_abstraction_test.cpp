@@ -151,8 +151,13 @@ TEST(Nasri2017, SuccessorsArriveWhenTheirPredecessorsEnd) {
   // tau 1: a timer and its subscription (0 before 1, both ahead of tau 2); tau 2 arrives at 1.
   std::vector<SagJob> jobs = {{.task = 0, .arrival_max = 0, .cost_min = 1, .cost_max = 2, .deadline = 99},
                               {.task = 1, .cost_min = 3, .cost_max = 3, .deadline = 99, .predecessor = 0},
-                              {.task = 2, .arrival_min = 1, .arrival_max = 1, .cost_min = 1, .cost_max = 1,
-                               .deadline = 99, .priority = 5}};
+                              {.task = 2,
+                               .arrival_min = 1,
+                               .arrival_max = 1,
+                               .cost_min = 1,
+                               .cost_max = 1,
+                               .deadline = 99,
+                               .priority = 5}};
   const SagResult result = nasri_2017(jobs);
   EXPECT_EQ(result.finish[1].earliest, 4);
   EXPECT_EQ(result.finish[1].latest, 5);

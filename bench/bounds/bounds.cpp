@@ -46,7 +46,8 @@ class Mapping {
     const Callback& callback = tasks_.callbacks[id];
     CallbackGraph::Join join;
     for (const std::uint32_t input : callback.publishes.front().of) join.inputs.push_back(task_of(id, input));
-    if (std::ranges::find(join.inputs, id) == join.inputs.end()) fail(id, "completes a set without its sample");
+    if (std::ranges::find(join.inputs, id) == join.inputs.end())
+      fail(id, "completes a set without its sample");
     for (const TaskId other : join.inputs) {
       if (tasks_.callbacks[other].publishes != callback.publishes) {
         fail(id, "waits for a set of which " + tasks_.set[other].name + " publishes something else");
@@ -79,7 +80,8 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
 
 std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                    const ExecutorSpec& executor) {
-  return graph_bounds({callbacks, *executor.entry, executor.scheduler, make_platform(graph, *executor.entry)});
+  return graph_bounds(
+      {callbacks, *executor.entry, executor.scheduler, make_platform(graph, *executor.entry)});
 }
 
 }  // namespace hotpath

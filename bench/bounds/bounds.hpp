@@ -14,6 +14,7 @@ namespace hotpath {
 CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool phases_known);
 
 /// What theory guarantees under one executor.
-std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks, const ExecutorSpec& executor);
+std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
+                                   const ExecutorSpec& executor);
 
 }  // namespace hotpath

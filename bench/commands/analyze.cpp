@@ -91,6 +91,10 @@ class BoundReport {
               age ? std::optional(age->latency) : std::nullopt, parts);
     }
     std::cout << chains;
+    for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+      if (bounds.chains[c])
+        std::cout << graph.chains[c].name << ": " << dominated_by(*bounds.chains[c]) << "\n";
+    }
   }
 
   std::size_t violations() const { return violations_; }  ///< Observed values beyond a bound.
@@ -107,6 +111,24 @@ class BoundReport {
     header.insert(header.end(), more.begin(), more.end());
     if (observed_) header.insert(header.end(), {"observed ms", "tightness", ""});
     return TextTable("", std::move(header));
+  }
+
+  /// What to change for a smaller bound.
+  std::string dominated_by(const ChainAge& age) const {
+    constexpr std::size_t kMost = 5;
+    const auto part = [](std::int64_t ns, const std::string& what) { return in_ms(ns) + " " + what; };
+    std::string out;
+    if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set_[age.waited_at].name + "; ");
+    out += part(age.response, "ms behind " + set_[age.last_timer].name + "'s timestamp: ");
+    if (age.parts.blocking > 0) {
+      const bool job = age.parts.blocker != kNoTask;
+      out +=
+          part(age.parts.blocking, job ? "blocked by " + set_[age.parts.blocker].name + ", " : "waking up, ");
+    }
+    for (std::size_t i = 0; i < std::min(kMost, age.parts.work.size()); ++i) {
+      out += (i > 0 ? ", " : "") + part(age.parts.work[i].second, set_[age.parts.work[i].first].name);
+    }
+    return out + (age.parts.work.size() > kMost ? ", ..." : "");
   }
 
   void add_row(TextTable& rows, const std::array<std::string, 3>& key, const std::string& method,
@@ -169,7 +191,9 @@ class Analysis {
     if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
     if (simulated()) {
       if (platform_json(graph_.platform) != platform_json(of_graph)) {
-        throw UsageError("--trace: its bounds are for the machine of that simulation; leave out the options that change it");
+        throw UsageError(
+            "--trace: its bounds are for the machine of that simulation; leave out the options that change "
+            "it");
       }
       trace_->check([&] { graph_.platform = platform_from_json(trace_->facts().at("platform")); });
     }
@@ -211,7 +235,8 @@ class Analysis {
     std::string text;
     for (const PlatformCost& cost : kPlatformCosts) {
       const Duration value = graph_.platform.*cost.value;
-      if (value > Duration::zero()) text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + fixed(to_us(value), 3);
+      if (value > Duration::zero())
+        text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + fixed(to_us(value), 3);
     }
     return text.empty() ? "no costs" : text;
   }
@@ -259,9 +284,9 @@ class Analysis {
 
   void bound_chain(const ExecutorSpec& executor) {
     const CallbackGraph callbacks = callbacks_of(executor);
-    TextTable table(executor.label + ", chain " + joined(options_.chain, " -> ") +
-                        ": largest reaction time and data age",
-                    {"method", "ms", ""});
+    TextTable table(
+        executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
+        {"method", "ms", ""});
     for (const TimerChainBound& b : timer_chain_bounds(system_of(callbacks, executor), options_.chain)) {
       table.add_row({b.method, in_ms(b.latency), b.refusal});
     }
@@ -273,15 +298,17 @@ class Analysis {
   void judge(const BoundReport& report) const {
     const std::string share =
         text("%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
-             report.compared(), 100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
+             report.compared(),
+             100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
              report.first_violation().c_str());
     if (simulated()) {
-      throw RunError("--trace " + options_.trace + ": " + share +
-                     ". A bound is wrong. To reproduce it: " +
-                     trace_->facts().value("command", std::string("see run.json")) + ", graph " + options_.graph +
-                     "; please report both");
+      throw RunError("--trace " + options_.trace + ": " + share + ". A bound is wrong. To reproduce it: " +
+                     trace_->facts().value("command", std::string("see run.json")) + ", graph " +
+                     options_.graph + "; please report both");
     }
-    std::cout << "\n" << share << ". Bounds assume one processor to itself, no job longer than its execution time and the "
+    std::cout << "\n"
+              << share
+              << ". Bounds assume one processor to itself, no job longer than its execution time and the "
               << "platform's costs; a live run has more than that:\n";
     for (const auto& warning : trace_->facts().value("warnings", nlohmann::json::array())) {
       std::cout << "  " << warning.get<std::string>() << "\n";
@@ -306,16 +333,20 @@ void add_analyze_command(CLI::App& app) {
   o.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
   command.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")
       ->required();
-  command.add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
+  command
+      .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
       ->delimiter(',')
       ->capture_default_str();
   add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
-             "Work of all nodes in percent of one core; by default\nwhat the graph says, or what the run of --trace had");
+             "Work of all nodes in percent of one core; by default\nwhat the graph says, or what the run of "
+             "--trace had");
   add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the phases of that executor's first repetition");
-  command.add_flag("--exact", o.exact, "Also the exact worst case for known phases, of timers and\nsequences of subscriptions");
-  auto* trace = add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
+  command.add_flag("--exact", o.exact,
+                   "Also the exact worst case for known phases, of timers and\nsequences of subscriptions");
+  auto* trace =
+      add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
   command.add_flag("--strict", o.strict, "Exit code 1 also when a live run exceeds a bound")->needs(trace);
   command.add_option("--chain", o.chain, "Timers separated by commas: bounds of the chain they form")
       ->delimiter(',')

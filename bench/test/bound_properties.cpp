@@ -38,8 +38,9 @@ class Statistics {
     const std::lock_guard lock(mutex_);
     std::string out = "refused, of all graphs:\n";
     for (const auto& [executor, counts] : pairs_) {
-      out += text("  %-18s %5.1f %% of %zu\n", executor.c_str(),
-                  100.0 * static_cast<double>(counts.second) / static_cast<double>(counts.first), counts.first);
+      out +=
+          text("  %-18s %5.1f %% of %zu\n", executor.c_str(),
+               100.0 * static_cast<double>(counts.second) / static_cast<double>(counts.first), counts.first);
     }
     out += "bound / largest observed, median:\n";
     for (auto& [method, all] : ratios_) {
@@ -139,7 +140,8 @@ class BoundCase {
         if (b.tasks[id]) compare(b.method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
       }
       for (std::size_t c = 0; c < b.chains.size() && c < chains_seen_.size(); ++c) {
-        if (b.chains[c]) compare(b.method + ", chain", graph_.chains[c].name, chains_seen_[c], b.chains[c]->latency);
+        if (b.chains[c])
+          compare(b.method + ", chain", graph_.chains[c].name, chains_seen_[c], b.chains[c]->latency);
       }
     }
   }
@@ -147,9 +149,10 @@ class BoundCase {
   void compare(const std::string& method, const std::string& name, std::int64_t seen, std::int64_t bound) {
     if (seen > 0) statistics().pessimism(method, static_cast<double>(bound) / static_cast<double>(seen));
     if (seen <= bound || !result_.wrong.empty()) return;
-    result_.wrong = executor_.label + ", " + method + ": " + name + " was observed with " + std::to_string(seen) +
-                    " ns, above its bound of " + std::to_string(bound) + " ns, seed " + std::to_string(seed_) +
-                    (phases_known_ ? ", phases known" : ", phases unknown") + ". Graph:\n" + graph_yaml(graph_);
+    result_.wrong = executor_.label + ", " + method + ": " + name + " was observed with " +
+                    std::to_string(seen) + " ns, above its bound of " + std::to_string(bound) + " ns, seed " +
+                    std::to_string(seed_) + (phases_known_ ? ", phases known" : ", phases unknown") +
+                    ". Graph:\n" + graph_yaml(graph_);
   }
 
   const std::uint64_t seed_;
@@ -175,10 +178,10 @@ std::string findings() { return statistics().report(); }
 
 std::vector<Property> properties() {
   std::vector<Property> all;
-  for (const char* executor :
-       {"default", "static", "events-ro", "rm-ro", "dm-ro", "fp-ro", "edf-ro", "rm-ro:first", "fp-ro:first",
-        "fp-ro:fifo", "rm-ro:fifo", "fp-ro:first:fifo", "edf-ro:first", "cbg:1", "rm-re", "fp-re", "edf-re", "events-re",
-        "multi:2", "cbg:2"}) {
+  for (const char* executor : {"default",    "static",           "events-ro",    "rm-ro",       "dm-ro",
+                               "fp-ro",      "edf-ro",           "rm-ro:first",  "fp-ro:first", "fp-ro:fifo",
+                               "rm-ro:fifo", "fp-ro:first:fifo", "edf-ro:first", "cbg:1",       "rm-re",
+                               "fp-re",      "edf-re",           "events-re",    "multi:2",     "cbg:2"}) {
     all.push_back({std::string("bounds/") + executor, 150,
                    [name = std::string(executor)](std::uint64_t seed) { return check_bounds(seed, name); }});
   }

@@ -34,14 +34,17 @@ TEST_P(EveryCheck, IsNeeded) {
   FAIL() << "no bound was exceeded";
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Assumptions, EveryCheck,
-    testing::Values(Unchecked{"edf-ro", Assumption::deadlines}, Unchecked{"events-ro", Assumption::activation_order},
-                    Unchecked{"static", Assumption::other_order}, Unchecked{"rm-re", Assumption::runs_timers},
-                    Unchecked{"multi:2", Assumption::several_threads},
-                    Unchecked{"fp-ro:fifo", Assumption::ties_by_activation}, Unchecked{"rm-ro", Assumption::wake_up},
-                    Unchecked{"rm-ro", Assumption::late_releases, 19'000}, Unchecked{"rm-ro", Assumption::delivery_delay},
-                    Unchecked{"cbg:1", Assumption::woken_by_jobs, 109'000}));
+INSTANTIATE_TEST_SUITE_P(Assumptions, EveryCheck,
+                         testing::Values(Unchecked{"edf-ro", Assumption::deadlines},
+                                         Unchecked{"events-ro", Assumption::activation_order},
+                                         Unchecked{"static", Assumption::other_order},
+                                         Unchecked{"rm-re", Assumption::runs_timers},
+                                         Unchecked{"multi:2", Assumption::several_threads},
+                                         Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},
+                                         Unchecked{"rm-ro", Assumption::wake_up},
+                                         Unchecked{"rm-ro", Assumption::late_releases, 19'000},
+                                         Unchecked{"rm-ro", Assumption::delivery_delay},
+                                         Unchecked{"cbg:1", Assumption::woken_by_jobs, 109'000}));
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryBound, testing::ValuesIn(properties()), [](const auto& param) {
   std::string name = param.param.name;

@@ -145,7 +145,8 @@ void write_node(std::ostream& out, const Node& node) {
   out << "  - {name: " << node.name << ", type: " << to_string(node.type)
       << ", execution_time_ms: " << to_ms(node.execution_time)
       << ", best_case_execution_time_ms: " << to_ms(node.best_case_execution_time);
-  if (node.period > Duration::zero()) out << ", period_ms: " << to_ms(node.period) << ", priority: " << *node.priority;
+  if (node.period > Duration::zero())
+    out << ", period_ms: " << to_ms(node.period) << ", priority: " << *node.priority;
   const auto input = [](const Input& i) {
     return "{topic: " + i.topic + ", depth: " + std::to_string(i.depth) +
            (i.priority ? ", priority: " + std::to_string(*i.priority) : "") + "}";

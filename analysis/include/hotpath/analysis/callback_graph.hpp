@@ -27,10 +27,10 @@ struct CallbackGraph {
 
   TaskSet set;
   bool phases_known = false;  ///< The timers' phases are those of every run.
-  /// Otherwise a timer's first timestamp is at most its period behind its creation, and all timers are created
-  /// within this time.
+  /// Otherwise a timer's first timestamp is at most its period behind its creation, and all timers are
+  /// created within this time.
   Duration creation_spread{};
-  std::vector<Join> joins;    ///< No task is in two.
+  std::vector<Join> joins;  ///< No task is in two.
   /// By task: the subscriptions whose newest samples go into its messages at the end of its job, each once.
   std::vector<std::vector<TaskId>> reads;
   /// By task: it publishes at least with every n-th job, >= 1.

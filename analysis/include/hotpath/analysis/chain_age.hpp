@@ -11,11 +11,15 @@ namespace hotpath {
 
 /// The bound of a chain and what it consists of, nanoseconds.
 struct ChainAge {
-  std::int64_t latency = 0;  ///< Finish of the sink's job minus timestamp of the oldest source job in its data.
+  std::int64_t latency =
+      0;  ///< Finish of the sink's job minus timestamp of the oldest source job in its data.
   std::int64_t response = 0;  ///< Of it: from the last timer's timestamp to the sink's finish.
-  std::int64_t waiting = 0;   ///< The rest: what the oldest data waited for other inputs of joins and for cycles.
+  std::int64_t waiting =
+      0;  ///< The rest: what the oldest data waited for other inputs of joins and for cycles.
   TaskId last_timer = kNoTask;
   TaskId sink = kNoTask;
+  TaskId waited_at = kNoTask;  ///< The last task at which the oldest data waited; none: nowhere.
+  PathParts parts;             ///< Of `response`.
 };
 
 /// Largest age of a chain's data (docs/analysis.md, "Age of data"). None when the sinks never have data of a

@@ -24,9 +24,10 @@ struct GraphBounds {
   std::string method;  ///< Author and year, or what docs/analysis.md calls it.
   /// Worst-case response time of each task, from its timestamp; none: no bound. Empty: the method refuses.
   std::vector<std::optional<std::int64_t>> tasks;
-  std::vector<std::optional<ChainAge>> chains;  ///< Parallel to the graph's chains. Empty: not a method for them.
-  std::vector<std::string> no_chain_bound;      ///< Parallel to `chains`: why there is none.
-  std::string refusal;                          ///< What it does not cover, and which method does; empty: it applies.
+  std::vector<std::optional<ChainAge>>
+      chains;                               ///< Parallel to the graph's chains. Empty: not a method for them.
+  std::vector<std::string> no_chain_bound;  ///< Parallel to `chains`: why there is none.
+  std::string refusal;  ///< What it does not cover, and which method does; empty: it applies.
 };
 
 /// Something about a system that a method must cover to be applied to it.
@@ -39,7 +40,7 @@ enum class Assumption : std::uint32_t {
   other_order = 1U << 5,         ///< Anything else that never idles.
   runs_timers = 1U << 6,         ///< The timer management thread runs timers.
   several_threads = 1U << 7,     ///< That run jobs.
-  ties_by_activation = 1U << 8,  ///< Among timers of equal priority.
+  ties_by_activation = 1U << 8,  ///< Among jobs of equal priority, and there may be some.
   unknown_phases = 1U << 9,
   shifted_phases = 1U << 10,  ///< Phases are known, and some timer's is not 0.
   costs = 1U << 11,           ///< Of releases, dispatches and waits.
@@ -61,15 +62,16 @@ struct BoundMethod {
 
 /// What each method says of the system. `also_covers`: bits that no method checks, for tests that the check
 /// is needed.
-[[nodiscard]] std::vector<GraphBounds> graph_bounds(const BoundedSystem& system, std::uint32_t also_covers = 0);
+[[nodiscard]] std::vector<GraphBounds> graph_bounds(const BoundedSystem& system,
+                                                    std::uint32_t also_covers = 0);
 
 /// The exact worst case of timers, and of chains along sequences of subscriptions, for the phases that
-/// `system.graph` has: by the schedule-abstraction graph (Nasri 2017), one predecessor a job. Subscriptions have no
-/// bounds of their own.
+/// `system.graph` has: by the schedule-abstraction graph (Nasri 2017), one predecessor a job. Subscriptions
+/// have no bounds of their own.
 [[nodiscard]] GraphBounds exact_bounds(const BoundedSystem& system);
 
-/// End-to-end latency of data that a chain of timers, each of which reads what the one before wrote last, hands
-/// on: its largest reaction time and data age.
+/// End-to-end latency of data that a chain of timers, each of which reads what the one before wrote last,
+/// hands on: its largest reaction time and data age.
 struct TimerChainBound {
   std::string method;
   std::optional<std::int64_t> latency;  ///< Nanoseconds.

@@ -35,11 +35,13 @@ class GraphBusyWindow : public PathBounds {
   std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> response(TaskId subscription) const override;
+  PathParts parts(TaskId root, TaskId to) const override;
 
  private:
   /// What may run when a window begins: a job outside of it.
   struct Blocker {
-    TaskId task = kNoTask;  ///< None: none that activates something in the window.
+    TaskId task = kNoTask;     ///< None: none that activates something in the window.
+    TaskId longest = kNoTask;  ///< Whose `work` it is; none: no job's.
     std::int64_t work = 0;
   };
   /// A task of a level, with what work() asks for.
@@ -53,7 +55,7 @@ class GraphBusyWindow : public PathBounds {
   /// The jobs of a rank or before.
   struct Level {
     std::int64_t rank = 0;
-    std::vector<Member> members;  ///< Each behind those that activate it.
+    std::vector<Member> members;     ///< Each behind those that activate it.
     std::vector<std::size_t> joins;  ///< Of which some input is a member.
     std::vector<Blocker> blockers;
     std::optional<std::int64_t> window;  ///< Its longest window; none: it has no end.
@@ -72,9 +74,11 @@ class GraphBusyWindow : public PathBounds {
   std::int64_t join_output(std::size_t join, const std::vector<std::int64_t>& jobs, std::int64_t rank) const;
   std::int64_t work(Query& query, std::int64_t t) const;
   std::optional<std::int64_t> end_of_work(Query& query, std::int64_t from) const;
-  std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works) const;
-  std::optional<std::int64_t> bound(Query& query, std::vector<std::int64_t>& starts) const;
-  std::optional<std::int64_t> start_of(Query& query, std::int64_t from, std::vector<std::int64_t>& starts) const;
+  std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works, PathParts* parts = nullptr) const;
+  PathParts parts_of(const Query& query) const;
+  std::optional<std::int64_t> bound(Query& query, std::vector<std::int64_t>& starts, PathParts* parts) const;
+  std::optional<std::int64_t> start_of(Query& query, std::int64_t from,
+                                       std::vector<std::int64_t>& starts) const;
 
   const GraphTopology& topology_;
   const GraphOrder order_;

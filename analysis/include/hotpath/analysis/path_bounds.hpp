@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "hotpath/core/task.hpp"
 
@@ -19,6 +21,14 @@ struct GraphOverheads {
   std::int64_t delivery = 0;  ///< From a publication until the executor sees the sample.
 };
 
+/// What a bound from a timestamp to the end of a job consists of, nanoseconds.
+struct PathParts {
+  std::int64_t blocking = 0;  ///< By a job that had started, or until the executor woke up.
+  TaskId blocker = kNoTask;   ///< The longest such job; none: nobody blocks.
+  /// What runs before the end, by task, the largest first: whatever it is, it delays or is the path itself.
+  std::vector<std::pair<TaskId, std::int64_t>> work;
+};
+
 /// Upper bounds on what happens after a timestamp of a timer, `root`, whose job leads to a job of `to`. None:
 /// there is no bound.
 class PathBounds {
@@ -28,6 +38,8 @@ class PathBounds {
   [[nodiscard]] virtual std::optional<std::int64_t> until_start(TaskId root, TaskId to) const = 0;
   /// Until it finishes its work.
   [[nodiscard]] virtual std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const = 0;
+  /// What until_finish() consists of, where it is not none.
+  [[nodiscard]] virtual PathParts parts(TaskId root, TaskId to) const = 0;
   /// From the publication of a sample until the job of `subscription` that takes it finishes.
   [[nodiscard]] virtual std::optional<std::int64_t> response(TaskId subscription) const = 0;
 };
@@ -42,6 +54,10 @@ class TighterPaths : public PathBounds {
   }
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override {
     return tighter(a_.until_finish(root, to), b_.until_finish(root, to));
+  }
+  PathParts parts(TaskId root, TaskId to) const override {
+    const auto a = a_.until_finish(root, to), b = b_.until_finish(root, to);
+    return a && (!b || *a <= *b) ? a_.parts(root, to) : b_.parts(root, to);
   }
   std::optional<std::int64_t> response(TaskId subscription) const override {
     return tighter(a_.response(subscription), b_.response(subscription));

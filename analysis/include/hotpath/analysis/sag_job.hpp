@@ -26,10 +26,10 @@ enum class SagPolicy : std::uint8_t { fixed_priority, edf };
 inline constexpr std::int64_t kMaxSagJobs = 5'000'000;
 
 /// All jobs with a nominal release in one hyperperiod (synchronous tasks); where there are phases, before the
-/// largest phase plus two hyperperiods; where there is jitter, for so many hyperperiods more as the longest busy
-/// window may reach back. Sorted by release. Task numbers are positions, execution times [bcet, wcet], release
-/// windows [r, r + jitter]. Throws AnalysisError when the utilisation is above 1, or 1 with jitter, when the
-/// hyperperiod overflows or when there are more than kMaxSagJobs jobs.
+/// largest phase plus two hyperperiods; where there is jitter, for so many hyperperiods more as the longest
+/// busy window may reach back. Sorted by release. Task numbers are positions, execution times [bcet, wcet],
+/// release windows [r, r + jitter]. Throws AnalysisError when the utilisation is above 1, or 1 with jitter,
+/// when the hyperperiod overflows or when there are more than kMaxSagJobs jobs.
 std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy);
 
 /// The format of the SAG tools (np-schedulability-analysis): a header line, then
