@@ -44,6 +44,8 @@ constexpr std::array kTexts = {
         A::late_releases,
         "a timer thread that waits for the executor thread (raise its priority, or give it a core)"},
     AssumptionText{A::delivery_delay, "a delay of delivery"},
+    AssumptionText{A::mixed_deadlines,
+                   "subscriptions that do not run by the deadline of the sample that they take"},
     AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
 };
 
@@ -63,6 +65,18 @@ bool equal_timers(const TaskSet& set, Policy policy) {
   std::set<std::int64_t> seen;
   for (TaskId id = 0; id < set.size(); ++id) {
     if (set[id].kind == TaskKind::timer && !seen.insert(level[id]).second) return true;
+  }
+  return false;
+}
+
+/// An event takes the oldest sample, which need not be the one that brought it: with the order `first` no event has
+/// its sample's deadline, and where samples with deadlines of several timers queue, they are exchanged.
+bool mixes_deadlines(const BoundedSystem& system) {
+  if (system.executor.traits.policy != Policy::edf) return false;
+  if (system.scheduling.rule == SubscriptionRule::first) return true;
+  const GraphTopology topology(system.graph);
+  for (TaskId id = 0; id < topology.size(); ++id) {
+    if (topology.set()[id].depth > 1 && topology.roots(id).size() > 1) return true;
   }
   return false;
 }
@@ -105,6 +119,10 @@ GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
     }
   }
   return o;
+}
+
+bool releases_first(const BoundedSystem& system, const GraphOverheads& overheads) {
+  return system.platform.raised_releaser && overheads.lateness == 0 && overheads.release == 0;
 }
 
 void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBounds& out) {
@@ -157,8 +175,7 @@ const std::array kMethods = {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
              GraphOrder order = priority_ranks(s);
-             order.releases_first =
-                 s.platform.raised_releaser && overheads.lateness == 0 && overheads.release == 0;
+             order.releases_first = releases_first(s, overheads);
              const GraphBusyWindow by_priority(topology, order, overheads);
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(by_priority, in_any_order), out);
@@ -172,8 +189,21 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},
+    Method{{"busy windows by deadline",
+            kGraphs | bits({A::deadlines, A::ties_by_activation})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             const GraphTopology topology(s.graph);
+             const GraphOverheads overheads = overheads_of(s, true);
+             const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
+             GraphOrder order = any_order(s.graph.set);
+             order.by_deadline = true;
+             order.releases_first = releases_first(s, overheads);
+             const GraphBusyWindow by_deadline(topology, order, overheads);
+             bound_graph(topology, TighterPaths(by_deadline, in_any_order), out);
+           }},
     Method{{"busy windows in any order",
-            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation})},
+            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation,
+                                A::mixed_deadlines})},
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads_of(s, true));
@@ -248,6 +278,7 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   add_if(waits || p.dispatch_cost > Duration::zero() || (releaser && release_cost(p) > Duration::zero()),
          A::costs);
   add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
+  add_if(timers(set) < set.size() && mixes_deadlines(system), A::mixed_deadlines);
   add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
   add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(),
          A::woken_by_jobs);

@@ -17,11 +17,19 @@ namespace {
 /// 1.
 constexpr std::uint64_t kMaxSteps = 10'000;
 constexpr std::int64_t kEndless = std::int64_t{1} << 60;
+/// Above so many steps of a deadline several are taken together.
+constexpr std::size_t kMaxDeadlineSteps = 32;
 constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
+
+/// Jobs of a timer released from 0 on whose deadlines are not later.
+std::int64_t urgent_jobs(const Task& timer, std::int64_t deadline) {
+  const std::int64_t latest = deadline - timer.deadline.count();
+  return latest < 0 ? 0 : latest / timer.period.count() + 1;
+}
 
 }  // namespace
 
-GraphOrder any_order(const TaskSet& set) { return {std::vector<std::int64_t>(set.size(), 0), false, false}; }
+GraphOrder any_order(const TaskSet& set) { return {std::vector<std::int64_t>(set.size(), 0), false, false, false}; }
 
 /// What is looked for in the windows of a level.
 struct GraphBusyWindow::Query {
@@ -32,6 +40,7 @@ struct GraphBusyWindow::Query {
   bool later_root_jobs = true;              ///< Jobs of `root` behind the one looked at may precede.
   std::int64_t root_jobs = 0;               ///< Of `root`, up to the one looked at.
   bool closed = true;                       ///< What is released at the end of an interval counts.
+  std::optional<std::int64_t> deadline;     ///< Behind the window's start: later ones do not precede.
   std::vector<std::int64_t> jobs, outputs;  ///< By task and by join; for work().
 };
 
@@ -232,6 +241,7 @@ std::int64_t GraphBusyWindow::work(Query& q, std::int64_t t) const {
     if (m.period > 0) {
       std::int64_t released = m.id == q.root && !q.later_root_jobs ? 0 : arrivals(m.period, t, q.closed);
       if (m.id == q.root) released = std::max(released, q.root_jobs);
+      if (q.deadline) released = std::min(released, urgent_jobs(topology_.set()[m.id], *q.deadline));
       jobs = add(jobs, released);
     }
     for (const TaskId p : m.publishers) jobs = add(jobs, q.jobs[p] - (p == q.target ? 1 : 0));
@@ -263,12 +273,97 @@ std::optional<std::int64_t> GraphBusyWindow::start_of(Query& q, std::int64_t fro
   return start;
 }
 
+std::int64_t GraphBusyWindow::own_work(const Query& q) const {
+  const bool waits = topology_.join_of(q.target) != nullptr && !q.works;
+  return waits ? overheads_.job : job_work(q.target);
+}
+
+/// From a timestamp `released` behind the window's start to the end of the target's job that starts there.
+std::int64_t GraphBusyWindow::response_to(const Query& q, std::int64_t start, std::int64_t released) const {
+  // Releases interrupt the job itself as well.
+  const std::int64_t work = add(subtract(start, releases_work(start)), own_work(q));
+  const std::int64_t finish =
+      *exact::least_fixed_point(add(start, own_work(q)), [&](std::int64_t t) { return add(work, releases_work(t)); });
+  return add(subtract(finish, released), overheads_.lateness);
+}
+
+/// The longest job that may have started with a later deadline than one `deadline` behind the window's start.
+std::int64_t GraphBusyWindow::blocking_behind(std::int64_t deadline) const {
+  std::int64_t longest = overheads_.wake_up;
+  for (TaskId id = 0; id < topology_.size(); ++id) {
+    const auto later = [&](TaskId timer) { return topology_.set()[timer].deadline.count() > deadline; };
+    if (std::ranges::any_of(topology_.roots(id), later)) longest = std::max(longest, job_work(id));
+  }
+  return longest;
+}
+
+/// Timestamps of `root` behind the window's start at which its deadline is that of another timer's job; few of
+/// them, each standing for those up to the next.
+std::vector<std::int64_t> GraphBusyWindow::deadline_steps(TaskId root, std::int64_t until) const {
+  std::vector<std::int64_t> all = {0};
+  const std::int64_t own = topology_.set()[root].deadline.count();
+  for (const TaskId timer : topology_.timers()) {
+    const Task& task = topology_.set()[timer];
+    const std::int64_t period = task.period.count();
+    std::int64_t first = task.deadline.count() - own;
+    if (first < 0) first += ceil_div(-first, period) * period;
+    for (std::int64_t a = first; a < until; a = add(a, period)) {
+      if (all.size() == kMaxSteps) return {0};
+      all.push_back(a);
+    }
+  }
+  std::ranges::sort(all);
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::vector<std::int64_t> few;
+  const std::size_t stride = ceil_div(static_cast<std::int64_t>(all.size()), kMaxDeadlineSteps);
+  for (std::size_t i = 0; i < all.size(); i += stride) few.push_back(all[i]);
+  return few;
+}
+
+/// As Spuri 1996 for timers: only jobs whose deadlines are not later than that of the path precede it.
+std::optional<std::int64_t> GraphBusyWindow::bound_by_deadline(TaskId root, TaskId to, bool works,
+                                                               PathParts* parts) const {
+  const Level& in = level(order_.rank[root]);
+  if (largest_rank(root, to) == kNoRank || !in.window) return std::nullopt;
+  const Task& task = topology_.set()[root];
+  Query q;
+  q.level = &in;
+  q.root = root;
+  q.target = to;
+  q.works = works;
+  // A window behind the longest job is no longer than one with that job in it twice.
+  q.blocker.work = blocking_behind(-overheads_.lateness - 1);
+  Query whole = q;
+  whole.target = kNoTask;
+  whole.root = kNoTask;
+  const auto until = end_of_work(whole, 0);
+  if (!until) return std::nullopt;
+  const std::vector<std::int64_t> steps = deadline_steps(root, *until);
+  std::int64_t largest = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const std::int64_t last = i + 1 < steps.size() ? steps[i + 1] - 1 : *until;
+    q.deadline = add(last, task.deadline.count());
+    q.later_root_jobs = false;
+    q.root_jobs = last / task.period.count() + 1;
+    q.blocker.work = blocking_behind(add(steps[i], task.deadline.count()) - overheads_.lateness);
+    q.closed = q.blocker.work == 0 || !order_.releases_first;
+    const std::int64_t known = largest - overheads_.lateness + steps[i] - own_work(q);
+    if (known >= 0 && overheads_.release == 0 && work(q, known) <= known) continue;
+    const auto start = end_of_work(q, 0);
+    if (!start) return std::nullopt;
+    const std::int64_t response = response_to(q, *start, steps[i]);
+    if (response <= largest) continue;
+    largest = response;
+    work(q, *start);
+    if (parts != nullptr) *parts = parts_of(q);
+  }
+  return largest;
+}
+
 /// Largest time from a timestamp of query.root to the target's end, over all its jobs in the window.
 std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::int64_t>& starts,
                                                    PathParts* parts) const {
   const std::int64_t period = topology_.set()[q.root].period.count();
-  const bool waits = topology_.join_of(q.target) != nullptr && !q.works;
-  const std::int64_t own = waits ? overheads_.job : job_work(q.target);
   std::int64_t largest = 0, w = 0;
   for (std::uint64_t job = 0; job < kMaxSteps; ++job) {
     const std::int64_t released = multiply(static_cast<std::int64_t>(job), period);
@@ -276,11 +371,7 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::in
     const auto start = start_of(q, w, starts);
     if (!start) return std::nullopt;
     w = *start;
-    // Releases interrupt the job itself as well.
-    const std::int64_t before = subtract(w, releases_work(w));
-    const std::int64_t finish = *exact::least_fixed_point(
-        add(w, own), [&](std::int64_t t) { return add(add(before, own), releases_work(t)); });
-    const std::int64_t response = add(subtract(finish, released), overheads_.lateness);
+    const std::int64_t response = response_to(q, w, released);
     if (parts != nullptr && response > largest) {
       work(q, w);
       *parts = parts_of(q);
@@ -325,6 +416,7 @@ PathParts GraphBusyWindow::parts(TaskId root, TaskId to) const {
 
 std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works,
                                                    PathParts* parts) const {
+  if (order_.by_deadline) return bound_by_deadline(root, to, works, parts);
   const std::int64_t rank = largest_rank(root, to);
   if (rank == kNoRank) return std::nullopt;
   const Level& in = level(rank);

@@ -41,7 +41,7 @@ INSTANTIATE_TEST_SUITE_P(Assumptions, EveryCheck,
                                          Unchecked{"rm-re", Assumption::runs_timers},
                                          Unchecked{"multi:2", Assumption::several_threads},
                                          Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},
-                                         Unchecked{"rm-ro", Assumption::wake_up},
+                                         Unchecked{"edf-ro", Assumption::mixed_deadlines}, Unchecked{"rm-ro", Assumption::wake_up},
                                          Unchecked{"rm-ro", Assumption::late_releases, 19'000},
                                          Unchecked{"rm-ro", Assumption::delivery_delay},
                                          Unchecked{"cbg:1", Assumption::woken_by_jobs, 109'000}));

@@ -18,6 +18,9 @@ struct GraphOrder {
   bool timers_behind_equals = false;
   /// At one instant releases happen before the executor decides.
   bool releases_first = false;
+  /// Among jobs of one rank the one with the earliest absolute deadline goes first: that of its timer's job, which
+  /// subscriptions inherit. All ranks are equal then.
+  bool by_deadline = false;
 };
 
 /// One rank for all: whatever order the executor follows, it never idles while a job is pending.
@@ -75,6 +78,11 @@ class GraphBusyWindow : public PathBounds {
   std::int64_t work(Query& query, std::int64_t t) const;
   std::optional<std::int64_t> end_of_work(Query& query, std::int64_t from) const;
   std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works, PathParts* parts = nullptr) const;
+  std::optional<std::int64_t> bound_by_deadline(TaskId root, TaskId to, bool works, PathParts* parts) const;
+  std::int64_t blocking_behind(std::int64_t deadline) const;
+  std::vector<std::int64_t> deadline_steps(TaskId root, std::int64_t until) const;
+  std::int64_t own_work(const Query& query) const;
+  std::int64_t response_to(const Query& query, std::int64_t start, std::int64_t released) const;
   PathParts parts_of(const Query& query) const;
   std::optional<std::int64_t> bound(Query& query, std::vector<std::int64_t>& starts, PathParts* parts) const;
   std::optional<std::int64_t> start_of(Query& query, std::int64_t from,
