@@ -38,9 +38,9 @@ void draw(const TimelineOptions& o) {
   if (svg.extension() != ".svg") {
     throw UsageError("--svg " + svg.string() + ": the name must end in .svg; a .png is written beside it");
   }
-  run_python_tool("timeline", {o.run, "--executor", o.executor, "--repetition", std::to_string(o.repetition),
-                               "--from", text("%g", o.from_ms), "--to",
-                               text("%g", o.to_ms.value_or(o.from_ms + 500)), "--output", svg.string()});
+  become_python_tool("timeline", {o.run, "--executor", o.executor, "--repetition",
+                                  std::to_string(o.repetition), "--from", text("%g", o.from_ms), "--to",
+                                  text("%g", o.to_ms.value_or(o.from_ms + 500)), "--output", svg.string()});
 }
 
 void show_timeline(TimelineOptions o) {

@@ -40,7 +40,13 @@ def add_commands(commands: Any) -> None:
     timeline.add_argument("--output", metavar="FILE.svg", help="by default RUN/timeline.svg")
     add("validate", "figures.validation:draw", "the simulator against the real stack", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
-    add("bench", "pages.bench_report:write", "report of `hotpath bench`", folder={})
+    add(
+        "bench",
+        "bench_suite:bench",
+        "the benchmark programs; OPTIONS as `hotpath bench` has them",
+        options={},
+    )
+    add("bench-report", "pages.bench_report:write", "report of `hotpath bench`", folder={})
     compare = add(
         "compare-results", "pages.compare:compare_results", "what differs beyond noise", old={}, new={}
     )
@@ -62,10 +68,12 @@ def main(arguments: Sequence[str]) -> int:
         options = vars(parser.parse_args(arguments))
         options.pop("command")
         module, name = options.pop("call").split(":")
-        getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options)
-        return 0
+        return getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options) or 0
     except InputError as error:
         code, sentence = EXIT_WRONG_USE, str(error)
+    except ImportError as error:
+        needs = "Debian's python3-matplotlib, python3-scipy, python3-pandas, python3-jinja2 and python3-tqdm"
+        code, sentence = EXIT_FAILED, f"{error}; it needs {needs}"
     except RunError as error:
         code, sentence = EXIT_FAILED, str(error)
     except OSError as error:

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath bench`: runs the benchmark programs, a fresh process for each repetition, in seeded random order, into one
+folder: bench.json, the programs' own output below raw/, report.md with its pictures."""
+
+import contextlib
+import json
+import os
+import random
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from hotpath_report import hotpath_command
+from hotpath_report.bench_values import BenchValues, compare
+from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
+from hotpath_report.tables import read_json, write_json
+
+PROGRAMS = ("scheduler", "simulator", "executor", "transport", "hot_path")
+
+
+def find_program(name: str) -> Path:
+    """Next to the command in a build tree, in lib/hotpath_bench when installed. Raises InputError."""
+    if name not in PROGRAMS:
+        raise InputError(f"--only: there is no program `{name}`; there are {', '.join(PROGRAMS)}")
+    here = hotpath_command.program().parent
+    for path in (here / f"bench_{name}", here.parent / "lib/hotpath_bench" / f"bench_{name}"):
+        if path.exists():
+            return path
+    raise InputError(
+        f"the benchmark program bench_{name} was not built: install libbenchmark-dev (Google Benchmark) and build again"
+    )
+
+
+def shared_memory_of(process: Path) -> set[str]:
+    """Files of /dev/shm that a process, given by its folder in /proc, maps or has open."""
+    with contextlib.suppress(OSError):
+        opened = [os.readlink(descriptor) for descriptor in (process / "fd").iterdir()]
+        return set(re.findall(r"/dev/shm/\S+", "\n".join([(process / "maps").read_text(), *opened])))
+    return set()
+
+
+def end_group(leader: subprocess.Popen[bytes]) -> None:
+    """Kills a program and all that it started, and removes what they can no longer remove themselves: Fast DDS's files
+    that nobody else uses."""
+    processes, files = list(Path("/proc").glob("[0-9]*")), set()
+    for process in processes:
+        with contextlib.suppress(ProcessLookupError):
+            files |= shared_memory_of(process) if os.getpgid(int(process.name)) == leader.pid else set()
+    os.killpg(leader.pid, 9)
+    leader.wait()
+    for file in files.difference(*map(shared_memory_of, Path("/proc").glob("[0-9]*"))):
+        for path in (Path(file), Path(file).with_name(f"sem.{Path(file).name}_mutex")):
+            path.unlink(missing_ok=True)
+
+
+def execute(program: Path, output: Path, quick: bool, time_out_s: float) -> str:
+    """Returns what went wrong; empty: nothing."""
+    words = [str(program), f"--benchmark_out={output}", "--benchmark_out_format=json"]
+    words += ["--benchmark_enable_random_interleaving=true", *(["--quick"] if quick else [])]
+    with output.with_suffix(".txt").open("wb") as log:
+        process = subprocess.Popen(words, stdout=log, stderr=log, start_new_session=True)
+        try:
+            status = process.wait(time_out_s)
+        except subprocess.TimeoutExpired:
+            end_group(process)
+            return "did not end in time; see --time-out"
+        except Interrupted:
+            end_group(process)
+            raise
+    how = f"ended with exit code {status}" if status > 0 else f"was ended by signal {-status}"
+    return "" if status == 0 else f"failed: it {how}; see its .txt in raw/"
+
+
+def new_folder(name: str) -> Path:
+    """The folder of the results, with raw/ in it. Raises InputError."""
+    folder = Path(name or time.strftime("runs/%Y%m%d-%H%M%S-bench"))
+    if (folder / "bench.json").exists():
+        raise InputError(
+            f"the output folder {folder} holds a run already; name another with --output, or remove it"
+        )
+    try:
+        (folder / "raw").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--output: {folder} cannot be created ({error.strerror}); name another") from None
+    return folder
+
+
+def read_machine(folder: Path) -> dict[str, Any]:
+    """What `hotpath machine` says, which notes on standard error what may disturb a measurement."""
+    path = folder / "machine.json"
+    command = [str(hotpath_command.program()), "machine", "--duration", "0.2", "--output", str(path)]
+    if subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode:
+        raise RunError("`hotpath machine` failed")
+    machine: dict[str, Any] = read_json(path)
+    path.unlink()
+    return machine
+
+
+def write_report(folder: Path) -> None:
+    """report.md; what is missing for it is said on standard error, and the results are complete without it."""
+    if os.environ.get("HOTPATH_FIGURES") == "none":
+        return
+    try:
+        from hotpath_report.pages import bench_report
+
+        bench_report.write(str(folder))
+    except ImportError as error:
+        print(f"note: the report was not written: {error}", file=sys.stderr)
+
+
+def measure(options: dict[str, Any]) -> int:
+    """Runs the programs; the exit code. Raises InputError, RunError."""
+    import tqdm
+
+    programs = options["programs"] or list(PROGRAMS)
+    paths = {name: find_program(name) for name in programs}
+    folder, values, code = new_folder(options["output"]), BenchValues(), 0
+    failures: list[str] = []
+    facts: dict[str, Any] = {
+        "machine": read_machine(folder),
+        "version": hotpath_command.output_of("--version").strip(),
+    }
+    facts |= {"date": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "programs": programs}
+    facts |= {key: options[key] for key in ("quick", "seed")}
+    facts["repetitions"] = 1 if options["quick"] else options["repetitions"]
+    generator, order = random.Random(options["seed"]), []
+    for repetition in range(facts["repetitions"]):
+        order += [(name, repetition) for name in generator.sample(programs, len(programs))]
+    try:
+        with interruptible():
+            for name, repetition in tqdm.tqdm(
+                order, "benchmark programs", leave=False, disable=not sys.stderr.isatty()
+            ):
+                output = folder / "raw" / f"{name}-{repetition}.json"
+                failure = execute(paths[name], output, options["quick"], options["time_out_s"])
+                failures += [f"bench_{output.stem} {failure}"] if failure else values.add(output)
+    except Interrupted as signalled:
+        code = signalled.exit_code
+    if failures and not values.figures:
+        raise RunError(failures[0])
+    facts |= {"complete": not failures and code == 0, "failures": failures}
+    write_json(folder / "bench.json", values.as_json() | facts)
+    if not values.figures:
+        print("note: Interrupted before anything was measured.", file=sys.stderr)
+        return code
+    write_report(folder)
+    print(f"Results: {folder}", flush=True)
+    print(*(f"note: {failure}\n" for failure in failures), sep="", end="", file=sys.stderr)
+    if failures and code == 0:
+        raise RunError(f"{len(failures)} measurements failed; the rest is in {folder}")
+    return code
+
+
+def bench(options: str) -> int:
+    """What `hotpath bench` was told, as JSON; the exit code. Raises InputError, RunError."""
+    found: dict[str, Any] = json.loads(options)
+    return compare(*found["compare"]) if found["compare"] else measure(found)
