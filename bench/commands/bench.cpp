@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <nlohmann/json.hpp>
-
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "program/json_fields.hpp"
 #include "program/python_tool.hpp"
 
 namespace hotpath {
 
 namespace {
 
-/// As hotpath_report/benchmarks/suite.py takes it.
+/// As hotpath_report/bench_suite.py takes it.
 struct SuiteOptions {
   std::vector<std::string> programs, compare;
   std::uint32_t repetitions = 5;
@@ -17,9 +16,8 @@ struct SuiteOptions {
   bool quick = false;
   double time_out_s = 1200;  ///< Of one program.
   std::string output;
-  NLOHMANN_DEFINE_TYPE_INTRUSIVE(SuiteOptions, programs, compare, repetitions, seed, quick, time_out_s,
-                                 output)
 };
+HOTPATH_JSON_FIELDS(SuiteOptions, programs, compare, repetitions, seed, quick, time_out_s, output);
 
 }  // namespace
 

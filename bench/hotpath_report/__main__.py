@@ -30,14 +30,7 @@ def add_commands(commands: Any) -> None:
         ("report", "pages.run_report:write", "one page about runs, or about a published reproduction"),
     ):
         add(name, call, about, folders=runs).add_argument("--output", **output)
-    timeline = add(
-        "timeline", "figures.timeline:draw_run", "chart of a part of a trace", folder={"metavar": "RUN"}
-    )
-    timeline.add_argument("--executor", required=True)
-    timeline.add_argument("--repetition", type=int, default=0)
-    timeline.add_argument("--from", dest="begin", metavar="MS", type=float, default=0)
-    timeline.add_argument("--to", dest="end", metavar="MS", type=float, default=500)
-    timeline.add_argument("--output", metavar="FILE.svg", help="by default RUN/timeline.svg")
+    add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
     add("validate", "figures.validation:draw", "the simulator against the real stack", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
