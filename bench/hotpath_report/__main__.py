@@ -3,6 +3,7 @@
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -31,7 +32,7 @@ def add_commands(commands: Any) -> None:
     ):
         add(name, call, about, folders=runs).add_argument("--output", **output)
     add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
-    add("validate", "figures.validation:draw", "the simulator against the real stack", folder={})
+    add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
         "bench",
@@ -61,7 +62,12 @@ def main(arguments: Sequence[str]) -> int:
         options = vars(parser.parse_args(arguments))
         options.pop("command")
         module, name = options.pop("call").split(":")
-        return getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options) or 0
+        code = getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options) or 0
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:  # the reader has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except InputError as error:
         code, sentence = EXIT_WRONG_USE, str(error)
     except ImportError as error:

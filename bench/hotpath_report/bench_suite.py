@@ -99,18 +99,6 @@ def read_machine(folder: Path) -> dict[str, Any]:
     return machine
 
 
-def write_report(folder: Path) -> None:
-    """report.md; what is missing for it is said on standard error, and the results are complete without it."""
-    if os.environ.get("HOTPATH_FIGURES") == "none":
-        return
-    try:
-        from hotpath_report.pages import bench_report
-
-        bench_report.write(str(folder))
-    except ImportError as error:
-        print(f"note: the report was not written: {error}", file=sys.stderr)
-
-
 def measure(options: dict[str, Any]) -> int:
     """Runs the programs; the exit code. Raises InputError, RunError."""
     import tqdm
@@ -146,7 +134,7 @@ def measure(options: dict[str, Any]) -> int:
     if not values.figures:
         print("note: Interrupted before anything was measured.", file=sys.stderr)
         return code
-    write_report(folder)
+    hotpath_command.draw_if_possible("pages.bench_report:write", str(folder))
     print(f"Results: {folder}", flush=True)
     print(*(f"note: {failure}\n" for failure in failures), sep="", end="", file=sys.stderr)
     if failures and code == 0:

@@ -9,7 +9,7 @@ from typing import Any
 
 from hotpath_report.errors import InputError
 from hotpath_report.statistics import Estimate, Samples, ratio
-from hotpath_report.tables import read_json
+from hotpath_report.tables import read_json, text_table
 
 NS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 # Numbers of Google Benchmark's own that are no result.
@@ -96,21 +96,18 @@ def compare(before: str, after: str) -> int:
     """Prints a line for each value that both folders have, those beyond noise first and the largest effects first among
     them, and a count; the exit code. Raises InputError."""
     old, new = figures_of(before), figures_of(after)
-    rows = []
+    rows: list[tuple[float, list[str]]] = []
     for key in sorted(old.keys() & new.keys()):
         found, verdict = change(old[key], new[key])
         effect = abs(math.log(found.value)) if found and verdict in ("smaller", "larger") else 0
-        medians = [Samples([values]).quantile(0.5) for values in (old[key], new[key])]
-        rows.append((effect, " ".join(key), medians, found.text(3) if found else "", verdict))
+        medians = (f"{Samples([values]).quantile(0.5):.1f}" for values in (old[key], new[key]))
+        rows.append((effect, [" ".join(key), *medians, found.text(3) if found else "", verdict]))
     if not rows:
         raise InputError(f"--compare: {before} and {after} have no value in common")
     rows.sort(key=lambda row: -row[0])
-    width = max(len(name) for _, name, *_ in rows)
-    print(f"{'value':<{width}} {'before':>14} {'after':>14}  ratio [99 % interval]")
-    for _, name, (was, is_now), found_text, verdict in rows:
-        print(f"{name:<{width}} {was:>14.1f} {is_now:>14.1f}  {found_text:<24}  {verdict}")
-    print(f"{sum(row[0] > 0 for row in rows)} of {len(rows)} values differ beyond noise.")
-    if unknown := sum(row[-1] == NOT_COMPARABLE for row in rows):
+    print(text_table(["value", "before", "after", "ratio [99 % interval]", ""], [cells for _, cells in rows]))
+    print(f"{sum(effect > 0 for effect, _ in rows)} of {len(rows)} values differ beyond noise.")
+    if unknown := sum(cells[-1] == NOT_COMPARABLE for _, cells in rows):
         needs = f"each side needs {LEAST_REPETITIONS} repetitions and values above zero"
         print(f"note: {unknown} values are not comparable: {needs}.", file=sys.stderr)
     return 0

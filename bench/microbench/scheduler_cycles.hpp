@@ -117,7 +117,7 @@ struct KeyedJob {
 
 inline PriorityKey key_of(const Job& job) { return {to_ns(job.deadline), job.task}; }
 
-/// The yardsticks' and the queues' common experiment: of `ready` jobs the first leaves, and comes back with a
+/// The yardstick's and the queues' common experiment: of `ready` jobs the first leaves, and comes back with a
 /// later deadline.
 template <class Queue>
 void hold(benchmark::State& state, Queue queue) {
@@ -153,33 +153,7 @@ struct StandardQueueOfJobs {
   }
 };
 
-/// The least that there is to do: keys without jobs.
-struct StandardQueueOfKeys {
-  std::priority_queue<PriorityKey, std::vector<PriorityKey>, std::greater<>> queue;
-  void push(const Job& job) { queue.push(key_of(job)); }
-  Job pop() {
-    Job job;
-    job.deadline = from_ns(queue.top().priority);
-    job.task = static_cast<TaskId>(queue.top().tie);
-    static_cast<void>(queue.pop());
-    return job;
-  }
-};
-
-struct SortedVector {
-  std::vector<KeyedJob> jobs;  // the first to run is the last element
-  void push(const Job& job) {
-    const KeyedJob keyed{key_of(job), job};
-    jobs.insert(std::lower_bound(jobs.begin(), jobs.end(), keyed), keyed);
-  }
-  Job pop() {
-    const Job job = jobs.back().job;
-    jobs.pop_back();
-    return job;
-  }
-};
-
-/// Events queues of up to `most` jobs, with standard containers as yardsticks. `min_time`: seconds of each.
+/// Events queues of up to `most` jobs, with std::priority_queue as yardstick. `min_time`: seconds of each.
 inline void register_queues(std::int64_t most, double min_time) {
   const auto add = [=](const std::string& name, auto make_queue) {
     benchmark::RegisterBenchmark(("push_pop/" + name + "/ready").c_str(),
@@ -189,9 +163,7 @@ inline void register_queues(std::int64_t most, double min_time) {
         ->MinTime(min_time)
         ->Complexity();
   };
-  add("std::priority_queue_of_keys", [](auto) { return StandardQueueOfKeys{}; });
   add("std::priority_queue", [](auto) { return StandardQueueOfJobs{}; });
-  add("sorted_vector", [](auto) { return SortedVector{}; });
   add("SimpleEventsQueue", [](auto) { return SimpleEventsQueue{}; });
   add("PriorityEventsQueue", [](std::int64_t tasks) {
     return PriorityEventsQueue(

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -77,7 +78,10 @@ class TaskSummaries {
       if (periods_.count(id) != 0) starts[id].emplace_back(r.job.sequence, r.start);
     }
     for (auto& [id, of_task] : starts) append_periods(std::move(of_task), periods_[id]);
-    for (const TaskAccount& account : repetition.accounts) add(account);
+    for (const TaskAccount& account : repetition.accounts) {
+      auto& sum = tasks_[account.task].account.count;
+      std::ranges::transform(sum, account.count, sum.begin(), std::plus());
+    }
     if (timers_only(set_)) add_authors_responses(repetition.trace);
   }
 
@@ -91,16 +95,6 @@ class TaskSummaries {
   }
 
  private:
-  void add(const TaskAccount& account) {
-    TaskSummary& task = tasks_[account.task];
-    task.ran += account[Outcome::ran];
-    task.skipped += account[Outcome::skipped];
-    task.overwritten += account[Outcome::overwritten];
-    task.queued += account[Outcome::queued];
-    task.running += account[Outcome::running];
-    task.empty += account[Outcome::empty];
-  }
-
   void add_authors_responses(const Trace& trace) {
     const Schedule schedule = schedule_of(set_, trace);
     for (const ExecutedJob& job : schedule.jobs) {
@@ -124,9 +118,9 @@ ExecutorSummary without_chains(const TaskSet& set, const ExecutorRuns& runs, con
   for (const Repetition& repetition : runs.repetitions) tasks.add(repetition);
   summary.tasks = std::move(tasks).finish();
   for (const TaskSummary& task : summary.tasks) {
-    summary.executed += task.ran;
-    summary.skipped += task.skipped;
-    summary.overwritten += task.overwritten;
+    summary.executed += task.account[Outcome::ran];
+    summary.skipped += task.account[Outcome::skipped];
+    summary.overwritten += task.account[Outcome::overwritten];
     summary.after_warm_up += task.after_warm_up;
   }
   for (const Repetition& repetition : runs.repetitions) {

@@ -43,9 +43,9 @@ TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
   EXPECT_DOUBLE_EQ(c.similarity, 10.0 / 12);
   ASSERT_TRUE(c.first_difference);
   EXPECT_EQ(c.first_difference->place, 2U);
-  EXPECT_EQ(c.first_difference->at, at(2ms));
-  EXPECT_EQ(c.first_difference->task[0], "T2");
-  EXPECT_EQ(c.first_difference->task[1], "T0");
+  EXPECT_EQ(c.first_difference->at_ms, 2);
+  EXPECT_EQ(c.first_difference->measured, "T2");
+  EXPECT_EQ(c.first_difference->other, "T0");
 }
 
 TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
@@ -61,9 +61,10 @@ TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
   const ScheduleComparison c = compare_schedules(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}),
                                                  in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
   // Up to a millisecond after the last start, so at 10 ms too.
-  EXPECT_NEAR(c.tasks[0].lost_percent[0], 100 * (1 - 5.0 / 11), 1e-9);
-  EXPECT_NEAR(c.tasks[0].lost_percent[1], 100 * (1 - 10.0 / 11), 1e-9);
-  EXPECT_EQ(c.largest_loss_difference(), 100);  // T1, whose one timestamp only the first schedule serves
+  EXPECT_NEAR(c.measured.lost_percent.at("T0"), 100 * (1 - 5.0 / 11), 1e-9);
+  EXPECT_NEAR(c.other.lost_percent.at("T0"), 100 * (1 - 10.0 / 11), 1e-9);
+  EXPECT_EQ(c.largest_loss_difference_percent,
+            100);  // T1, whose one timestamp only the first schedule serves
 }
 
 JobRecord timer_job(TaskId task, std::uint64_t sequence, Duration timestamp, Duration release, Duration start,

@@ -48,7 +48,15 @@ GoldenValidation validate(const std::string& set, const ExecutorEntry& executor,
   const Platform costs = reference_platform(executor, real.set.size());
   const ScheduleComparison without = compare_schedules(real, predict_timers(real.set, executor, {}, length));
   const ScheduleComparison with = compare_schedules(real, predict_timers(real.set, executor, costs, length));
-  return {set, std::string(executor.name), costs, without, with, golden_verdict(without, with, costs)};
+  return {set,
+          std::string(executor.name),
+          {{"dispatch", to_us(costs.dispatch_cost)},
+           {"wait", to_us(costs.wait_cost)},
+           {"wait_per_entity", to_us(costs.wait_cost_per_entity)},
+           {"wake_up", to_us(costs.wake_up_latency)}},
+          without,
+          with,
+          golden_verdict(without, with, costs)};
 }
 
 std::set<std::string> recorded_sets(const fs::path& traces) {
@@ -89,7 +97,7 @@ double busy_percent(const Schedule& schedule) {
 std::string run_verdict(const RunAgainstGolden& g, const fs::path& file) {
   const ScheduleComparison& c = g.comparison;
   const std::string order =
-      text("order %.3f alike, lost jobs within %.1f points", c.similarity, c.largest_loss_difference());
+      text("order %.3f alike, lost jobs within %.1f points", c.similarity, c.largest_loss_difference_percent);
   if (g.phases_differ_ms > kSamePhases_ms) {
     return order + text(
                        "; the phases differ by up to %.1f ms, and they decide the order: give the run "

@@ -130,7 +130,7 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
     const Prediction p = predict(graph, tasks, executor, times, options, 1200ms);
     AutowareValidation v{label, real_latencies(row), latency_quantiles(p.latencies_ms.at(0)), ""};
     v.verdict =
-        median_verdict(v.measured, v.simulated, executor.entry->traits.many_workers ? 0.10 : 0.05,
+        median_verdict(v.measured_ms, v.simulated_ms, executor.entry->traits.many_workers ? 0.10 : 0.05,
                        "six outputs alternate, and costs decide which of two crunch counts the median "
                        "falls on");
     all.push_back(std::move(v));

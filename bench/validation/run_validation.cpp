@@ -102,8 +102,8 @@ class ValidatedRun {
   }
 
   static std::string latency_verdict(const RunLatencies& l) {
-    if (l.run.n == 0 || l.simulated.n == 0) return "no output after the warm-up to compare";
-    return median_verdict(l.run, l.simulated, 0.05,
+    if (l.measured_ms.n == 0 || l.simulated_ms.n == 0) return "no output after the warm-up to compare";
+    return median_verdict(l.measured_ms, l.simulated_ms, 0.05,
                           "latencies come in steps of one job, and a job that starts a little later than "
                           "predicted finds another order and moves an output by a step");
   }
@@ -122,7 +122,7 @@ class ValidatedRun {
       if (subscriptions_first) name.resize(name.find(' '));
       const bool ours_first = label.ends_with(":first") || scheduling_.rule == SubscriptionRule::first;
       if (label.substr(0, label.find(':')) != name || subscriptions_first != ours_first) continue;
-      latencies.real = real_latencies(row);
+      latencies.real_ms = real_latencies(row);
       const auto theirs = read_phases(file, graph_, label_there);
       TaskSet set = tasks_.set;
       set_phases(set, theirs);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -21,31 +22,30 @@
 /// UsageError and InputError for files that cannot be read.
 namespace hotpath {
 
-struct TaskComparison {
-  std::string task;
-  double lost_percent[2] = {0, 0};  ///< Of the timestamps until the shorter run's last start.
+/// What one of two runs of a task set did until the shorter one's last start.
+struct ScheduleSide {
+  std::size_t jobs = 0;
+  std::map<std::string, double> lost_percent;  ///< By timer: of the timestamps until then.
+  Quantiles start_lateness_ms;                 ///< Start minus timestamp.
+  Quantiles response_ms;                       ///< Finish minus timestamp.
+  Quantiles response_authors_ms;               ///< Timers.
 };
 
-/// Two runs of one task set side by side: [0] what was measured, [1] what was predicted.
+/// Two runs of one task set side by side: what was measured, and what is held against it.
 struct ScheduleComparison {
-  std::size_t jobs[2] = {0, 0};
   double similarity = 0;  ///< Of the order of the first 10000 jobs (job_order.hpp).
   /// The same for the order by_period().
   double similarity_by_period = 0;
   struct Difference {
     std::size_t place = 0;
-    Time at{};
-    std::string task[2];
+    double at_ms = 0;             ///< Start of the job that was measured.
+    std::string measured, other;  ///< Tasks.
   };
   std::optional<Difference> first_difference;
-  std::vector<TaskComparison> tasks;
-  Quantiles lateness_ms[2];          ///< Start minus timestamp.
-  Quantiles response_ms[2];          ///< Finish minus timestamp.
-  Quantiles response_authors_ms[2];  ///< Timers.
-
-  double largest_loss_difference() const;
+  double largest_loss_difference_percent = 0;  ///< Of all timers.
+  ScheduleSide measured, other;
 };
-ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& predicted);
+ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& other);
 
 /// Shares of lost jobs that differ by no more than this many points are the same.
 inline constexpr double kSameLoss_percent = 2;
@@ -87,7 +87,7 @@ std::string median_verdict(const LatencyQuantiles& measured, const LatencyQuanti
 /// The simulator against the real stack, job by job: one task set under one executor.
 struct GoldenValidation {
   std::string set, executor;
-  Platform costs;  ///< As charged in `with_costs`.
+  std::map<std::string, double> costs_us;  ///< As charged in `with_costs`.
   ScheduleComparison without_costs, with_costs;
   std::string verdict;
 };
@@ -120,7 +120,7 @@ std::vector<TimersOnlyValidation> validate_timers_only(const std::filesystem::pa
 /// Hot-path latency of Autoware under one executor, with the real stack's phases.
 struct AutowareValidation {
   std::string executor;  ///< As the reference names it.
-  LatencyQuantiles measured, simulated;
+  LatencyQuantiles measured_ms, simulated_ms;
   std::string verdict;
 };
 
@@ -143,9 +143,9 @@ std::optional<RunAgainstGolden> against_golden(const std::filesystem::path& refe
 
 /// A run's hot-path latencies, after the warm-up.
 struct RunLatencies {
-  LatencyQuantiles run, simulated;
+  LatencyQuantiles measured_ms, simulated_ms;
   /// Autoware at the same load only: the real stack's, and by how much the phases differ at most.
-  std::optional<LatencyQuantiles> real;
+  std::optional<LatencyQuantiles> real_ms;
   std::optional<double> phases_differ_ms;
 };
 
@@ -158,8 +158,6 @@ struct RunValidation {
   std::optional<RunLatencies> latencies;  ///< Of graphs with chains.
   std::optional<RunAgainstGolden> golden;
   std::string verdict;
-
-  std::string name() const { return executor + " #" + std::to_string(repetition); }
 };
 
 /// Every executor and repetition of a run, in the order of the executors.

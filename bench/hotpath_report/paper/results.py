@@ -16,7 +16,8 @@ import pandas as pd
 from hotpath_report import statistics
 from hotpath_report.errors import Missing
 from hotpath_report.figures.violins import percentile_table
-from hotpath_report.pages.writer import Section, Table, environment, make_figure, write_page
+from hotpath_report.pages.text import environment
+from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import drawings, storage, tables
 from hotpath_report.paper.cells import MODES, SPEC, duration_text
 from hotpath_report.paper.claims import Verdict, judge
