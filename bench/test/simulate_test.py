@@ -297,7 +297,7 @@ class Validate(SimulateTest):
             real, live = (same["comparison"][side][quantity]["p50"] for side in ("measured", "other"))
             self.assertAlmostEqual(real, live, delta=0.5)
         self.assertGreater(other["phases_differ_ms"], 10)
-        self.assertIn("--phases-file timers_only_80.edf-ro.csv", other["verdict"])
+        self.assertIn("--phases-file timers_only_80.edf-ro.csv", out)
 
     def test_wrong_use(self):
         for arguments, part in (

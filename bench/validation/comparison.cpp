@@ -5,7 +5,6 @@
 
 #include "hotpath/core/job_order.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "program/text.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath {
@@ -78,11 +77,8 @@ ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& o
   b.resize(std::min(b.size(), kMostCompared));
   c.similarity = similarity(a, b);
   c.similarity_by_period = similarity(by_period(a, measured.set), by_period(b, measured.set));
+  c.agrees = c.similarity >= kSimilar && c.largest_loss_difference_percent <= kSameLoss_percent;
   return c;
-}
-
-bool agrees(const ScheduleComparison& c) {
-  return c.similarity >= kSimilar && c.largest_loss_difference_percent <= kSameLoss_percent;
 }
 
 Prediction predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
@@ -133,11 +129,8 @@ LatencyQuantiles real_latencies(const CsvReader& row) {
           row.number<double>("hot_path_max_ms")};
 }
 
-std::string median_verdict(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
-                           double tolerance, const std::string& otherwise) {
-  const double percent = 100 * (simulated.p50 / measured.p50 - 1);
-  if (std::abs(percent) <= 100 * tolerance) return text("the median agrees (%+.1f %%)", percent);
-  return text("the median is %+.1f %% off: ", percent) + otherwise;
+bool medians_agree(const LatencyQuantiles& measured, const LatencyQuantiles& simulated, double tolerance) {
+  return std::abs(simulated.p50 / measured.p50 - 1) <= tolerance;
 }
 
 }  // namespace hotpath

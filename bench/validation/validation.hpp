@@ -18,8 +18,8 @@
 #include "results/schedule.hpp"
 #include "setup/run_setup.hpp"
 
-/// What `hotpath validate` compares. Each `verdict` is a sentence without its end; the functions throw
-/// UsageError and InputError for files that cannot be read.
+/// What `hotpath validate` compares; how good it is, and why not better, says the template validation.txt.j2
+/// of hotpath_report. The functions throw UsageError and InputError for files that cannot be read.
 namespace hotpath {
 
 /// What one of two runs of a task set did until the shorter one's last start.
@@ -43,15 +43,14 @@ struct ScheduleComparison {
   };
   std::optional<Difference> first_difference;
   double largest_loss_difference_percent = 0;  ///< Of all timers.
+  /// The order of jobs and the losses agree as well as the simulator is to meet the golden traces.
+  bool agrees = false;
   ScheduleSide measured, other;
 };
 ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& other);
 
 /// Shares of lost jobs that differ by no more than this many points are the same.
 inline constexpr double kSameLoss_percent = 2;
-
-/// The order of jobs and the losses agree as well as the simulator is to meet the golden traces.
-bool agrees(const ScheduleComparison& comparison);
 
 /// What a simulation says that a graph does.
 struct Prediction {
@@ -80,16 +79,14 @@ LatencyQuantiles latency_quantiles(std::vector<double> samples_ms);
 /// Of a row of rclcpp_autoware_phases.csv.
 LatencyQuantiles real_latencies(const CsvReader& row);
 
-/// Whether two medians agree within a share `tolerance`; if not, `otherwise` says why.
-std::string median_verdict(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
-                           double tolerance, const std::string& otherwise);
+/// Whether two medians agree within a share `tolerance`.
+bool medians_agree(const LatencyQuantiles& measured, const LatencyQuantiles& simulated, double tolerance);
 
 /// The simulator against the real stack, job by job: one task set under one executor.
 struct GoldenValidation {
   std::string set, executor;
   std::map<std::string, double> costs_us;  ///< As charged in `with_costs`.
   ScheduleComparison without_costs, with_costs;
-  std::string verdict;
 };
 
 /// All golden traces, REFERENCE/traces/SET.EXECUTOR.csv.
@@ -111,7 +108,7 @@ struct TimersOnlyRanges {
 struct TimersOnlyValidation {
   std::string set, executor;
   TimersOnlyRanges measured, simulated;
-  std::string verdict;
+  bool agrees = false;  ///< The ranges of lost jobs have a value in common, or nearly so.
 };
 
 /// All of REFERENCE/rclcpp_timers_only.csv.
@@ -121,7 +118,7 @@ std::vector<TimersOnlyValidation> validate_timers_only(const std::filesystem::pa
 struct AutowareValidation {
   std::string executor;  ///< As the reference names it.
   LatencyQuantiles measured_ms, simulated_ms;
-  std::string verdict;
+  bool agrees = false;  ///< The medians do, within what one crunch more or less makes.
 };
 
 /// All of REFERENCE/rclcpp_autoware_phases.csv.
@@ -133,7 +130,7 @@ struct RunAgainstGolden {
   double phases_differ_ms = 0;  ///< At most, of the timers' first releases.
   double real_busy_percent = 0, run_busy_percent = 0;
   ScheduleComparison comparison;  ///< Real stack, run.
-  std::string verdict;
+  std::string phases_file;        ///< Of the real stack's phases.
 };
 
 /// Against the golden trace of the graph's task set under the same executor, if there is one.
@@ -147,6 +144,7 @@ struct RunLatencies {
   /// Autoware at the same load only: the real stack's, and by how much the phases differ at most.
   std::optional<LatencyQuantiles> real_ms;
   std::optional<double> phases_differ_ms;
+  bool agrees = false;  ///< The medians of run and simulation do.
 };
 
 /// One executor and repetition of a stored run, live or simulated, against the simulation with its phases and
@@ -157,7 +155,6 @@ struct RunValidation {
   ScheduleComparison comparison;          ///< Run, simulation.
   std::optional<RunLatencies> latencies;  ///< Of graphs with chains.
   std::optional<RunAgainstGolden> golden;
-  std::string verdict;
 };
 
 /// Every executor and repetition of a run, in the order of the executors.
