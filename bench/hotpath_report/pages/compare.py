@@ -51,19 +51,12 @@ def read(folder: Path) -> dict[Key, Samples]:
             " `reproduce_paper.sh` or of `hotpath`"
         )
     reported = ReportedRun(folder)
-    setting = f"{reported.run['load_percent']:g} %"
-    return {
-        (
-            "hot path" if kind == "Chain" else "response",
-            name,
-            reported.run.source,
-            setting,
-            executor,
-            "",
-        ): samples
-        for (kind, name), executors in reported.samples.items()
-        for executor, samples in executors.items()
-    }
+    source, setting = reported.run.source, f"{reported.run['load_percent']:g} %"
+    found = {}
+    for (kind, name), executors in reported.samples.items():
+        quantity = "hot path" if kind == "Chain" else "response"
+        found |= {(quantity, name, source, setting, e, ""): samples for e, samples in executors.items()}
+    return found
 
 
 def verdict(old: Samples, new: Samples, estimate: Estimate) -> str:
