@@ -27,13 +27,13 @@ void add_bench_command(CLI::App& app) {
       "hotpath bench --output before",
       [](const SuiteOptions& options) { become_python_tool("bench", {nlohmann::json(options).dump()}); });
   bench.add_flag("--quick", o.quick, "A short look: fewer sizes, shorter runs, once");
-  add_number(bench, "--repetitions", o.repetitions, 1, 100, "N",
+  add_number(bench, "--repetitions", o.repetitions, {1, 100}, "N",
              "Runs of each benchmark program, each in a new process");
   add_text(bench, "--only", o.programs, "NAMES",
            "Some of scheduler, simulator, executor, transport,\nhot_path; by default all")
       ->delimiter(',');
   add_text(bench, "--seed", o.seed, "N", "Decides the order of programs");
-  add_number(bench, "--time-out", o.time_out_s, 1, 86400, "SECONDS",
+  add_number(bench, "--time-out", o.time_out_s, {1, 86400}, "SECONDS",
              "A program that runs longer than this has hung and is ended");
   add_text(bench, "--output", o.output, "FOLDER", "Folder of the results; by default runs/DATE-bench");
   add_text(bench, "--compare", o.compare, "OLD NEW",

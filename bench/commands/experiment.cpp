@@ -150,7 +150,7 @@ void add_waters_experiment(CLI::App& experiment) {
   auto [waters, o] = add_command<WatersArguments>(experiment, "waters",
                                                   "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
                                                   "", run_waters_experiment);
-  add_number(waters, "--sets", o.options.sets, 1, 1e6, "N", "Task sets for each utilisation");
+  add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets for each utilisation");
   waters.add_option("--utilisations", o.options.utilisations, "Separated by commas")
       ->delimiter(',')
       ->capture_default_str();

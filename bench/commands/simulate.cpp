@@ -23,13 +23,13 @@ std::string option_name(std::string_view key) {
 void add_platform_options(CLI::App& command, SimulateOptions& o) {
   command.option_defaults()->group(
       "The simulated machine, by default as the graph's `platform` says, else without costs");
-  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1");
+  add_number(command, "--cores", o.cores, {1, kMaxWorkers}, "N", "Processor cores; else 1");
   add_choice(command, "--timer-thread", o.timer_thread,
              "Priority of the timer management thread: above the\n"
              "executor thread or equal; else raised under the\npaper's executors only, as in live runs");
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
     const PlatformCost& cost = kPlatformCosts[i];
-    add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
+    add_number(command, option_name(cost.key), o.costs_us[i], {0, kLargestCost_us}, "US",
                std::string(cost.meaning));
   }
   add_text(command, "--execution-times", o.execution_times, "worst|uniform|measured|replay:RUN",
@@ -55,10 +55,10 @@ void add_simulate_command(CLI::App& app) {
            "First timestamps of the same executor and repetition of\na run, from its folder");
   add_length_options(simulate, o, kLongestSimulation_s);
   add_number(
-      simulate, "--max-backlog", o.max_backlog, 1, 1e9, "JOBS",
+      simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
       "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task");
   add_platform_options(simulate, o);
-  add_number(simulate, "--threads", o.threads, 0, 1024, "N",
+  add_number(simulate, "--threads", o.threads, {0, 1024}, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
       ->group("Results");
   simulate

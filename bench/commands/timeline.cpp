@@ -27,9 +27,9 @@ void add_timeline_command(CLI::App& app) {
       });
   timeline.add_option("RUN", o.run, "Folder of the run")->required();
   add_text(timeline, "--executor", o.executor, "NAME", "As named there; by default the first");
-  add_number(timeline, "--repetition", o.repetition, 0, 1e9, "N", "Which repetition");
-  add_number(timeline, "--from", o.from_ms, 0, 1e12, "MS", "Begin, after the epoch of the run");
-  add_number(timeline, "--to", o.to_ms, 0, 1e12, "MS",
+  add_number(timeline, "--repetition", o.repetition, {0, 1e9}, "N", "Which repetition");
+  add_number(timeline, "--from", o.from_ms, {0, 1e12}, "MS", "Begin, after the epoch of the run");
+  add_number(timeline, "--to", o.to_ms, {0, 1e12}, "MS",
              "End; by default 500 ms later in the chart, and the end\nof the run in the trace for Perfetto");
   add_text(timeline, "--svg", o.svg, "FILE", "Gantt chart, a .png beside it; by default RUN/timeline.svg");
   add_text(timeline, "--perfetto", o.perfetto, "FILE",

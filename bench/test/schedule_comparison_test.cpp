@@ -68,13 +68,12 @@ TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
 }
 
 JobRecord timer_job(TaskId task, std::uint64_t sequence, Duration timestamp, Duration release, Duration start,
-                    Duration finish, std::uint32_t skipped = 0) {
+                    Duration finish) {
   JobRecord r;
   r.job.task = task;
   r.job.sequence = sequence;
   r.job.timestamp = at(timestamp);
   r.job.release = at(release);
-  r.job.skipped = skipped;
   r.start = at(start);
   r.finish = at(finish);
   return r;
@@ -103,7 +102,8 @@ TEST(AuthorsResponse, OfALateWaitSetTimerRefersToTheLastTimestampThatItsCallSkip
   // call() at 75 ms: next call 90 ms.
   const TaskSet set = timers({30ms});
   Trace trace;
-  trace.jobs = {timer_job(0, 0, 0ms, 75ms, 75ms, 77ms, 2)};
+  trace.jobs = {timer_job(0, 0, 0ms, 75ms, 75ms, 77ms)};
+  trace.jobs[0].job.skipped = 2;
   const Schedule s = schedule_of(set, trace);
   EXPECT_EQ(s.jobs[0].next_call, at(90ms));
   EXPECT_EQ(response_authors(s, s.jobs[0]), 17ms);
