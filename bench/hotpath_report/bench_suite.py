@@ -3,6 +3,7 @@
 folder: bench.json, the programs' own output below raw/, report.md with its pictures."""
 
 import contextlib
+import itertools
 import json
 import os
 import random
@@ -16,13 +17,17 @@ from typing import Any
 from hotpath_report import hotpath_command
 from hotpath_report.bench_values import BenchValues, compare
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
+from hotpath_report.run import Run
 from hotpath_report.tables import read_json, write_json
 
-PROGRAMS = ("scheduler", "simulator", "executor", "transport", "hot_path")
+HOT_PATH = "hot_path"  # no program, but `hotpath compare`
+PROGRAMS = ("scheduler", "simulator", "executor", "transport", HOT_PATH)
 
 
 def find_program(name: str) -> Path:
     """Next to the command in a build tree, in lib/hotpath_bench when installed. Raises InputError."""
+    if name == HOT_PATH:
+        return hotpath_command.program()
     if name not in PROGRAMS:
         raise InputError(f"--only: there is no program `{name}`; there are {', '.join(PROGRAMS)}")
     here = hotpath_command.program().parent
@@ -56,12 +61,11 @@ def end_group(leader: subprocess.Popen[bytes]) -> None:
             path.unlink(missing_ok=True)
 
 
-def execute(program: Path, output: Path, quick: bool, time_out_s: float) -> str:
-    """Returns what went wrong; empty: nothing."""
-    words = [str(program), f"--benchmark_out={output}", "--benchmark_out_format=json"]
-    words += ["--benchmark_enable_random_interleaving=true", *(["--quick"] if quick else [])]
-    with output.with_suffix(".txt").open("wb") as log:
-        process = subprocess.Popen(words, stdout=log, stderr=log, start_new_session=True)
+def execute(words: list[str], log: Path, time_out_s: float) -> str:
+    """Runs a program; returns what went wrong, or nothing."""
+    environment = {**os.environ, "HOTPATH_FIGURES": "none"}
+    with log.open("wb") as file:
+        process = subprocess.Popen(words, stdout=file, stderr=file, env=environment, start_new_session=True)
         try:
             status = process.wait(time_out_s)
         except subprocess.TimeoutExpired:
@@ -72,6 +76,46 @@ def execute(program: Path, output: Path, quick: bool, time_out_s: float) -> str:
             raise
     how = f"ended with exit code {status}" if status > 0 else f"was ended by signal {-status}"
     return "" if status == 0 else f"failed: it {how}; see its .txt in raw/"
+
+
+def run_program(program: Path, output: Path, options: dict[str, Any], values: BenchValues) -> list[str]:
+    """One repetition of a benchmark program; returns what failed."""
+    words = [str(program), f"--benchmark_out={output}", "--benchmark_out_format=json"]
+    words += ["--benchmark_enable_random_interleaving=true", *(["--quick"] if options["quick"] else [])]
+    failure = execute(words, output.with_suffix(".txt"), options["time_out_s"])
+    return [f"bench_{output.stem} {failure}"] if failure else values.add(output)
+
+
+def run_hot_path(program: Path, output: Path, options: dict[str, Any], values: BenchValues) -> list[str]:
+    """One repetition of the reference system: latency of the hot path, and CPU time of a callback of the graph without
+    work; returns what failed."""
+    for transport, idle in itertools.product(("intra_process", "fastdds"), (False, True)):
+        folder = output.with_name(f"{output.stem}-{transport}{'-idle' if idle else ''}")
+        words = [str(program), "compare", "--repetitions", "1", "--transport", transport]
+        words += ["--load", "0"] if idle else []
+        words += [
+            "--duration",
+            "0.7" if options["quick"] else "2",
+            "--warm-up",
+            "0.3",
+            "--output",
+            str(folder),
+        ]
+        failure = execute(words, folder.with_suffix(".txt"), options["time_out_s"])
+        if failure:
+            return [f"{folder.name} {failure}"]
+        for executor in Run(folder).summary():
+            variant = f"executor:{executor['executor']}/transport:{transport}"
+            if idle:
+                each = {"cpu_per_callback_ns": 1e3 * executor["cpu_per_callback_us"]}
+                values.add_figures(
+                    f"callback/{variant}", each | {"callbacks": executor["callbacks_executed"]}
+                )
+            else:
+                latency = executor["chains"][0]["hot_path_latency_ms"]
+                found = {f"hot_path_{q}_ns": 1e6 * latency[q] for q in ("p50", "p99", "p999", "max")}
+                values.add_figures(f"hot_path/{variant}", found)
+    return []
 
 
 def new_folder(name: str) -> Path:
@@ -123,8 +167,8 @@ def measure(options: dict[str, Any]) -> int:
                 order, "benchmark programs", leave=False, disable=not sys.stderr.isatty()
             ):
                 output = folder / "raw" / f"{name}-{repetition}.json"
-                failure = execute(paths[name], output, options["quick"], options["time_out_s"])
-                failures += [f"bench_{output.stem} {failure}"] if failure else values.add(output)
+                run = run_hot_path if name == HOT_PATH else run_program
+                failures += run(paths[name], output, options, values)
     except Interrupted as signalled:
         code = signalled.exit_code
     if failures and not values.figures:

@@ -63,8 +63,12 @@ class BenchValues:
         else:
             found = {"time_ns": row["real_time"] * NS[row["time_unit"]]}
             found |= {k: v for k, v in row.items() if isinstance(v, (int, float)) and k not in BOOKKEEPING}
-            for metric, value in found.items():
-                self.figures.setdefault((benchmark, metric), []).append(value)
+            self.add_figures(benchmark, found)
+
+    def add_figures(self, benchmark: str, found: dict[str, float]) -> None:
+        """Adds values of one repetition, by metric; without a `time_ns` the first is that, too."""
+        for metric, value in ({"time_ns": next(iter(found.values()))} | found).items():
+            self.figures.setdefault((benchmark, metric), []).append(value)
 
     def as_json(self) -> dict[str, Any]:
         """As in bench.json."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures out of Google Benchmark's JSON, and which of them differ beyond noise."""
+"""Figures out of Google Benchmark's JSON and of `hotpath compare`, and which of them differ beyond noise."""
 
 import contextlib
 import io
@@ -7,7 +7,9 @@ import json
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
+from hotpath_report.bench_suite import run_hot_path
 from hotpath_report.bench_values import NOT_COMPARABLE, BenchValues, change, compare
 from hotpath_report.errors import InputError
 
@@ -76,6 +78,39 @@ class Values(BenchTest):
         for content in ("{}", "no JSON", '{"benchmarks": [{}]}'):
             path.write_text(content)
             self.assertIn("not written by Google Benchmark", BenchValues().add(path)[0])
+
+
+class HotPath(BenchTest):
+    def compare(self, words, _log, _time_out_s):
+        """Stands in for `hotpath compare`."""
+        folder = Path(words[words.index("--output") + 1])
+        folder.mkdir()
+        latency = {"p50": 20, "p99": 21, "p999": 22, "max": 23}
+        executor = {"executor": "rm-ro", "cpu_per_callback_us": 47.5, "callbacks_executed": 995}
+        executor["chains"] = [{"hot_path_latency_ms": latency}]
+        (folder / "run.json").write_text(json.dumps({"executors": ["rm-ro"]}))
+        (folder / "summary.json").write_text(json.dumps({"executors": [executor]}))
+        return "" if "--load" not in words or self.succeeds else "failed"
+
+    def measured(self, succeeds):
+        self.succeeds, values = succeeds, BenchValues()
+        with mock.patch("hotpath_report.bench_suite.execute", self.compare):
+            options = {"quick": True, "time_out_s": 1}
+            failures = run_hot_path(Path("hotpath"), self.folder / "hot_path-0.json", options, values)
+        return failures, values.figures
+
+    def test_is_what_compare_measures_with_and_without_work(self):
+        failures, figures = self.measured(True)
+        self.assertEqual(failures, [])
+        for transport in ("intra_process", "fastdds"):
+            variant = f"executor:rm-ro/transport:{transport}"
+            self.assertEqual(figures[f"hot_path/{variant}", "time_ns"], [20e6])
+            self.assertEqual(figures[f"hot_path/{variant}", "hot_path_max_ns"], [23e6])
+            self.assertEqual(figures[f"callback/{variant}", "time_ns"], [47500])
+            self.assertEqual(figures[f"callback/{variant}", "callbacks"], [995])
+
+    def test_what_failed_is_said(self):
+        self.assertEqual(self.measured(False)[0], ["hot_path-0-intra_process-idle failed"])
 
 
 class Compare(BenchTest):
