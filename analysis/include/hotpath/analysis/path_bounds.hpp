@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "hotpath/core/task.hpp"
+
+namespace hotpath {
+
+/// What the platform adds to the work of a graph, nanoseconds, each >= 0.
+struct GraphOverheads {
+  std::int64_t job = 0;       ///< In front of each job: dispatch, and a wait where every job may need one.
+  std::int64_t wait = 0;      ///< In front of each processing window of a wait set.
+  std::int64_t release = 0;   ///< Taken from the executor for each timestamp of any timer.
+  std::int64_t lateness = 0;  ///< Longest time from a timestamp until the executor sees the job.
+  std::int64_t wake_up = 0;   ///< Until an idle executor goes on.
+  std::int64_t delivery = 0;  ///< From a publication until the executor sees the sample.
+};
+
+/// Upper bounds on what happens after a timestamp of a timer, `root`, whose job leads to a job of `to`. None:
+/// there is no bound.
+class PathBounds {
+ public:
+  virtual ~PathBounds() = default;
+  /// Until that job starts. It may be one that a join makes wait, and thus without work.
+  [[nodiscard]] virtual std::optional<std::int64_t> until_start(TaskId root, TaskId to) const = 0;
+  /// Until it finishes its work.
+  [[nodiscard]] virtual std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const = 0;
+  /// From the publication of a sample until the job of `subscription` that takes it finishes.
+  [[nodiscard]] virtual std::optional<std::int64_t> response(TaskId subscription) const = 0;
+};
+
+/// The tighter of two.
+class TighterPaths : public PathBounds {
+ public:
+  /// They must outlive it.
+  TighterPaths(const PathBounds& a, const PathBounds& b) : a_(a), b_(b) {}
+  std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override {
+    return tighter(a_.until_start(root, to), b_.until_start(root, to));
+  }
+  std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override {
+    return tighter(a_.until_finish(root, to), b_.until_finish(root, to));
+  }
+  std::optional<std::int64_t> response(TaskId subscription) const override {
+    return tighter(a_.response(subscription), b_.response(subscription));
+  }
+
+ private:
+  static std::optional<std::int64_t> tighter(std::optional<std::int64_t> a, std::optional<std::int64_t> b) {
+    return a && b ? std::min(*a, *b) : a ? a : b;
+  }
+
+  const PathBounds& a_;
+  const PathBounds& b_;
+};
+
+}  // namespace hotpath
