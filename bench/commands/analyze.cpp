@@ -169,9 +169,7 @@ class Analysis {
     if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
     if (simulated()) {
       if (platform_json(graph_.platform) != platform_json(of_graph)) {
-        throw UsageError(
-            "--trace: its bounds are for the machine of that simulation; leave out the options that change "
-            "it");
+        throw UsageError("--trace: its bounds are for the machine of that simulation; leave out the options that change it");
       }
       trace_->check([&] { graph_.platform = platform_from_json(trace_->facts().at("platform")); });
     }
@@ -213,8 +211,7 @@ class Analysis {
     std::string text;
     for (const PlatformCost& cost : kPlatformCosts) {
       const Duration value = graph_.platform.*cost.value;
-      if (value > Duration::zero())
-        text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + fixed(to_us(value), 3);
+      if (value > Duration::zero()) text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + fixed(to_us(value), 3);
     }
     return text.empty() ? "no costs" : text;
   }
@@ -262,9 +259,9 @@ class Analysis {
 
   void bound_chain(const ExecutorSpec& executor) {
     const CallbackGraph callbacks = callbacks_of(executor);
-    TextTable table(
-        executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
-        {"method", "ms", ""});
+    TextTable table(executor.label + ", chain " + joined(options_.chain, " -> ") +
+                        ": largest reaction time and data age",
+                    {"method", "ms", ""});
     for (const TimerChainBound& b : timer_chain_bounds(system_of(callbacks, executor), options_.chain)) {
       table.add_row({b.method, in_ms(b.latency), b.refusal});
     }
@@ -276,17 +273,15 @@ class Analysis {
   void judge(const BoundReport& report) const {
     const std::string share =
         text("%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
-             report.compared(),
-             100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
+             report.compared(), 100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
              report.first_violation().c_str());
     if (simulated()) {
-      throw RunError("--trace " + options_.trace + ": " + share + ". A bound is wrong. To reproduce it: " +
-                     trace_->facts().value("command", std::string("see run.json")) + ", graph " +
-                     options_.graph + "; please report both");
+      throw RunError("--trace " + options_.trace + ": " + share +
+                     ". A bound is wrong. To reproduce it: " +
+                     trace_->facts().value("command", std::string("see run.json")) + ", graph " + options_.graph +
+                     "; please report both");
     }
-    std::cout << "\n"
-              << share
-              << ". Bounds assume one processor to itself, no job longer than its execution time and the "
+    std::cout << "\n" << share << ". Bounds assume one processor to itself, no job longer than its execution time and the "
               << "platform's costs; a live run has more than that:\n";
     for (const auto& warning : trace_->facts().value("warnings", nlohmann::json::array())) {
       std::cout << "  " << warning.get<std::string>() << "\n";
@@ -311,20 +306,16 @@ void add_analyze_command(CLI::App& app) {
   o.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
   command.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")
       ->required();
-  command
-      .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
+  command.add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
       ->delimiter(',')
       ->capture_default_str();
   add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
-             "Work of all nodes in percent of one core; by default\nwhat the graph says, or what the run of "
-             "--trace had");
+             "Work of all nodes in percent of one core; by default\nwhat the graph says, or what the run of --trace had");
   add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the phases of that executor's first repetition");
-  command.add_flag("--exact", o.exact,
-                   "Also the exact worst case for known phases, of timers and\nsequences of subscriptions");
-  auto* trace =
-      add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
+  command.add_flag("--exact", o.exact, "Also the exact worst case for known phases, of timers and\nsequences of subscriptions");
+  auto* trace = add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
   command.add_flag("--strict", o.strict, "Exit code 1 also when a live run exceeds a bound")->needs(trace);
   command.add_option("--chain", o.chain, "Timers separated by commas: bounds of the chain they form")
       ->delimiter(',')
