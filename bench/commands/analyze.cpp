@@ -337,7 +337,7 @@ void add_analyze_command(CLI::App& app) {
       .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
       ->delimiter(',')
       ->capture_default_str();
-  add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
+  add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
              "Work of all nodes in percent of one core; by default\nwhat the graph says, or what the run of "
              "--trace had");
   add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
@@ -353,7 +353,7 @@ void add_analyze_command(CLI::App& app) {
       ->excludes(trace);
   command.add_option("--csv", o.csv, "Also write the table to this file");
   add_platform_options(command, o);
-  add_number(command, "--delta-us", o.delta_us, 0, 1e9, "US", "The same as --release-cost-us");
+  add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "The same as --release-cost-us");
 }
 
 }  // namespace hotpath
