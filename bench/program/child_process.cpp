@@ -16,6 +16,7 @@ namespace hotpath {
 
 std::vector<char*> argument_list(std::vector<std::string>& words) {
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   return arguments;
