@@ -69,7 +69,9 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
       largest = std::max(*largest, subtract(std::max(*start, *finish), published));
     }
   }
-  return largest;
+  // It is pending in a window of its own rank.
+  const Level& own = level(order_.rank[subscription]);
+  return own.window ? std::min(*largest, *own.window) : *largest;
 }
 
 /// Of the tasks on any way from `root` to `to`.
