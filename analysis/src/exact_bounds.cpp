@@ -85,7 +85,8 @@ PeriodicTasks whole_sequences(const std::vector<Sequence>& all, const TaskSet& s
 GraphBounds exact_bounds(const BoundedSystem& system) {
   GraphBounds out;
   out.method = "Nasri 2017 (exact, for these phases)";
-  const std::uint32_t covers = bits({A::fixed_priorities, A::deadlines, A::subscriptions, A::shifted_phases, A::mixed_deadlines});
+  const std::uint32_t covers =
+      bits({A::fixed_priorities, A::deadlines, A::subscriptions, A::shifted_phases, A::mixed_deadlines});
   if (const std::uint32_t missing = assumptions_of(system) & ~covers; missing != 0) {
     out.refusal = not_covered(missing);
     return out;

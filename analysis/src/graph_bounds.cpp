@@ -69,8 +69,9 @@ bool equal_timers(const TaskSet& set, Policy policy) {
   return false;
 }
 
-/// An event takes the oldest sample, which need not be the one that brought it: with the order `first` no event has
-/// its sample's deadline, and where samples with deadlines of several timers queue, they are exchanged.
+/// An event takes the oldest sample, which need not be the one that brought it: with the order `first` no
+/// event has its sample's deadline, and where samples with deadlines of several timers queue, they are
+/// exchanged.
 bool mixes_deadlines(const BoundedSystem& system) {
   if (system.executor.traits.policy != Policy::edf) return false;
   if (system.scheduling.rule == SubscriptionRule::first) return true;
@@ -189,8 +190,7 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},
-    Method{{"busy windows by deadline",
-            kGraphs | bits({A::deadlines, A::ties_by_activation})},
+    Method{{"busy windows by deadline", kGraphs | bits({A::deadlines, A::ties_by_activation})},
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -201,9 +201,8 @@ const std::array kMethods = {
              const GraphBusyWindow by_deadline(topology, order, overheads);
              bound_graph(topology, TighterPaths(by_deadline, in_any_order), out);
            }},
-    Method{{"busy windows in any order",
-            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation,
-                                A::mixed_deadlines})},
+    Method{{"busy windows in any order", kGraphs | bits({A::deadlines, A::activation_order, A::other_order,
+                                                         A::ties_by_activation, A::mixed_deadlines})},
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads_of(s, true));

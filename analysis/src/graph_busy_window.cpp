@@ -29,7 +29,9 @@ std::int64_t urgent_jobs(const Task& timer, std::int64_t deadline) {
 
 }  // namespace
 
-GraphOrder any_order(const TaskSet& set) { return {std::vector<std::int64_t>(set.size(), 0), false, false, false}; }
+GraphOrder any_order(const TaskSet& set) {
+  return {std::vector<std::int64_t>(set.size(), 0), false, false, false};
+}
 
 /// What is looked for in the windows of a level.
 struct GraphBusyWindow::Query {
@@ -284,8 +286,8 @@ std::int64_t GraphBusyWindow::own_work(const Query& q) const {
 std::int64_t GraphBusyWindow::response_to(const Query& q, std::int64_t start, std::int64_t released) const {
   // Releases interrupt the job itself as well.
   const std::int64_t work = add(subtract(start, releases_work(start)), own_work(q));
-  const std::int64_t finish =
-      *exact::least_fixed_point(add(start, own_work(q)), [&](std::int64_t t) { return add(work, releases_work(t)); });
+  const std::int64_t finish = *exact::least_fixed_point(
+      add(start, own_work(q)), [&](std::int64_t t) { return add(work, releases_work(t)); });
   return add(subtract(finish, released), overheads_.lateness);
 }
 
@@ -299,8 +301,8 @@ std::int64_t GraphBusyWindow::blocking_behind(std::int64_t deadline) const {
   return longest;
 }
 
-/// Timestamps of `root` behind the window's start at which its deadline is that of another timer's job; few of
-/// them, each standing for those up to the next.
+/// Timestamps of `root` behind the window's start at which its deadline is that of another timer's job; few
+/// of them, each standing for those up to the next.
 std::vector<std::int64_t> GraphBusyWindow::deadline_steps(TaskId root, std::int64_t until) const {
   std::vector<std::int64_t> all = {0};
   const std::int64_t own = topology_.set()[root].deadline.count();

@@ -3,11 +3,13 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
 #include "hotpath/analysis/george_1996.hpp"
+#include "hotpath/analysis/graph_bounds.hpp"
 #include "hotpath/analysis/nasri_2017.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "hotpath/analysis/teper_2024.hpp"
@@ -105,6 +107,55 @@ void two_roads(benchmark::State& state) {
   }
 }
 BENCHMARK(two_roads)->Iterations(1'000'000)->Unit(benchmark::kMicrosecond);
+
+/// `n` tasks in six layers, timers above; in the others every fifth pair of tasks is a fusion.
+CallbackGraph graph_of_size(TaskId n) {
+  constexpr std::array kPeriods_ms = {10, 20, 50, 100, 200, 500};
+  RandomStream random(1, {n});
+  CallbackGraph graph;
+  const TaskId layer = n / 6;
+  const auto above = [&](TaskId id) {
+    return (id / layer - 1) * layer + static_cast<TaskId>(random.below(layer));
+  };
+  const auto completes_join = [&](TaskId id) {
+    return id % 5 == 4 && id > layer && id / layer == (id - 1) / layer;
+  };
+  for (TaskId id = 0; id < n; ++id) {
+    Task& task = graph.set.tasks.emplace_back();
+    task.name = std::to_string(id);
+    task.kind = id < layer ? TaskKind::timer : TaskKind::subscription;
+    task.wcet = std::chrono::microseconds(5);
+    task.priority = id;
+    if (id < layer) {
+      task.period = task.deadline = std::chrono::milliseconds(kPeriods_ms[random.below(6)]);
+      continue;
+    }
+    if (completes_join(id)) graph.joins.push_back({{id - 1, id}});
+    const TaskId publisher = above(id);
+    graph.set.tasks[publisher].feeds.push_back(id);
+    if (completes_join(publisher)) graph.set.tasks[publisher - 1].feeds.push_back(id);
+    if (completes_join(publisher + 1)) graph.set.tasks[publisher + 1].feeds.push_back(id);
+  }
+  graph.reads.resize(n);
+  graph.every.resize(n, 1);
+  return graph;
+}
+
+/// All tasks of a graph; bar: 2 s for 1000.
+void graph(benchmark::State& state, const char* executor) {
+  const CallbackGraph callbacks = graph_of_size(static_cast<TaskId>(state.range(0)));
+  const ExecutorEntry& entry = *find_executor(executor);
+  const BoundedSystem system{callbacks, entry, {}, default_platform(entry)};
+  for (auto _ : state) benchmark::DoNotOptimize(graph_bounds(system).size());
+}
+#define HOTPATH_PER_GRAPH(name, executor)  \
+  BENCHMARK_CAPTURE(graph, name, executor) \
+      ->RangeMultiplier(10)                \
+      ->Range(10, 1000)                    \
+      ->Unit(benchmark::kMillisecond)
+HOTPATH_PER_GRAPH(fp_ro, "fp-ro");
+HOTPATH_PER_GRAPH(edf_ro, "edf-ro");
+HOTPATH_PER_GRAPH(default, "default");
 
 }  // namespace
 }  // namespace hotpath

@@ -18,8 +18,8 @@ struct GraphOrder {
   bool timers_behind_equals = false;
   /// At one instant releases happen before the executor decides.
   bool releases_first = false;
-  /// Among jobs of one rank the one with the earliest absolute deadline goes first: that of its timer's job, which
-  /// subscriptions inherit. All ranks are equal then.
+  /// Among jobs of one rank the one with the earliest absolute deadline goes first: that of its timer's job,
+  /// which subscriptions inherit. All ranks are equal then.
   bool by_deadline = false;
 };
 
