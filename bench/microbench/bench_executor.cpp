@@ -55,6 +55,10 @@ class TimedReleases final : public Scheduler {
   }
   std::uint32_t unread(TaskId task) const override { return scheduler_->unread(task); }
   void unfinished(Time at, const Visitor& visit) const override { scheduler_->unfinished(at, visit); }
+  Joined add_task(const JoiningTask& joining, Time at) override { return scheduler_->add_task(joining, at); }
+  void remove_task(TaskId task, Time at, const Visitor& dropped) override {
+    scheduler_->remove_task(task, at, dropped);
+  }
 
  private:
   const std::unique_ptr<Scheduler> scheduler_;

@@ -14,6 +14,7 @@ class SimpleEventsQueue final : public EventsQueue {
   Job pop() override;
   bool empty() const override { return count_ == 0; }
   std::size_t size() const override { return count_; }
+  void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
   void for_each(const std::function<void(const Job&)>& visit) const override;
 
  private:
