@@ -187,7 +187,9 @@ void register_all(bool quick) {
   const auto add = [](const std::string& name, const std::function<void(benchmark::State&)>& run) {
     return benchmark::RegisterBenchmark(name.c_str(), run)->Iterations(1)->UseManualTime();
   };
-  for (const std::string& executor : paper_executor_names()) {
+  std::vector<std::string> executors = paper_executor_names();
+  executors.emplace_back("cbg:1");
+  for (const std::string& executor : executors) {
     for (const TransportKind transport : {TransportKind::intra_process, TransportKind::fastdds}) {
       const std::string variant = "/executor:" + executor + "/transport:" + to_string(transport);
       add("hot_path" + variant, [=](benchmark::State& s) {

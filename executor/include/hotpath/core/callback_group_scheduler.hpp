@@ -40,7 +40,7 @@ class CallbackGroupScheduler final : public Scheduler {
 
  private:
   struct Group {
-    SimpleEventsQueue events;
+    SimpleEventsQueue events{16};
     bool idle = true;  ///< Neither in the queue of ready groups nor running.
   };
   /// A timer in the timer manager: by next call, then by when it came.
