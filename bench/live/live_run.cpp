@@ -8,6 +8,7 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "hotpath/core/input_error.hpp"
 #include "live/publishing_effect.hpp"
@@ -132,7 +133,25 @@ class LiveRun {
             concat("executor ", executor.name, ": there is no processor ", processor, " to run on"),
             "take some of " + joined(available));
       }
+      check_policy(plan.file, executor);
     }
+  }
+
+  /// In a thread of its own, so that what is not permitted is said before anything starts.
+  void check_policy(const std::string& file, const DeployedExecutor& executor) const {
+    if (executor.policy == ThreadPolicy{}) return;
+    std::string refused;
+    std::thread([&] {
+      try {
+        const auto& processors = executor.processors.empty() ? plan_.cpus : executor.processors;
+        static_cast<void>(apply_thread_policy({executor.policy, true, processors}));
+      } catch (const ThreadSetupError& error) {
+        refused = error.what();
+      }
+    }).join();
+    if (refused.empty()) return;
+    throw UsageError(concat(file, file.empty() ? "" : concat(":", executor.line, ": "), "executor ",
+                            executor.name, ": ", refused));
   }
 
   void check_publishing() {
@@ -241,7 +260,7 @@ class LiveRun {
     const ExecutorOptions defaults = default_options(*p.executor.entry);
     const ThreadPolicy policy = p.timer_policy.value_or(defaults.timer_thread.policy);
     const bool runs_timers = p.executor.entry->traits.timers == TimerHandling::release_and_execute;
-    if (policy.scheduling_class == ThreadPolicy::Class::other || !runs_timers) return;
+    if (policy.ordinary() || !runs_timers) return;
     double timers = 0;
     for (const Task& t : p.tasks.set.tasks) {
       if (t.kind == TaskKind::timer) timers += to_ms(t.wcet) / to_ms(t.period);

@@ -2,6 +2,7 @@
 """Deployments of the Autoware graph through the commands that take them, simulated and live."""
 
 import itertools
+import os
 import unittest
 
 from hotpath_command import CommandTest, RunFolder
@@ -85,9 +86,32 @@ class Deployments(CommandTest):
         unknown = self.write("unknown.yaml", "name: a, executor: fastest, owns: rest")
         self.assertIn("unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none"))
         self.assertIn("isolated", self.refused("simulate", "--deployments", "isolatd", "--output", "none"))
+        budget = self.write("budget.yaml", "name: a, policy: 'deadline:20/10/10', owns: rest")
+        self.assertIn("budget.yaml:3: ", self.refused("compare", "--deployments", budget, "--output", "none"))
+        # More than one processor grants to all of a machine's threads: refused by Linux, as without permission.
+        cpus = self.write("cpus.yaml", "name: a, policy: 'deadline:10/10/10', owns: rest")
+        self.assertIn("cpus.yaml:3: ", self.refused("simulate", "--deployments", cpus, "--output", "none"))
+        if len(os.sched_getaffinity(0)) > 1:
+            pinned = ["--cpus", min(os.sched_getaffinity(0)), "--output", "none"]
+            self.assertIn("cpus.yaml:3: ", self.refused("compare", "--deployments", cpus, *pinned))
+        cie = self.folder / "threads.yaml"
+        cie.write_text("callback_groups:\n  - {id: /Nobody@Timer(1), policy: SCHED_OTHER}\n")
+        self.assertIn("threads.yaml:2: ", self.refused("compare", "--deployments", f"cie:{cie}", "--output", "none"))
         self.assertIn("--processes", self.refused("compare", "--processes", 2, "--deployments", "isolated"))
         self.assertIn("named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none"))
         self.assertFalse((self.folder / "none").exists())
+
+    def test_callback_isolated_executor_configuration(self):
+        written = self.command("graph", "autoware", "--cie")[1]
+        cie = self.folder / "threads.yaml"
+        cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
+        self.assertIn("callback group", self.refused("graph", "autoware", "--cie", "--deployment", "single"))
+        run = self.measure_into(
+            "cie", "simulate", "--cores", 2, "--duration", 1, "--warm-up", 0, "--deployments", f"cie:{cie}"
+        )
+        self.check(run)
+        policies = [e["policy"] for e in run.run["deployments"]["cie:threads"]["executors"]]
+        self.assertEqual(policies, ["fifo:10"] + ["other"] * 23)
 
     def test_entity_order(self):
         order = self.folder / "order.txt"

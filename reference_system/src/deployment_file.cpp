@@ -17,6 +17,14 @@
 
 namespace hotpath {
 
+void check_affinity(const DeployedExecutor& executor, const std::string& file) {
+  const bool deadline = executor.policy.scheduling_class == ThreadPolicy::Class::deadline;
+  if (!deadline || executor.processors.empty()) return;
+  throw InputError(file, executor.line,
+                   "executor " + executor.name + ": Linux binds no SCHED_DEADLINE thread to processors",
+                   "leave the processors or the policy out");
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -82,7 +90,7 @@ class Reader {
       try {
         executor.policy = parse_thread_policy(given->text());
       } catch (const std::invalid_argument& error) {
-        given->fail(error.what(), "write other, other:NICE, fifo:PRIORITY or rr:PRIORITY");
+        given->fail(error.what(), "see docs/deployments.md");
       }
     }
     if (const auto given = map.find("processors")) {
@@ -94,6 +102,7 @@ class Reader {
         executor.processors.push_back(number);
       }
     }
+    check_affinity(executor, path_);
     own(map.require("owns", "[NODE] or rest"), executor.name);
     deployment_.executors.push_back(std::move(executor));
   }
@@ -173,6 +182,8 @@ std::map<std::string, fs::path> deployment_files() {
 }  // namespace
 
 Deployment find_deployment(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks) {
+  constexpr std::string_view kCie = "cie:";
+  if (name_or_path.starts_with(kCie)) return read_cie(name_or_path.substr(kCie.size()), graph, tasks);
   for (const DeploymentPreset& preset : deployment_presets()) {
     if (preset.name != name_or_path) continue;
     Deployment d = preset.make(graph, tasks);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <iosfwd>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,8 +38,21 @@ struct DeploymentPreset {
 };
 [[nodiscard]] std::span<const DeploymentPreset> deployment_presets();
 
-/// The deployment of a graph that a preset's name, the path of a file, or the bare name of a file in the
-/// folders of HOTPATH_DEPLOYMENTS or of this program says.
+/// Throws InputError with the executor's line if Linux cannot bind threads of its policy to processors.
+void check_affinity(const DeployedExecutor& executor, const std::string& file);
+
+/// The preset `cie` with the thread policies and processors that a file of Autoware's
+/// CallbackIsolatedExecutor (cie_thread_configurator) gives to callback groups; the others keep the ordinary
+/// policy. It is called `cie:NAME` after the file. An id is `/NODE@Subscription(/TOPIC)@Timer(NANOSECONDS)`
+/// with all callbacks of the group; services, clients, waitables and the subscription to parameter events
+/// are left out of the comparison, and an id that fits several groups is for all of them, as with the real
+/// one. Throws InputError, for unknown ids as well.
+[[nodiscard]] Deployment read_cie(const std::string& path, const Graph& graph, const GraphTasks& tasks);
+/// Such a file. Throws std::invalid_argument unless each callback group has an executor of its own.
+void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment);
+
+/// The deployment of a graph that a preset's name, `cie:FILE`, the path of a file, or the bare name of a file
+/// in the folders of HOTPATH_DEPLOYMENTS or of this program says.
 ///
 ///     name, description
 ///     executors: - name, executor, policy, processors, owns
