@@ -118,11 +118,16 @@ class LiveRun {
     if (!e.deployment) return;
     const Deployment& plan = e.deployment->plan;
     if (plan_.processes > 1) {
-      throw UsageError(concat("--processes: deployment ", plan.name, " runs in one process; leave it out"));
+      throw UsageError(
+          concat("--processes: deployment ", plan.name, " says the processes of its own; leave it out"));
     }
     if (plan_.executor_policy) {
       throw UsageError(
           "--executor-policy is for single executors; a deployment says the policies of its own");
+    }
+    if (plan.processes.size() > 1 && plan_.transport == TransportKind::intra_process) {
+      throw UsageError(concat("deployment ", plan.name, " has ", plan.processes.size(),
+                              " processes, which need --transport fastdds"));
     }
     const std::vector<int> available = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus;
     for (const DeployedExecutor& executor : plan.executors) {
@@ -185,6 +190,8 @@ class LiveRun {
     RepetitionPlan p = plan_;
     set_phases(p.tasks.set, phases_of_repetition(options_, graph_, tasks_, executor, repetition));
     p.executor = executor;
+    if (executor.deployment)
+      p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
     p.repetition = repetition;
     if (options_.live || (options_.live_alternate && published_by_turns(repetition))) {
       json facts = run_;

@@ -3,6 +3,8 @@
 
 import itertools
 import os
+import pathlib
+import signal
 import unittest
 
 from hotpath_command import CommandTest, RunFolder
@@ -75,6 +77,31 @@ class Deployments(CommandTest):
             self.check(run)
         policies = {r["executor"]: r["thread_policies"] for r in run.run["runs"]}
         self.assertEqual(policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]})
+
+    def test_live_in_several_processes(self):
+        mine = self.write(
+            "mine.yaml",
+            "name: rear, process: rear, owns: [RearLidarDriver, PointsTransformerRear]",
+            "name: hot, process: hot, owns: [FrontLidarDriver, PointsTransformerFront, PointCloudFusion]",
+            "name: imu, executor: 'multi:2', process: rear, owns: [Visualizer]",
+            "name: rest, process: rest, owns: rest",
+        )
+        common = ("compare", "--load", 10, "--warm-up", 0, "--repetitions", 1, "--deployments", mine)
+        run = self.measure_into("run", *common, "--duration", 1)
+        self.check(run)
+        processes = {e["first_worker"]: e["process"] for e in run.run["deployments"]["mine"]["executors"]}
+        self.assertEqual(processes, {0: 0, 1: 1, 2: 0, 4: 2})
+        ran = {(j.worker, j.process) for j in run.jobs()[("mine", 0)] if j.outcome == "ran"}
+        self.assertEqual(ran | {(2, 0), (3, 0)}, {(0, 0), (1, 1), (2, 0), (3, 0), (4, 2)})
+        self.assertIn("--transport fastdds", self.refused(*common, "--transport", "intra_process", "--output", "none"))
+
+        process = self.start(*common, "--duration", 30, "--output", self.folder / "killed")
+        children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        self.wait_for(lambda: len(children.read_text().split()) == 3, "three processes")
+        os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
+        code, _, err = self.finish(process)
+        self.assertEqual(code, 1, err)
+        self.assertIn("process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err)
 
     def test_refused_with_file_and_line_before_anything_runs(self):
         far = self.write("far.yaml", "name: a, owns: [Visualizer]", "name: b, processors: [63], owns: rest")

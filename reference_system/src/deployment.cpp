@@ -87,6 +87,14 @@ constexpr std::array kPresets = {
 
 }  // namespace
 
+std::vector<std::size_t> Deployment::executors_in(std::uint32_t process) const {
+  std::vector<std::size_t> found;
+  for (std::size_t e = 0; e < executors.size(); ++e) {
+    if (executors[e].process == process) found.push_back(e);
+  }
+  return found;
+}
+
 std::span<const DeploymentPreset> deployment_presets() { return kPresets; }
 
 }  // namespace hotpath

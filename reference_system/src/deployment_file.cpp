@@ -66,6 +66,7 @@ class Reader {
       read_executor(executor);
     }
     give_rest();
+    check_processes();
     for (const Task& task : tasks_.set.tasks) deployment_.executor_of.push_back(owner_[task.group]);
     return std::move(deployment_);
   }
@@ -83,7 +84,7 @@ class Reader {
       if (other.name == executor.name) name.fail("executor " + executor.name + " occurs twice", "rename one");
     }
     map.set_what("executor " + executor.name);
-    map.check_keys({"name", "executor", "policy", "processors", "owns"});
+    map.check_keys({"name", "executor", "policy", "processors", "process", "owns"});
     const auto kind = map.find("executor");
     executor.executor = kind ? kind->text() : "default";
     if (const auto given = map.find("policy")) {
@@ -103,8 +104,19 @@ class Reader {
       }
     }
     check_affinity(executor, path_);
+    executor.process = process(map.find("process"));
     own(map.require("owns", "[NODE] or rest"), executor.name);
     deployment_.executors.push_back(std::move(executor));
+  }
+
+  /// Numbers processes in the order in which executors name them.
+  std::uint32_t process(const std::optional<YamlValue>& given) {
+    const std::string name = given ? given->long_name() : "";
+    std::vector<std::string>& all = deployment_.processes;
+    if (deployment_.executors.empty()) all = {name};
+    const auto found = std::ranges::find(all, name);
+    if (found == all.end()) all.push_back(name);
+    return static_cast<std::uint32_t>(std::ranges::find(all, name) - all.begin());
   }
 
   void own(const YamlValue& value, const std::string& executor) {
@@ -162,6 +174,20 @@ class Reader {
                            "name the node, or give one executor `owns: rest`");
         }
         owner_[group] = *rest_;
+      }
+    }
+  }
+
+  void check_processes() const {
+    for (std::size_t n = 0; n < groups_.size(); ++n) {
+      for (const std::uint32_t group : groups_[n]) {
+        const DeployedExecutor& first = deployment_.executors[owner_[*groups_[n].begin()]];
+        const DeployedExecutor& other = deployment_.executors[owner_[group]];
+        if (first.process == other.process) continue;
+        throw InputError(path_, std::max(first.line, other.line),
+                         "node " + graph_.nodes[n].name + " would run in two processes, with executors " +
+                             first.name + " and " + other.name,
+                         "give both executors the same process");
       }
     }
   }

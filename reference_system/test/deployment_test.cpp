@@ -96,6 +96,19 @@ TEST_F(Deployments, RateMonotonicThreadsHaveHigherPrioritiesForShorterPeriods) {
   EXPECT_EQ(priority("PointsTransformerFront/FrontLidarDriver"), priority("FrontLidarDriver"));
 }
 
+TEST_F(Deployments, ExecutorsThatNameNoProcessShareOne) {
+  const std::string path = testing::TempDir() + "processes.yaml";
+  std::ofstream(path) << "name: d\nexecutors:\n"
+                         "  - {name: a, owns: [Visualizer]}\n"
+                         "  - {name: b, process: drivers, owns: [FrontLidarDriver]}\n"
+                         "  - {name: c, owns: rest}\n";
+  const Deployment d = find(path);
+  EXPECT_EQ(d.processes, (std::vector<std::string>{"", "drivers"}));
+  EXPECT_EQ(d.executors_in(0), (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(d.executors_in(1), (std::vector<std::size_t>{1}));
+  EXPECT_EQ(find("isolated").executors_in(0).size(), graph.nodes.size());
+}
+
 TEST_F(Deployments, CallbackGroupsOfOneNodeCanHaveDifferentExecutors) {
   const Graph callbacks = load_graph(find_graph("callbacks"));
   const GraphTasks of = make_tasks(callbacks);
@@ -112,6 +125,14 @@ TEST_F(Deployments, CallbackGroupsOfOneNodeCanHaveDifferentExecutors) {
   for (TaskId id = 0; id < of.set.size(); ++id) {
     const bool in_group = &callbacks.nodes[of.origin[id].node] == node && of.callbacks[id].group == 0;
     EXPECT_EQ(d.executor_of[id], in_group ? 0U : 1U) << of.set[id].name;
+  }
+  std::ofstream(path) << "name: d\nexecutors:\n  - {name: a, owns: [" << group
+                      << "]}\n  - {name: b, process: other, owns: rest}\n";
+  try {
+    static_cast<void>(find_deployment(path, callbacks, of));
+    ADD_FAILURE() << "a node in two processes";
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr(":4: "), HasSubstr("two processes, with executors")));
   }
 }
 

@@ -18,6 +18,7 @@ struct DeployedExecutor {
   ThreadPolicy policy;
   std::vector<int> processors;  ///< Of its threads; empty: all.
   int line = 0;                 ///< In the deployment's file; 0: there is none.
+  std::uint32_t process = 0;    ///< Index into Deployment::processes.
 };
 
 /// Which executor serves which tasks of a graph, on which threads: `local` of a task set says it for one
@@ -28,6 +29,10 @@ struct Deployment {
   std::string file;  ///< Empty for a preset.
   std::vector<DeployedExecutor> executors;
   std::vector<std::uint32_t> executor_of;  ///< By task.
+  std::vector<std::string> processes{""};  ///< Names; executors that name none are in one without a name.
+
+  /// The indices of the executors in that process.
+  [[nodiscard]] std::vector<std::size_t> executors_in(std::uint32_t process) const;
 };
 
 /// A deployment that follows from the graph.
@@ -55,11 +60,11 @@ void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, c
 /// in the folders of HOTPATH_DEPLOYMENTS or of this program says.
 ///
 ///     name, description
-///     executors: - name, executor, policy, processors, owns
+///     executors: - name, executor, policy, processors, process, owns
 ///
 /// `owns` is a list of nodes or NODE/GROUP, or `rest` for all that no other executor owns; every callback
-/// group has one owner. The
-/// executor is `default` unless given, the policy `other`. Throws InputError.
+/// group has one owner, and every node one process. The executor is `default` unless given, the policy
+/// `other`. Throws InputError.
 [[nodiscard]] Deployment find_deployment(const std::string& name_or_path, const Graph& graph,
                                          const GraphTasks& tasks);
 
