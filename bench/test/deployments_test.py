@@ -103,6 +103,12 @@ class Deployments(CommandTest):
         self.assertEqual(code, 1, err)
         self.assertIn("process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err)
 
+    def test_replay_takes_a_run_of_deployments_and_validate_says_that_it_does_not(self):
+        run = self.measure_into("run", "simulate", "--cores", 2, "--duration", 1, "--deployments", "prioritized")
+        self.assertIn("prioritized is a deployment", self.refused("validate", run.path))
+        code, _, err = self.command("replay", run.path, "--live", "--duration", 0.3)
+        self.assertEqual(code, 0, err)
+
     def test_refused_with_file_and_line_before_anything_runs(self):
         far = self.write("far.yaml", "name: a, owns: [Visualizer]", "name: b, processors: [63], owns: rest")
         for command in (["simulate", "--cores", 2], ["compare"]):
