@@ -4,18 +4,45 @@
 #include <algorithm>
 
 #include "hotpath/analysis/exact.hpp"
+#include "interference.hpp"
 
 namespace hotpath {
+
+namespace {
+
+/// How far back the jobs may have been released that are still to run when another is released: the longest
+/// busy window and the largest jitter. 0 without jitter, since everything then repeats with the hyperperiod.
+std::int64_t busy_window_with_jitter(const PeriodicTasks& tasks) {
+  Interference all;
+  exact::Utilisation utilisation;
+  std::int64_t largest = 0;
+  for (const PeriodicTask& t : tasks) {
+    all.add(t.wcet, t.period, t.jitter);
+    utilisation.add(t.wcet, t.period);
+    largest = std::max(largest, t.jitter);
+  }
+  if (largest == 0) return 0;
+  if (utilisation.compare_to_one() == 0) {
+    throw AnalysisError("with a utilisation of 1 and release jitter no number of hyperperiods is enough");
+  }
+  return exact::add(largest,
+                    *exact::least_fixed_point(all.once(), [&](std::int64_t t) { return all.before(t); }));
+}
+
+}  // namespace
 
 std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy) {
   using exact::add;
   constexpr std::string_view kMethod = "the schedule-abstraction graph (nasri_2017)";
   constexpr std::string_view kInstead = "davis_2007 (exact NP-FP) or spuri_1996 (NP-EDF)";
-  check_tasks(tasks, {.method = kMethod, .instead = kInstead});
+  check_tasks(tasks, {.method = kMethod, .instead = kInstead, .overload = false});
   const std::int64_t h = hyperperiod(tasks, kMethod, kInstead);
   std::int64_t horizon = h, latest_phase = 0;
   for (const PeriodicTask& t : tasks) latest_phase = std::max(latest_phase, t.phase);
   if (latest_phase > 0) horizon = add(latest_phase, exact::multiply(2, h));
+  if (const std::int64_t reach = busy_window_with_jitter(tasks); reach > 0) {
+    horizon = add(horizon, exact::multiply(exact::ceil_div(reach, h), h));
+  }
 
   std::int64_t count = 0;
   for (const PeriodicTask& t : tasks) count = add(count, exact::ceil_div(horizon - t.phase, t.period));

@@ -122,12 +122,47 @@ TEST(SagJobs, ReleasesStartAtThePhaseAndCoverTwoHyperperiodsBehindIt) {
   PeriodicTasks tasks = {task(1, 4), task(1, 6)};
   EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 3U + 2U);
   tasks[1].phase = 5;
+  EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 8U + 4U);  // releases below 5 + 2 * 12
   tasks[1].jitter = 1;
   const auto jobs = sag_jobs(tasks, SagPolicy::edf);
-  EXPECT_EQ(jobs.size(), 8U + 4U);  // releases below 5 + 2 * 12
+  EXPECT_EQ(jobs.size(), 11U + 6U);  // and one hyperperiod more, as far as the busy window reaches back
   EXPECT_EQ(jobs[2].arrival_min, 5);
   EXPECT_EQ(jobs[2].arrival_max, 6);
   EXPECT_EQ(jobs[2].priority, 11);
+}
+
+TEST(SagJobs, JitterNeedsAsManyHyperperiodsAsTheBusyWindowReachesBack) {
+  PeriodicTasks tasks = {task(4, 10), task(3, 10)};
+  tasks[0].jitter = 8;
+  tasks[1].deadline = 8;
+  const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
+  EXPECT_EQ(sag_response_times(jobs, nasri_2017(jobs), 2)[1], 9);  // 7 in the first hyperperiod
+}
+
+TEST(SagJobs, AUtilisationAboveOneIsRefused) {
+  EXPECT_THROW(sag_jobs({task(3, 4), task(2, 6)}, SagPolicy::edf), AnalysisError);
+  PeriodicTasks full = {task(2, 4), task(3, 6)};
+  EXPECT_FALSE(sag_jobs(full, SagPolicy::edf).empty());
+  full[0].jitter = 1;
+  EXPECT_THROW(sag_jobs(full, SagPolicy::edf), AnalysisError);
+}
+
+TEST(Nasri2017, SuccessorsArriveWhenTheirPredecessorsEnd) {
+  // tau 1: a timer and its subscription (0 before 1, both ahead of tau 2); tau 2 arrives at 1.
+  std::vector<SagJob> jobs = {{.task = 0, .arrival_max = 0, .cost_min = 1, .cost_max = 2, .deadline = 99},
+                              {.task = 1, .cost_min = 3, .cost_max = 3, .deadline = 99, .predecessor = 0},
+                              {.task = 2,
+                               .arrival_min = 1,
+                               .arrival_max = 1,
+                               .cost_min = 1,
+                               .cost_max = 1,
+                               .deadline = 99,
+                               .priority = 5}};
+  const SagResult result = nasri_2017(jobs);
+  EXPECT_EQ(result.finish[1].earliest, 4);
+  EXPECT_EQ(result.finish[1].latest, 5);
+  EXPECT_EQ(result.finish[2].earliest, 5);
+  EXPECT_EQ(result.finish[2].latest, 6);
 }
 
 TEST(SagCsv, RoundTrip) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <iostream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 
@@ -11,8 +12,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/analysis/tightness.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/phases.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
@@ -24,67 +24,82 @@ namespace hotpath {
 
 namespace {
 
-/// `-` for none.
-std::string in_ms(const std::optional<Duration>& d) { return d ? fixed(to_ms(*d), 3) : "-"; }
+struct AnalyzeOptions : CommonOptions, PlatformOptions {
+  std::string trace, csv, phases_of;
+  std::optional<Phases> known_phases;
+  std::vector<std::string> chain;
+  std::optional<double> delta_us;
+  bool strict = false, exact = false;
+};
 
-/// By kind (`task` or `chain`), executor and name: the largest response time or end-to-end latency that a run
-/// observed.
-using Observed = std::map<std::array<std::string, 3>, Duration>;
+std::string in_ms(std::optional<std::int64_t> ns) { return ns ? fixed(to_ms(Duration(*ns)), 3) : "-"; }
 
-/// Throws UsageError, which names `--trace`, for what is not the folder of a run of these tasks.
-Observed observe(const std::string& folder, const TaskSet& set) {
-  Observed largest;
-  const auto keep = [&](const std::array<std::string, 3>& key, Duration value) {
-    largest[key] = std::max(largest[key], value);
-  };
-  StoredRun run(folder, "--trace");
-  run.load(set);
-  for (const Trace& trace : run.traces()) {
-    for (const JobRecord& r : trace.jobs) {
-      if (r.outcome == Outcome::ran) keep({"task", trace.executor, set[r.job.task].name}, response_time(r));
-    }
-    for (const ChainRecord& c : trace.chains) {
-      if (c.end_to_end_latency < Duration::zero()) continue;  // unknown
-      keep({"chain", trace.executor, run.chains()[c.chain]}, c.end_to_end_latency);
+/// The response times and end-to-end latencies of a run, by kind (`task` or `chain`), executor and name.
+class Observed {
+ public:
+  /// Throws UsageError, which names `--trace`, for what is not the folder of a run of these tasks.
+  Observed(StoredRun& run, const TaskSet& set) {
+    run.load(set);
+    for (const Trace& trace : run.traces()) {
+      for (const JobRecord& r : trace.jobs) {
+        if (r.outcome == Outcome::ran) keep({"task", trace.executor, set[r.job.task].name}, response_time(r));
+      }
+      for (const ChainRecord& c : trace.chains) {
+        if (c.end_to_end_latency < Duration::zero()) continue;  // unknown
+        keep({"chain", trace.executor, run.chains()[c.chain]}, c.end_to_end_latency);
+      }
     }
   }
-  return largest;
-}
+
+  /// In no order.
+  const std::vector<std::int64_t>& of(const std::array<std::string, 3>& key) const {
+    static const std::vector<std::int64_t> none;
+    const auto found = values_.find(key);
+    return found == values_.end() ? none : found->second;
+  }
+
+ private:
+  void keep(const std::array<std::string, 3>& key, Duration value) { values_[key].push_back(value.count()); }
+
+  std::map<std::array<std::string, 3>, std::vector<std::int64_t>> values_;
+};
 
 /// The bounds of a graph's tasks and chains, beside what a run observed, if there is one.
 class BoundReport {
  public:
-  /// Graph and tasks must outlive it.
-  BoundReport(const Graph& graph, const GraphTasks& tasks, std::optional<Observed> observed)
-      : graph_(graph), tasks_(tasks), observed_(std::move(observed)) {}
+  /// Tasks must outlive it.
+  BoundReport(const TaskSet& set, const std::optional<Observed>& observed) : set_(set), observed_(observed) {}
 
   /// To standard output.
-  void print(const BoundSet& set) {
-    std::cout << "\n" << set.executor << ", " << set.method << "\n";
-    if (!set.refusal.empty()) {
-      std::cout << "does not apply: " << set.refusal << "\n";
-      return;
+  void print(const std::string& executor, const CallbackGraph& graph, const GraphBounds& bounds) {
+    std::cout << "\n" << executor << ", " << bounds.method << "\n";
+    TextTable tasks = table("task", {"deadline"});
+    for (TaskId id = 0; id < set_.size(); ++id) {
+      const bool timer = set_[id].kind == TaskKind::timer;
+      const std::string deadline = timer ? in_ms(set_[id].deadline.count()) : "";
+      add_row(tasks, {"task", executor, set_[id].name}, bounds.method, bounds.tasks[id], {deadline});
     }
-    if (!set.tasks.empty()) {
-      TextTable rows = table("task", {"deadline"});
-      for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-        const Task& task = tasks_.set[id];
-        const std::string deadline = task.kind == TaskKind::timer ? in_ms(task.deadline) : "";
-        add_row(rows, {task.name, in_ms(set.tasks[id]), deadline}, set, "task", set.tasks[id]);
-      }
-      std::cout << rows;
-      print_verdict(set);
+    std::cout << tasks;
+    print_verdict(bounds);
+    if (bounds.chains.empty()) return;
+    TextTable chains = table("chain, end to end", {"response", "waiting", "last timer"});
+    for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+      const std::optional<ChainAge>& age = bounds.chains[c];
+      std::vector<std::string> parts = {"-", "-", bounds.no_chain_bound[c]};
+      if (age) parts = {in_ms(age->response), in_ms(age->waiting), set_[age->last_timer].name};
+      add_row(chains, {"chain", executor, graph.chains[c].name}, bounds.method,
+              age ? std::optional(age->latency) : std::nullopt, parts);
     }
-    if (set.chains.empty()) return;
-    TextTable rows = table("chain, end to end", {});
-    for (std::size_t c = 0; c < set.chains.size(); ++c) {
-      add_row(rows, {graph_.chains[c].name, in_ms(set.chains[c])}, set, "chain", set.chains[c]);
+    std::cout << chains;
+    for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+      if (bounds.chains[c])
+        std::cout << graph.chains[c].name << ": " << dominated_by(*bounds.chains[c]) << "\n";
     }
-    std::cout << rows;
   }
 
-  /// Observed values that exceed their bound.
-  std::size_t violations() const { return violations_; }
+  std::size_t violations() const { return violations_; }  ///< Observed values beyond a bound.
+  std::size_t compared() const { return compared_; }      ///< Observed values with a bound.
+  const std::string& first_violation() const { return first_violation_; }
   /// Every row so far.
   std::string csv() const {
     return "executor,method,kind,name,bound_ns,observed_ns,tightness,violated\n" + csv_.str();
@@ -98,118 +113,247 @@ class BoundReport {
     return TextTable("", std::move(header));
   }
 
-  /// A row that begins with the cells.
-  void add_row(TextTable& rows, std::vector<TextTable::Cell> cells, const BoundSet& set,
-               const std::string& kind, std::optional<Duration> bound) {
-    const auto count = [](std::optional<Duration> d) {
-      return d ? std::optional<std::int64_t>(d->count()) : std::nullopt;
-    };
-    std::optional<Duration> observed;
-    if (observed_) {
-      const auto found = observed_->find({kind, set.executor, cells.front().value});
-      if (found != observed_->end()) observed = found->second;
+  /// What to change for a smaller bound.
+  std::string dominated_by(const ChainAge& age) const {
+    constexpr std::size_t kMost = 5;
+    const auto part = [](std::int64_t ns, const std::string& what) { return in_ms(ns) + " " + what; };
+    std::string out;
+    if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set_[age.waited_at].name + "; ");
+    out += part(age.response, "ms behind " + set_[age.last_timer].name + "'s timestamp: ");
+    if (age.parts.blocking > 0) {
+      const bool job = age.parts.blocker != kNoTask;
+      out +=
+          part(age.parts.blocking, job ? "blocked by " + set_[age.parts.blocker].name + ", " : "waking up, ");
     }
-    Tightness t{cells.front().value, count(bound), count(observed), std::nullopt, false};
-    const bool comparable = !bound || *bound > Duration::zero();
-    if (comparable) t = compare_with_bounds({{t.name, t.bound, t.observed}}).rows.front();
-    violations_ += t.violated;
-    if (observed_) {
-      cells.insert(cells.end(),
-                   {in_ms(observed), t.ratio ? fixed(*t.ratio, 3) : "-", t.violated ? "VIOLATED" : ""});
+    for (std::size_t i = 0; i < std::min(kMost, age.parts.work.size()); ++i) {
+      out += (i > 0 ? ", " : "") + part(age.parts.work[i].second, set_[age.parts.work[i].first].name);
     }
-    rows.add_row(std::move(cells));
-    write_row(csv_, set.executor, set.method, kind, t.name, t.bound, t.observed, t.ratio,
-              t.violated ? "yes" : "no");
+    return out + (age.parts.work.size() > kMost ? ", ..." : "");
   }
 
-  void print_verdict(const BoundSet& set) const {
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      const Task& task = tasks_.set[id];
-      if (task.kind != TaskKind::timer || (set.tasks[id] && *set.tasks[id] <= task.deadline)) continue;
-      std::cout << "Not shown schedulable: " << task.name << " may exceed its deadline.\n";
+  void add_row(TextTable& rows, const std::array<std::string, 3>& key, const std::string& method,
+               std::optional<std::int64_t> bound, const std::vector<std::string>& more) {
+    std::vector<TextTable::Cell> cells = {key[2], in_ms(bound)};
+    cells.insert(cells.end(), more.begin(), more.end());
+    Tightness t{key[2], bound, std::nullopt, std::nullopt, false};
+    if (observed_) {
+      const std::vector<std::int64_t>& values = observed_->of(key);
+      if (!values.empty()) t.observed = std::ranges::max(values);
+      if (bound && *bound > 0) t = compare_with_bounds({{t.name, bound, t.observed}}).rows.front();
+      t.violated = bound && t.observed.value_or(0) > *bound;
+      count(values, key, method, bound);
+      cells.insert(cells.end(),
+                   {in_ms(t.observed), t.ratio ? fixed(*t.ratio, 3) : "-", t.violated ? "VIOLATED" : ""});
+    }
+    rows.add_row(std::move(cells));
+    write_row(csv_, key[1], method, key[0], t.name, t.bound, t.observed, t.ratio, t.violated ? "yes" : "no");
+  }
+
+  void count(const std::vector<std::int64_t>& values, const std::array<std::string, 3>& key,
+             const std::string& method, std::optional<std::int64_t> bound) {
+    if (!bound) return;
+    compared_ += values.size();
+    const auto beyond = static_cast<std::size_t>(
+        std::ranges::count_if(values, [&](std::int64_t value) { return value > *bound; }));
+    if (violations_ == 0 && beyond > 0) {
+      first_violation_ = key[0] + " " + key[2] + " under " + key[1] + " by " + method;
+    }
+    violations_ += beyond;
+  }
+
+  void print_verdict(const GraphBounds& bounds) const {
+    for (TaskId id = 0; id < set_.size(); ++id) {
+      const bool timer = set_[id].kind == TaskKind::timer;
+      if (!timer || (bounds.tasks[id] && *bounds.tasks[id] <= set_[id].deadline.count())) continue;
+      std::cout << "Not shown schedulable: " << set_[id].name << " may exceed its deadline.\n";
       return;
     }
     std::cout << "Schedulable: every timer meets its deadline.\n";
   }
 
-  const Graph& graph_;
-  const GraphTasks& tasks_;
-  const std::optional<Observed> observed_;
+  const TaskSet& set_;
+  const std::optional<Observed>& observed_;
   std::ostringstream csv_;
-  std::size_t violations_ = 0;
+  std::size_t violations_ = 0, compared_ = 0;
+  std::string first_violation_;
 };
 
-struct AnalyzeOptions {
-  std::string graph, trace, csv;
-  std::vector<std::string> executors = {"default", "events-ro", "rm-ro", "edf-ro"};
-  std::vector<std::string> chain;
-  double delta_us = 0;
+class Analysis {
+ public:
+  explicit Analysis(const AnalyzeOptions& options) : options_(options) {
+    if (!options.trace.empty()) {
+      trace_.emplace(options.trace, "--trace");
+      take_over_run();
+    }
+    graph_ = graph_to_run(options_);
+    const GraphPlatform of_graph = graph_.platform;
+    options_.apply_to(graph_.platform);
+    if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
+    if (simulated()) {
+      if (platform_json(graph_.platform) != platform_json(of_graph)) {
+        throw UsageError(
+            "--trace: its bounds are for the machine of that simulation; leave out the options that change "
+            "it");
+      }
+      trace_->check([&] { graph_.platform = platform_from_json(trace_->facts().at("platform")); });
+    }
+    tasks_ = make_tasks(graph_);
+    try {
+      callback_graph(graph_, tasks_, false);
+    } catch (const AnalysisError& error) {
+      throw UsageError("analyze " + options_.graph + ": " + error.what() + "; simulate the graph instead");
+    }
+    if (trace_) observed_.emplace(*trace_, tasks_.set);
+  }
+
+  void run() {
+    std::printf("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
+                costs_text().c_str());
+    BoundReport report(tasks_.set, observed_);
+    for (const ExecutorSpec& executor : executors_to_run(options_, graph_, tasks_)) {
+      options_.chain.empty() ? bound(executor, report) : bound_chain(executor);
+    }
+    if (!options_.csv.empty()) write_whole_file(options_.csv, "--csv", report.csv());
+    if (report.violations() > 0) judge(report);
+  }
+
+ private:
+  /// A bound is compared with what ran: same load, rule, ties and simulated machine.
+  void take_over_run() {
+    const nlohmann::json& facts = trace_->facts();
+    trace_->check([&] {
+      const nlohmann::json load = facts.value("load_given", nlohmann::json());
+      if (!options_.load_percent && load.is_number()) options_.load_percent = load.get<double>();
+      options_.rule = *parse<SubscriptionRule>(facts.at("rule").get<std::string>());
+      options_.ties = *parse<Ties>(facts.at("ties").get<std::string>());
+    });
+  }
+
+  bool simulated() const { return trace_ && trace_->facts().value("kind", "") == "simulated"; }
+
+  std::string costs_text() const {
+    std::string text;
+    for (const PlatformCost& cost : kPlatformCosts) {
+      const Duration value = graph_.platform.*cost.value;
+      if (value > Duration::zero())
+        text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + fixed(to_us(value), 3);
+    }
+    return text.empty() ? "no costs" : text;
+  }
+
+  CallbackGraph callbacks_of(const ExecutorSpec& executor) {
+    GraphTasks tasks = tasks_;
+    bool known = true;
+    if (!options_.phases_of.empty()) {
+      const StoredRun run(options_.phases_of, "--phases-of");
+      set_phases(tasks.set, run.first_timestamps(tasks.set, executor.label, 0));
+    } else if (options_.known_phases) {
+      options_.phases = *options_.known_phases;
+      set_phases(tasks.set, phases_of_repetition(options_, graph_, tasks, executor, 0));
+    } else {
+      known = false;
+    }
+    return callback_graph(graph_, tasks, known);
+  }
+
+  BoundedSystem system_of(const CallbackGraph& callbacks, const ExecutorSpec& executor) const {
+    return {callbacks, *executor.entry, executor.scheduler, make_platform(graph_, *executor.entry)};
+  }
+
+  void bound(const ExecutorSpec& executor, BoundReport& report) {
+    const CallbackGraph callbacks = callbacks_of(executor);
+    std::string refusals;
+    bool any = false;
+    const BoundedSystem system = system_of(callbacks, executor);
+    std::vector<GraphBounds> all = graph_bounds(system);
+    if (options_.exact) all.push_back(exact_bounds(system));
+    for (const GraphBounds& bounds : all) {
+      if (!bounds.refusal.empty()) {
+        refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";
+        continue;
+      }
+      report.print(executor.label, callbacks, bounds);
+      any = true;
+    }
+    if (any) {
+      std::cout << "Not applied to " << executor.label << ":\n" << refusals;
+    } else {
+      std::cout << "\n" << executor.label << ": no bound is known\n" << refusals;
+    }
+  }
+
+  void bound_chain(const ExecutorSpec& executor) {
+    const CallbackGraph callbacks = callbacks_of(executor);
+    TextTable table(
+        executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
+        {"method", "ms", ""});
+    for (const TimerChainBound& b : timer_chain_bounds(system_of(callbacks, executor), options_.chain)) {
+      table.add_row({b.method, in_ms(b.latency), b.refusal});
+    }
+    std::cout << "\n" << table;
+    if (table.empty()) std::cout << "no published bound covers this executor\n";
+  }
+
+  /// Throws RunError where the bound claims to hold and does not.
+  void judge(const BoundReport& report) const {
+    const std::string share =
+        text("%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
+             report.compared(),
+             100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
+             report.first_violation().c_str());
+    if (simulated()) {
+      throw RunError("--trace " + options_.trace + ": " + share + ". A bound is wrong. To reproduce it: " +
+                     trace_->facts().value("command", std::string("see run.json")) + ", graph " +
+                     options_.graph + "; please report both");
+    }
+    std::cout << "\n"
+              << share
+              << ". Bounds assume one processor to itself, no job longer than its execution time and the "
+              << "platform's costs; a live run has more than that:\n";
+    for (const auto& warning : trace_->facts().value("warnings", nlohmann::json::array())) {
+      std::cout << "  " << warning.get<std::string>() << "\n";
+    }
+    if (options_.strict) throw RunError("--strict: " + share);
+  }
+
+  AnalyzeOptions options_;
+  std::optional<StoredRun> trace_;
+  Graph graph_;
+  GraphTasks tasks_;
+  std::optional<Observed> observed_;
 };
-
-void print_chain(const AnalyzeOptions& options, const GraphTasks& tasks, const ExecutorEntry& executor) {
-  TextTable table(std::string(executor.name) + ", chain " + joined(options.chain, " -> ") +
-                      ": largest reaction time and data age",
-                  {"method", "ms", ""});
-  for (const ChainBound& b :
-       timer_chain_bounds(tasks, executor, from_ms(options.delta_us / 1000), options.chain)) {
-    table.add_row({b.method, in_ms(b.latency), b.refusal});
-  }
-  std::cout << "\n" << table;
-  if (table.empty()) std::cout << "no published bound covers this executor\n";
-}
-
-void analyze(const AnalyzeOptions& options) {
-  const Graph graph = load_graph(find_graph(options.graph));
-  if (const auto refusal = refusal_of(graph)) {
-    throw UsageError("analyze " + options.graph + ": " + *refusal + "; simulate the graph instead");
-  }
-  GraphTasks tasks = make_tasks(graph);
-  const bool all_phases =
-      std::ranges::all_of(graph.nodes, [](const Node& n) { return n.period == Duration::zero() || n.phase; });
-  if (all_phases) set_phases(tasks.set, make_phases(graph, tasks, Phases::given));
-  std::optional<Observed> observed;
-  if (!options.trace.empty()) observed = observe(options.trace, tasks.set);
-  std::printf("%s: load %.1f %% of one core, release overhead delta = %.3f us\n", graph.name.c_str(),
-              load_percent(graph), options.delta_us);
-  BoundReport report(graph, tasks, std::move(observed));
-  for (const std::string& name : options.executors) {
-    const ExecutorEntry& executor = *parse_executor(name, {}).entry;
-    if (!options.chain.empty()) {
-      print_chain(options, tasks, executor);
-      continue;
-    }
-    for (const BoundSet& set : bounds_of(graph, tasks, executor, from_ms(options.delta_us / 1000))) {
-      report.print(set);
-    }
-  }
-  if (!options.csv.empty()) write_whole_file(options.csv, "--csv", report.csv());
-  if (report.violations() > 0) {
-    std::printf(
-        "\n%zu observed values exceed their bound. The bounds assume one processor to itself, no job longer "
-        "than its execution time, and delta per release: a loaded or virtual machine breaks that.\n",
-        report.violations());
-  }
-}
 
 }  // namespace
 
 void add_analyze_command(CLI::App& app) {
   auto [command, o] = add_command<AnalyzeOptions>(
-      app, "analyze", "What theory guarantees: worst-case response times and latencies", "", analyze);
+      app, "analyze", "What theory guarantees: worst-case response times and latencies",
+      "hotpath analyze autoware --executors fp-ro,default",
+      [](const AnalyzeOptions& options) { Analysis(options).run(); });
+  o.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
   command.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")
       ->required();
-  command.add_option("--executors", o.executors, "Names separated by commas")
+  command
+      .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
       ->delimiter(',')
       ->capture_default_str();
-  command.add_option("--delta-us", o.delta_us, "Release overhead of one timer in microseconds")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
+             "Work of all nodes in percent of one core; by default\nwhat the graph says, or what the run of "
+             "--trace had");
+  add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
+  add_text(command, "--phases-of", o.phases_of, "RUN",
+           "Bounds for the phases of that executor's first repetition");
+  command.add_flag("--exact", o.exact,
+                   "Also the exact worst case for known phases, of timers and\nsequences of subscriptions");
   auto* trace =
-      command.add_option("--trace", o.trace, "Folder of a run of this graph: observed against bound");
+      add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
+  command.add_flag("--strict", o.strict, "Exit code 1 also when a live run exceeds a bound")->needs(trace);
   command.add_option("--chain", o.chain, "Timers separated by commas: bounds of the chain they form")
       ->delimiter(',')
       ->excludes(trace);
   command.add_option("--csv", o.csv, "Also write the table to this file");
+  add_platform_options(command, o);
+  add_number(command, "--delta-us", o.delta_us, 0, 1e9, "US", "The same as --release-cost-us");
 }
 
 }  // namespace hotpath

@@ -1,7 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/option_helpers.hpp"
 
+#include <algorithm>
+
 namespace hotpath {
+
+namespace {
+
+constexpr double kLargestCost_us = 1e9;
+
+/// release_cost_us -> --release-cost-us
+std::string option_name(std::string_view key) {
+  std::string name = "--" + std::string(key);
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+}  // namespace
 
 void add_graph_options(CLI::App& command, CommonOptions& o) {
   command.option_defaults()->group(kWhatRuns);
@@ -37,6 +52,20 @@ void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
              "Time before that, whose latencies do not count");
   add_number(command, "--repetitions", o.repetitions, 1, 10000, "N", "Repetitions per executor");
   add_text(command, "--seed", o.seed, "N", "Decides whatever is random, and resampling for the intervals");
+}
+
+void add_platform_options(CLI::App& command, PlatformOptions& o) {
+  command.option_defaults()->group(
+      "The simulated machine, by default as the graph's `platform` says, else without costs");
+  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1");
+  add_choice(command, "--timer-thread", o.timer_thread,
+             "Priority of the timer management thread: above the\n"
+             "executor thread or equal; else raised under the\npaper's executors only, as in live runs");
+  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
+    const PlatformCost& cost = kPlatformCosts[i];
+    add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
+               std::string(cost.meaning));
+  }
 }
 
 void add_output_option(CLI::App& command, CommonOptions& o) {

@@ -88,6 +88,9 @@ void add_graph_options(CLI::App& command, CommonOptions& options);
 /// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
 void add_length_options(CLI::App& command, CommonOptions& options, double longest_s);
 
+/// Adds --cores, --timer-thread and what the simulated machine costs.
+void add_platform_options(CLI::App& command, PlatformOptions& options);
+
 void add_output_option(CLI::App& command, CommonOptions& options);
 
 /// Executors of a command that takes several, and --deployments. `paper`, or nothing at all, is the paper's

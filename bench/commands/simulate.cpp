@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "simulated/simulated_run.hpp"
@@ -11,33 +9,6 @@ namespace {
 
 /// Beyond it instants in nanoseconds would overflow.
 constexpr double kLongestSimulation_s = 1e9;
-constexpr double kLargestCost_us = 1e9;
-
-/// release_cost_us -> --release-cost-us
-std::string option_name(std::string_view key) {
-  std::string name = "--" + std::string(key);
-  std::replace(name.begin(), name.end(), '_', '-');
-  return name;
-}
-
-void add_platform_options(CLI::App& command, SimulateOptions& o) {
-  command.option_defaults()->group(
-      "The simulated machine, by default as the graph's `platform` says, else without costs");
-  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1");
-  add_choice(command, "--timer-thread", o.timer_thread,
-             "Priority of the timer management thread: above the\n"
-             "executor thread or equal; else raised under the\npaper's executors only, as in live runs");
-  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
-    const PlatformCost& cost = kPlatformCosts[i];
-    add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
-               std::string(cost.meaning));
-  }
-  add_text(command, "--execution-times", o.execution_times, "worst|uniform|measured|replay:RUN",
-           "worst: as the graph says; uniform: between best and worst\n"
-           "case, at random; measured: drawn from measured values that\n"
-           "the graph gives, else uniform; replay:RUN: as measured by a\n"
-           "run of the same executors on the same graph, from its folder");
-}
 
 }  // namespace
 
@@ -58,6 +29,11 @@ void add_simulate_command(CLI::App& app) {
       simulate, "--max-backlog", o.max_backlog, 1, 1e9, "JOBS",
       "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task");
   add_platform_options(simulate, o);
+  add_text(simulate, "--execution-times", o.execution_times, "worst|uniform|measured|replay:RUN",
+           "worst: as the graph says; uniform: between best and worst\n"
+           "case, at random; measured: drawn from measured values that\n"
+           "the graph gives, else uniform; replay:RUN: as measured by a\n"
+           "run of the same executors on the same graph, from its folder");
   add_number(simulate, "--threads", o.threads, 0, 1024, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
       ->group("Results");

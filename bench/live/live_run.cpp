@@ -284,6 +284,8 @@ class LiveRun {
   }
 
   void describe() {
+    Graph bounded = graph_;
+    bounded.platform.release_cost = measure_release_cost().p999;
     run_ = common_facts(options_, graph_, tasks_.set, executors_);
     run_.update({{"kind", "live"},
                  {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
@@ -297,7 +299,7 @@ class LiveRun {
                    {"readings", plan_.calibration.readings},
                    {"disturbed", plan_.calibration.disturbed}}},
                  {"machine", machine_},
-                 {"bounds", bounds_json(graph_, tasks_, executors_, measure_release_cost().p999)},
+                 {"bounds", bounds_json(bounded, tasks_, executors_)},
                  {"warnings", warnings_}});
   }
 

@@ -20,6 +20,14 @@ namespace hotpath {
 
 using nlohmann::json;
 
+void PlatformOptions::apply_to(GraphPlatform& platform) const {
+  platform.cores = cores.value_or(platform.cores);
+  platform.timer_thread = timer_thread.value_or(platform.timer_thread);
+  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
+    if (costs_us[i]) platform.*kPlatformCosts[i].value = from_ms(*costs_us[i] / 1000);
+  }
+}
+
 Duration seconds(double s) { return from_ms(s * 1000); }
 
 std::string time_stamp(const char* format) {
@@ -215,6 +223,7 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
           {"seed", options.seed},
           {"phases", to_string(options.phases)},
           {"load_percent", std::round(load * 1000) / 1000},
+          {"load_given", options.load_percent ? json(*options.load_percent) : json()},
           {"work", to_string(graph.work)},
           {"limits", limits},
           {"runs", json::array()},
@@ -222,18 +231,18 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
           {"failures", json::array()}};
 }
 
-json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors,
-                 Duration delta) {
+json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors) {
   json bounds = json::array();
   if (!timers_only(tasks.set)) return bounds;
+  const CallbackGraph callbacks = callback_graph(graph, tasks, false);
   for (const ExecutorSpec& executor : executors) {
     if (executor.deployment) continue;
-    const std::vector<BoundSet> sets = bounds_of(graph, tasks, *executor.entry, delta);
+    const std::vector<GraphBounds> sets = bounds_of(graph, callbacks, executor);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const auto bound = [&](const BoundSet& set) {
-        return set.tasks.empty() || !set.tasks[id] ? Duration::max() : *set.tasks[id];
+      const auto bound = [&](const GraphBounds& set) {
+        return set.tasks.empty() || !set.tasks[id] ? Duration::max() : Duration(*set.tasks[id]);
       };
-      const BoundSet& tightest = *std::ranges::min_element(sets, {}, bound);
+      const GraphBounds& tightest = *std::ranges::min_element(sets, {}, bound);
       if (bound(tightest) == Duration::max()) continue;
       bounds.push_back({{"executor", executor.label},
                         {"task", tasks.set[id].name},

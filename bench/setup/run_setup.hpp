@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -29,6 +30,15 @@ struct CommonOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;
   std::string output;
+};
+
+/// What the options say of the simulated machine; what is left open follows from the graph's `platform`.
+struct PlatformOptions {
+  std::optional<unsigned> cores;
+  std::optional<TimerThread> timer_thread;
+  std::array<std::optional<double>, kPlatformCosts.size()> costs_us;  ///< Parallel to kPlatformCosts.
+
+  void apply_to(GraphPlatform& platform) const;
 };
 
 Duration seconds(double s);
@@ -70,9 +80,9 @@ nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, co
                             const std::vector<ExecutorSpec>& executors);
 
 /// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
-/// method bounds, with release overhead `delta`: {executor, task, ms, method}. Empty for other graphs.
+/// method bounds on the graph's platform: {executor, task, ms, method}. Empty for other graphs.
 nlohmann::json bounds_json(const Graph& graph, const GraphTasks& tasks,
-                           const std::vector<ExecutorSpec>& executors, Duration delta);
+                           const std::vector<ExecutorSpec>& executors);
 
 /// The simulated machine, and back (nlohmann's exceptions for what is none).
 nlohmann::json platform_json(const GraphPlatform& platform);

@@ -38,11 +38,7 @@ const std::string kReplay = "replay:";
 Graph simulated_graph(const SimulateOptions& options) {
   Graph graph = graph_to_run(options);
   GraphPlatform& p = graph.platform;
-  p.cores = options.cores.value_or(p.cores);
-  p.timer_thread = options.timer_thread.value_or(p.timer_thread);
-  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
-    if (options.costs_us[i]) p.*kPlatformCosts[i].value = from_ms(*options.costs_us[i] / 1000);
-  }
+  options.apply_to(p);
   if (options.execution_times) {
     p.execution_times = parse<ExecutionTimeModel>(*options.execution_times).value_or(p.execution_times);
   }
@@ -227,7 +223,7 @@ class SimulatedRun {
     if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
     facts["platform"] = platform_json(graph_.platform);
     facts["execution_times"] = execution_times_name();
-    facts["bounds"] = bounds_json(graph_, tasks_, executors_, graph_.platform.release_cost);
+    facts["bounds"] = bounds_json(graph_, tasks_, executors_);
     for (const Simulation& s : simulations_) {
       json& run = facts["runs"].emplace_back(repetition_json(s.tasks.set, counting_.chains, *s.repetition));
       run["failure"] = "";

@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-
 #include "hotpath/reference_system/graph.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath {
 
-/// What `simulate` is told on the command line. What is left open follows from the graph's `platform`.
-struct SimulateOptions : CommonOptions {
+/// What `simulate` is told on the command line.
+struct SimulateOptions : CommonOptions, PlatformOptions {
   std::string phases_of;  ///< Folder of a run whose first timestamps count.
-  std::optional<unsigned> cores;
-  std::optional<TimerThread> timer_thread;
-  std::array<std::optional<double>, kPlatformCosts.size()> costs_us;  ///< Parallel to kPlatformCosts.
   std::optional<std::string> execution_times;
   std::optional<std::uint64_t> max_backlog;
   unsigned threads = 0;  ///< 0: as many as there are processors.

@@ -142,6 +142,12 @@ class CommandTest(unittest.TestCase):
     def command(self, *arguments, **options):
         return self.finish(self.start(*arguments, **options))
 
+    def accepted(self, *arguments):
+        """What a command prints that must succeed."""
+        code, out, err = self.command(*arguments)
+        self.assertEqual(code, 0, err)
+        return out
+
     def measure(self, *arguments, **options):
         """The folder of a run that must succeed."""
         output = self.folder / "run"

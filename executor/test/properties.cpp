@@ -314,4 +314,6 @@ std::vector<Property> properties() {
   return all;
 }
 
+std::string findings() { return {}; }
+
 }  // namespace hotpath::test

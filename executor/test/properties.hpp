@@ -23,7 +23,10 @@ struct Property {
   std::function<CaseResult(std::uint64_t seed)> check;
 };
 
-/// All properties, over the whole registry of executors.
+/// All properties that the program looks at.
 std::vector<Property> properties();
+
+/// What the checks have found out beside, as lines of text.
+std::string findings();
 
 }  // namespace hotpath::test

@@ -23,6 +23,7 @@ struct Options {
   std::uint64_t seed = 1;
   unsigned threads = 0;
   std::string only;
+  std::string program;
 };
 
 class Search {
@@ -38,14 +39,15 @@ class Search {
     for (std::thread& thread : threads) thread.join();
     const double seconds = elapsed_s();
     if (found_) {
-      std::printf("%s does not hold: %s\nReproduce: property_search --only %s --seed %llu --sets 1\n",
-                  found_->property.c_str(), found_->wrong.c_str(), found_->property.c_str(),
-                  static_cast<unsigned long long>(found_->seed));
+      std::printf("%s does not hold: %s\nReproduce: %s --only %s --seed %llu --sets 1\n",
+                  found_->property.c_str(), found_->wrong.c_str(), options_.program.c_str(),
+                  found_->property.c_str(), static_cast<unsigned long long>(found_->seed));
       return 1;
     }
     std::printf("%zu properties hold for %llu random task sets with %llu jobs; %.1f s on %u threads\n",
                 properties_.size(), static_cast<unsigned long long>(options_.sets),
                 static_cast<unsigned long long>(jobs_.load()), seconds, options_.threads);
+    std::fputs(hotpath::test::findings().c_str(), stdout);
     return 0;
   }
 
@@ -105,6 +107,7 @@ int main(int argc, char** argv) {
   for (const Property& property : properties) names.push_back(property.name);
 
   Options options;
+  options.program = argv[0];
   CLI::App app(
       "Looks for a counter-example to the properties of schedules. Exit codes: 0 none found, 1 found, 2 "
       "wrong use");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <optional>
 
 #include "hotpath/analysis/periodic_task.hpp"
 
@@ -15,6 +16,8 @@ struct SagJob {
   std::int64_t cost_min = 0, cost_max = 0;
   std::int64_t deadline = 0;  ///< Absolute.
   std::int64_t priority = 0;  ///< Smaller first; ties by task, then job.
+  /// Arrives when the job at this position ends; its own arrival is then that of the first job before it.
+  std::optional<std::size_t> predecessor = std::nullopt;
 };
 
 enum class SagPolicy : std::uint8_t { fixed_priority, edf };
@@ -22,10 +25,11 @@ enum class SagPolicy : std::uint8_t { fixed_priority, edf };
 /// Jobs above which a hyperperiod counts as exploded.
 inline constexpr std::int64_t kMaxSagJobs = 5'000'000;
 
-/// All jobs with a nominal release in one hyperperiod (synchronous tasks), or, where there are phases, before
-/// the largest phase plus two hyperperiods; sorted by release. Task numbers are positions, execution times
-/// [bcet, wcet], release windows [r, r + jitter]. Throws AnalysisError when the hyperperiod overflows or has
-/// more than kMaxSagJobs jobs.
+/// All jobs with a nominal release in one hyperperiod (synchronous tasks); where there are phases, before the
+/// largest phase plus two hyperperiods; where there is jitter, for so many hyperperiods more as the longest
+/// busy window may reach back. Sorted by release. Task numbers are positions, execution times [bcet, wcet],
+/// release windows [r, r + jitter]. Throws AnalysisError when the utilisation is above 1, or 1 with jitter,
+/// when the hyperperiod overflows or when there are more than kMaxSagJobs jobs.
 std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy);
 
 /// The format of the SAG tools (np-schedulability-analysis): a header line, then

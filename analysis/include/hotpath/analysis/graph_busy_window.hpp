@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "hotpath/analysis/callback_graph.hpp"
+#include "hotpath/analysis/path_bounds.hpp"
+
+namespace hotpath {
+
+/// The order in which one executor thread runs what is pending: jobs of the smaller rank first.
+struct GraphOrder {
+  std::vector<std::int64_t> rank;  ///< By task.
+  /// A timer's job never precedes anything pending of its rank or a smaller one that was released before it.
+  /// Otherwise jobs of one rank run in any order.
+  bool timers_behind_equals = false;
+  /// At one instant releases happen before the executor decides.
+  bool releases_first = false;
+  /// Among jobs of one rank the one with the earliest absolute deadline goes first: that of its timer's job, which
+  /// subscriptions inherit. All ranks are equal then.
+  bool by_deadline = false;
+};
+
+/// One rank for all: whatever order the executor follows, it never idles while a job is pending.
+GraphOrder any_order(const TaskSet& set);
+
+/// Busy windows of one thread that runs jobs to their ends in a fixed order of ranks (docs/analysis.md,
+/// "Busy windows of a graph"): the jobs of a timer and of the subscriptions downstream count together, those
+/// of joins once.
+class GraphBusyWindow : public PathBounds {
+ public:
+  /// The topology must outlive it. It does not cover delays of delivery, for which samples on their way would
+  /// have to count.
+  GraphBusyWindow(const GraphTopology& topology, GraphOrder order, const GraphOverheads& overheads);
+
+  std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> response(TaskId subscription) const override;
+  PathParts parts(TaskId root, TaskId to) const override;
+
+ private:
+  /// What may run when a window begins: a job outside of it.
+  struct Blocker {
+    TaskId task = kNoTask;     ///< None: none that activates something in the window.
+    TaskId longest = kNoTask;  ///< Whose `work` it is; none: no job's.
+    std::int64_t work = 0;
+  };
+  /// A task of a level, with what work() asks for.
+  struct Member {
+    TaskId id = kNoTask;
+    std::int64_t period = 0;  ///< 0: a subscription.
+    std::int64_t work = 0;    ///< Of each job; of a join's inputs without that of the jobs that complete it.
+    std::vector<TaskId> publishers;  ///< Of the level, without joins.
+    std::vector<std::size_t> joins;  ///< That publish to it.
+  };
+  /// The jobs of a rank or before.
+  struct Level {
+    std::int64_t rank = 0;
+    std::vector<Member> members;     ///< Each behind those that activate it.
+    std::vector<std::size_t> joins;  ///< Of which some input is a member.
+    std::vector<Blocker> blockers;
+    std::optional<std::int64_t> window;  ///< Its longest window; none: it has no end.
+  };
+  struct Query;
+
+  const Level& level(std::int64_t rank) const;
+  std::vector<Blocker> blockers(std::int64_t rank) const;
+  double utilisation(std::int64_t rank) const;
+  bool inside(TaskId id, std::int64_t rank) const { return order_.rank[id] <= rank; }
+  std::int64_t largest_rank(TaskId root, TaskId to) const;
+  std::int64_t job_work(TaskId id) const;
+  std::int64_t releases_work(std::int64_t t) const;
+  std::int64_t arrivals(std::int64_t period, std::int64_t t, bool closed) const;
+  Member member(TaskId id, std::int64_t rank) const;
+  std::int64_t join_output(std::size_t join, const std::vector<std::int64_t>& jobs, std::int64_t rank) const;
+  std::int64_t work(Query& query, std::int64_t t) const;
+  std::optional<std::int64_t> end_of_work(Query& query, std::int64_t from) const;
+  std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works, PathParts* parts = nullptr) const;
+  std::optional<std::int64_t> bound_by_deadline(TaskId root, TaskId to, bool works, PathParts* parts) const;
+  std::int64_t blocking_behind(std::int64_t deadline) const;
+  std::vector<std::int64_t> deadline_steps(TaskId root, std::int64_t until) const;
+  std::int64_t own_work(const Query& query) const;
+  std::int64_t response_to(const Query& query, std::int64_t start, std::int64_t released) const;
+  PathParts parts_of(const Query& query) const;
+  std::optional<std::int64_t> bound(Query& query, std::vector<std::int64_t>& starts, PathParts* parts) const;
+  std::optional<std::int64_t> start_of(Query& query, std::int64_t from,
+                                       std::vector<std::int64_t>& starts) const;
+
+  const GraphTopology& topology_;
+  const GraphOrder order_;
+  const GraphOverheads overheads_;
+  mutable std::map<std::int64_t, Level> levels_;  ///< Filled when asked for.
+};
+
+}  // namespace hotpath

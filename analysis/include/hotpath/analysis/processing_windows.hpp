@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hotpath/analysis/callback_graph.hpp"
+#include "hotpath/analysis/path_bounds.hpp"
+
+namespace hotpath {
+
+/// Processing windows of rclcpp's default executor (wait set, one thread): what a poll finds ready runs
+/// before the next poll, each callback at most once, timers before subscriptions. Follows Teper 2024 (lemmas
+/// VI.1 to VI.5) with the response time of the head timer, joins that work at most once a window, and the
+/// platform's costs (docs/analysis.md, "Processing windows").
+class ProcessingWindows : public PathBounds {
+ public:
+  /// `entity_order`: all tasks in the order in which those of one kind are scanned; empty: that of creation.
+  /// The topology must outlive it.
+  ProcessingWindows(const GraphTopology& topology, const std::vector<TaskId>& entity_order,
+                    const GraphOverheads& overheads);
+
+  std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> response(TaskId subscription) const override;
+  /// By task of the longest way: from the end of the one before.
+  PathParts parts(TaskId root, TaskId to) const override;
+
+ private:
+  std::int64_t work(std::size_t from, std::size_t to, std::size_t without_join) const;
+  std::int64_t job_work(TaskId id) const;
+  std::int64_t ahead(TaskId id) const;
+  std::int64_t whole() const { return whole_; }
+  std::int64_t behind(TaskId id) const;
+  /// Ends of all tasks behind a timestamp of `root`; negative: not reached.
+  std::vector<std::int64_t> ends(TaskId root) const;
+  std::int64_t hop(TaskId publisher, TaskId subscription) const;
+
+  const GraphTopology& topology_;
+  const GraphOverheads overheads_;
+  std::vector<TaskId> sequence_;       // in the order of a window
+  std::vector<std::size_t> position_;  // by task
+  std::int64_t whole_ = 0;             // longest window
+};
+
+}  // namespace hotpath

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/analysis/callback_graph.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "hotpath/analysis/exact.hpp"
+
+namespace hotpath {
+
+GraphTopology::GraphTopology(const CallbackGraph& graph)
+    : graph_(graph), publishers_(size()), roots_(size()), join_(size(), graph.joins.size()) {
+  std::vector<std::size_t> open(size(), 0);
+  for (TaskId id = 0; id < size(); ++id) {
+    for (const TaskId fed : set()[id].feeds) publishers_[fed].push_back(id);
+  }
+  for (std::size_t j = 0; j < graph.joins.size(); ++j) {
+    for (const TaskId input : graph.joins[j].inputs) join_[input] = j;
+  }
+  // All inputs of a join come before what it feeds: they all are among the publishers.
+  for (TaskId id = 0; id < size(); ++id) {
+    open[id] = publishers_[id].size();
+    if (open[id] == 0) order_.push_back(id);
+    if (set()[id].kind == TaskKind::timer) timers_.push_back(id);
+  }
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    for (const TaskId fed : set()[order_[i]].feeds) {
+      if (--open[fed] == 0) order_.push_back(fed);
+    }
+  }
+  if (order_.size() < size()) {
+    throw AnalysisError("some subscriptions activate each other in a circle without a timer");
+  }
+  for (const TaskId id : order_) {
+    if (set()[id].kind == TaskKind::timer) roots_[id].push_back(id);
+    for (const TaskId p : publishers_[id]) {
+      roots_[id].insert(roots_[id].end(), roots_[p].begin(), roots_[p].end());
+    }
+    std::sort(roots_[id].begin(), roots_[id].end());
+    roots_[id].erase(std::unique(roots_[id].begin(), roots_[id].end()), roots_[id].end());
+  }
+}
+
+bool GraphTopology::one_publisher(TaskId id) const {
+  const std::vector<TaskId>& from = publishers_[id];
+  return from.size() == 1 || (!from.empty() && std::all_of(from.begin(), from.end(), [&](TaskId p) {
+           return join_of(p) != nullptr && join_[p] == join_[from.front()];
+         }));
+}
+
+std::int64_t GraphTopology::least_until_start(TaskId root, TaskId to) const {
+  constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
+  std::vector<std::int64_t> start(size(), kNone);
+  start[root] = 0;
+  for (const TaskId id : order_) {
+    for (const TaskId p : publishers_[id]) {
+      if (start[p] != kNone) start[id] = std::min(start[id], exact::add(start[p], set()[p].bcet.count()));
+    }
+    if (id == to) break;
+  }
+  return start[to] == kNone ? 0 : start[to];
+}
+
+bool GraphTopology::alone(TaskId root, TaskId to) const {
+  for (TaskId id = to; id != root; id = publishers_[id].front()) {
+    if (publishers_[id].size() != 1) return false;
+    const TaskId p = publishers_[id].front();
+    if (join_of(p) != nullptr || graph_.every[p] > 1) return false;
+  }
+  return true;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/analysis/graph_bounds.hpp"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <set>
+
+#include "hotpath/analysis/bedarkar_2022.hpp"
+#include "hotpath/analysis/brueggen_2015.hpp"
+#include "hotpath/analysis/davis_2007.hpp"
+#include "hotpath/analysis/exact.hpp"
+#include "hotpath/analysis/graph_busy_window.hpp"
+#include "hotpath/analysis/processing_windows.hpp"
+#include "hotpath/analysis/spuri_1996.hpp"
+#include "timer_responses.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using exact::add, exact::multiply;
+using A = Assumption;
+
+struct AssumptionText {
+  A assumption;
+  const char* text;
+};
+constexpr std::array kTexts = {
+    AssumptionText{A::subscriptions, "subscriptions"},
+    AssumptionText{A::fixed_priorities, "fixed priorities"},
+    AssumptionText{A::deadlines, "an order by deadlines"},
+    AssumptionText{A::activation_order, "an order by activation"},
+    AssumptionText{A::polling, "the processing windows of a wait set"},
+    AssumptionText{A::other_order, "this executor's order"},
+    AssumptionText{A::runs_timers, "a timer thread that runs timers itself"},
+    AssumptionText{A::several_threads, "several executor threads"},
+    AssumptionText{A::ties_by_activation, "jobs of equal priority in the order of their activation"},
+    AssumptionText{A::unknown_phases, "unknown phases"},
+    AssumptionText{A::shifted_phases, "phases other than 0"},
+    AssumptionText{A::costs, "the costs of releases, dispatches and waits"},
+    AssumptionText{A::wake_up, "wake-up latencies"},
+    AssumptionText{
+        A::late_releases,
+        "a timer thread that waits for the executor thread (raise its priority, or give it a core)"},
+    AssumptionText{A::delivery_delay, "a delay of delivery"},
+    AssumptionText{A::mixed_deadlines,
+                   "subscriptions that do not run by the deadline of the sample that they take"},
+    AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
+};
+
+bool has_releaser(const ExecutorEntry& executor) { return executor.traits.timers != TimerHandling::polled; }
+
+bool has_fixed_priorities(const ExecutorEntry& executor) {
+  const auto policy = executor.traits.policy;
+  return policy == Policy::rm || policy == Policy::dm || policy == Policy::fp;
+}
+
+std::size_t timers(const TaskSet& set) {
+  return static_cast<std::size_t>(std::ranges::count(set.tasks, TaskKind::timer, &Task::kind));
+}
+
+bool equal_timers(const TaskSet& set, Policy policy) {
+  const std::vector<std::int64_t> level = inherited_levels(set, policy);
+  std::set<std::int64_t> seen;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind == TaskKind::timer && !seen.insert(level[id]).second) return true;
+  }
+  return false;
+}
+
+/// An event takes the oldest sample, which need not be the one that brought it: with the order `first` no event has
+/// its sample's deadline, and where samples with deadlines of several timers queue, they are exchanged.
+bool mixes_deadlines(const BoundedSystem& system) {
+  if (system.executor.traits.policy != Policy::edf) return false;
+  if (system.scheduling.rule == SubscriptionRule::first) return true;
+  const GraphTopology topology(system.graph);
+  for (TaskId id = 0; id < topology.size(); ++id) {
+    if (topology.set()[id].depth > 1 && topology.roots(id).size() > 1) return true;
+  }
+  return false;
+}
+
+std::uint32_t order_of(const BoundedSystem& system) {
+  const ExecutorTraits& t = system.executor.traits;
+  switch (t.family) {
+    case Family::wait_set:
+      return bits({t.runs_first == TaskKind::timer ? A::polling : A::other_order});
+    case Family::callback_groups:
+      return bits({A::other_order});
+    case Family::events:
+    case Family::priority_events:
+      break;
+  }
+  if (has_fixed_priorities(system.executor)) return bits({A::fixed_priorities});
+  return bits({t.policy == Policy::edf ? A::deadlines : A::activation_order});
+}
+
+Duration release_cost(const Platform& platform) { return platform.release_cost + platform.pass_cost; }
+
+GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
+  const Platform& p = system.platform;
+  GraphOverheads o;
+  o.job = p.dispatch_cost.count();
+  o.wake_up = p.wake_up_latency.count();
+  o.delivery = p.delivery_delay.count();
+  if (system.executor.traits.family == Family::wait_set) {
+    const std::int64_t entities = std::int64_t{p.other_entities} + system.graph.set.size();
+    const std::int64_t wait = add(p.wait_cost.count(), multiply(p.wait_cost_per_entity.count(), entities));
+    (waits_with_jobs ? o.job : o.wait) = add(waits_with_jobs ? o.job : o.wait, wait);
+  }
+  if (has_releaser(system.executor)) {
+    o.release = release_cost(p).count();
+    const std::int64_t all = multiply(o.release, static_cast<std::int64_t>(timers(system.graph.set)));
+    o.lateness = add(o.wake_up, all);
+    if (!p.raised_releaser && p.cores == 1) {
+      const std::int64_t slice = p.time_slice.count();
+      o.lateness = add(o.lateness, multiply(slice, 1 + all / slice));
+    }
+  }
+  return o;
+}
+
+bool releases_first(const BoundedSystem& system, const GraphOverheads& overheads) {
+  return system.platform.raised_releaser && overheads.lateness == 0 && overheads.release == 0;
+}
+
+void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBounds& out) {
+  for (TaskId id = 0; id < topology.size(); ++id) {
+    const bool timer = topology.set()[id].kind == TaskKind::timer;
+    const bool runs = !topology.roots(id).empty();
+    out.tasks.push_back(!runs ? std::nullopt : timer ? paths.until_finish(id, id) : paths.response(id));
+  }
+  for (const CallbackGraph::DataChain& chain : topology.graph().chains) {
+    out.chains.push_back(chain_age(topology, paths, chain, out.no_chain_bound.emplace_back()));
+  }
+}
+
+struct Method {
+  BoundMethod what;
+  void (*bound)(const BoundedSystem&, GraphBounds&);
+};
+
+constexpr std::uint32_t kTimers = bits({A::unknown_phases, A::shifted_phases, A::costs});
+constexpr std::uint32_t kGraphs = kTimers | bits({A::subscriptions, A::wake_up, A::late_releases});
+
+void bound_timers(const BoundedSystem& system, const ResponseTimeAnalysis& analysis, GraphBounds& out) {
+  const OverheadAwareResponse response = timer_responses(system, analysis);
+  out.tasks.resize(system.graph.set.size());
+  for (std::size_t i = 0; i < response.tasks.size(); ++i) {
+    out.tasks[response.tasks[i].id] = response.bounds[i];
+  }
+}
+
+const std::array kMethods = {
+    Method{{"Brueggen 2015 (Theorem 1)", kTimers | bits({A::fixed_priorities, A::runs_timers})},
+           [](const BoundedSystem& s, GraphBounds& out) { bound_timers(s, brueggen_2015, out); }},
+    Method{{"Davis 2007 (exact)", kTimers | bits({A::fixed_priorities, A::runs_timers})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             bound_timers(
+                 s, [](const PeriodicTasks& t) { return davis_2007(t); }, out);
+           }},
+    Method{{"Spuri 1996", kTimers | bits({A::deadlines, A::runs_timers, A::ties_by_activation})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             bound_timers(
+                 s, [](const PeriodicTasks& t) { return spuri_1996(t); }, out);
+           }},
+    Method{{"Bedarkar 2022", kTimers | bits({A::activation_order, A::ties_by_activation, A::late_releases})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             bound_timers(
+                 s, [](const PeriodicTasks& t) { return ResponseTimes(t.size(), bedarkar_2022(t)); }, out);
+           }},
+    Method{{"busy windows by priority", kGraphs | bits({A::fixed_priorities, A::ties_by_activation})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             const GraphTopology topology(s.graph);
+             const GraphOverheads overheads = overheads_of(s, true);
+             GraphOrder order = priority_ranks(s);
+             order.releases_first = releases_first(s, overheads);
+             const GraphBusyWindow by_priority(topology, order, overheads);
+             const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
+             bound_graph(topology, TighterPaths(by_priority, in_any_order), out);
+           }},
+    Method{{"processing windows", kGraphs | bits({A::polling, A::delivery_delay})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             const GraphTopology topology(s.graph);
+             const ProcessingWindows windows(topology, s.scheduling.entity_order, overheads_of(s, false));
+             const GraphOverheads overheads = overheads_of(s, true);
+             if (overheads.delivery > 0) return bound_graph(topology, windows, out);
+             const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
+             bound_graph(topology, TighterPaths(windows, in_any_order), out);
+           }},
+    Method{{"busy windows by deadline",
+            kGraphs | bits({A::deadlines, A::ties_by_activation})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             const GraphTopology topology(s.graph);
+             const GraphOverheads overheads = overheads_of(s, true);
+             const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
+             GraphOrder order = any_order(s.graph.set);
+             order.by_deadline = true;
+             order.releases_first = releases_first(s, overheads);
+             const GraphBusyWindow by_deadline(topology, order, overheads);
+             bound_graph(topology, TighterPaths(by_deadline, in_any_order), out);
+           }},
+    Method{{"busy windows in any order",
+            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation,
+                                A::mixed_deadlines})},
+           [](const BoundedSystem& s, GraphBounds& out) {
+             const GraphTopology topology(s.graph);
+             const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads_of(s, true));
+             bound_graph(topology, paths, out);
+           }},
+};
+
+}  // namespace
+
+std::string not_covered(std::uint32_t missing) {
+  std::string text = "it does not cover ";
+  for (const AssumptionText& a : kTexts) {
+    if ((missing & static_cast<std::uint32_t>(a.assumption)) == 0) continue;
+    text += std::string(text.back() == ' ' ? "" : ", ") + a.text;
+  }
+  return text;
+}
+
+GraphOrder priority_ranks(const BoundedSystem& system) {
+  const TaskSet& set = system.graph.set;
+  const SchedulerOptions& options = system.scheduling;
+  const PriorityOrder order(set, *system.executor.traits.policy, options.rule, options.ties);
+  using Key = std::tuple<std::int64_t, bool, TaskId>;
+  std::vector<Key> keys;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    const bool timer = set[id].kind == TaskKind::timer && options.ties == Ties::lifo;
+    keys.emplace_back(order.level(id), timer, timer ? id : 0);
+  }
+  std::vector<Key> sorted = keys;
+  std::sort(sorted.begin(), sorted.end());
+  GraphOrder ranks;
+  for (const Key& key : keys) {
+    ranks.rank.push_back(std::lower_bound(sorted.begin(), sorted.end(), key) - sorted.begin());
+  }
+  ranks.timers_behind_equals = options.ties == Ties::lifo;
+  return ranks;
+}
+
+OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {
+  PeriodicTasks tasks = periodic_tasks(system.graph.set, *system.executor.traits.policy);
+  for (PeriodicTask& task : tasks) task.wcet = add(task.wcet, system.platform.dispatch_cost.count());
+  const ReleaseMode mode = system.executor.traits.timers == TimerHandling::release_and_execute
+                               ? ReleaseMode::release_and_execute
+                               : ReleaseMode::release_only;
+  return with_release_overhead(tasks, release_cost(system.platform).count(), mode, analysis);
+}
+
+std::uint32_t assumptions_of(const BoundedSystem& system) {
+  const ExecutorTraits& traits = system.executor.traits;
+  const Platform& p = system.platform;
+  const TaskSet& set = system.graph.set;
+  std::uint32_t present = order_of(system);
+  const auto add_if = [&](bool holds, A assumption) {
+    if (holds) present |= static_cast<std::uint32_t>(assumption);
+  };
+  const bool runs_timers = traits.timers == TimerHandling::release_and_execute;
+  const bool releaser = has_releaser(system.executor);
+  add_if(timers(set) < set.size(), A::subscriptions);
+  add_if(runs_timers, A::runs_timers);
+  const unsigned workers = worker_count(system.executor, system.scheduling);
+  add_if(traits.many_workers && workers > (releaser ? 2U : 1U), A::several_threads);
+  const bool distinct = has_fixed_priorities(system.executor) && timers(set) == set.size() &&
+                        !equal_timers(set, *traits.policy);
+  add_if(system.scheduling.ties == Ties::fifo && traits.family == Family::priority_events && !distinct,
+         A::ties_by_activation);
+  const bool known = system.graph.phases_known;
+  add_if(!known, A::unknown_phases);
+  add_if(known && std::ranges::any_of(set.tasks, [](const Task& t) { return t.phase > Duration::zero(); }),
+         A::shifted_phases);
+  const bool waits =
+      traits.family == Family::wait_set && p.wait_cost + p.wait_cost_per_entity > Duration::zero();
+  add_if(waits || p.dispatch_cost > Duration::zero() || (releaser && release_cost(p) > Duration::zero()),
+         A::costs);
+  add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
+  add_if(timers(set) < set.size() && mixes_deadlines(system), A::mixed_deadlines);
+  add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
+  add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(),
+         A::woken_by_jobs);
+  add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
+  return present;
+}
+
+std::vector<BoundMethod> bound_methods() {
+  std::vector<BoundMethod> methods;
+  for (const Method& m : kMethods) methods.push_back(m.what);
+  return methods;
+}
+
+std::vector<GraphBounds> graph_bounds(const BoundedSystem& system, std::uint32_t also_covers) {
+  const std::uint32_t present = assumptions_of(system);
+  std::vector<GraphBounds> all;
+  for (const Method& method : kMethods) {
+    GraphBounds& out = all.emplace_back();
+    out.method = method.what.name;
+    const std::uint32_t missing = present & ~method.what.covers & ~also_covers;
+    if (missing != 0) {
+      const auto would =
+          std::ranges::find_if(kMethods, [&](const Method& m) { return (present & ~m.what.covers) == 0; });
+      out.refusal =
+          not_covered(missing) + "; " +
+          (would == kMethods.end() ? "no method here does" : std::string(would->what.name) + " does");
+      continue;
+    }
+    try {
+      method.bound(system, out);
+    } catch (const AnalysisError& error) {
+      out = {method.what.name, {}, {}, {}, error.what()};
+    }
+  }
+  return all;
+}
+
+}  // namespace hotpath

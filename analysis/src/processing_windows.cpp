@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/analysis/processing_windows.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+
+#include "hotpath/analysis/exact.hpp"
+
+namespace hotpath {
+
+using exact::add, exact::multiply;
+
+ProcessingWindows::ProcessingWindows(const GraphTopology& topology, const std::vector<TaskId>& entity_order,
+                                     const GraphOverheads& overheads)
+    : topology_(topology), overheads_(overheads), sequence_(entity_order), position_(topology.size()) {
+  if (sequence_.empty()) {
+    sequence_.resize(topology.size());
+    std::iota(sequence_.begin(), sequence_.end(), TaskId{0});
+  }
+  std::stable_partition(sequence_.begin(), sequence_.end(),
+                        [&](TaskId id) { return topology.set()[id].kind == TaskKind::timer; });
+  for (std::size_t i = 0; i < sequence_.size(); ++i) position_[sequence_[i]] = i;
+  whole_ = add(overheads_.wait, work(0, sequence_.size(), topology.graph().joins.size()));
+}
+
+std::int64_t ProcessingWindows::job_work(TaskId id) const {
+  return add(topology_.set()[id].wcet.count(), overheads_.job);
+}
+
+/// Of the tasks at these positions, each once; a join works once, and `without_join` not at all.
+std::int64_t ProcessingWindows::work(std::size_t from, std::size_t to, std::size_t without_join) const {
+  const std::size_t joins = topology_.graph().joins.size();
+  std::vector<bool> counted(joins + 1, false);
+  if (without_join < joins) counted[without_join] = true;
+  std::int64_t sum = 0;
+  for (std::size_t i = from; i < to; ++i) {
+    const TaskId id = sequence_[i];
+    if (topology_.roots(id).empty()) continue;
+    const std::size_t join = topology_.join_index(id);
+    const bool works = join == joins || !counted[join];
+    sum = add(sum, works ? job_work(id) : overheads_.job);
+    if (join != joins) counted[join] = true;
+  }
+  return sum;
+}
+
+/// From a poll that finds the task ready to the start of its job, which completes its join, if it has one.
+std::int64_t ProcessingWindows::ahead(TaskId id) const {
+  return add(overheads_.wait, work(0, position_[id], topology_.join_index(id)));
+}
+
+/// From the end of the task's job to the next poll.
+std::int64_t ProcessingWindows::behind(TaskId id) const {
+  return work(position_[id] + 1, sequence_.size(), topology_.join_index(id));
+}
+
+/// From a publication to the end of the subscription's job that takes the sample.
+std::int64_t ProcessingWindows::hop(TaskId publisher, TaskId subscription) const {
+  const std::int64_t own = job_work(subscription);
+  const Task& task = topology_.set()[subscription];
+  const bool no_queue = task.depth == 1 || topology_.one_publisher(subscription);
+  if (no_queue && overheads_.delivery == 0) {
+    return add(behind(publisher), add(ahead(subscription), own));  // Lemma VI.5
+  }
+  // Lemma VI.4: one sample a window.
+  const std::int64_t windows = multiply(task.depth, whole());
+  return add(add(overheads_.delivery, overheads_.wake_up), add(windows, add(ahead(subscription), own)));
+}
+
+std::vector<std::int64_t> ProcessingWindows::ends(TaskId root) const {
+  constexpr std::int64_t kUnreached = -1;
+  std::vector<std::int64_t> end(topology_.size(), kUnreached);
+  // A timestamp that leads to a job falls into a window without the timer, or behind the timer's job in it.
+  end[root] = add(add(whole(), overheads_.wake_up), std::max(ahead(root), job_work(root)));
+  for (const TaskId id : topology_.order()) {
+    for (const TaskId p : topology_.publishers(id)) {
+      if (end[p] != kUnreached) end[id] = std::max(end[id], add(end[p], hop(p, id)));
+    }
+  }
+  return end;
+}
+
+std::optional<std::int64_t> ProcessingWindows::until_finish(TaskId root, TaskId to) const {
+  return ends(root)[to];
+}
+
+PathParts ProcessingWindows::parts(TaskId root, TaskId to) const {
+  const std::vector<std::int64_t> end = ends(root);
+  PathParts parts;
+  for (TaskId id = to; id != root;) {
+    TaskId before = kNoTask;
+    for (const TaskId p : topology_.publishers(id)) {
+      if (end[p] >= 0 && end[p] + hop(p, id) == end[id]) before = p;
+    }
+    parts.work.emplace_back(id, end[id] - end[before]);
+    id = before;
+  }
+  parts.work.emplace_back(root, end[root]);
+  std::ranges::stable_sort(parts.work, std::greater<>(), [](const auto& part) { return part.second; });
+  return parts;
+}
+
+std::optional<std::int64_t> ProcessingWindows::until_start(TaskId root, TaskId to) const {
+  return until_finish(root, to);  // a job that waits may start behind one of its join that works
+}
+
+std::optional<std::int64_t> ProcessingWindows::response(TaskId subscription) const {
+  std::int64_t largest = 0;
+  for (const TaskId p : topology_.publishers(subscription)) largest = std::max(largest, hop(p, subscription));
+  return largest;
+}
+
+}  // namespace hotpath

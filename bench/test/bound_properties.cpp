@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bound_properties.hpp"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+
+#include "bounds/bounds.hpp"
+#include "hotpath/core/simulator.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "hotpath/reference_system/phases.hpp"
+#include "program/text.hpp"
+#include "random_graphs.hpp"
+
+namespace hotpath::test {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+constexpr int kRuns = 4;  // of each graph
+
+/// What was asked and found, over all threads.
+class Statistics {
+ public:
+  void asked(const std::string& executor, bool refused) {
+    const std::lock_guard lock(mutex_);
+    auto& [asked, none] = pairs_[executor];
+    ++asked;
+    none += refused;
+  }
+  void pessimism(const std::string& method, double ratio) {
+    const std::lock_guard lock(mutex_);
+    std::vector<float>& all = ratios_[method];
+    if (all.size() < 1'000'000) all.push_back(static_cast<float>(ratio));
+  }
+  std::string report() {
+    const std::lock_guard lock(mutex_);
+    std::string out = "refused, of all graphs:\n";
+    for (const auto& [executor, counts] : pairs_) {
+      out +=
+          text("  %-18s %5.1f %% of %zu\n", executor.c_str(),
+               100.0 * static_cast<double>(counts.second) / static_cast<double>(counts.first), counts.first);
+    }
+    out += "bound / largest observed, median:\n";
+    for (auto& [method, all] : ratios_) {
+      std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+      out += text("  %-45s %.2f of %zu\n", method.c_str(), all[all.size() / 2], all.size());
+    }
+    return out;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, std::pair<std::size_t, std::size_t>> pairs_;
+  std::map<std::string, std::vector<float>> ratios_;
+};
+
+Statistics& statistics() {
+  static Statistics all;
+  return all;
+}
+
+class BoundCase {
+ public:
+  BoundCase(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers)
+      : seed_(seed),
+        random_(seed),
+        graph_(random_graph(random_)),
+        tasks_(make_tasks(graph_)),
+        executor_(parse_executor(executor, {})),
+        also_covers_(also_covers) {}
+
+  CaseResult check() {
+    phases_known_ = chance(random_, 25);
+    draw_phases();
+    bounds_ = bounds();
+    const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return b.refusal.empty(); });
+    statistics().asked(executor_.label, !any);
+    if (!any) return {};
+    for (int run = 0; run < kRuns && result_.wrong.empty(); ++run) {
+      if (!phases_known_ && run > 0) draw_phases();
+      simulate_once(run);
+    }
+    if (result_.wrong.empty()) compare();
+    return result_;
+  }
+
+ private:
+  void draw_phases() {
+    const Phases kinds[] = {Phases::random, Phases::random, Phases::synchronous, Phases::creation};
+    PhaseOptions options;
+    options.seed = random_();
+    const std::vector<Duration> first =
+        make_phases(graph_, tasks_, kinds[static_cast<std::size_t>(draw(random_, 0, 3))], options);
+    for (TaskId id = 0; id < first.size(); ++id) tasks_.set.tasks[id].phase = first[id];
+  }
+
+  std::vector<GraphBounds> bounds() {
+    callbacks_ = callback_graph(graph_, tasks_, phases_known_);
+    const BoundedSystem system{callbacks_, *executor_.entry, executor_.scheduler,
+                               make_platform(graph_, *executor_.entry)};
+    std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
+    if (phases_known_ && also_covers_ == 0) all.push_back(exact_bounds(system));
+    return all;
+  }
+
+  void simulate_once(int run) {
+    std::vector<ChainObservation> observations;
+    const WorstCaseTimes worst(tasks_.set);
+    const UniformTimes uniform(tasks_.set, random_());
+    const ExecutionTimes& times = run % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform;
+    GraphWorkload workload(graph_, tasks_, times, &observations);
+    SimulationOptions options;
+    options.platform = make_platform(graph_, *executor_.entry);
+    options.duration = 2s;
+    options.max_backlog = 1000;
+    Trace trace;
+    try {
+      trace = simulate_trace(tasks_.set, *executor_.entry, executor_.scheduler, workload, options);
+    } catch (const SimulationError&) {
+      return;  // overloaded; what a bound says of it is not looked at
+    }
+    result_.jobs += trace.jobs.size();
+    tasks_seen_.resize(tasks_.set.size());
+    chains_seen_.resize(graph_.chains.size());
+    for (const JobRecord& r : trace.jobs) {
+      if (r.outcome != Outcome::ran) continue;
+      std::int64_t& largest = tasks_seen_[r.job.task];
+      largest = std::max(largest, (r.finish - r.job.timestamp).count());
+    }
+    for (const ChainRecord& c : join_chains(graph_, tasks_, trace, observations)) {
+      chains_seen_[c.chain] = std::max(chains_seen_[c.chain], c.end_to_end_latency.count());
+    }
+  }
+
+  void compare() {
+    for (const GraphBounds& b : bounds_) {
+      for (TaskId id = 0; id < b.tasks.size() && id < tasks_seen_.size(); ++id) {
+        if (b.tasks[id]) compare(b.method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
+      }
+      for (std::size_t c = 0; c < b.chains.size() && c < chains_seen_.size(); ++c) {
+        if (b.chains[c])
+          compare(b.method + ", chain", graph_.chains[c].name, chains_seen_[c], b.chains[c]->latency);
+      }
+    }
+  }
+
+  void compare(const std::string& method, const std::string& name, std::int64_t seen, std::int64_t bound) {
+    if (seen > 0) statistics().pessimism(method, static_cast<double>(bound) / static_cast<double>(seen));
+    if (seen <= bound || !result_.wrong.empty()) return;
+    result_.wrong = executor_.label + ", " + method + ": " + name + " was observed with " +
+                    std::to_string(seen) + " ns, above its bound of " + std::to_string(bound) + " ns, seed " +
+                    std::to_string(seed_) + (phases_known_ ? ", phases known" : ", phases unknown") +
+                    ". Graph:\n" + graph_yaml(graph_);
+  }
+
+  const std::uint64_t seed_;
+  Random random_;
+  const Graph graph_;
+  GraphTasks tasks_;
+  const ExecutorSpec executor_;
+  const std::uint32_t also_covers_;
+  bool phases_known_ = false;
+  CallbackGraph callbacks_;
+  std::vector<GraphBounds> bounds_;
+  std::vector<std::int64_t> tasks_seen_, chains_seen_;
+  CaseResult result_;
+};
+
+}  // namespace
+
+CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers) {
+  return BoundCase(seed, executor, also_covers).check();
+}
+
+std::string findings() { return statistics().report(); }
+
+std::vector<Property> properties() {
+  std::vector<Property> all;
+  for (const char* executor : {"default",    "static",           "events-ro",    "rm-ro",       "dm-ro",
+                               "fp-ro",      "edf-ro",           "rm-ro:first",  "fp-ro:first", "fp-ro:fifo",
+                               "rm-ro:fifo", "fp-ro:first:fifo", "edf-ro:first", "cbg:1",       "rm-re",
+                               "fp-re",      "edf-re",           "events-re",    "multi:2",     "cbg:2"}) {
+    all.push_back({std::string("bounds/") + executor, 150,
+                   [name = std::string(executor)](std::uint64_t seed) { return check_bounds(seed, name); }});
+  }
+  return all;
+}
+
+}  // namespace hotpath::test

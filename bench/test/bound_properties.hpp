@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "properties.hpp"
+
+namespace hotpath::test {
+
+/// Simulates a random graph under an executor (`NAME` or `NAME:VARIANT`) with random phases and execution
+/// times, and compares with every bound that is printed for it. `also_covers`: assumptions that no method
+/// checks.
+CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers = 0);
+
+}  // namespace hotpath::test

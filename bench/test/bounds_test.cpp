@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "bound_properties.hpp"
+#include "hotpath/analysis/graph_bounds.hpp"
+
+namespace hotpath::test {
+namespace {
+
+class EveryBound : public testing::TestWithParam<Property> {};
+
+TEST_P(EveryBound, HoldsForRandomGraphs) {
+  const Property& property = GetParam();
+  for (std::uint64_t seed = 0; seed < property.cases; ++seed) {
+    ASSERT_EQ(property.check(seed).wrong, "");
+  }
+}
+
+/// Without the check of one assumption the search finds a wrong bound.
+struct Unchecked {
+  const char* executor;
+  Assumption assumption;
+  std::uint64_t from = 0;  ///< First seed.
+};
+
+class EveryCheck : public testing::TestWithParam<Unchecked> {};
+
+TEST_P(EveryCheck, IsNeeded) {
+  for (std::uint64_t seed = GetParam().from; seed < GetParam().from + 2000; ++seed) {
+    const auto result =
+        check_bounds(seed, GetParam().executor, static_cast<std::uint32_t>(GetParam().assumption));
+    if (!result.wrong.empty()) return;
+  }
+  FAIL() << "no bound was exceeded";
+}
+
+INSTANTIATE_TEST_SUITE_P(Assumptions, EveryCheck,
+                         testing::Values(Unchecked{"edf-ro", Assumption::deadlines},
+                                         Unchecked{"events-ro", Assumption::activation_order},
+                                         Unchecked{"static", Assumption::other_order},
+                                         Unchecked{"rm-re", Assumption::runs_timers},
+                                         Unchecked{"multi:2", Assumption::several_threads},
+                                         Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},
+                                         Unchecked{"edf-ro", Assumption::mixed_deadlines}, Unchecked{"rm-ro", Assumption::wake_up},
+                                         Unchecked{"rm-ro", Assumption::late_releases, 19'000},
+                                         Unchecked{"rm-ro", Assumption::delivery_delay},
+                                         Unchecked{"cbg:1", Assumption::woken_by_jobs, 109'000}));
+
+INSTANTIATE_TEST_SUITE_P(Executors, EveryBound, testing::ValuesIn(properties()), [](const auto& param) {
+  std::string name = param.param.name;
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
+  return name;
+});
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random_graphs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <set>
+#include <sstream>
+
+namespace hotpath::test {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+class Generator {
+ public:
+  explicit Generator(Random& random) : random_(random) {}
+
+  Graph make() {
+    graph_.name = "random";
+    const std::int64_t sensors = draw(random_, 1, 5);
+    for (std::int64_t i = 0; i < sensors; ++i) add(NodeType::sensor);
+    const std::int64_t others = chance(random_, 15) ? 0 : draw(random_, 1, 8);
+    for (std::int64_t i = 0; i < others; ++i) add(any_type());
+    scale_to_load(graph_, static_cast<double>(draw(random_, 20, 97)));
+    for (Node& node : graph_.nodes) {
+      const std::int64_t percent = chance(random_, 50) ? 100 : draw(random_, 0, 100);
+      node.best_case_execution_time = node.execution_time * percent / 100;
+    }
+    if (chance(random_, 40)) add_costs();
+    add_chains();
+    return std::move(graph_);
+  }
+
+ private:
+  NodeType any_type() {
+    const std::int64_t d = draw(random_, 1, 100);
+    return d <= 42   ? NodeType::transform
+           : d <= 65 ? NodeType::fusion
+           : d <= 80 ? NodeType::cyclic
+           : d <= 90 ? NodeType::intersection
+                     : NodeType::command;
+  }
+
+  void add(NodeType type) {
+    Node node;
+    node.type = type;
+    node.name = "N" + std::to_string(graph_.nodes.size());
+    if (type == NodeType::sensor || type == NodeType::cyclic) {
+      constexpr std::array kPeriods = {10, 20, 25, 30, 40, 50, 50, 60, 80, 100, 100, 120, 200};
+      node.period = node.deadline =
+          kPeriods[static_cast<std::size_t>(draw(random_, 0, kPeriods.size() - 1))] * 1ms;
+      node.priority = draw(random_, 0, 5);
+    }
+    node.execution_time = draw(random_, graph_.nodes.empty() ? 1 : 0, 10) * 1ms;
+    std::size_t inputs = type == NodeType::sensor                                   ? 0
+                         : type == NodeType::transform || type == NodeType::command ? 1
+                                                                                    : draw(random_, 2, 3);
+    std::vector<std::string> free = topics_;
+    std::shuffle(free.begin(), free.end(), random_);
+    inputs = std::min(inputs, free.size());
+    for (std::size_t i = 0; i < inputs; ++i) add_input(node, free[i]);
+    const std::size_t outputs = type == NodeType::intersection ? inputs : type == NodeType::command ? 0 : 1;
+    for (std::size_t i = 0; i < outputs; ++i) add_output(node);
+    graph_.nodes.push_back(std::move(node));
+  }
+
+  void add_input(Node& node, const std::string& topic) {
+    Input input;
+    input.topic = topic;
+    input.depth = chance(random_, 60) ? 1 : static_cast<std::uint32_t>(draw(random_, 2, 5));
+    if (chance(random_, 12)) input.priority = draw(random_, 0, 5);
+    node.inputs.push_back(std::move(input));
+    read_.insert(topic);
+  }
+
+  /// Sometimes a topic that others publish and nobody has subscribed to yet, so that no circle comes about.
+  void add_output(Node& node) {
+    std::vector<std::string> shared;
+    for (const std::string& topic : topics_) {
+      if (!read_.contains(topic) && std::ranges::find(node.outputs, topic) == node.outputs.end())
+        shared.push_back(topic);
+    }
+    if (!shared.empty() && chance(random_, 25)) {
+      node.outputs.push_back(shared[static_cast<std::size_t>(draw(random_, 0, shared.size() - 1))]);
+      return;
+    }
+    node.outputs.push_back("t" + std::to_string(topics_.size()));
+    topics_.push_back(node.outputs.back());
+  }
+
+  void add_costs() {
+    for (const PlatformCost& cost : kPlatformCosts) {
+      if (chance(random_, 40)) graph_.platform.*cost.value = draw(random_, 1, 400) * 1us;
+    }
+    graph_.platform.wait_cost_per_entity /= 100;
+    if (!chance(random_, 30)) graph_.platform.delivery_delay = {};
+    if (chance(random_, 30)) graph_.platform.cores = 2;
+    if (chance(random_, 30)) graph_.platform.timer_thread = TimerThread::equal;
+  }
+
+  /// From all timers upstream to some node.
+  void add_chains() {
+    const GraphTasks tasks = make_tasks(graph_);
+    for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {
+      const Node& sink = graph_.nodes[n];
+      if (sink.type == NodeType::sensor || chance(random_, 40)) continue;
+      Chain chain;
+      chain.name = "to" + sink.name;
+      chain.sink = sink.name;
+      for (TaskId id = 0; id < tasks.set.size(); ++id) {
+        const Node& source = graph_.nodes[tasks.origin[id].node];
+        if (tasks.set[id].kind != TaskKind::timer || &source == &sink || !reaches(tasks, id, n)) continue;
+        if (source.type == NodeType::sensor || chance(random_, 30)) chain.sources.push_back(source.name);
+      }
+      if (chain.sources.empty()) continue;
+      for (const Node& node : graph_.nodes) chain.nodes.push_back(node.name);
+      graph_.chains.push_back(std::move(chain));
+    }
+  }
+
+  static bool reaches(const GraphTasks& tasks, TaskId from, std::uint32_t node) {
+    std::vector<bool> seen(tasks.set.size(), false);
+    std::vector<TaskId> open = {from};
+    while (!open.empty()) {
+      const TaskId id = open.back();
+      open.pop_back();
+      if (tasks.origin[id].node == node) return true;
+      for (const TaskId next : tasks.downstream(id)) {
+        if (!seen[next]) open.push_back(next);
+        seen[next] = true;
+      }
+    }
+    return false;
+  }
+
+  Random& random_;
+  Graph graph_;
+  std::vector<std::string> topics_;
+  std::set<std::string> read_;
+};
+
+void write_node(std::ostream& out, const Node& node) {
+  out << "  - {name: " << node.name << ", type: " << to_string(node.type)
+      << ", execution_time_ms: " << to_ms(node.execution_time)
+      << ", best_case_execution_time_ms: " << to_ms(node.best_case_execution_time);
+  if (node.period > Duration::zero())
+    out << ", period_ms: " << to_ms(node.period) << ", priority: " << *node.priority;
+  const auto input = [](const Input& i) {
+    return "{topic: " + i.topic + ", depth: " + std::to_string(i.depth) +
+           (i.priority ? ", priority: " + std::to_string(*i.priority) : "") + "}";
+  };
+  if (node.type == NodeType::intersection) {
+    out << ", connections: [";
+    for (std::size_t i = 0; i < node.inputs.size(); ++i) {
+      out << (i ? ", " : "") << "{input: " << input(node.inputs[i]) << ", output: " << node.outputs[i] << "}";
+    }
+    out << "]";
+  } else if (!node.inputs.empty()) {
+    out << ", inputs: [";
+    for (std::size_t i = 0; i < node.inputs.size(); ++i) out << (i ? ", " : "") << input(node.inputs[i]);
+    out << "]";
+  }
+  if (node.type != NodeType::intersection && !node.outputs.empty()) out << ", output: " << node.outputs[0];
+  out << "}\n";
+}
+
+std::string list(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return "[" + text + "]";
+}
+
+}  // namespace
+
+std::int64_t draw(Random& random, std::int64_t least, std::int64_t most) {
+  return std::uniform_int_distribution<std::int64_t>(least, most)(random);
+}
+
+bool chance(Random& random, int percent) { return draw(random, 1, 100) <= percent; }
+
+Graph random_graph(Random& random) { return Generator(random).make(); }
+
+std::string graph_yaml(const Graph& graph) {
+  std::ostringstream out;
+  out.precision(10);
+  out << "name: " << graph.name << "\nplatform:\n  cores: " << graph.platform.cores
+      << "\n  timer_thread: " << to_string(graph.platform.timer_thread) << "\n";
+  for (const PlatformCost& cost : kPlatformCosts) {
+    out << "  " << cost.key << ": " << to_us(graph.platform.*cost.value) << "\n";
+  }
+  out << "nodes:\n";
+  for (const Node& node : graph.nodes) write_node(out, node);
+  out << "chains:\n";
+  for (const Chain& c : graph.chains) {
+    out << "  - {name: " << c.name << ", nodes: " << list(c.nodes) << ", sources: " << list(c.sources)
+        << ", sink: " << c.sink << "}\n";
+  }
+  return out.str();
+}
+
+}  // namespace hotpath::test

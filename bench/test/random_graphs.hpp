@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <random>
+#include <string>
+
+#include "hotpath/reference_system/graph.hpp"
+
+namespace hotpath::test {
+
+using Random = std::mt19937_64;
+
+std::int64_t draw(Random& random, std::int64_t least, std::int64_t most);
+bool chance(Random& random, int percent);
+
+/// The default mix of docs/analysis.md: sensors, transforms, fusions in series, cyclic nodes, intersections,
+/// commands; fan-out, fan-in, several publishers of a topic, equal periods, priorities of subscriptions,
+/// depths, and in two of five graphs what a platform costs.
+Graph random_graph(Random& random);
+
+/// The graph as a file that load_graph() reads.
+std::string graph_yaml(const Graph& graph);
+
+}  // namespace hotpath::test
