@@ -8,8 +8,6 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <thread>
-
 #include "hotpath/core/input_error.hpp"
 #include "live/publishing_effect.hpp"
 #include "live/repetition_runner.hpp"
@@ -138,25 +136,14 @@ class LiveRun {
             concat("executor ", executor.name, ": there is no processor ", processor, " to run on"),
             "take some of " + joined(available));
       }
-      check_policy(plan.file, executor);
+      // So that what is not permitted is said before anything starts.
+      if (executor.policy == ThreadPolicy{}) continue;
+      const auto& processors = executor.processors.empty() ? plan_.cpus : executor.processors;
+      const std::string refused = refusal({executor.policy, true, processors});
+      if (refused.empty()) continue;
+      throw UsageError(concat(plan.file, plan.file.empty() ? "" : concat(":", executor.line, ": "),
+                              "executor ", executor.name, ": ", refused));
     }
-  }
-
-  /// In a thread of its own, so that what is not permitted is said before anything starts.
-  void check_policy(const std::string& file, const DeployedExecutor& executor) const {
-    if (executor.policy == ThreadPolicy{}) return;
-    std::string refused;
-    std::thread([&] {
-      try {
-        const auto& processors = executor.processors.empty() ? plan_.cpus : executor.processors;
-        static_cast<void>(apply_thread_policy({executor.policy, true, processors}));
-      } catch (const ThreadSetupError& error) {
-        refused = error.what();
-      }
-    }).join();
-    if (refused.empty()) return;
-    throw UsageError(concat(file, file.empty() ? "" : concat(":", executor.line, ": "), "executor ",
-                            executor.name, ": ", refused));
   }
 
   void check_publishing() {

@@ -24,17 +24,6 @@ namespace {
 
 using Kind = ChannelMessage::Kind;
 
-/// The process of each node.
-std::vector<std::uint32_t> processes_of_nodes(const RepetitionPlan& plan) {
-  std::vector<std::uint32_t> process = assign_processes(*plan.graph, plan.processes);
-  if (!plan.executor.deployment) return process;
-  const Deployment& deployment = plan.executor.deployment->plan;
-  for (TaskId id = 0; id < plan.tasks.set.size(); ++id) {
-    process[plan.tasks.origin[id].node] = deployment.executors[deployment.executor_of[id]].process;
-  }
-  return process;
-}
-
 /// The number in the run of each worker of a process, which counts its own.
 std::vector<std::uint16_t> worker_numbers(const RepetitionPlan& plan, std::uint32_t process) {
   std::vector<std::uint16_t> numbers;
@@ -80,7 +69,11 @@ RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
 class Coordinator {
  public:
   Coordinator(const RepetitionPlan& plan, const std::function<void(Duration)>& progress)
-      : plan_(plan), progress_(progress), process_of_node_(processes_of_nodes(plan)) {
+      : plan_(plan),
+        progress_(progress),
+        process_of_node_(plan.executor.deployment
+                             ? plan.executor.deployment->plan.process_of(*plan.graph, plan.tasks)
+                             : assign_processes(*plan.graph, plan.processes)) {
     for (std::uint32_t p = 0; p < plan.processes; ++p) memories_.emplace_back(memory_size(plan, p));
   }
 

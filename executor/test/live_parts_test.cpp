@@ -134,17 +134,14 @@ TEST(ThreadPolicy, IsReadAndWrittenTheSameWay) {
 }
 
 TEST(ThreadPolicy, OfADeadlineIsObtainedOrRefusedWithARemedy) {
-  std::string refused;
-  int obtained = -1;
-  std::thread([&] {
-    try {
-      static_cast<void>(apply_thread_policy({parse_thread_policy("deadline:1/100/100"), true, {}}));
-      obtained = sched_getscheduler(0);
-    } catch (const ThreadSetupError& error) {
-      refused = error.what();
-    }
-  }).join();
+  const ThreadPolicyRequest request{parse_thread_policy("deadline:1/100/100"), true, {}};
+  const std::string refused = refusal(request);
   if (refused.empty()) {
+    int obtained = -1;
+    std::thread([&] {
+      EXPECT_EQ(apply_thread_policy(request), request.policy);
+      obtained = sched_getscheduler(0);
+    }).join();
     EXPECT_EQ(obtained & ~SCHED_RESET_ON_FORK, SCHED_DEADLINE);
   } else {
     EXPECT_NE(refused.find("deadline:1/100/100 was refused"), std::string::npos) << refused;

@@ -95,6 +95,14 @@ std::vector<std::size_t> Deployment::executors_in(std::uint32_t process) const {
   return found;
 }
 
+std::vector<std::uint32_t> Deployment::process_of(const Graph& graph, const GraphTasks& tasks) const {
+  std::vector<std::uint32_t> process(graph.nodes.size(), 0);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    process[tasks.origin[id].node] = executors[executor_of[id]].process;
+  }
+  return process;
+}
+
 std::span<const DeploymentPreset> deployment_presets() { return kPresets; }
 
 }  // namespace hotpath

@@ -106,6 +106,9 @@ TEST_F(Deployments, ExecutorsThatNameNoProcessShareOne) {
   EXPECT_EQ(d.processes, (std::vector<std::string>{"", "drivers"}));
   EXPECT_EQ(d.executors_in(0), (std::vector<std::size_t>{0, 2}));
   EXPECT_EQ(d.executors_in(1), (std::vector<std::size_t>{1}));
+  const std::vector<std::uint32_t> process = d.process_of(graph, tasks);
+  EXPECT_EQ(process[static_cast<std::size_t>(graph.find("FrontLidarDriver") - graph.nodes.data())], 1U);
+  EXPECT_EQ(std::ranges::count(process, 1U), 1);
   EXPECT_EQ(find("isolated").executors_in(0).size(), graph.nodes.size());
 }
 

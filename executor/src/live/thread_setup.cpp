@@ -10,6 +10,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <thread>
 
 namespace hotpath {
 
@@ -86,6 +87,18 @@ ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request) {
                                        "`other`"));
   }
   return {};
+}
+
+std::string refusal(const ThreadPolicyRequest& request) {
+  std::string refused;
+  std::thread([&] {
+    try {
+      static_cast<void>(apply_thread_policy(request));
+    } catch (const ThreadSetupError& error) {
+      refused = error.what();
+    }
+  }).join();
+  return refused;
 }
 
 void minimise_timer_slack() { prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL); }

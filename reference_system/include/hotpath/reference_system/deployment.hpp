@@ -33,6 +33,8 @@ struct Deployment {
 
   /// The indices of the executors in that process.
   [[nodiscard]] std::vector<std::size_t> executors_in(std::uint32_t process) const;
+  /// By node.
+  [[nodiscard]] std::vector<std::uint32_t> process_of(const Graph& graph, const GraphTasks& tasks) const;
 };
 
 /// A deployment that follows from the graph.
