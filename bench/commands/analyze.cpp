@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +15,7 @@
 #include "hotpath/analysis/tightness.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
@@ -25,7 +27,7 @@ namespace hotpath {
 namespace {
 
 struct AnalyzeOptions : CommonOptions, PlatformOptions {
-  std::string trace, csv, phases_of;
+  std::string trace, csv, page, phases_of;
   std::optional<Phases> known_phases;
   std::vector<std::string> chain;
   std::optional<double> delta_us;
@@ -76,8 +78,9 @@ class BoundReport {
     TextTable tasks = table("task", {"deadline"});
     for (TaskId id = 0; id < set_.size(); ++id) {
       const bool timer = set_[id].kind == TaskKind::timer;
-      const std::string deadline = timer ? in_ms(set_[id].deadline.count()) : "";
-      add_row(tasks, {"task", executor, set_[id].name}, bounds.method, bounds.tasks[id], {deadline});
+      Row row{{"task", executor, set_[id].name}, bounds.method, bounds.tasks[id]};
+      if (timer) row.deadline = set_[id].deadline.count();
+      add_row(tasks, row, {timer ? in_ms(row.deadline) : ""});
     }
     std::cout << tasks;
     print_verdict(bounds);
@@ -86,9 +89,15 @@ class BoundReport {
     for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
       const std::optional<ChainAge>& age = bounds.chains[c];
       std::vector<std::string> parts = {"-", "-", bounds.no_chain_bound[c]};
-      if (age) parts = {in_ms(age->response), in_ms(age->waiting), set_[age->last_timer].name};
-      add_row(chains, {"chain", executor, graph.chains[c].name}, bounds.method,
-              age ? std::optional(age->latency) : std::nullopt, parts);
+      Row row{{"chain", executor, graph.chains[c].name}, bounds.method};
+      if (age) {
+        parts = {in_ms(age->response), in_ms(age->waiting), set_[age->last_timer].name};
+        row.bound = age->latency;
+        row.response = age->response;
+        row.waiting = age->waiting;
+        row.dominated_by = dominated_by(*age);
+      }
+      add_row(chains, row, parts);
     }
     std::cout << chains;
     for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
@@ -102,7 +111,10 @@ class BoundReport {
   const std::string& first_violation() const { return first_violation_; }
   /// Every row so far.
   std::string csv() const {
-    return "executor,method,kind,name,bound_ns,observed_ns,tightness,violated\n" + csv_.str();
+    return "executor,method,kind,name,bound_ns,observed_ns,tightness,violated,deadline_ns,response_ns,"
+           "waiting_ns,"
+           "dominated_by\n" +
+           csv_.str();
   }
 
  private:
@@ -123,16 +135,23 @@ class BoundReport {
     if (age.parts.blocking > 0) {
       const bool job = age.parts.blocker != kNoTask;
       out +=
-          part(age.parts.blocking, job ? "blocked by " + set_[age.parts.blocker].name + ", " : "waking up, ");
+          part(age.parts.blocking, job ? "blocked by " + set_[age.parts.blocker].name + "; " : "waking up; ");
     }
     for (std::size_t i = 0; i < std::min(kMost, age.parts.work.size()); ++i) {
-      out += (i > 0 ? ", " : "") + part(age.parts.work[i].second, set_[age.parts.work[i].first].name);
+      out += (i > 0 ? "; " : "") + part(age.parts.work[i].second, set_[age.parts.work[i].first].name);
     }
-    return out + (age.parts.work.size() > kMost ? ", ..." : "");
+    return out + (age.parts.work.size() > kMost ? "; ..." : "");
   }
 
-  void add_row(TextTable& rows, const std::array<std::string, 3>& key, const std::string& method,
-               std::optional<std::int64_t> bound, const std::vector<std::string>& more) {
+  struct Row {
+    std::array<std::string, 3> key;  ///< Kind, executor, name.
+    std::string method;
+    std::optional<std::int64_t> bound{}, deadline{}, response{}, waiting{};
+    std::string dominated_by{};
+  };
+
+  void add_row(TextTable& rows, const Row& row, const std::vector<std::string>& more) {
+    const auto& [key, method, bound, deadline, response, waiting, dominated] = row;
     std::vector<TextTable::Cell> cells = {key[2], in_ms(bound)};
     cells.insert(cells.end(), more.begin(), more.end());
     Tightness t{key[2], bound, std::nullopt, std::nullopt, false};
@@ -146,7 +165,8 @@ class BoundReport {
                    {in_ms(t.observed), t.ratio ? fixed(*t.ratio, 3) : "-", t.violated ? "VIOLATED" : ""});
     }
     rows.add_row(std::move(cells));
-    write_row(csv_, key[1], method, key[0], t.name, t.bound, t.observed, t.ratio, t.violated ? "yes" : "no");
+    write_row(csv_, key[1], method, key[0], t.name, t.bound, t.observed, t.ratio, t.violated ? "yes" : "no",
+              deadline, response, waiting, dominated);
   }
 
   void count(const std::vector<std::int64_t>& values, const std::array<std::string, 3>& key,
@@ -215,6 +235,7 @@ class Analysis {
     }
     if (!options_.csv.empty()) write_whole_file(options_.csv, "--csv", report.csv());
     if (report.violations() > 0) judge(report);
+    if (!options_.page.empty()) write_page(report);
   }
 
  private:
@@ -270,6 +291,8 @@ class Analysis {
     for (const GraphBounds& bounds : all) {
       if (!bounds.refusal.empty()) {
         refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";
+        refused_.push_back(
+            {{"executor", executor.label}, {"method", bounds.method}, {"why", bounds.refusal}});
         continue;
       }
       report.print(executor.label, callbacks, bounds);
@@ -292,6 +315,21 @@ class Analysis {
     }
     std::cout << "\n" << table;
     if (table.empty()) std::cout << "no published bound covers this executor\n";
+  }
+
+  /// What the page is made from, then the page.
+  [[noreturn]] void write_page(const BoundReport& report) const {
+    const std::filesystem::path folder = options_.page;
+    std::error_code failed;
+    std::filesystem::create_directories(folder, failed);
+    const nlohmann::json facts = {{"graph", graph_.name},
+                                  {"load_percent", load_percent(graph_)},
+                                  {"costs", costs_text()},
+                                  {"trace", options_.trace},
+                                  {"refused", refused_}};
+    write_whole_file(folder / "bounds.csv", "--page", report.csv());
+    write_whole_file(folder / "bounds.json", "--page", facts.dump(1) + "\n");
+    become_python_tool("guarantees", {folder.string()});
   }
 
   /// Throws RunError where the bound claims to hold and does not.
@@ -321,6 +359,7 @@ class Analysis {
   Graph graph_;
   GraphTasks tasks_;
   std::optional<Observed> observed_;
+  nlohmann::json refused_ = nlohmann::json::array();
 };
 
 }  // namespace
@@ -337,7 +376,7 @@ void add_analyze_command(CLI::App& app) {
       .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
       ->delimiter(',')
       ->capture_default_str();
-  add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
+  add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
              "Work of all nodes in percent of one core; by default\nwhat the graph says, or what the run of "
              "--trace had");
   add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
@@ -352,8 +391,9 @@ void add_analyze_command(CLI::App& app) {
       ->delimiter(',')
       ->excludes(trace);
   command.add_option("--csv", o.csv, "Also write the table to this file");
+  add_text(command, "--page", o.page, "FOLDER", "Also write a page with pictures into this folder");
   add_platform_options(command, o);
-  add_number(command, "--delta-us", o.delta_us, 0, 1e9, "US", "The same as --release-cost-us");
+  add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "The same as --release-cost-us");
 }
 
 }  // namespace hotpath

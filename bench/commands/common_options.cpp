@@ -22,7 +22,7 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
   command.option_defaults()->group(kWhatRuns);
   add_text(command, "--graph", o.graph, "GRAPH",
            "A name (`hotpath list graphs`), or the path of a YAML file");
-  add_number(command, "--load", o.load_percent, 0, 10000, "PERCENT",
+  add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
              "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
   add_choice(command, "--work", o.work,
              "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the "
@@ -32,7 +32,7 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
              "all at once, as the graph file says, or at random");
   add_text(command, "--phases-file", o.phases_file, "FILE",
            "As `--phases given`, from a CSV file: see docs/phases.md");
-  add_number(command, "--phase-step", o.phase_step_ms, 0, 1e6, "MS",
+  add_number(command, "--phase-step", o.phase_step_ms, {0, 1e6}, "MS",
              "With `--phases creation`: time from one node to the next;\n"
              "by default what rclcpp needs for it");
   add_choice(command, "--rule", o.rule,
@@ -46,24 +46,24 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
 
 void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
   command.option_defaults()->group(kHowLong);
-  add_number(command, "--duration", o.duration_s, 0.1, longest_s, "SECONDS",
+  add_number(command, "--duration", o.duration_s, {0.1, longest_s}, "SECONDS",
              "Measured time of each repetition");
-  add_number(command, "--warm-up", o.warm_up_s, 0, 3600, "SECONDS",
+  add_number(command, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
              "Time before that, whose latencies do not count");
-  add_number(command, "--repetitions", o.repetitions, 1, 10000, "N", "Repetitions per executor");
+  add_number(command, "--repetitions", o.repetitions, {1, 10000}, "N", "Repetitions per executor");
   add_text(command, "--seed", o.seed, "N", "Decides whatever is random, and resampling for the intervals");
 }
 
 void add_platform_options(CLI::App& command, PlatformOptions& o) {
   command.option_defaults()->group(
       "The simulated machine, by default as the graph's `platform` says, else without costs");
-  add_number(command, "--cores", o.cores, 1, kMaxWorkers, "N", "Processor cores; else 1");
+  add_number(command, "--cores", o.cores, {1, kMaxWorkers}, "N", "Processor cores; else 1");
   add_choice(command, "--timer-thread", o.timer_thread,
              "Priority of the timer management thread: above the\n"
              "executor thread or equal; else raised under the\npaper's executors only, as in live runs");
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
     const PlatformCost& cost = kPlatformCosts[i];
-    add_number(command, option_name(cost.key), o.costs_us[i], 0, kLargestCost_us, "US",
+    add_number(command, option_name(cost.key), o.costs_us[i], {0, kLargestCost_us}, "US",
                std::string(cost.meaning));
   }
 }

@@ -150,17 +150,14 @@ void add_waters_experiment(CLI::App& experiment) {
   auto [waters, o] = add_command<WatersArguments>(experiment, "waters",
                                                   "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
                                                   "", run_waters_experiment);
-  waters.add_option("--sets", o.options.sets, "Task sets for each utilisation")
-      ->check(CLI::Range(1, 1000000))
-      ->capture_default_str();
+  add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets for each utilisation");
   waters.add_option("--utilisations", o.options.utilisations, "Separated by commas")
       ->delimiter(',')
       ->capture_default_str();
-  waters.add_option("--seed", o.options.seed, "The same seed gives the same sets")->capture_default_str();
-  waters.add_option("--threads", o.options.threads, "0: all processors; never changes a result")
-      ->capture_default_str();
+  add_text(waters, "--seed", o.options.seed, "N", "The same seed gives the same sets");
+  add_text(waters, "--threads", o.options.threads, "N", "0: all processors; never changes a result");
   waters.add_flag("!--paper-only", o.more_methods, "Only the paper's method, not the tighter ones");
-  waters.add_option("--output", o.output, "Folder for tables and figure")->capture_default_str();
+  add_text(waters, "--output", o.output, "FOLDER", "Folder for tables and figure");
 }
 
 }  // namespace
@@ -170,8 +167,8 @@ void add_experiment_command(CLI::App& app) {
   experiment->require_subcommand(1);
   auto [table, output] = add_command<std::string>(
       *experiment, "wcrt-table", "Table I: analytical worst-case response times", "", run_wcrt_table);
-  table.add_option("--output", output, "Folder for the table and this machine's release cost as CSV")
-      ->type_name("FOLDER");
+  add_text(table, "--output", output, "FOLDER",
+           "Folder for the table and this machine's release cost as CSV");
   add_waters_experiment(*experiment);
 }
 

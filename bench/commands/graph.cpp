@@ -23,8 +23,10 @@ struct GraphOptions {
 /// Graphviz writes to our standard output itself.
 void draw_svg(const std::string& dot) {
   std::fflush(stdout);
-  ChildProcess graphviz({.words = {"dot", "-Tsvg"}, .input = dot});
-  if (const int status = graphviz.wait(); !exited_with(status, 0)) {
+  FILE* const graphviz = popen("dot -Tsvg", "w");
+  if (graphviz == nullptr) throw RunError("Graphviz (`dot`) could not be started; --dot prints its input");
+  std::fputs(dot.c_str(), graphviz);
+  if (const int status = pclose(graphviz); !exited_with(status, 0)) {
     throw RunError("Graphviz (`dot`) " + how_it_ended(status) + "; --dot prints its input");
   }
 }

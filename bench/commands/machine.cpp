@@ -67,7 +67,7 @@ void add_machine_command(CLI::App& app) {
         for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
         if (!arguments.output.empty()) write_whole_file(arguments.output, "--output", nlohmann::json(m));
       });
-  add_number(machine, "--duration", o.seconds, 0.01, 60, "SECONDS", "Time to watch all cores for hiccups");
+  add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to watch all cores for hiccups");
   add_text(machine, "--output", o.output, "FILE", "Store it as JSON, too");
 }
 

@@ -59,20 +59,25 @@ CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value
   return plain ? added->capture_default_str() : added;
 }
 
+struct Limits {
+  double least, most;
+};
+
 /// A number within limits; whole if `value`, which may be optional, is.
 template <class Value>
-CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, double least, double most,
+CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, Limits limits,
                         const std::string& unit, const std::string& help) {
   constexpr bool whole = std::is_integral_v<typename Plain<Value>::Type>;
   const char* const kind = whole ? "whole number" : "number";
-  const auto check = [least, most, kind](const std::string& text) {
+  const auto check = [limits, kind](const std::string& text) {
     std::conditional_t<whole, std::int64_t, double> number{};
     const char* const end = text.data() + text.size();
     const auto parsed = std::from_chars(text.data(), end, number);
     const auto n = static_cast<double>(number);
-    if (parsed.ec == std::errc{} && parsed.ptr == end && n >= least && n <= most) return std::string();
+    if (parsed.ec == std::errc{} && parsed.ptr == end && n >= limits.least && n <= limits.most)
+      return std::string();
     std::ostringstream range;
-    range << "`" << text << "` is not a " << kind << " from " << least << " to " << most;
+    range << "`" << text << "` is not a " << kind << " from " << limits.least << " to " << limits.most;
     return range.str();
   };
   return add_text(command, option, value, unit, help)->check(CLI::Validator(check, ""));

@@ -16,7 +16,7 @@ struct Arguments {
 void run_tool(const std::string& command, std::vector<std::string> words, const std::string& option,
               const std::string& output) {
   if (!output.empty()) words.insert(words.end(), {option, output});
-  run_python_tool(command, words);
+  become_python_tool(command, words);
 }
 
 }  // namespace

@@ -16,11 +16,11 @@ void add_where_options(CLI::App& command, RunOptions& o) {
   command.option_defaults()->group("Where it runs");
   add_choice(command, "--transport", o.plan.transport,
              "What carries messages: DDS, or pointers in one process");
-  add_number(command, "--processes", o.plan.processes, 1, 64, "N",
+  add_number(command, "--processes", o.plan.processes, {1, 64}, "N",
              "Split the nodes over that many processes (fastdds only)");
   add_choice(command, "--network", o.plan.fastdds.network, "How messages get from process to process");
   command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone");
-  add_number(command, "--domain", o.plan.fastdds.domain, 0, 232, "N", "DDS domain");
+  add_number(command, "--domain", o.plan.fastdds.domain, {0, 232}, "N", "DDS domain");
   add_text(command, "--cpus", o.cpus, "LIST", "Processors to run on, as in 1 or 0,2-3; by default all");
   add_text(command, "--executor-policy", o.executor_policy, "POLICY",
            "Scheduling class of executor threads, other, fifo:N or\nrr:N; by default other");
@@ -54,7 +54,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add_graph_options(command, o);
   command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(kHowLong);
   add_length_options(command, o, 86400);
-  add_number(command, "--time-out", o.time_out_s, 0.1, 3600, "SECONDS",
+  add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
              "A process that answers this much later than it should\nhas hung: its repetition fails");
   add_where_options(command, o);
   add_live_options(command, o);

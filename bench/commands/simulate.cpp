@@ -26,7 +26,7 @@ void add_simulate_command(CLI::App& app) {
            "First timestamps of the same executor and repetition of\na run, from its folder");
   add_length_options(simulate, o, kLongestSimulation_s);
   add_number(
-      simulate, "--max-backlog", o.max_backlog, 1, 1e9, "JOBS",
+      simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
       "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task");
   add_platform_options(simulate, o);
   add_text(simulate, "--execution-times", o.execution_times, "worst|uniform|measured|replay:RUN",
@@ -34,7 +34,7 @@ void add_simulate_command(CLI::App& app) {
            "case, at random; measured: drawn from measured values that\n"
            "the graph gives, else uniform; replay:RUN: as measured by a\n"
            "run of the same executors on the same graph, from its folder");
-  add_number(simulate, "--threads", o.threads, 0, 1024, "N",
+  add_number(simulate, "--threads", o.threads, {0, 1024}, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
       ->group("Results");
   simulate

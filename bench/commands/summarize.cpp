@@ -28,8 +28,9 @@ void summarize_run(const SummarizeOptions& options) {
   const auto responses = [&](std::ostream& out) { write_responses_csv(out, run); };
   if (options.responses == "-") return responses(std::cout);
   if (!options.responses.empty()) write_whole_file(options.responses, "--responses", responses);
-  write_whole_file(run.folder() / "summary.json", summarize_again(run));
-  write_table(std::cout, summarize(run.tasks(), run.runs(), run.summary_options()));
+  const Summary summary = summarize(run.tasks(), run.runs(), run.summary_options());
+  write_whole_file(run.folder() / "summary.json", nlohmann::json(summary));
+  write_table(std::cout, summary);
 }
 
 }  // namespace

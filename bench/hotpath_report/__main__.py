@@ -3,6 +3,7 @@
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -30,17 +31,17 @@ def add_commands(commands: Any) -> None:
         ("report", "pages.run_report:write", "one page about runs, or about a published reproduction"),
     ):
         add(name, call, about, folders=runs).add_argument("--output", **output)
-    timeline = add(
-        "timeline", "figures.timeline:draw_run", "chart of a part of a trace", folder={"metavar": "RUN"}
-    )
-    timeline.add_argument("--executor", required=True)
-    timeline.add_argument("--repetition", type=int, default=0)
-    timeline.add_argument("--from", dest="begin", metavar="MS", type=float, default=0)
-    timeline.add_argument("--to", dest="end", metavar="MS", type=float, default=500)
-    timeline.add_argument("--output", metavar="FILE.svg", help="by default RUN/timeline.svg")
-    add("validate", "figures.validation:draw", "the simulator against the real stack", folder={})
+    add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
+    add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
+    add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
-    add("bench", "pages.bench_report:write", "report of `hotpath bench`", folder={})
+    add(
+        "bench",
+        "bench_suite:bench",
+        "the benchmark programs; OPTIONS as `hotpath bench` has them",
+        options={},
+    )
+    add("bench-report", "pages.bench_report:write", "report of `hotpath bench`", folder={})
     compare = add(
         "compare-results", "pages.compare:compare_results", "what differs beyond noise", old={}, new={}
     )
@@ -62,10 +63,17 @@ def main(arguments: Sequence[str]) -> int:
         options = vars(parser.parse_args(arguments))
         options.pop("command")
         module, name = options.pop("call").split(":")
-        getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options)
+        code = getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options) or 0
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:  # the reader has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except InputError as error:
         code, sentence = EXIT_WRONG_USE, str(error)
+    except ImportError as error:
+        needs = "Debian's python3-matplotlib, python3-scipy, python3-pandas, python3-jinja2 and python3-tqdm"
+        code, sentence = EXIT_FAILED, f"{error}; it needs {needs}"
     except RunError as error:
         code, sentence = EXIT_FAILED, str(error)
     except OSError as error:

@@ -1,6 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What can go wrong without a bug."""
 
+import contextlib
+import signal
+from collections.abc import Iterator
+from typing import Any
+
 
 class InputError(Exception):
     """What the user gave cannot be used; the message says what is wrong and what would be right (exit code 2)."""
@@ -12,3 +17,26 @@ class RunError(Exception):
 
 class Missing(Exception):
     """There are no data for a figure, a table or a check, which a page then leaves out; never seen by a user."""
+
+
+class Interrupted(Exception):
+    """A signal asked for the end."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.exit_code = 128 + number
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[None]:
+    """Meanwhile SIGINT and SIGTERM raise Interrupted."""
+
+    def interrupt(number: int, _frame: Any) -> None:
+        raise Interrupted(number)
+
+    handlers = {s: signal.signal(s, interrupt) for s in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)

@@ -2,11 +2,14 @@
 """Calls of the `hotpath` program, which owns all definitions and measures."""
 
 import functools
+import importlib
 import json
 import os
 import subprocess
+import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from hotpath_report.errors import InputError, RunError
 
@@ -34,6 +37,19 @@ def output_of(*words: object) -> str:
     sentence = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
     sentence = sentence.removeprefix("hotpath: ")
     raise (InputError if done.returncode == WRONG_USE else RunError)(sentence)
+
+
+def draw_if_possible(call: str, *arguments: Any) -> None:
+    """Calls MODULE:FUNCTION, which draws what belongs to results: what is missing for it is said on standard error, and
+    the results are complete without it. HOTPATH_FIGURES=none in the environment leaves all such figures out.
+    """
+    if os.environ.get("HOTPATH_FIGURES") == "none":
+        return
+    module, _, function = call.partition(":")
+    try:
+        getattr(importlib.import_module(f"hotpath_report.{module}"), function)(*arguments)
+    except ImportError as error:
+        print(f"note: the figure was not drawn: {error}", file=sys.stderr)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from hotpath_report.errors import InputError
 from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
 SOURCES = ("simulated", "live")
+TIMER_MANAGEMENT = 1  # worker of the events executors
 COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # of timers
 
 
@@ -88,6 +89,34 @@ class Run:
         frame = read_table(self.folder / "chains.csv", columns)[columns]
         frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
         return frame
+
+    def jobs(self, executor: str, repetition: int) -> pd.DataFrame:
+        """Rows of jobs.csv with instants in ms, NaN for one that did not come. Raises InputError where there are
+        none."""
+        path, instants = self.folder / "jobs.csv", ["timestamp", "release", "start", "finish", "deadline"]
+        named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
+        more = ["worker", "process", "parent_task", "parent_sequence"]
+        jobs = read_table(path, named, optional=[*more, *(f"{name}_ns" for name in instants)])
+        jobs = jobs[(jobs["executor"] == executor) & (jobs["repetition"] == repetition)]
+        if jobs.empty:
+            found = [f"{r['executor']} (repetition {r['repetition']})" for r in self["runs"]]
+            what = f"no job of {executor} (repetition {repetition}); there are {', '.join(found)}"
+            raise InputError(f"{path}: {what}")
+        jobs = jobs.assign(**{name: jobs.pop(f"{name}_ns") / NS_PER_MS for name in instants})
+        for name in ("worker", "process"):
+            jobs[name] = jobs[name].fillna(0).astype(int)
+        return jobs
+
+    def has_timer_thread(self, executor: str) -> bool:
+        """Whether timers are released by a thread of their own; not known of deployments."""
+        traits = hotpath_command.executor_named(executor)
+        return traits is not None and traits.family != "wait_set"
+
+    def worker_name(self, worker: int, timer_thread: bool) -> str:
+        """What a worker is called."""
+        if not timer_thread:
+            return f"worker {worker}"
+        return "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
 
     def responses(self) -> pd.DataFrame:
         """Jobs of timers that ran after the warm-up: executor, repetition, task, response_ms. `hotpath summarize`

@@ -43,9 +43,10 @@ def library() -> ctypes.CDLL:
     loaded.hotpath_samples_new.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t]
     loaded.hotpath_samples_delete.argtypes = [ctypes.c_void_p]
     loaded.hotpath_quantile_estimate.argtypes = [ctypes.c_void_p, ctypes.c_double, _Result]
-    for function in (loaded.hotpath_quantile_ratio, loaded.hotpath_quantile_difference):
-        function.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double, _Result]
-    loaded.hotpath_cliffs_delta.argtypes = [ctypes.c_void_p, ctypes.c_void_p, _Result]
+    two = [ctypes.c_void_p, ctypes.c_void_p]
+    loaded.hotpath_quantile_ratio.argtypes = [*two, ctypes.c_double, ctypes.c_double, _Result]
+    loaded.hotpath_quantile_difference.argtypes = [*two, ctypes.c_double, _Result]
+    loaded.hotpath_cliffs_delta.argtypes = [*two, _Result]
     return loaded
 
 
@@ -125,9 +126,9 @@ class Samples:
         return Estimate(*result)
 
 
-def ratio(a: Samples, b: Samples, p: float) -> Estimate:
+def ratio(a: Samples, b: Samples, p: float, confidence: float = CONFIDENCE_PERCENT / 100) -> Estimate:
     """Quantile of `a` divided by that of `b`."""
-    return a.of_two("hotpath_quantile_ratio", b, p)
+    return a.of_two("hotpath_quantile_ratio", b, p, confidence)
 
 
 def difference(a: Samples, b: Samples, p: float) -> Estimate:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV and JSON files in and out, with errors that name the file, and the line where there is one."""
+"""CSV and JSON files in and out, with errors that name the file, and the line where there is one; tables for a
+terminal."""
 
 import json
 import os
@@ -56,3 +57,18 @@ def write_file(path: Path, content: str | bytes) -> None:
 def write_json(path: Path, value: Any) -> None:
     """Replaces a JSON file."""
     write_file(path, json.dumps(value, indent=1, ensure_ascii=False) + "\n")
+
+
+def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns, of which the first and those with words align left, and numbers right; a line break in a header makes
+    two lines."""
+    upper, lower = zip(*(text.rpartition("\n")[::2] for text in header))
+    left = [k == 0 or any(row[k][:1].isalpha() for row in rows) for k in range(len(header))]
+    widths = [max(map(len, column)) for column in zip(upper, lower, *rows)]
+
+    def line(row: Sequence[str]) -> str:
+        cells = (c.ljust(w) if is_left else c.rjust(w) for c, w, is_left in zip(row, widths, left))
+        return "  ".join(cells).rstrip()
+
+    rule = "-" * (sum(widths) + 2 * len(widths) - 2)
+    return "\n".join([*([line(upper)] if any(upper) else []), line(lower), rule, *map(line, rows)])

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hotpath/core/time.hpp"
+#include "program/latency_histogram.hpp"
 
 namespace hotpath {
 
@@ -13,7 +14,7 @@ namespace hotpath {
 /// hypervisor.
 struct Hiccups {
   int cpu = 0;
-  Duration p99{}, p999{}, max{};  ///< Of all distances between two readings.
+  Duration p99{}, p999{}, max{};  ///< Of all distances between two readings; within 1 % (LatencyHistogram).
   double lost_percent = 0;        ///< Share of the time that went by in gaps of 10 microseconds and more.
 };
 
@@ -31,22 +32,20 @@ class HiccupHistogram {
  public:
   static constexpr Duration kGap = std::chrono::microseconds(10);  ///< From here on time counts as lost.
 
-  /// Takes no longer than the readings themselves. `distance` >= 0.
   void add(Duration distance) {
-    ++count_;
+    distances_.add(distance);
     total_ += distance;
-    distance < kGap ? void(++shorter_[static_cast<std::size_t>(distance.count())])
-                    : gaps_.push_back(distance);
+    if (distance >= kGap) lost_ += distance;
   }
-  /// Exact, quantiles by nearest rank.
-  Hiccups summary(int cpu) const;
+  Hiccups summary(int cpu) const {
+    if (distances_.count() == 0) return {cpu};
+    return {cpu, distances_.quantile(0.99), distances_.quantile(0.999), distances_.max(),
+            100 * to_ms(lost_) / to_ms(std::max(total_, Duration(1)))};
+  }
 
  private:
-  std::uint64_t count_ = 0;
-  Duration total_{};
-  /// How often each distance below kGap came, by nanoseconds, and all longer ones.
-  std::vector<std::uint32_t> shorter_ = std::vector<std::uint32_t>(kGap.count());
-  std::vector<Duration> gaps_;
+  LatencyHistogram distances_;
+  Duration total_{}, lost_{};
 };
 
 /// Keeps every allowed core busy for `length`, all at the same time (after rigtorp's hiccups). All threads

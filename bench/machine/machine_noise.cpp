@@ -2,10 +2,8 @@
 #include "machine/machine.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <ctime>
 #include <latch>
-#include <numeric>
 #include <thread>
 
 #include "hotpath/live/thread_setup.hpp"
@@ -46,23 +44,6 @@ HiccupHistogram watch(Duration length) {
 }
 
 }  // namespace
-
-Hiccups HiccupHistogram::summary(int cpu) const {
-  if (count_ == 0) return {cpu};
-  std::vector<Duration> gaps = gaps_;
-  std::ranges::sort(gaps);
-  const auto quantile = [&](double probability) {
-    const auto rank = static_cast<std::uint64_t>(std::ceil(probability * static_cast<double>(count_)));
-    std::uint64_t below = 0;
-    for (std::size_t ns = 0; ns < shorter_.size(); ++ns) {
-      if ((below += shorter_[ns]) >= rank) return Duration(ns);
-    }
-    return gaps[rank - below - 1];
-  };
-  const Duration lost = std::accumulate(gaps.begin(), gaps.end(), Duration());
-  return {cpu, quantile(0.99), quantile(0.999), quantile(1),
-          100 * to_ms(lost) / to_ms(std::max(total_, Duration(1)))};
-}
 
 MachineNoise measure_noise(Duration length) {
   MachineNoise noise;

@@ -18,13 +18,6 @@ class SharedMemoryWatch {
  public:
   void note(pid_t process) { files_.merge(used_files(std::to_string(process))); }
 
-  /// Notes those of every process of a process group.
-  void note_group(pid_t group) {
-    for (const std::string& process : processes()) {
-      if (getpgid(std::stoi(process)) == group) files_.merge(used_files(process));
-    }
-  }
-
   /// Removes the files noted that no living process uses.
   void remove_orphans() const {
     std::set<std::string> orphans = files_;

@@ -64,55 +64,36 @@ class TimedReleases final : public Scheduler {
   std::vector<double>& delta_;
 };
 
-/// The executor thread's side of a pass: sleeps, as Executor's workers do, until it is woken, and empties the
-/// events queue.
+/// The executor thread's side of a pass: sleeps, as Executor's workers do, whenever it has not been woken.
 class ParkedWorker {
  public:
-  ParkedWorker(PiMutex& mutex, Scheduler& scheduler)
-      : mutex_(mutex), scheduler_(scheduler), thread_([this] { work(); }) {}
   ~ParkedWorker() {
-    {
-      const std::lock_guard lock(mutex_);
-      stop_ = true;
-    }
+    stop_ = true;
     parker_.unpark();
     thread_.join();
   }
 
-  /// Under the lock: whether it sleeps, and is ours to wake.
-  bool claim() { return std::exchange(parked_, false); }
+  /// Whether it sleeps, and is ours to wake.
+  bool claim() { return parked_.exchange(false); }
   void unpark() { parker_.unpark(); }
 
-  void wait_until_parked() {
-    for (;;) {
-      {
-        const std::lock_guard lock(mutex_);
-        if (parked_) break;
-      }
-      std::this_thread::yield();
-    }
+  void wait_until_parked() const {
+    while (!parked_) std::this_thread::yield();
     std::this_thread::sleep_for(20us);  // from the announcement into the sleep
   }
 
  private:
   void work() {
-    std::unique_lock lock(mutex_);
     while (!stop_) {
-      if (scheduler_.decide(kExecutor, Time{}).job) continue;
       const std::uint32_t ticket = parker_.ticket();
       parked_ = true;
-      lock.unlock();
       parker_.park_until(ticket, kNever);
-      lock.lock();
-      parked_ = false;
     }
   }
 
-  PiMutex& mutex_;
-  Scheduler& scheduler_;
   Parker parker_;
-  bool parked_ = false, stop_ = false;
-  std::thread thread_;
+  std::atomic<bool> parked_ = false, stop_ = false;
+  std::thread thread_{[this] { work(); }};
 };
 
 /// Passes of the timer management thread, each with `due` timers due: its turn under the lock, and the
@@ -127,7 +108,7 @@ Measurement release_passes(const ExecutorEntry& entry, std::uint32_t due, bool w
   Time virtual_now{};
   scheduler.begin(virtual_now);
   std::optional<ParkedWorker> worker;
-  if (wake) worker.emplace(mutex, scheduler);
+  if (wake) worker.emplace();
   for (int i = 0; i < passes; ++i, virtual_now += 1ms) {
     if (wake) worker->wait_until_parked();
     std::uint32_t released = 0;
@@ -143,7 +124,7 @@ Measurement release_passes(const ExecutorEntry& entry, std::uint32_t due, bool w
       k.push_back(ns(now() - begin) - delta.back() * turn.released);
       released += turn.released;
     }
-    while (!wake && scheduler.decide(kExecutor, virtual_now).job) {
+    while (scheduler.decide(kExecutor, virtual_now).job) {
     }
   }
   return Measurement{}.add_samples("delta", warm(std::move(delta))).add_samples("k", warm(std::move(k)));
@@ -188,16 +169,13 @@ Measurement dispatch_timers(const ExecutorSpec& executor, Duration length) {
 /// Samples from another thread, one every millisecond, on an otherwise idle executor.
 Measurement dispatch_samples(const ExecutorSpec& executor, Duration length) {
   LiveRun live(subscriptions(1), executor);
-  std::atomic<bool> stop = false;
   std::thread publisher([&] {
     minimise_timer_slack();
-    for (Time next = now() + 30ms; !stop; next += 1ms) {
-      sleep_until(next);
+    every(1ms, now() + 30ms, now() + 20ms + length, [&](Time) {
       live.executor().deliver(0, {now(), kNever, {}}, {});
-    }
+    });
   });
   live.run(length);
-  stop = true;
   publisher.join();
   return Measurement{}.add_samples("arrival_to_start", live.of_jobs(since_timestamp));
 }
@@ -228,11 +206,7 @@ Measurement hand_over(Duration length) {
     arrived.notify_one();
   };
   minimise_timer_slack();
-  const Time end = now() + length;
-  for (Time next = now() + 1ms; next < end; next += 1ms) {
-    sleep_until(next);
-    send(false);
-  }
+  every(1ms, now() + 1ms, now() + length, [&](Time) { send(false); });
   send(true);
   taker.join();
   return Measurement{}.add_samples("arrival_to_start", std::move(latencies));
@@ -246,10 +220,7 @@ std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
     minimise_timer_slack();
     static_cast<void>(apply_thread_policy({parse_thread_policy(policy), true}));
     const Time first = now() + 20ms;
-    for (Time next = first; next < first + length; next += 1ms) {
-      sleep_until(next);
-      late.push_back(ns(now() - next));
-    }
+    every(1ms, first, first + length, [&](Time due) { late.push_back(ns(now() - due)); });
   });
   sleeper.join();
   return warm(std::move(late));
@@ -321,10 +292,8 @@ Measurement timers_only(const ExecutorSpec& executor, int callbacks_per_s, Durat
 
 Measurement bare_timer(int callbacks_per_s, Duration length) {
   const Duration before = process_cpu_time();
-  const Time first = now();
   double wake_ups = 0;
-  for (Time next = first; next < first + length; next += Duration(1s) / callbacks_per_s, ++wake_ups)
-    sleep_until(next);
+  every(Duration(1s) / callbacks_per_s, now(), now() + length, [&](Time) { ++wake_ups; });
   return cpu_time_per(process_cpu_time() - before, wake_ups, length);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One-way latency, publication to start of the callback, and CPU time per message of every transport; beside
-// each path over Fast DDS, Fast DDS with the same threads and none of our code.
+// each path over Fast DDS, Fast DDS with the same threads and none of our code; and the same for a whole
+// graph.
 #include <PayloadPubSubTypes.h>
 #include <sys/wait.h>
 
@@ -12,6 +13,7 @@
 #include "live/channel.hpp"
 #include "microbench/executor_run.hpp"
 #include "microbench/raw_executor.hpp"
+#include "microbench/raw_graph.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::gbench {
@@ -257,6 +259,9 @@ void register_all(bool quick) {
     add_path<Payload256k>(name, path, 1, quick);
     add_path<Payload1m>(name, path, 1, quick);
   }
+  register_isolated("callback/raw_fastdds", [=] {
+    return raw_callback(Plan{}.fastdds(), quick ? 1s : 2300ms);
+  })->Unit(benchmark::kMicrosecond);
 }
 
 }  // namespace hotpath::gbench

@@ -19,6 +19,15 @@ inline void sleep_until(Time instant) {
   }
 }
 
+/// Calls `tick` with the instants of a bare loop of absolute sleeps, one every `period` after `first`, before
+/// `end`.
+void every(Duration period, Time first, Time end, auto tick) {
+  for (Time next = first; next < end; next += period) {
+    sleep_until(next);
+    tick(next);
+  }
+}
+
 /// A handler whose jobs do nothing.
 inline JobHandler& no_work() {
   static class NoWork final : public JobHandler {

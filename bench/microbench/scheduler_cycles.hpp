@@ -47,13 +47,28 @@ inline TaskSet task_set(std::int64_t n, TaskKind kind) {
   return set;
 }
 
+/// One scheduler, in time of a microsecond for each release.
+class Cycle {
+ public:
+  Decision decide() { return scheduler_->decide(worker_, now_); }
+  void finish(const Job& job) { benchmark::DoNotOptimize(scheduler_->finished(worker_, job, now_)); }
+
+ protected:
+  Cycle(const ExecutorEntry& executor, std::int64_t tasks, TaskKind kind, Worker worker)
+      : scheduler_(executor.make(task_set(tasks, kind), {})), worker_(worker) {
+    scheduler_->begin(now_ + 1us);
+  }
+
+  const std::unique_ptr<Scheduler> scheduler_;
+  const Worker worker_;
+  Time now_{};
+};
+
 /// Timers become due one after another; `ready` of them wait all the time.
-class TimerCycle {
+class TimerCycle : public Cycle {
  public:
   TimerCycle(const ExecutorEntry& executor, std::int64_t tasks, std::int64_t ready)
-      : scheduler_(executor.make(task_set(tasks, TaskKind::timer), {})),
-        worker_(executor.traits.timer_worker()) {
-    scheduler_->begin(Time{} + 1us);
+      : Cycle(executor, tasks, TaskKind::timer, executor.traits.timer_worker()) {
     for (std::int64_t i = 0; i < ready; ++i) release();
   }
   void prepare(std::int64_t) {}
@@ -62,23 +77,15 @@ class TimerCycle {
     const Worker releaser = static_cast<Worker>(scheduler_->workers().size() - 1);
     benchmark::DoNotOptimize(scheduler_->release_timers(releaser, now_));
   }
-  Decision decide() { return scheduler_->decide(worker_, now_); }
-  void finish(const Job& job) { benchmark::DoNotOptimize(scheduler_->finished(worker_, job, now_)); }
-
- private:
-  std::unique_ptr<Scheduler> scheduler_;
-  const Worker worker_;
-  Time now_{};
 };
 
 /// Samples arrive for random subscriptions that have none; `ready` of them hold one all the time. Of the
 /// priorities, EDF takes the deadline that comes with the sample, and the others what the graph gives (policy
 /// fp).
-class SampleCycle {
+class SampleCycle : public Cycle {
  public:
   SampleCycle(const ExecutorEntry& executor, std::int64_t tasks, std::int64_t ready)
-      : scheduler_(executor.make(task_set(tasks, TaskKind::subscription), {})), idle_(shuffled(tasks, 3)) {
-    scheduler_->begin(Time{});
+      : Cycle(executor, tasks, TaskKind::subscription, 0), idle_(shuffled(tasks, 3)) {
     prepare(ready);
     for (std::int64_t i = 0; i < ready; ++i) release();
   }
@@ -95,17 +102,14 @@ class SampleCycle {
     benchmark::DoNotOptimize(scheduler_->sample_arrived(next_.back(), sample, now_));
     next_.pop_back();
   }
-  Decision decide() { return scheduler_->decide(0, now_); }
   void finish(const Job& job) {
-    benchmark::DoNotOptimize(scheduler_->finished(0, job, now_));
+    Cycle::finish(job);
     idle_.push_back(job.task);
   }
 
  private:
-  std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::uint32_t> idle_, next_;
   std::mt19937 random_{4};
-  Time now_{};
 };
 
 /// Jobs by absolute deadline.
@@ -117,7 +121,7 @@ struct KeyedJob {
 
 inline PriorityKey key_of(const Job& job) { return {to_ns(job.deadline), job.task}; }
 
-/// The yardsticks' and the queues' common experiment: of `ready` jobs the first leaves, and comes back with a
+/// The yardstick's and the queues' common experiment: of `ready` jobs the first leaves, and comes back with a
 /// later deadline.
 template <class Queue>
 void hold(benchmark::State& state, Queue queue) {
@@ -153,33 +157,7 @@ struct StandardQueueOfJobs {
   }
 };
 
-/// The least that there is to do: keys without jobs.
-struct StandardQueueOfKeys {
-  std::priority_queue<PriorityKey, std::vector<PriorityKey>, std::greater<>> queue;
-  void push(const Job& job) { queue.push(key_of(job)); }
-  Job pop() {
-    Job job;
-    job.deadline = from_ns(queue.top().priority);
-    job.task = static_cast<TaskId>(queue.top().tie);
-    static_cast<void>(queue.pop());
-    return job;
-  }
-};
-
-struct SortedVector {
-  std::vector<KeyedJob> jobs;  // the first to run is the last element
-  void push(const Job& job) {
-    const KeyedJob keyed{key_of(job), job};
-    jobs.insert(std::lower_bound(jobs.begin(), jobs.end(), keyed), keyed);
-  }
-  Job pop() {
-    const Job job = jobs.back().job;
-    jobs.pop_back();
-    return job;
-  }
-};
-
-/// Events queues of up to `most` jobs, with standard containers as yardsticks. `min_time`: seconds of each.
+/// Events queues of up to `most` jobs, with std::priority_queue as yardstick. `min_time`: seconds of each.
 inline void register_queues(std::int64_t most, double min_time) {
   const auto add = [=](const std::string& name, auto make_queue) {
     benchmark::RegisterBenchmark(("push_pop/" + name + "/ready").c_str(),
@@ -189,9 +167,7 @@ inline void register_queues(std::int64_t most, double min_time) {
         ->MinTime(min_time)
         ->Complexity();
   };
-  add("std::priority_queue_of_keys", [](auto) { return StandardQueueOfKeys{}; });
   add("std::priority_queue", [](auto) { return StandardQueueOfJobs{}; });
-  add("sorted_vector", [](auto) { return SortedVector{}; });
   add("SimpleEventsQueue", [](auto) { return SimpleEventsQueue{}; });
   add("PriorityEventsQueue", [](std::int64_t tasks) {
     return PriorityEventsQueue(

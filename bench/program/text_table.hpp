@@ -19,25 +19,19 @@ class TextTable {
 
   /// `header`: one text per column; a line break in it makes two lines. All empty: there is no header.
   /// A column without any text is left out.
-  TextTable(std::string title, std::vector<std::string> header);
+  TextTable(std::string title, const std::vector<std::string>& header);
 
   /// `cells`: one per column.
-  void add_row(std::vector<Cell> cells) { rows_.push_back(std::move(cells)); }
+  void add_row(const std::vector<Cell>& cells);
 
-  bool empty() const { return rows_.empty(); }
+  bool empty() const { return lines_.empty(); }
 
   friend std::ostream& operator<<(std::ostream& out, const TextTable& table);
 
  private:
-  /// The first column and all with words are aligned left, those with numbers alone right.
-  bool left_aligned(std::size_t column) const;
-  std::vector<std::size_t> widths() const;
-  /// One of a row's two lines, if it has any text.
-  void write_line(std::ostream& out, const std::vector<Cell>& row, std::string Cell::*line) const;
-
+  using Line = std::vector<std::string>;  ///< A text for each column.
   const std::string title_;
-  std::vector<Cell> header_;  ///< Those of one line are `below`.
-  std::vector<std::vector<Cell>> rows_;
+  std::vector<Line> header_, lines_;
 };
 
 }  // namespace hotpath

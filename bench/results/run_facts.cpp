@@ -56,11 +56,9 @@ void complete_repetition(const json& run, const TaskSet& set, const std::vector<
                          Repetition& repetition) {
   Trace& trace = repetition.trace;
   repetition.accounts = account(set, trace);
-  const bool known = run.contains("expected");
   for (TaskAccount& a : repetition.accounts) {
-    a.expected = known ? run["expected"].at(set[a.task].name).get<std::uint64_t>() : a.accounted();
+    a.expected = run.at("expected").at(set[a.task].name).get<std::uint64_t>();
   }
-  if (!known) return;
   run.at("usage").get_to(repetition.usage);
   trace.lost_records = run.at("lost_records").get<std::uint64_t>();
   for (std::uint32_t c = 0; c < chains.size(); ++c) {

@@ -21,8 +21,7 @@ namespace hotpath {
 [[nodiscard]] nlohmann::json repetition_json(const TaskSet& set, const std::vector<std::string>& chains,
                                              const Repetition& repetition);
 
-/// Fills in what the CSV files do not say of a repetition whose trace has been read from them. Runs that were
-/// written before these facts were kept get accounts that expect what was found.
+/// Fills in what the CSV files do not say of a repetition whose trace has been read from them.
 void complete_repetition(const nlohmann::json& run, const TaskSet& set,
                          const std::vector<std::string>& chains, Repetition& repetition);
 

@@ -40,8 +40,9 @@ void hotpath_quantile_estimate(const void* handle, double probability, double* o
   store(hotpath::estimate_quantiles(samples(handle), std::array{probability}).front(), out);
 }
 
-void hotpath_quantile_ratio(const void* a, const void* b, double probability, double* out) {
-  store(hotpath::ratio_of_quantiles(samples(a), samples(b), probability), out);
+void hotpath_quantile_ratio(const void* a, const void* b, double probability, double confidence,
+                            double* out) {
+  store(hotpath::ratio_of_quantiles(samples(a), samples(b), probability, {.confidence = confidence}), out);
 }
 
 void hotpath_quantile_difference(const void* a, const void* b, double probability, double* out) {

@@ -2,7 +2,6 @@
 #include "results/stored_run.hpp"
 
 #include <algorithm>
-#include <map>
 #include <ostream>
 
 #include "hotpath/core/trace_csv.hpp"
@@ -71,7 +70,12 @@ void StoredRun::read_facts() {
   facts_.at("executors").get_to(executors_);
   warm_up_ = from_ms(facts_.at("warm_up_s").get<double>() * 1000);
   length_ = warm_up_ + from_ms(facts_.at("duration_s").get<double>() * 1000);
-  if (facts_.contains("chains")) facts_["chains"].get_to(chains_);
+  if (!facts_.contains("tasks")) {
+    fail("it was written by hotpath " + facts_.at("version").get<std::string>() +
+         ", which kept less of a run than this one reads; run it again");
+  }
+  tasks_ = tasks_from_json(facts_.at("tasks"));
+  facts_.at("chains").get_to(chains_);
   for (const json& run : facts_.at("runs")) {
     static_cast<void>(named(run));
     for (const auto& first : run.at("first_timestamps_ms")) static_cast<void>(first.get<double>());
@@ -105,29 +109,14 @@ std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std:
   return first;
 }
 
-void StoredRun::load() {
-  load(facts_.contains("tasks") ? check([&] { return tasks_from_json(facts_["tasks"]); }) : unnamed_tasks());
-}
-
 void StoredRun::load(const TaskSet& set) {
   tasks_ = set;
-  read_jobs();
-  read_chains();
+  load();
 }
 
-/// Runs of older versions do not name their tasks, and the graph's order, in which the summary has them, does
-/// not follow from jobs.csv alone.
-TaskSet StoredRun::unnamed_tasks() const {
-  std::ifstream jobs = open("jobs.csv");
-  TaskSet set = read_jobs_csv(jobs, (folder_ / "jobs.csv").string()).set;
-  std::ifstream in(folder_ / "summary.json");
-  const json summary = json::parse(in, nullptr, false);
-  const json::json_pointer tasks("/executors/0/tasks");
-  if (!summary.is_object() || !summary.contains(tasks)) return set;
-  std::map<std::string, std::size_t> place;
-  for (const json& task : summary[tasks]) place.emplace(task.value("task", ""), place.size());
-  std::ranges::stable_sort(set.tasks, {}, [&](const Task& task) { return place[task.name]; });
-  return set;
+void StoredRun::load() {
+  read_jobs();
+  read_chains();
 }
 
 void StoredRun::read_jobs() {
@@ -146,8 +135,9 @@ void StoredRun::read_chains() {
     if (trace == traces_.end()) {
       fail("chains.csv has rows of a repetition that jobs.csv does not have; the files are not of one run");
     }
-    auto chain = std::ranges::find(chains_, row.chain);
-    if (chain == chains_.end()) chain = chains_.insert(chains_.end(), row.chain);
+    const auto chain = std::ranges::find(chains_, row.chain);
+    if (chain == chains_.end())
+      fail("chains.csv has chain `" + row.chain + "`, which run.json does not name");
     ChainRecord& r = trace->chains.emplace_back(row.record);
     r.chain = static_cast<std::uint32_t>(chain - chains_.begin());
   }
@@ -194,29 +184,6 @@ void StoredRun::fail_missing(const std::string& executor, std::uint32_t repetiti
   for (const json& run : facts_.at("runs")) runs.push_back(named(run));
   fail(named(executor, repetition) + " did not run there; " +
        (runs.empty() ? "nothing did" : "there are " + joined(runs)));
-}
-
-json summarize_again(const StoredRun& run) {
-  json summary = summarize(run.tasks(), run.runs(), run.summary_options());
-  const json& runs = run.facts().at("runs");
-  if (!runs.empty() && runs.front().contains("expected")) return summary;
-  std::ifstream in(run.folder() / "summary.json");
-  if (!in) return summary;
-  const auto keep_counts = [&] {
-    for (const json& old : json::parse(in).at("executors")) {
-      for (json& executor : summary["executors"]) {
-        if (executor.at("executor") != old.at("executor")) continue;
-        for (const char* key : {"usage", "cpu_per_callback_us", "lost_records", "loss_equations"}) {
-          executor[key] = old.at(key);
-        }
-        for (std::size_t c = 0; c < executor["chains"].size() && c < old.at("chains").size(); ++c) {
-          executor["chains"][c]["hot_path_drops"] = old["chains"][c].at("hot_path_drops");
-        }
-      }
-    }
-  };
-  run.check(keep_counts, "summary.json");
-  return summary;
 }
 
 json summarize_golden_trace(const std::filesystem::path& file) {

@@ -14,7 +14,8 @@ namespace hotpath {
 /// The folder of a finished run, live or simulated. Instants count from an epoch of zero.
 class StoredRun {
  public:
-  /// Reads run.json. `option` is named in messages. Throws UsageError for a folder that holds no whole run.
+  /// Reads run.json. `option` is named in messages. Throws UsageError for a folder that holds no whole run,
+  /// or one of a version that kept less of it.
   StoredRun(std::filesystem::path folder, std::string option);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -35,8 +36,10 @@ class StoredRun {
   void load(const TaskSet& set);
   void load();
 
-  const TaskSet& tasks() const { return tasks_; }                     ///< After load().
-  const std::vector<std::string>& chains() const { return chains_; }  ///< After load(): their names.
+  const TaskSet& tasks() const {
+    return tasks_;
+  }  ///< Those that the run names, or that were given to load().
+  const std::vector<std::string>& chains() const { return chains_; }  ///< Their names.
   /// After load(): by executor in the order of executors(), then by repetition.
   const std::vector<Trace>& traces() const { return traces_; }
   /// One of them. Throws UsageError when that executor or repetition did not run.
@@ -66,8 +69,6 @@ class StoredRun {
   std::ifstream open(const char* file) const;
   void read_jobs();
   void read_chains();
-  /// Of a run that does not name them: as jobs.csv and the summary tell.
-  TaskSet unnamed_tasks() const;
 
   std::filesystem::path folder_;
   std::string option_;
@@ -78,11 +79,6 @@ class StoredRun {
   TaskSet tasks_;
   std::vector<Trace> traces_;
 };
-
-/// The summary of a stored run made anew from its rows, as summary.json; what only the run itself could count
-/// and run.json does not keep, in runs of older versions, is taken from the summary.json that is there.
-/// Throws UsageError.
-[[nodiscard]] nlohmann::json summarize_again(const StoredRun& run);
 
 /// What became of each timer of a golden trace, by the authors' definition of a response time: {tasks:
 /// [{task, reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <utility>
 
@@ -20,27 +21,26 @@ LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOp
           estimates[3].interval};
 }
 
-/// Both latencies of one chain in milliseconds, a vector for each repetition.
-struct ChainSamples {
-  std::vector<std::vector<double>> hot_path, end_to_end;
-  std::uint64_t drops = 0;
-};
-
-std::vector<ChainSamples> chain_samples(const ExecutorRuns& runs, const SummaryOptions& options) {
-  std::vector<ChainSamples> samples(options.chains.size());
+/// Without comparisons; `hot_path` gets its samples, in milliseconds.
+ChainSummary summarize_chain(const ExecutorRuns& runs, std::uint32_t chain, const SummaryOptions& options,
+                             RepeatedSamples& hot_path) {
+  ChainSummary summary;
+  summary.chain = options.chains[chain];
+  std::vector<std::vector<double>> hot, end_to_end;  // by repetition
   for (const Repetition& repetition : runs.repetitions) {
-    for (ChainSamples& s : samples) {
-      s.hot_path.emplace_back();
-      s.end_to_end.emplace_back();
-    }
+    hot.emplace_back();
+    end_to_end.emplace_back();
     for (const ChainRecord& r : repetition.trace.chains) {
-      ChainSamples& s = samples[r.chain];
-      s.hot_path.back().push_back(to_ms(r.hot_path_latency));
-      if (r.end_to_end_latency.count() >= 0) s.end_to_end.back().push_back(to_ms(r.end_to_end_latency));
-      s.drops += r.dropped;
+      if (r.chain != chain) continue;
+      hot.back().push_back(to_ms(r.hot_path_latency));
+      if (r.end_to_end_latency.count() >= 0) end_to_end.back().push_back(to_ms(r.end_to_end_latency));
+      summary.drops += r.dropped;
     }
   }
-  return samples;
+  hot_path = RepeatedSamples(std::move(hot));
+  summary.hot_path = latency_summary(hot_path, options.bootstrap);
+  summary.end_to_end = latency_summary(RepeatedSamples(std::move(end_to_end)), options.bootstrap);
+  return summary;
 }
 
 void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vector<double>& periods_ms) {
@@ -77,7 +77,10 @@ class TaskSummaries {
       if (periods_.count(id) != 0) starts[id].emplace_back(r.job.sequence, r.start);
     }
     for (auto& [id, of_task] : starts) append_periods(std::move(of_task), periods_[id]);
-    for (const TaskAccount& account : repetition.accounts) add(account);
+    for (const TaskAccount& account : repetition.accounts) {
+      auto& sum = tasks_[account.task].account.count;
+      std::ranges::transform(sum, account.count, sum.begin(), std::plus());
+    }
     if (timers_only(set_)) add_authors_responses(repetition.trace);
   }
 
@@ -91,16 +94,6 @@ class TaskSummaries {
   }
 
  private:
-  void add(const TaskAccount& account) {
-    TaskSummary& task = tasks_[account.task];
-    task.ran += account[Outcome::ran];
-    task.skipped += account[Outcome::skipped];
-    task.overwritten += account[Outcome::overwritten];
-    task.queued += account[Outcome::queued];
-    task.running += account[Outcome::running];
-    task.empty += account[Outcome::empty];
-  }
-
   void add_authors_responses(const Trace& trace) {
     const Schedule schedule = schedule_of(set_, trace);
     for (const ExecutedJob& job : schedule.jobs) {
@@ -124,9 +117,9 @@ ExecutorSummary without_chains(const TaskSet& set, const ExecutorRuns& runs, con
   for (const Repetition& repetition : runs.repetitions) tasks.add(repetition);
   summary.tasks = std::move(tasks).finish();
   for (const TaskSummary& task : summary.tasks) {
-    summary.executed += task.ran;
-    summary.skipped += task.skipped;
-    summary.overwritten += task.overwritten;
+    summary.executed += task.account[Outcome::ran];
+    summary.skipped += task.account[Outcome::skipped];
+    summary.overwritten += task.account[Outcome::overwritten];
     summary.after_warm_up += task.after_warm_up;
   }
   for (const Repetition& repetition : runs.repetitions) {
@@ -171,24 +164,15 @@ void compare_with_baseline(Summary& summary, const std::vector<std::vector<Repea
 
 Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, const SummaryOptions& options) {
   Summary summary{options.warm_up, options.bootstrap, {}};
-  const std::size_t chains = options.chains.size();
   std::vector<std::vector<RepeatedSamples>> hot_paths;  // by executor and chain
-
   for (const ExecutorRuns& of_executor : runs) {
     ExecutorSummary& executor = summary.executors.emplace_back(without_chains(set, of_executor, options));
-    auto samples = chain_samples(of_executor, options);
     auto& hot_path = hot_paths.emplace_back();
-    for (std::size_t c = 0; c < chains; ++c) {
-      ChainSummary& chain = executor.chains.emplace_back();
-      hot_path.emplace_back(std::move(samples[c].hot_path));
-      chain.chain = options.chains[c];
-      chain.hot_path = latency_summary(hot_path[c], options.bootstrap);
-      chain.end_to_end =
-          latency_summary(RepeatedSamples(std::move(samples[c].end_to_end)), options.bootstrap);
-      chain.drops = samples[c].drops;
+    for (std::uint32_t c = 0; c < options.chains.size(); ++c) {
+      executor.chains.push_back(
+          summarize_chain(of_executor, c, options, hot_path.emplace_back(RepeatedSamples({}))));
     }
   }
-
   compare_with_baseline(summary, hot_paths);
   return summary;
 }

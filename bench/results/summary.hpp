@@ -51,11 +51,11 @@ struct ChainSummary {
   std::optional<Estimate> median_minus_default;  ///< Difference of the medians in milliseconds.
 };
 
-/// `ran` to `empty` count the whole run, warm-up included, as the loss equations do; the rest leaves it out.
+/// `account` counts the whole run, warm-up included, as the loss equations do; the rest leaves it out.
 struct TaskSummary {
   std::string task;
   TaskKind kind = TaskKind::timer;
-  std::uint64_t ran = 0, skipped = 0, overwritten = 0, queued = 0, running = 0, empty = 0;
+  TaskAccount account;
   TimerCounts after_warm_up;  ///< Timers.
   Duration period{};          ///< Timers.
   Duration deadline{};        ///< Timers: relative.
@@ -70,7 +70,9 @@ struct TaskSummary {
   std::optional<Quantiles> period_ms;
 
   /// It had timestamps or samples, in all repetitions together, and none of its jobs started.
-  [[nodiscard]] bool never_ran() const { return ran + running == 0 && skipped + overwritten + queued > 0; }
+  [[nodiscard]] bool never_ran() const {
+    return account[Outcome::ran] + account[Outcome::running] == 0 && account.accounted() > 0;
+  }
 };
 
 /// A task of one repetition whose loss equation does not hold.

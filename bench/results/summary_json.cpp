@@ -39,18 +39,20 @@ static void to_json(json& j, const TimerCounts& counts) {
 
 static void to_json(json& j, const TaskSummary& task) {
   const bool timer = task.kind == TaskKind::timer;
-  j = {{"task", task.task},     {"kind", to_string(task.kind)}, {"ran", task.ran},
-       {"queued", task.queued}, {"running", task.running},      {"response_ms", task.response_ms}};
-  j["longest_wait_ms"] = to_ms(task.longest_wait);
-  j["never_ran"] = task.never_ran();
+  j = {{"task", task.task},
+       {"kind", to_string(task.kind)},
+       {"response_ms", task.response_ms},
+       {"longest_wait_ms", to_ms(task.longest_wait)},
+       {"never_ran", task.never_ran()}};
+  for (const auto& [outcome, name] : enum_texts(Outcome{})) {
+    const bool of_timers = outcome == Outcome::skipped;
+    const bool of_subscriptions = outcome == Outcome::overwritten || outcome == Outcome::empty;
+    if (timer ? !of_subscriptions : !of_timers) j[name] = task.account[outcome];
+  }
   if (timer) {
-    j["skipped"] = task.skipped;
     j["deadline_ms"] = to_ms(task.deadline);
     j["deadline_overruns"] = task.after_warm_up.deadline_overruns;
     j["after_warm_up"] = task.after_warm_up;
-  } else {
-    j["overwritten"] = task.overwritten;
-    j["empty"] = task.empty;
   }
   if (task.response_authors_ms) j["response_authors_ms"] = task.response_authors_ms;
   if (task.period_ms) j["period_ms"] = task.period_ms;

@@ -8,7 +8,7 @@
 
 #include "hotpath/core/trace.hpp"
 #include "hotpath/reference_system/graph.hpp"
-#include "telemetry/latency_histogram.hpp"
+#include "program/latency_histogram.hpp"
 
 namespace hotpath {
 

@@ -29,16 +29,16 @@ TEST(HiccupHistogram, HasTheQuantilesOfAllDistances) {
   const Hiccups h = distances.summary(3);
   EXPECT_EQ(h.cpu, 3);
   EXPECT_EQ(h.p99, 20ns);
-  EXPECT_EQ(h.p999, 3us);
+  EXPECT_NEAR(to_us(h.p999), 3, 0.03);
   EXPECT_EQ(h.max, 7ms);
 }
 
-TEST(HiccupHistogram, HasExactQuantilesAmongGaps) {
+TEST(HiccupHistogram, HasQuantilesWithinOnePercentAmongGaps) {
   HiccupHistogram distances;
   for (int i = 1; i <= 1000; ++i) distances.add(i * 12'345ns);
   const Hiccups h = distances.summary(0);
-  EXPECT_EQ(h.p99, 990 * 12'345ns);
-  EXPECT_EQ(h.p999, 999 * 12'345ns);
+  EXPECT_NEAR(to_us(h.p99), 990 * 12.345, 0.01 * 990 * 12.345);
+  EXPECT_NEAR(to_us(h.p999), 999 * 12.345, 0.01 * 999 * 12.345);
   EXPECT_EQ(h.max, 1000 * 12'345ns);
 }
 

@@ -43,9 +43,9 @@ TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
   EXPECT_DOUBLE_EQ(c.similarity, 10.0 / 12);
   ASSERT_TRUE(c.first_difference);
   EXPECT_EQ(c.first_difference->place, 2U);
-  EXPECT_EQ(c.first_difference->at, at(2ms));
-  EXPECT_EQ(c.first_difference->task[0], "T2");
-  EXPECT_EQ(c.first_difference->task[1], "T0");
+  EXPECT_EQ(c.first_difference->at_ms, 2);
+  EXPECT_EQ(c.first_difference->measured, "T2");
+  EXPECT_EQ(c.first_difference->other, "T0");
 }
 
 TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
@@ -61,19 +61,19 @@ TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
   const ScheduleComparison c = compare_schedules(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}),
                                                  in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
   // Up to a millisecond after the last start, so at 10 ms too.
-  EXPECT_NEAR(c.tasks[0].lost_percent[0], 100 * (1 - 5.0 / 11), 1e-9);
-  EXPECT_NEAR(c.tasks[0].lost_percent[1], 100 * (1 - 10.0 / 11), 1e-9);
-  EXPECT_EQ(c.largest_loss_difference(), 100);  // T1, whose one timestamp only the first schedule serves
+  EXPECT_NEAR(c.measured.lost_percent.at("T0"), 100 * (1 - 5.0 / 11), 1e-9);
+  EXPECT_NEAR(c.other.lost_percent.at("T0"), 100 * (1 - 10.0 / 11), 1e-9);
+  EXPECT_EQ(c.largest_loss_difference_percent,
+            100);  // T1, whose one timestamp only the first schedule serves
 }
 
 JobRecord timer_job(TaskId task, std::uint64_t sequence, Duration timestamp, Duration release, Duration start,
-                    Duration finish, std::uint32_t skipped = 0) {
+                    Duration finish) {
   JobRecord r;
   r.job.task = task;
   r.job.sequence = sequence;
   r.job.timestamp = at(timestamp);
   r.job.release = at(release);
-  r.job.skipped = skipped;
   r.start = at(start);
   r.finish = at(finish);
   return r;
@@ -102,7 +102,8 @@ TEST(AuthorsResponse, OfALateWaitSetTimerRefersToTheLastTimestampThatItsCallSkip
   // call() at 75 ms: next call 90 ms.
   const TaskSet set = timers({30ms});
   Trace trace;
-  trace.jobs = {timer_job(0, 0, 0ms, 75ms, 75ms, 77ms, 2)};
+  trace.jobs = {timer_job(0, 0, 0ms, 75ms, 75ms, 77ms)};
+  trace.jobs[0].job.skipped = 2;
   const Schedule s = schedule_of(set, trace);
   EXPECT_EQ(s.jobs[0].next_call, at(90ms));
   EXPECT_EQ(response_authors(s, s.jobs[0]), 17ms);

@@ -278,7 +278,7 @@ class Validate(SimulateTest):
         for entry in result["runs"]:
             self.assertEqual(entry["comparison"]["similarity"], 1, entry["executor"])
             self.assertIsNone(entry["comparison"]["first_difference"])
-            self.assertEqual(entry["measured_ms"], entry["simulated_ms"])
+            self.assertEqual(entry["latencies"]["measured_ms"], entry["latencies"]["simulated_ms"])
         self.assertIn("which the fork leaves to its heap", out)
 
     def test_a_run_with_the_phases_of_a_golden_trace_is_shown_beside_it(self):
@@ -289,15 +289,15 @@ class Validate(SimulateTest):
         code, out, err = self.command("validate", same.path, other.path, "--output", self.folder / "v")
         self.assertEqual(code, 0, err)
         runs = json.loads((self.folder / "v" / "validation.json").read_text())["runs"]
-        self.assertEqual([(r["executor"], "golden" in r) for r in runs], [("edf-ro", True), ("dm-re", False)] * 2)
+        self.assertEqual([(r["executor"], r["golden"] is not None) for r in runs], [("edf-ro", True), ("dm-re", False)] * 2)
         same, other = runs[0]["golden"], runs[2]["golden"]
         self.assertEqual((same["phases_differ_ms"], same["comparison"]["similarity"]), (0, 1))
         self.assertIn("order 1.000 alike, lost jobs within 0.0 points.", out)
         for quantity in ("start_lateness_ms", "response_ms", "response_authors_ms"):
-            real, live = (same["comparison"][quantity][side]["p50"] for side in ("real", "live"))
+            real, live = (same["comparison"][side][quantity]["p50"] for side in ("measured", "other"))
             self.assertAlmostEqual(real, live, delta=0.5)
         self.assertGreater(other["phases_differ_ms"], 10)
-        self.assertIn("--phases-file timers_only_80.edf-ro.csv", other["verdict"])
+        self.assertIn("--phases-file timers_only_80.edf-ro.csv", out)
 
     def test_wrong_use(self):
         for arguments, part in (
@@ -350,6 +350,10 @@ class WrongUse(SimulateTest):
 
     def test_a_damaged_run_is_refused(self):
         run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
+        (run.path / "run.json").write_text(json.dumps({k: v for k, v in run.run.items() if k != "tasks"}))
+        code, out, err = self.command("summarize", run.path)
+        self.assertEqual((code, out), (2, ""))
+        self.assertIn(f"was written by hotpath {run.run['version']}", err)
         (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
         self.assert_refused("--graph", "timers_only_60", "--phases-of", run.path, says=["run.json"])
 

@@ -144,8 +144,8 @@ TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
     task.task = std::move(name);
     task.period = std::chrono::milliseconds(100);
     task.longest_wait = std::chrono::milliseconds(wait_ms);
-    task.ran = wait_ms > 0;
-    task.queued = 1;
+    task.account.count[static_cast<std::size_t>(Outcome::ran)] = wait_ms > 0;
+    task.account.count[static_cast<std::size_t>(Outcome::queued)] = 1;
     return task;
   };
   s.executors[0].tasks = {timer("IMU", 100), timer("Camera", 150), timer("Lidar", 0), timer("Map", 250)};

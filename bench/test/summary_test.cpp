@@ -253,9 +253,9 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
   EXPECT_EQ(s.executed, 6u);
   EXPECT_EQ(s.skipped, 4u);
   EXPECT_EQ(s.overwritten, 2u);
-  EXPECT_EQ(s.tasks[kPlanner].skipped, 4u);
-  EXPECT_EQ(s.tasks[kPlanner].queued, 2u);
-  EXPECT_EQ(s.tasks[kPoints].overwritten, 2u);
+  EXPECT_EQ(s.tasks[kPlanner].account[Outcome::skipped], 4u);
+  EXPECT_EQ(s.tasks[kPlanner].account[Outcome::queued], 2u);
+  EXPECT_EQ(s.tasks[kPoints].account[Outcome::overwritten], 2u);
   EXPECT_EQ(s.tasks[kPlanner].response_ms.n, 0u);
   // The LiDAR's five timestamps and the two samples of Estimator/clusters are nowhere.
   ASSERT_EQ(s.unbalanced.size(), 4u);

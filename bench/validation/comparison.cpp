@@ -5,7 +5,6 @@
 
 #include "hotpath/core/job_order.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "program/text.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath {
@@ -33,8 +32,8 @@ double lost_percent(const JobOrder& tasks, const Task& task, TaskId id, Time unt
   return 100 * std::max(0.0, 1 - static_cast<double>(executed) / static_cast<double>(timestamps));
 }
 
-void measure(const Schedule& schedule, Time until, Quantiles& lateness, Quantiles& response,
-             Quantiles& authors) {
+/// What was done until then; `set` has the phases that decide which timestamps were reached.
+ScheduleSide side_of(const Schedule& schedule, const JobOrder& order, const TaskSet& set, Time until) {
   std::vector<double> late, responses, as_authors;
   for (const ExecutedJob& job : schedule.jobs) {
     if (job.start > until || !job.finished()) continue;
@@ -42,51 +41,44 @@ void measure(const Schedule& schedule, Time until, Quantiles& lateness, Quantile
     responses.push_back(to_ms(response_time(job)));
     if (job.next_call != kNever) as_authors.push_back(to_ms(response_authors(schedule, job)));
   }
-  lateness = quantiles(std::move(late));
-  response = quantiles(std::move(responses));
-  authors = quantiles(std::move(as_authors));
+  ScheduleSide side{order.size(),
+                    {},
+                    quantiles(std::move(late)),
+                    quantiles(std::move(responses)),
+                    quantiles(std::move(as_authors))};
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind == TaskKind::timer)
+      side.lost_percent[set[id].name] = lost_percent(order, set[id], id, until);
+  }
+  return side;
 }
 
 }  // namespace
 
-double ScheduleComparison::largest_loss_difference() const {
-  double largest = 0;
-  for (const TaskComparison& t : tasks) {
-    largest = std::max(largest, std::abs(t.lost_percent[0] - t.lost_percent[1]));
-  }
-  return largest;
-}
-
-ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& predicted) {
+ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& other) {
   ScheduleComparison c;
-  if (measured.jobs.empty() || predicted.jobs.empty()) return c;
+  if (measured.jobs.empty() || other.jobs.empty()) return c;
   const Time until =
-      std::min(measured.jobs.back().start, predicted.jobs.back().start) + std::chrono::milliseconds(1);
-  JobOrder a = sequence(measured, until), b = sequence(predicted, until);
-  c.jobs[0] = a.size();
-  c.jobs[1] = b.size();
+      std::min(measured.jobs.back().start, other.jobs.back().start) + std::chrono::milliseconds(1);
+  JobOrder a = sequence(measured, until), b = sequence(other, until);
   const auto [in_a, in_b] = std::ranges::mismatch(a, b);
   if (in_a != a.end() && in_b != b.end()) {
     const auto place = static_cast<std::size_t>(in_a - a.begin());
-    c.first_difference = {
-        place, measured.jobs[place].start, {measured.set[*in_a].name, measured.set[*in_b].name}};
+    c.first_difference = {place, to_ms(measured.jobs[place].start - Time{}), measured.set[*in_a].name,
+                          measured.set[*in_b].name};
   }
-  for (TaskId id = 0; id < measured.set.size(); ++id) {
-    const Task& task = measured.set[id];
-    if (task.kind != TaskKind::timer) continue;
-    c.tasks.push_back({task.name, {lost_percent(a, task, id, until), lost_percent(b, task, id, until)}});
+  c.measured = side_of(measured, a, measured.set, until);
+  c.other = side_of(other, b, measured.set, until);
+  for (const auto& [timer, lost] : c.measured.lost_percent) {
+    double& largest = c.largest_loss_difference_percent;
+    largest = std::max(largest, std::abs(lost - c.other.lost_percent[timer]));
   }
   a.resize(std::min(a.size(), kMostCompared));
   b.resize(std::min(b.size(), kMostCompared));
   c.similarity = similarity(a, b);
   c.similarity_by_period = similarity(by_period(a, measured.set), by_period(b, measured.set));
-  measure(measured, until, c.lateness_ms[0], c.response_ms[0], c.response_authors_ms[0]);
-  measure(predicted, until, c.lateness_ms[1], c.response_ms[1], c.response_authors_ms[1]);
+  c.agrees = c.similarity >= kSimilar && c.largest_loss_difference_percent <= kSameLoss_percent;
   return c;
-}
-
-bool agrees(const ScheduleComparison& c) {
-  return c.similarity >= kSimilar && c.largest_loss_difference() <= kSameLoss_percent;
 }
 
 Prediction predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
@@ -137,11 +129,8 @@ LatencyQuantiles real_latencies(const CsvReader& row) {
           row.number<double>("hot_path_max_ms")};
 }
 
-std::string median_verdict(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
-                           double tolerance, const std::string& otherwise) {
-  const double percent = 100 * (simulated.p50 / measured.p50 - 1);
-  if (std::abs(percent) <= 100 * tolerance) return text("the median agrees (%+.1f %%)", percent);
-  return text("the median is %+.1f %% off: ", percent) + otherwise;
+bool medians_agree(const LatencyQuantiles& measured, const LatencyQuantiles& simulated, double tolerance) {
+  return std::abs(simulated.p50 / measured.p50 - 1) <= tolerance;
 }
 
 }  // namespace hotpath

@@ -84,28 +84,17 @@ class ValidatedRun {
                     trace.repetition,
                     compare_schedules(schedule, schedule_of(tasks.set, p.trace)),
                     {},
-                    {},
-                    ""};
+                    {}};
     const std::vector<double> measured =
         graph_.chains.empty() ? std::vector<double>{} : latencies_ms(measured_, trace, graph_);
     if (!measured.empty()) {
-      v.latencies = {latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}};
-      v.verdict = latency_verdict(*v.latencies);
+      v.latencies = {latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}, false};
+      v.latencies->agrees = medians_agree(v.latencies->measured_ms, v.latencies->simulated_ms, 0.05);
       add_real_latencies(*v.latencies, trace.executor, first);
     } else {
-      v.verdict = agrees(v.comparison) ? "the schedule agrees with the simulation"
-                                       : "it parts from the simulation where a release and the end of a job "
-                                         "almost coincide";
       v.golden = against_golden(reference_, graph_.name, schedule, *executor.entry);
     }
     return v;
-  }
-
-  static std::string latency_verdict(const RunLatencies& l) {
-    if (l.run.n == 0 || l.simulated.n == 0) return "no output after the warm-up to compare";
-    return median_verdict(l.run, l.simulated, 0.05,
-                          "latencies come in steps of one job, and a job that starts a little later than "
-                          "predicted finds another order and moves an output by a step");
   }
 
   /// The real stack's latencies, for Autoware at the same load.
@@ -122,7 +111,7 @@ class ValidatedRun {
       if (subscriptions_first) name.resize(name.find(' '));
       const bool ours_first = label.ends_with(":first") || scheduling_.rule == SubscriptionRule::first;
       if (label.substr(0, label.find(':')) != name || subscriptions_first != ours_first) continue;
-      latencies.real = real_latencies(row);
+      latencies.real_ms = real_latencies(row);
       const auto theirs = read_phases(file, graph_, label_there);
       TaskSet set = tasks_.set;
       set_phases(set, theirs);

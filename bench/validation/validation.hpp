@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -17,41 +18,39 @@
 #include "results/schedule.hpp"
 #include "setup/run_setup.hpp"
 
-/// What `hotpath validate` compares. Each `verdict` is a sentence without its end; the functions throw
-/// UsageError and InputError for files that cannot be read.
+/// What `hotpath validate` compares; how good it is, and why not better, says the template validation.txt.j2
+/// of hotpath_report. The functions throw UsageError and InputError for files that cannot be read.
 namespace hotpath {
 
-struct TaskComparison {
-  std::string task;
-  double lost_percent[2] = {0, 0};  ///< Of the timestamps until the shorter run's last start.
+/// What one of two runs of a task set did until the shorter one's last start.
+struct ScheduleSide {
+  std::size_t jobs = 0;
+  std::map<std::string, double> lost_percent;  ///< By timer: of the timestamps until then.
+  Quantiles start_lateness_ms;                 ///< Start minus timestamp.
+  Quantiles response_ms;                       ///< Finish minus timestamp.
+  Quantiles response_authors_ms;               ///< Timers.
 };
 
-/// Two runs of one task set side by side: [0] what was measured, [1] what was predicted.
+/// Two runs of one task set side by side: what was measured, and what is held against it.
 struct ScheduleComparison {
-  std::size_t jobs[2] = {0, 0};
   double similarity = 0;  ///< Of the order of the first 10000 jobs (job_order.hpp).
   /// The same for the order by_period().
   double similarity_by_period = 0;
   struct Difference {
     std::size_t place = 0;
-    Time at{};
-    std::string task[2];
+    double at_ms = 0;             ///< Start of the job that was measured.
+    std::string measured, other;  ///< Tasks.
   };
   std::optional<Difference> first_difference;
-  std::vector<TaskComparison> tasks;
-  Quantiles lateness_ms[2];          ///< Start minus timestamp.
-  Quantiles response_ms[2];          ///< Finish minus timestamp.
-  Quantiles response_authors_ms[2];  ///< Timers.
-
-  double largest_loss_difference() const;
+  double largest_loss_difference_percent = 0;  ///< Of all timers.
+  /// The order of jobs and the losses agree as well as the simulator is to meet the golden traces.
+  bool agrees = false;
+  ScheduleSide measured, other;
 };
-ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& predicted);
+ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& other);
 
 /// Shares of lost jobs that differ by no more than this many points are the same.
 inline constexpr double kSameLoss_percent = 2;
-
-/// The order of jobs and the losses agree as well as the simulator is to meet the golden traces.
-bool agrees(const ScheduleComparison& comparison);
 
 /// What a simulation says that a graph does.
 struct Prediction {
@@ -80,16 +79,14 @@ LatencyQuantiles latency_quantiles(std::vector<double> samples_ms);
 /// Of a row of rclcpp_autoware_phases.csv.
 LatencyQuantiles real_latencies(const CsvReader& row);
 
-/// Whether two medians agree within a share `tolerance`; if not, `otherwise` says why.
-std::string median_verdict(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
-                           double tolerance, const std::string& otherwise);
+/// Whether two medians agree within a share `tolerance`.
+bool medians_agree(const LatencyQuantiles& measured, const LatencyQuantiles& simulated, double tolerance);
 
 /// The simulator against the real stack, job by job: one task set under one executor.
 struct GoldenValidation {
   std::string set, executor;
-  Platform costs;  ///< As charged in `with_costs`.
+  std::map<std::string, double> costs_us;  ///< As charged in `with_costs`.
   ScheduleComparison without_costs, with_costs;
-  std::string verdict;
 };
 
 /// All golden traces, REFERENCE/traces/SET.EXECUTOR.csv.
@@ -111,7 +108,7 @@ struct TimersOnlyRanges {
 struct TimersOnlyValidation {
   std::string set, executor;
   TimersOnlyRanges measured, simulated;
-  std::string verdict;
+  bool agrees = false;  ///< The ranges of lost jobs have a value in common, or nearly so.
 };
 
 /// All of REFERENCE/rclcpp_timers_only.csv.
@@ -120,8 +117,8 @@ std::vector<TimersOnlyValidation> validate_timers_only(const std::filesystem::pa
 /// Hot-path latency of Autoware under one executor, with the real stack's phases.
 struct AutowareValidation {
   std::string executor;  ///< As the reference names it.
-  LatencyQuantiles measured, simulated;
-  std::string verdict;
+  LatencyQuantiles measured_ms, simulated_ms;
+  bool agrees = false;  ///< The medians do, within what one crunch more or less makes.
 };
 
 /// All of REFERENCE/rclcpp_autoware_phases.csv.
@@ -133,7 +130,7 @@ struct RunAgainstGolden {
   double phases_differ_ms = 0;  ///< At most, of the timers' first releases.
   double real_busy_percent = 0, run_busy_percent = 0;
   ScheduleComparison comparison;  ///< Real stack, run.
-  std::string verdict;
+  std::string phases_file;        ///< Of the real stack's phases.
 };
 
 /// Against the golden trace of the graph's task set under the same executor, if there is one.
@@ -143,10 +140,11 @@ std::optional<RunAgainstGolden> against_golden(const std::filesystem::path& refe
 
 /// A run's hot-path latencies, after the warm-up.
 struct RunLatencies {
-  LatencyQuantiles run, simulated;
+  LatencyQuantiles measured_ms, simulated_ms;
   /// Autoware at the same load only: the real stack's, and by how much the phases differ at most.
-  std::optional<LatencyQuantiles> real;
+  std::optional<LatencyQuantiles> real_ms;
   std::optional<double> phases_differ_ms;
+  bool agrees = false;  ///< The medians of run and simulation do.
 };
 
 /// One executor and repetition of a stored run, live or simulated, against the simulation with its phases and
@@ -157,9 +155,6 @@ struct RunValidation {
   ScheduleComparison comparison;          ///< Run, simulation.
   std::optional<RunLatencies> latencies;  ///< Of graphs with chains.
   std::optional<RunAgainstGolden> golden;
-  std::string verdict;
-
-  std::string name() const { return executor + " #" + std::to_string(repetition); }
 };
 
 /// Every executor and repetition of a run, in the order of the executors.

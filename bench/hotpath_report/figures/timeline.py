@@ -11,14 +11,11 @@ from matplotlib.axes import Axes
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.hotpath_command import executor_named
-from hotpath_report.run import Run
+from hotpath_report.run import TIMER_MANAGEMENT, Run
 from hotpath_report.style import FAINT, INK, SERIES, WARNING
-from hotpath_report.tables import NS_PER_MS, read_table
 
-TIMER_MANAGEMENT = 1  # worker of the events executors
 BAR, ARROW = 0.56, 0.42  # height of a bar and of a release above the middle of its row
 MOST_MARKS = 20000
-INSTANTS = ["timestamp", "release", "start", "finish", "deadline"]
 MARKS: dict[str, dict[str, Any]] = {
     "skipped timestamp": dict(marker="x", color=WARNING, markersize=7, markeredgewidth=1.8, zorder=5),
     "overwritten sample": dict(marker="D", color="white", markeredgecolor=WARNING, markersize=5, zorder=4),
@@ -38,24 +35,15 @@ class Window:
         self.traits = executor_named(executor)
         self.jobs = self.read(repetition)
         self.late = self.jobs["finish"] > self.jobs["deadline"] + 1e-9
-        self.timer_thread = self.traits is not None and self.traits.family != "wait_set"
+        self.timer_thread = run.has_timer_thread(executor)
         self.release_slots = self.paid_releases()
         one_core = (run["platform.cores"] if run.simulated else len(run.facts.get("cpus", []))) == 1
         self.displaced = self.displacements() if one_core and self.timer_thread else {}
 
     def read(self, repetition: int) -> pd.DataFrame:
         """The rows of jobs.csv. Raises InputError where there are none, or too many."""
-        path, instants = self.run.folder / "jobs.csv", [f"{name}_ns" for name in INSTANTS]
-        named = ["executor", "repetition", "task", "kind", "outcome"]
-        jobs = read_table(path, named, optional=["worker", *instants])
-        jobs = jobs[(jobs["executor"] == self.executor) & (jobs["repetition"] == repetition)].copy()
-        if jobs.empty:
-            raise InputError(
-                f"{path}: no job of executor {self.executor}, repetition {repetition}; "
-                f"the run has {', '.join(self.run.executors)}"
-            )
-        jobs[INSTANTS] = jobs[instants] / NS_PER_MS
-        jobs["worker"] = jobs["worker"].fillna(0).astype(int)
+        path = self.run.folder / "jobs.csv"
+        jobs = self.run.jobs(self.executor, repetition)
         jobs["released"] = jobs["release"].fillna(jobs["timestamp"])
         last = jobs["finish"].fillna(jobs["start"] * 0 + self.end).fillna(jobs["timestamp"])
         jobs = jobs[(jobs["timestamp"] < self.end) & (np.maximum(last, jobs["timestamp"]) >= self.begin)]
@@ -156,9 +144,7 @@ def add_key(figure: Any, window: Window) -> None:
     """The workers' colours, and the marks that occur."""
     handles: list[Any] = []
     for worker in sorted(window.jobs[window.jobs["start"].notna()]["worker"].unique()):
-        name = f"worker {worker}"
-        if window.timer_thread:
-            name = "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
+        name = window.run.worker_name(worker, window.timer_thread)
         handles.append(style.patch(name, facecolor=colour_of(worker), alpha=0.85))
     handles.append(style.dot("release", "$↑$", markersize=9))
     if window.displaced:
@@ -170,12 +156,9 @@ def add_key(figure: Any, window: Window) -> None:
     style.add_key(figure, handles, 8)
 
 
-def draw_run(
-    folder: str, executor: str, repetition: int, begin: float, end: float, output: str | None
-) -> None:
-    """Writes the chart as .svg and, beside it, as .png. `begin` and `end` in ms. Raises InputError."""
-    run = Run(folder)
-    window = Window(run, executor, repetition, (begin, end))
+def draw(run: Run, executor: str, repetition: int, part: Interval, path: Path) -> None:
+    """Writes the chart as .svg and, beside it, as .png. Raises InputError."""
+    window = Window(run, executor, repetition, part)
     labels = window.tasks()
     releaser = window.timer_thread and (window.jobs["kind"] == "timer").any()
     figure, (axes,) = style.new_figure(13.5, 0.7 + 0.34 * (len(labels) + releaser))
@@ -184,8 +167,7 @@ def draw_run(
     if releaser:
         labels.append(draw_releaser(axes, window, len(labels)))
     label = "time since the epoch of the run (ms)"
-    style.rows_of_labels(axes, labels, xlim=(begin, end), xlabel=label)
+    style.rows_of_labels(axes, labels, xlim=part, xlabel=label)
     add_key(figure, window)
     style.add_title(figure, f"Timeline of {executor}", run.what_ran(), run.partial)
-    path = Path(output or run.folder / "timeline.svg")
     style.save(figure, path.parent, path.stem)

@@ -28,7 +28,7 @@ def run_name(entry: Entry) -> str:
 
 def golden_name(entry: Entry) -> str:
     """Set and executor of an entry, or of the golden trace that a given run is compared with."""
-    name: str = entry.get("golden", entry)["set"]
+    name: str = (entry.get("golden") or entry)["set"]
     return f"{name.removeprefix('timers_only_').removesuffix('_authors')} %  {run_name(entry)}"
 
 
@@ -65,8 +65,8 @@ def draw_order(axes: Axes, golden: list[Entry]) -> None:
 def draw_lost(axes: Axes, golden: list[Entry]) -> None:
     """Lost IMU jobs, real against simulated."""
     for y, entry in enumerate(golden):
-        imu = entry["with_costs"]["tasks"][-1]
-        real, simulated = imu["measured_lost_percent"], imu["simulated_lost_percent"]
+        sides = (entry["with_costs"][side] for side in ("measured", "other"))
+        real, simulated = (side["lost_percent"]["IMU"] for side in sides)
         axes.hlines(y, *sorted((real, simulated)), color=FAINT, linewidth=1, zorder=2)
         point(axes, real, y, REAL, 9, hollow=True)
         point(axes, simulated, y, SIMULATED)
@@ -89,8 +89,8 @@ def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence
     labels = []
     for y, entry in enumerate(entries):
         for number, (side, colour) in enumerate(sides):
-            q = entry.get(side, {})
-            if q.get("p50") is not None:
+            q = entry[side]
+            if q and q["p50"] is not None:
                 place = y + LATENCY_HEIGHT * ((number + 0.5) / len(sides) - 0.5)
                 span(axes, q["p10"], q["p90"], place, colour)
                 axes.plot(q["p50"], place, "|", color=INK, markersize=10, markeredgewidth=2.2, zorder=4)
@@ -115,10 +115,10 @@ def draw_live_order(axes: Axes, entries: list[Entry]) -> None:
 def draw_live_lost(axes: Axes, entries: list[Entry]) -> None:
     """Lost IMU jobs of the real stack, live and in the simulation of the live run."""
     for y, entry in enumerate(entries):
-        golden, own = entry["golden"]["comparison"]["tasks"][-1], entry["comparison"]["tasks"][-1]
-        point(axes, golden["real_lost_percent"], y, REAL, 12)
-        point(axes, golden["live_lost_percent"], y, LIVE, 9)
-        point(axes, own["simulated_lost_percent"], y, SIMULATED)
+        golden, own = entry["golden"]["comparison"], entry["comparison"]
+        point(axes, golden["measured"]["lost_percent"]["IMU"], y, REAL, 12)
+        point(axes, golden["other"]["lost_percent"]["IMU"], y, LIVE, 9)
+        point(axes, own["other"]["lost_percent"]["IMU"], y, SIMULATED)
     look = {"title": "Given runs: jobs lost", "xlabel": LOST, "xlim": (-1, None)}
     style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
@@ -132,11 +132,12 @@ def rows_of_panels(result: Entry) -> list[list[Panel]]:
     autoware = partial(draw_latencies, title="Autoware with the real stack's phases", sides=real_sides)
     own_sides = (("real_ms", REAL), ("measured_ms", LIVE), ("simulated_ms", SIMULATED))
     own = partial(draw_latencies, title="Given runs and their own simulation", sides=own_sides)
-    timers = [entry for entry in result["runs"] if "golden" in entry]
+    timers = [entry for entry in result["runs"] if entry["golden"]]
+    hot_path = [entry | entry["latencies"] for entry in result["runs"] if entry["latencies"]]
     rows: list[list[Panel]] = [
         [(draw_order, result["golden"]), (draw_lost, result["golden"])],
         [(draw_ranges, result["timers_only"]), (autoware, result["autoware"])],
-        [(own, [entry for entry in result["runs"] if "measured_ms" in entry])],
+        [(own, hot_path)],
         [(draw_live_order, timers), (draw_live_lost, timers)],
     ]
     return [row for row in rows if row[0][1]]

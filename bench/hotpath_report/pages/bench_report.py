@@ -11,7 +11,8 @@ from typing import Any
 
 from hotpath_report.figures import bench as figures
 from hotpath_report.pages.bench_data import SPEC, Bench, Spec, three_digits
-from hotpath_report.pages.writer import Table, environment
+from hotpath_report.pages.text import environment
+from hotpath_report.pages.writer import Table
 from hotpath_report.tables import write_file
 
 

@@ -2,8 +2,6 @@
 """Which percentiles of NEW differ from those of OLD, with an interval of the difference, and whether beyond noise; of
 reproductions also which drop rates and which verdicts differ."""
 
-import os
-import sys
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +20,7 @@ from hotpath_report.paper.storage import (
 )
 from hotpath_report.samples import group_of, samples_by
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
-from hotpath_report.tables import read_json, read_table
+from hotpath_report.tables import read_json, read_table, text_table
 
 COMPARED = (0.5, 0.99, 1.0)
 # Below it a difference is none: simulated values are whole nanoseconds.
@@ -53,19 +51,12 @@ def read(folder: Path) -> dict[Key, Samples]:
             " `reproduce_paper.sh` or of `hotpath`"
         )
     reported = ReportedRun(folder)
-    setting = f"{reported.run['load_percent']:g} %"
-    return {
-        (
-            "hot path" if kind == "Chain" else "response",
-            name,
-            reported.run.source,
-            setting,
-            executor,
-            "",
-        ): samples
-        for (kind, name), executors in reported.samples.items()
-        for executor, samples in executors.items()
-    }
+    source, setting = reported.run.source, f"{reported.run['load_percent']:g} %"
+    found = {}
+    for (kind, name), executors in reported.samples.items():
+        quantity = "hot path" if kind == "Chain" else "response"
+        found |= {(quantity, name, source, setting, e, ""): samples for e, samples in executors.items()}
+    return found
 
 
 def verdict(old: Samples, new: Samples, estimate: Estimate) -> str:
@@ -119,12 +110,9 @@ def other_differences(old: Path, new: Path) -> Iterator[str]:
 
 def table_of(rows: pd.DataFrame) -> Iterator[str]:
     """The lines of a table for a terminal, and how many rows have which verdict."""
-    names = [" ".join(filter(None, key)) for key in rows[KEYS].to_numpy()]
-    width = max(map(len, names))
-    yield f"{'':<{width}}  {'':>5} {'old ms':>10} {'new ms':>10} {'difference':>11}  {'95 % interval':<20} "
-    yield "-" * (width + 80)
-    for name, (p, old, new, change, interval, word) in zip(names, rows[COLUMNS[6:]].to_numpy()):
-        yield f"{name:<{width}}  {p:>5} {old:>10} {new:>10} {change:>11}  {interval:<20} {word}"
+    names = (" ".join(filter(None, key)) for key in rows[KEYS].to_numpy())
+    cells = [[name, *row] for name, row in zip(names, rows[COLUMNS[6:]].to_numpy())]
+    yield text_table(["", "", "old ms", "new ms", "difference", "95 % interval", ""], cells)
     counts = sorted(Counter(rows["verdict"]).items())
     yield "\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles"
 
@@ -138,14 +126,10 @@ def compare_results(old: str, new: str, csv: str | None) -> None:
         raise InputError(
             f"{old} and {new} have no executor and setting in common, there is nothing to compare"
         )
-    try:
-        print(*table_of(rows), *other_differences(*folders), sep="\n")
-        for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
-            alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
-            if alone:
-                print(f"only in {folder}: {', '.join(alone)}")
-        sys.stdout.flush()
-    except BrokenPipeError:  # the reader has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if csv:
         rows.to_csv(csv, index=False)
+    print(*table_of(rows), *other_differences(*folders), sep="\n")
+    for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
+        alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
+        if alone:
+            print(f"only in {folder}: {', '.join(alone)}")

@@ -2,22 +2,17 @@
 """Writes one page twice: report.html, a single file, and report.md with its figures beside it."""
 
 import base64
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import jinja2
-import markupsafe
-
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages.svg import for_page, svg_of
+from hotpath_report.pages.text import TEMPLATES, environment
 from hotpath_report.statistics import Samples, rank_test, ratio
 from hotpath_report.style import NARROW, WIDE
 from hotpath_report.tables import write_file
-
-TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 
 @dataclass(frozen=True)
@@ -91,25 +86,6 @@ def make_figure(name: str, title: str, draw: Draw, commands: list[str]) -> Figur
     drawings = {width: draw(inches) for width, inches in (("wide", WIDE), ("narrow", NARROW))}
     csv = drawings["wide"].table.to_csv(index=False, float_format="%.6f")
     return Figure(name, title, csv, {width: svg_of(d.figure) for width, d in drawings.items()}, commands)
-
-
-def code_spans(text: str) -> markupsafe.Markup:
-    """`words` of prose as HTML."""
-    return markupsafe.Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(text))))
-
-
-def environment() -> jinja2.Environment:
-    """The templates."""
-    made = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=jinja2.select_autoescape(["html", "html.j2"]),
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    made.filters["cell"] = lambda text: str(text).replace("|", "\\|").replace("\n", " ")
-    made.filters["prose"] = code_spans
-    return made
 
 
 def write_figures(folder: Path, figures: list[Figure]) -> None:

@@ -5,7 +5,7 @@ A check takes the evidence, a source (simulated, live, or real: the real ROS 2 s
 answers with a finding, or raises Missing where there are no data.
 """
 
-from dataclasses import dataclass
+import itertools
 
 import pandas as pd
 
@@ -28,37 +28,25 @@ def on_all_sets(
     return rows
 
 
-@dataclass
-class Losses:
-    """Jobs that should not be lost. Live, the machine can take the processor away: a share of each executor's jobs on
-    each set is tolerated, and the text says how many of them belong to repetitions that were marked for it.
+def losses(
+    evidence: Evidence, source: str, rows: pd.DataFrame, word: str, more: str = "", largest: bool = False
+) -> Finding:
+    """Jobs that should not be lost: reproduced where none was, partly where little was, live. There the machine can
+    take the processor away: a share of each executor's jobs on each set is tolerated, and the text says how many of
+    them belong to repetitions that were marked for it. `rows`: setting, executor, repetition, lost, jobs.
     """
-
-    evidence: Evidence
-    source: str
-    lost: int = 0
-    jobs: int = 0
-    marked: int = 0
-    largest_percent: float = 0
-
-    def add(self, percent: int, executor: str, lost: pd.Series, jobs: int) -> None:
-        """`lost`: of each repetition (the index), in any number of rows."""
-        here = int(lost.sum())
-        self.lost, self.jobs = self.lost + here, self.jobs + jobs
-        self.marked += int(lost[lost.index.isin(self.evidence.marked(percent, executor))].sum())
-        self.largest_percent = max(self.largest_percent, 100 * here / jobs)
-
-    def finding(self, word: str, more: str = "", largest: bool = False) -> Finding:
-        """Reproduced where nothing was lost; partly where little was, live."""
-        short = f"{self.lost} of {self.jobs}"
-        text = f"{short} jobs {word}"
-        if self.source == "live" and self.lost:
-            text += f", {self.marked} of them in repetitions marked as noisy"
-            if largest:
-                text += f"; at most {self.largest_percent:.2g} % of one executor's on one set"
-        tolerated = self.source == "live" and self.largest_percent <= LIMITS.tolerated_percent
-        verdict = f.REPRODUCED if self.largest_percent == 0 else f.PARTLY if tolerated else f.NOT
-        return Finding(verdict, text + more, short)
+    short = f"{rows['lost'].sum()} of {rows['jobs'].sum()}"
+    text = f"{short} jobs {word}"
+    of_set = rows.groupby(["setting", "executor"])[["lost", "jobs"]].sum()
+    largest_percent = (100 * of_set["lost"] / of_set["jobs"]).max()
+    if source == "live" and largest_percent > 0:
+        noisy = [key in evidence.marked for key in zip(rows["setting"], rows["executor"], rows["repetition"])]
+        text += f", {rows['lost'][noisy].sum()} of them in repetitions marked as noisy"
+        if largest:
+            text += f"; at most {largest_percent:.2g} % of one executor's on one set"
+    tolerated = source == "live" and largest_percent <= LIMITS.tolerated_percent
+    verdict = f.REPRODUCED if largest_percent == 0 else f.PARTLY if tolerated else f.NOT
+    return Finding(verdict, text + more, short)
 
 
 def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding:
@@ -66,37 +54,29 @@ def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) ->
     known = set(evidence.timer_runs().counts.query("source == @source")["executor"])
     executors = [e for e in EXECUTORS["papers_own"] if source != REAL or e in known]
     f.need(executors)
-    losses = Losses(evidence, source)
-    for executor in executors:
-        for percent, rows in zip(UTILISATIONS, on_all_sets(evidence, source, executor)):
-            losses.add(percent, executor, rows.set_index("repetition")[what], int(rows[of].sum()))
-    return losses.finding(word, largest=True)
+    rows = pd.concat(of_set for e in executors for of_set in on_all_sets(evidence, source, e))
+    rows = rows.assign(lost=rows[what].astype(int), jobs=rows[of].astype(int))
+    return losses(evidence, source, rows, word, largest=True)
 
 
 def bounds(evidence: Evidence, source: str) -> Finding:
     """Against Table I, and beside it against the exact non-preemptive bound, which is at most that of the table."""
     runs = evidence.timer_runs(WITH_COST if source == "simulated" else "timers")
-    exact_runs, losses = evidence.timer_runs(WITH_COST), Losses(evidence, source)
-    rows = f.paper_rows(evidence)
-    table = rows.assign(group=rows["task"].str.lower()).set_index(["utilisation_percent", "group"])[
-        "bound_ms"
-    ]
-    over_exact, highest = 0, 0.0
-    for executor in EXECUTORS["with_bounds"]:
-        for percent in UTILISATIONS:
-            jobs, exact = runs.jobs(percent, source, executor), exact_runs.rows(percent, "simulated", "rm-ro")
-            f.need(jobs, exact)
-            response = jobs.set_index("repetition")["response_ms"]
-            bound = jobs["group"].map(table[percent]).to_numpy()
-            over_exact += int(
-                (jobs["response_ms"] > jobs["task"].map(exact.set_index("task")["bound_ms"])).sum()
-            )
-            highest = max(highest, float((response / bound).max()))
-            losses.add(percent, executor, response > bound, len(jobs))
-    more = (
-        f", {over_exact} above the exact bound; the largest response is {100 * highest:.1f} % of the table's"
-    )
-    return losses.finding("above Table I", more)
+    with_cost, printed = evidence.timer_runs(WITH_COST), f.paper_rows(evidence)
+    printed = printed.assign(group=printed["task"].str.lower())
+    table = printed.set_index(["utilisation_percent", "group"])["bound_ms"]
+    frames = []
+    for executor, percent in itertools.product(EXECUTORS["with_bounds"], UTILISATIONS):
+        jobs, exact = runs.jobs(percent, source, executor), with_cost.rows(percent, "simulated", "rm-ro")
+        f.need(jobs, exact)
+        exact_ms = jobs["task"].map(exact.set_index("task")["bound_ms"])
+        frames.append(jobs.assign(jobs=1, table_ms=jobs["group"].map(table[percent]), exact_ms=exact_ms))
+    rows = pd.concat(frames)
+    over_exact = int((rows["response_ms"] > rows["exact_ms"]).sum())
+    highest = 100 * (rows["response_ms"] / rows["table_ms"]).max()
+    more = f", {over_exact} above the exact bound; the largest response is {highest:.1f} % of the table's"
+    rows["lost"] = (rows["response_ms"] > rows["table_ms"]).astype(int)
+    return losses(evidence, source, rows, "above Table I", more)
 
 
 def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[float]:

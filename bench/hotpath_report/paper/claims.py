@@ -20,13 +20,13 @@ Check = Callable[..., Finding]  # of evidence, a source and options; raises Miss
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence of the paper with its check."""
+    """A sentence of the paper with its check. `paper` is the paper's value, `title` a few words."""
 
     name: str
     item: str
-    title: str  # a few words
+    title: str
     quote: str
-    paper: str  # the paper's value
+    paper: str
     rule: str
     check: Check
     options: dict[str, str]  # of the check
@@ -44,23 +44,20 @@ class Claim:
 
 def claims() -> Iterator[Claim]:
     """All claims of claims.toml, with limits filled in."""
+    reasons = findings.CLAIMS["reasons"]
     for entry in findings.CLAIMS["claim"]:
-        reasons = findings.CLAIMS["reasons"]
         room, _, function = entry["check"].partition(".")  # `timers.drops` is drops() of checks_timers
+        check = getattr(importlib.import_module(f"hotpath_report.paper.checks_{room}"), function)
         for executor in entry.get("executors", [""]):
             words = {**vars(findings.LIMITS), "words": findings.CLAIMS["words"].get(executor, "")}
             texts = {key: entry[key].format(**words).strip() for key in TEXTS}
             why = {verdict: entry.get(f"why_{verdict}", "") for verdict in (PARTLY, NOT)}
             why = entry.get("why", {}).get(executor, why)
-            yield Claim(
-                name="-".join(filter(None, (entry["name"], executor))),
-                check=getattr(importlib.import_module(f"hotpath_report.paper.checks_{room}"), function),
-                options=entry.get("options", {}) | ({"executor": executor} if executor else {}),
-                why={v: reasons.get(text, text).strip() for v, text in why.items() if text},
-                real=entry.get("real", False),
-                analytical=entry.get("analytical", False),
-                **texts,
-            )
+            why = {v: reasons.get(text, text).strip() for v, text in why.items() if text}
+            name = f"{entry['name']}-{executor}" if executor else entry["name"]
+            options = entry.get("options", {}) | ({"executor": executor} if executor else {})
+            flags = {key: entry.get(key, False) for key in ("real", "analytical")}
+            yield Claim(name=name, check=check, options=options, why=why, **texts, **flags)
 
 
 CLAIMS = tuple(claims())

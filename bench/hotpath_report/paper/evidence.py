@@ -80,13 +80,11 @@ class Evidence:
         """Facts of the live cells that are marked as noisy."""
         return [c for c in self.live_cells if c["noise"]["marks"]]
 
-    def marked(self, percent: int, executor: str) -> set[int]:
-        """Marked repetitions of a live timers-only cell."""
-        key = ("timers", percent, [executor])
-        cells = self.marked_cells()
-        return {
-            c["repetition"] for c in cells if (c["study"], c["load_percent"], list(c["executors"])) == key
-        }
+    @functools.cached_property
+    def marked(self) -> set[tuple[int, str, int]]:
+        """Live timers-only cells that are marked: utilisation in percent, executor, repetition."""
+        cells = (c for c in self.marked_cells() if c["study"] == "timers")
+        return {(c["load_percent"], c["executors"][0], c["repetition"]) for c in cells}
 
     def table(self, name: str) -> pd.DataFrame:
         """A table of the analysis. Raises Missing where it was not made."""

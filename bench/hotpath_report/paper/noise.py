@@ -6,14 +6,15 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-NOISY_STOLEN_PERCENT = 0.5  # of its duration, taken by the hypervisor
-NOISY_OTHERS_PERCENT = 5.0  # of its processors' time, used by other processes
-NOISY_HELD_UP_MS = 5.0  # longest time for which a thread that only read the clock did not run
-NOISE_RULE = (
-    f"a repetition is marked when the hypervisor took more than {NOISY_STOLEN_PERCENT:g} % of its time, other"
-    f" processes used more than {NOISY_OTHERS_PERCENT:g} % of its processors, a thread that only read the clock was"
-    f" held up for more than {NOISY_HELD_UP_MS:g} ms just before, or its calibration was disturbed"
-)
+# From which value on a repetition is marked, and with which words.
+NOISY = {
+    "stolen_percent": (0.5, "{:.1f} % stolen by the hypervisor"),  # of its duration
+    "others_percent": (5.0, "{:.0f} % of the processor used by others"),  # of its processors' time
+    "held_up_ms": (
+        5.0,
+        "held up for {:.1f} ms before the start",
+    ),  # longest, of a thread that only read the clock
+}
 
 
 def busy_seconds(cpus: Collection[int]) -> float:
@@ -30,21 +31,13 @@ def busy_seconds(cpus: Collection[int]) -> float:
 def noise_of(run: dict[str, Any], others_percent: float) -> dict[str, Any]:
     """What disturbed a live repetition with this run.json, and which of it marks the repetition."""
     stolen_ms = sum(r.get("stolen_ms", 0) for r in run.get("runs", []))
-    stolen_percent = stolen_ms / (run["duration_s"] + run["warm_up_s"]) / 10
     hiccups = [h for h in run["machine"]["noise"]["hiccups"] if h["cpu"] in run["cpus"]]
-    held_up_ms = max((h["max_ns"] / 1e6 for h in hiccups), default=0)
-    marks = []
-    if stolen_percent > NOISY_STOLEN_PERCENT:
-        marks.append(f"{stolen_percent:.1f} % stolen by the hypervisor")
-    if others_percent > NOISY_OTHERS_PERCENT:
-        marks.append(f"{others_percent:.0f} % of the processor used by others")
-    if held_up_ms > NOISY_HELD_UP_MS:
-        marks.append(f"held up for {held_up_ms:.1f} ms before the start")
+    found = {
+        "stolen_percent": stolen_ms / (run["duration_s"] + run["warm_up_s"]) / 10,
+        "others_percent": others_percent,
+        "held_up_ms": max((h["max_ns"] / 1e6 for h in hiccups), default=0),
+    }
+    marks = [words.format(found[what]) for what, (limit, words) in NOISY.items() if found[what] > limit]
     if run["calibration"]["disturbed"]:
         marks.append("calibration disturbed")
-    return {
-        "stolen_percent": stolen_percent,
-        "others_percent": others_percent,
-        "held_up_ms": held_up_ms,
-        "marks": marks,
-    }
+    return {**found, "marks": marks}

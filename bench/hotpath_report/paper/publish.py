@@ -60,7 +60,7 @@ def publish(output: Path, destination: Path) -> None:
 
 def write_readme(destination: Path, size: float) -> None:
     """README.md beside the publication, unless somebody else's is there; `size` in MB."""
-    from hotpath_report.pages.writer import environment  # takes a second, which a refusal does not need
+    from hotpath_report.pages.text import environment  # takes a second, which a refusal does not need
 
     readme, mark = destination.parent / "README.md", "## How `"
     if readme.exists() and mark not in readme.read_text(encoding="utf-8"):

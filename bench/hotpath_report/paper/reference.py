@@ -6,7 +6,7 @@ import json
 
 import pandas as pd
 
-from hotpath_report.hotpath_command import PACKAGE, output_of
+from hotpath_report.hotpath_command import PACKAGE, executor_named, output_of
 from hotpath_report.paper.cells import UTILISATIONS
 
 REAL = "real"  # the source of its rows
@@ -14,20 +14,17 @@ FOLDERS = tuple(
     PACKAGE.parents[1] / package / "ros2_reference"
     for package in ("reference_system", "hotpath_reference_system")
 )
-# The fork's prioritised queues give every subscription one top priority (rule `first`).
-NAMES = {
-    "default": "default",
-    "singlethreaded": "default",
-    "static": "static",
-    "staticsinglethreaded": "static",
-    "multithreaded": "multi",
-    "events": "events-ro",
-    "events_re": "events-re",
-    "rm": "rm-ro",
-    "edf": "edf-ro",
-}
+# Other words for executors. The fork's prioritised queues give every subscription one top priority (rule `first`).
+WORDS = {"singlethreaded": "default", "staticsinglethreaded": "static", "multithreaded": "multi"}
+WORDS |= {"events_re": "events-re"}
 TRACED = "events-re"  # not among the authors' programs, but in the golden traces
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
+
+
+def our_name(executor: str) -> str:
+    """Ours for an executor there; those whose timers are release-only do not say so in their names."""
+    name = WORDS.get(executor, executor)
+    return name if executor_named(name) else f"{name}-ro"
 
 
 class Reference:
@@ -40,7 +37,7 @@ class Reference:
             return
         names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
         timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
-        tables = [timers.assign(executor=timers["executor"].map(NAMES))]
+        tables = [timers.assign(executor=timers["executor"].map(our_name))]
         for percent in UTILISATIONS:
             path = folder / "traces" / f"timers_only_{percent}.{TRACED}.csv"
             traced = pd.DataFrame(json.loads(output_of("summarize", "--golden", path))["tasks"])
@@ -51,7 +48,7 @@ class Reference:
         self.timers = timers.assign(study="timers", source=REAL, repetition=0)
         autoware = pd.read_csv(folder / "rclcpp_autoware.csv")
         autoware = autoware[autoware["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT]
-        self.hot_path = autoware.assign(executor=autoware["executor"].map(NAMES)).set_index("executor")
+        self.hot_path = autoware.assign(executor=autoware["executor"].map(our_name)).set_index("executor")
 
     def hot_path_ms(self, quantile: str) -> dict[str, float]:
         """By executor; `quantile` is p50, p90, p99 or max."""

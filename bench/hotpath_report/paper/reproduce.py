@@ -2,6 +2,7 @@
 """Every table and figure of the paper's evaluation, simulated and, with --live, measured."""
 
 import argparse
+import contextlib
 import fcntl
 import hashlib
 import os
@@ -14,21 +15,18 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from hotpath_report import hotpath_command
-from hotpath_report.errors import InputError, RunError
+from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.paper import publish
 from hotpath_report.paper.cells import MODES, Cell, all_cells, duration_text
 from hotpath_report.paper.items import ITEMS, NAMES
+from hotpath_report.paper.noise import NOISY
 from hotpath_report.paper.runner import Runner, facts_of
 from hotpath_report.tables import write_json
 
 SEED = 1
 SIMULATIONS_AT_ONCE = 2
-EXIT_FAILED, EXIT_SIGNAL = 1, 128
+EXIT_FAILED = 1
 BAR = "{percentage:3.0f} %, {remaining} left{postfix}"
-
-
-class Interrupted(Exception):
-    """A signal, its number the argument, asked for the end."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -168,11 +166,6 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
             f"{outdated} live cells were measured by another build than {runner.build}; they are measured again and"
             f" kept in {options.output}/superseded"
         )
-
-    def interrupt(number: int, _frame: Any) -> None:
-        raise Interrupted(number)
-
-    handlers = {s: signal.signal(s, interrupt) for s in (signal.SIGINT, signal.SIGTERM)}
     total, on_terminal = sum(c.seconds for c in todo), sys.stderr.isatty()
     bar: Any = tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=not on_terminal)
 
@@ -181,12 +174,8 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
         bar.update(seconds)
 
     runner.on_change = show
-    try:
+    with contextlib.closing(bar), interruptible():
         run_cells(runner, todo, options.jobs)
-    finally:
-        bar.close()
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
     for cell, sentence in runner.failed:
         tell(f"{cell.name} failed: {sentence}")
 
@@ -215,7 +204,7 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
         print(f"{v.verdict:<10}  {v.claim.name:<22} {text}")
     print(", ".join(f"{count} {word}" for word, count in Counter(v.verdict for v in verdicts).items()))
     if collected.machine is not None:
-        print(results.noise(collected)["text"])
+        print(results.prose("noise", collected, NOISY))
     print(f"The page: {options.output}/report.html (and report.md); data: {options.output}/data")
 
 
@@ -240,9 +229,9 @@ def reproduce(arguments: Sequence[str]) -> int:
                 f"Interrupted; {complete} cells are complete, and the same command goes on from here (without --live"
                 " it shows what there is)."
             )
-            return EXIT_SIGNAL + int(signalled.args[0])
+            return signalled.exit_code
         except KeyboardInterrupt:
             tell("Interrupted while the page was written; the same command writes it anew.")
-            return EXIT_SIGNAL + signal.SIGINT
+            return Interrupted(signal.SIGINT).exit_code
     tell(duration_text(time.monotonic() - began))
     return EXIT_FAILED if runner.failed else 0

@@ -16,16 +16,19 @@ import pandas as pd
 from hotpath_report import statistics
 from hotpath_report.errors import Missing
 from hotpath_report.figures.violins import percentile_table
+from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import drawings, storage, tables
 from hotpath_report.paper.cells import MODES, SPEC, duration_text
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import LIMITS, NO_DATA, NOT, PARTLY, REPRODUCED
+from hotpath_report.paper.findings import LIMITS
 from hotpath_report.paper.items import ITEMS
-from hotpath_report.paper.noise import NOISE_RULE
+from hotpath_report.paper.noise import NOISY
+from hotpath_report.paper.reference import REAL
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
+from hotpath_report.statistics import Estimate
 from hotpath_report.tables import write_file, write_json
 
 # At the top of the page.
@@ -47,95 +50,48 @@ def command_lines(evidence: Evidence, studies: Collection[str]) -> list[str]:
     return texts
 
 
-def where_it_ran(evidence: Evidence, planned: int) -> str:
-    """Machine, date and mode; `planned`: live repetitions that the plan has."""
-    m = evidence.machine
-    if m is None:
-        return (
-            f"Simulated and computed, mode {evidence.mode}; measured was only what a release costs on the machine that"
-            " did it."
-        )
-    complete = len(evidence.live_cells)
-    missing = f" Unfinished: {complete} of {planned} live repetitions." if complete < planned else ""
-    virtual = "virtual machine" if m.get("hypervisor") else "machine"
-    return (
-        f"Live: {m['cpu_model']}, {virtual} with {m['processors']} processors, Linux"
-        f" {m['kernel'].split('-')[0]}{', PREEMPT_RT' if m['preempt_rt'] else ''}, {m['distribution']},"
-        f" {m['compiler']}, transport {m['transport']}, {m['date'][:10]}, mode {evidence.mode}.{missing}"
-    )
+def prose(part: str, *arguments: Any) -> str:
+    """A part of what the page says, as plain text."""
+    text: str = getattr(environment().get_template("prose.j2").module, part)(*arguments)
+    return text.strip()
 
 
-def tiles(evidence: Evidence, verdicts: list[Verdict]) -> list[dict[str, Any]]:
-    """The numbers at the top of the page."""
-    found = Counter(v.verdict for v in verdicts)
-    shown: list[tuple[str, str, str]] = []
+def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
+    """By source, also the real ROS 2 stack: worst hot path of the default executor over that of the paper's."""
+    found = {}
     for source in SOURCES:
         default, ours = (evidence.latencies("autoware", source, e) for e in ("default", "rm-ro"))
         if default and ours:
-            value, _, interval = statistics.ratio(default, ours, 1.0).text(2).partition(" ")
-            shown.append((f"{value}×", f"worst hot path of default over rm-ro, {source}", interval))
+            found[source] = statistics.ratio(default, ours, 1.0)
     real = evidence.reference.hot_path_ms("max")
     if {"default", "rm-ro"} <= real.keys():
-        text = f"the same on the real ROS 2 stack (the paper: {LIMITS.paper_slowdown:g})"
-        shown.append((f"{real['default'] / real['rm-ro']:.2f}×", text, ""))
-    text = f"claims reproduced, {found[PARTLY]} partly, {found[NOT]} not"
-    shown.append((f"{found[REPRODUCED]} of {len(verdicts) - found[NO_DATA]}", text, ""))
-    if evidence.live_cells:
-        marked = f"{len(evidence.marked_cells())} of {len(evidence.live_cells)}"
-        shown.append((marked, "live repetitions marked as noisy", ""))
-    return [dict(zip(("value", "text", "more"), tile)) for tile in shown]
+        found[REAL] = Estimate(real["default"] / real["rm-ro"])
+    return found
 
 
-def live_runs(evidence: Evidence) -> str:
-    """What was measured, study by study: as many repetitions of each executor and setting as there really are."""
-    texts = []
+def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
+    """What was measured, study by study: repetitions of each executor and setting (least and most), and seconds."""
+    found = []
     for study, name in SPEC["study_names"].items():
         mine = [c for c in evidence.live_cells if c["study"] == study]
         counts = Counter(c["name"].rsplit(".", 1)[0] for c in mine).values()
         if mine:
-            times = " to ".join(map(str, sorted({min(counts), max(counts)})))
-            lengths = " or ".join(f"{s:g}" for s in sorted({c["duration_s"] for c in mine}))
-            texts.append(f"{name} {times} × {lengths} s")
-    return ", ".join(texts)
+            times = sorted({min(counts), max(counts)})
+            found.append({"name": name, "times": times, "lengths": sorted({c["duration_s"] for c in mine})})
+    return found
 
 
-def methods(evidence: Evidence) -> dict[str, Any]:
-    """The facts in the section on methods."""
-    live = evidence.live_cells
-    return {
-        "mode": MODES[evidence.mode],
-        "live": len(live),
-        "beside": sum(c.get("at_once", 1) > 1 for c in live),
-        "pinned": " or ".join(sorted({",".join(map(str, c["cpus"])) for c in live})),
-        "live_runs": live_runs(evidence),
-        "policies": "; ".join(sorted({p for c in live for p in c.get("policies", [])})),
-        "confidence": statistics.CONFIDENCE_PERCENT,
-        "resamples": statistics.RESAMPLES,
-        "blocks": statistics.BLOCKS,
-        # The most that an interval between the extremes of so many repetitions covers of a true median, in percent.
-        "coverage": {n: 100 * (1 - 2 ** (1 - n)) for n in (3, 5)},
-    }
-
-
-def noise(evidence: Evidence) -> dict[str, Any]:
+def noise_table(evidence: Evidence) -> Table:
     """What disturbed the live repetitions."""
-    live = sorted(evidence.live_cells, key=lambda c: str(c["name"]))
-    if not live:
-        return {"text": "Nothing was measured live.", "table": None}
-    marked = len(evidence.marked_cells())
-    text = f"{marked} of {len(live)} live repetitions are marked as noisy; they count like all others."
-    text += f" The rule: {NOISE_RULE}."
-    if 4 * marked > len(live):
-        text += " This machine is too noisy for conclusions about single worst cases."
     columns = (("stolen_percent", 2), ("others_percent", 1), ("held_up_ms", 2))
     rows = [
         [c["name"].removeprefix("live."), c.get("at_once", 1)]
         + [f"{c['noise'][key]:.{digits}f}" for key, digits in columns]
         + ["; ".join(c["noise"]["marks"])]
-        for c in live
+        for c in sorted(evidence.live_cells, key=lambda c: str(c["name"]))
     ]
     header = ["repetition", "at once", "stolen %", "used by others %", "held up ms", "marked for"]
-    return {"text": text, "table": Table("All live repetitions", header, rows, folded=True)}
+    return Table("All live repetitions", header, rows, folded=True)
 
 
 def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
@@ -186,12 +142,18 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
         folder,
         "reproduction",
         made,
-        where=where_it_ran(evidence, planned),
-        tiles=tiles(evidence, verdicts),
+        evidence=evidence,
+        planned=planned,
+        slowdowns=slowdowns(evidence),
+        limits=LIMITS,
         pictures=[figures[name] for name in PICTURES if name in figures],
         verdicts=verdicts,
-        methods=methods(evidence),
-        noise=noise(evidence),
+        found=Counter(v.verdict for v in verdicts),
+        mode=MODES[evidence.mode],
+        live_runs=live_runs(evidence),
+        statistics=statistics,
+        noisy=NOISY,
+        noise_table=noise_table(evidence),
     )
     return verdicts
 
@@ -205,11 +167,11 @@ def write_results(evidence: Evidence, items: Collection[str], folder: Path, plan
     facts = {
         "mode": evidence.mode,
         "machine": evidence.machine,
-        "where": where_it_ran(evidence, planned),
+        "where": prose("where", evidence, planned),
         "cells": len(evidence.cells),
         "live_cells": len(live),
         "live_planned": planned,
-        "live_runs": live_runs(evidence),
+        "live_runs": prose("runs", live_runs(evidence)),
         "live_measured_s": seconds,
         "live_measured": duration_text(seconds),
         "marked_cells": len(evidence.marked_cells()),

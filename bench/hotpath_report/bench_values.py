@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the benchmark programs measured, and which of it differs between two folders of `hotpath bench`."""
+
+import math
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from hotpath_report.errors import InputError
+from hotpath_report.statistics import Estimate, Samples, ratio
+from hotpath_report.tables import read_json, text_table
+
+NS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
+# Numbers of Google Benchmark's own that are no result.
+BOOKKEEPING = "family_index per_family_instance_index repetitions repetition_index threads iterations".split()
+BOOKKEEPING += ["real_time", "cpu_time", "items_per_second"]
+# They say how it was measured, not what.
+MODIFIERS = re.compile(r"/(iterations:|manual_time|min_time:|real_time|repeats:)[^/]*")
+
+# Repetitions that each side needs before a difference can be called one.
+LEAST_REPETITIONS = 3
+# Of a thousand values that have not changed, a few still seem to.
+CONFIDENCE = 0.99
+NOT_COMPARABLE = "not comparable"  # too few repetitions, or values that have no ratio
+
+Key = tuple[str, str]  # benchmark and metric
+
+
+class BenchValues:
+    """For each benchmark and metric one value per repetition. The metric `time_ns` is Google Benchmark's own time per
+    iteration; units are the endings of names."""
+
+    def __init__(self) -> None:
+        self.figures: dict[Key, list[float]] = {}
+        self.complexities: dict[
+            str, dict[str, Any]
+        ] = {}  # growth as Google Benchmark fits it, of the last repetition
+        self.errors: list[str] = []
+
+    def add(self, path: Path) -> list[str]:
+        """Adds what one run of a program wrote with --benchmark_out_format=json; returns what failed in it."""
+        before = len(self.errors)
+        try:
+            for row in read_json(path)["benchmarks"]:
+                self.add_row(row)
+        except (InputError, KeyError, TypeError) as error:
+            return [f"{path}: not written by Google Benchmark: {error!r}"]
+        return self.errors[before:]
+
+    def add_row(self, row: dict[str, Any]) -> None:
+        """Adds one benchmark, or one fit of its growth."""
+        benchmark = MODIFIERS.sub("", row["run_name"])
+        if row.get("run_type") == "aggregate":
+            fit = self.complexities.setdefault(benchmark, {"benchmark": benchmark})
+            if row["aggregate_name"] == "BigO":
+                scale = NS[row["time_unit"]]
+                fit |= {"order": row["big_o"], "coefficient_ns": row["real_coefficient"] * scale}
+            elif row["aggregate_name"] == "RMS":
+                fit["rms_percent"] = 100 * row["rms"]
+        elif row.get("error_occurred"):
+            self.errors.append(f"{benchmark}: {row.get('error_message', '')}")
+        else:
+            found = {"time_ns": row["real_time"] * NS[row["time_unit"]]}
+            found |= {k: v for k, v in row.items() if isinstance(v, (int, float)) and k not in BOOKKEEPING}
+            self.add_figures(benchmark, found)
+
+    def add_figures(self, benchmark: str, found: dict[str, float]) -> None:
+        """Adds values of one repetition, by metric; without a `time_ns` the first is that, too."""
+        for metric, value in ({"time_ns": next(iter(found.values()))} | found).items():
+            self.figures.setdefault((benchmark, metric), []).append(value)
+
+    def as_json(self) -> dict[str, Any]:
+        """As in bench.json."""
+        figures = [{"benchmark": b, "metric": m, "values": v} for (b, m), v in sorted(self.figures.items())]
+        return {"figures": figures, "complexities": list(self.complexities.values()), "errors": self.errors}
+
+
+def figures_of(folder: str) -> dict[Key, list[float]]:
+    """The figures of a folder. Raises InputError."""
+    path = Path(folder) / "bench.json"
+    content = read_json(path, "hotpath bench")
+    try:
+        return {(f["benchmark"], f["metric"]): f["values"] for f in content["figures"]}
+    except (KeyError, TypeError) as error:
+        raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
+
+
+def change(before: list[float], after: list[float]) -> tuple[Estimate | None, str]:
+    """The ratio of medians, after / before, with its interval, and what it says."""
+    for values in (before, after):
+        if len(values) < LEAST_REPETITIONS or not all(math.isfinite(v) and v > 0 for v in values):
+            return None, NOT_COMPARABLE
+    of_medians = ratio(Samples([v] for v in after), Samples([v] for v in before), 0.5, CONFIDENCE)
+    verdict = "smaller" if of_medians.high < 1 else "larger" if of_medians.low > 1 else "within noise"
+    return of_medians, verdict
+
+
+def compare(before: str, after: str) -> int:
+    """Prints a line for each value that both folders have, those beyond noise first and the largest effects first among
+    them, and a count; the exit code. Raises InputError."""
+    old, new = figures_of(before), figures_of(after)
+    rows: list[tuple[float, list[str]]] = []
+    for key in sorted(old.keys() & new.keys()):
+        found, verdict = change(old[key], new[key])
+        effect = abs(math.log(found.value)) if found and verdict in ("smaller", "larger") else 0
+        medians = (f"{Samples([values]).quantile(0.5):.1f}" for values in (old[key], new[key]))
+        rows.append((effect, [" ".join(key), *medians, found.text(3) if found else "", verdict]))
+    if not rows:
+        raise InputError(f"--compare: {before} and {after} have no value in common")
+    rows.sort(key=lambda row: -row[0])
+    print(text_table(["value", "before", "after", "ratio [99 % interval]", ""], [cells for _, cells in rows]))
+    print(f"{sum(effect > 0 for effect, _ in rows)} of {len(rows)} values differ beyond noise.")
+    if unknown := sum(cells[-1] == NOT_COMPARABLE for _, cells in rows):
+        needs = f"each side needs {LEAST_REPETITIONS} repetitions and values above zero"
+        print(f"note: {unknown} values are not comparable: {needs}.", file=sys.stderr)
+    return 0

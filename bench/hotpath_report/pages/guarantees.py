@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page of `hotpath analyze`: bounds of tasks and chains, what was observed, and what dominates them."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hotpath_report import style
+from hotpath_report.errors import InputError
+from hotpath_report.figures.violins import Drawing
+from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.tables import read_json, read_table
+
+MADE_BY = "hotpath analyze --page"
+TEXTS = ["executor", "method", "kind", "name"]
+NUMBERS = ["bound_ns", "observed_ns", "deadline_ns", "response_ns", "waiting_ns"]
+EXPLANATION = (
+    "A bar is the smallest bound, its dark part the time that data waits for other inputs; a dot is the largest value "
+    "observed, a line the deadline. What each method assumes: docs/analysis.md."
+)
+
+
+def tightest(rows: pd.DataFrame) -> pd.DataFrame:
+    """Of each task and chain the row with the smallest bound; those without any stay, with none."""
+    ordered = rows.sort_values("bound_ns", na_position="last", kind="stable")
+    return ordered.drop_duplicates(["kind", "name"]).sort_index()
+
+
+def draw(rows: pd.DataFrame, executor: str, width: float) -> Drawing:
+    """Bars of bounds, dots of what was observed."""
+    height = 1.1 + 0.21 * len(rows)
+    figure, (axes,) = style.new_figure(width, height)
+    ms = {name: rows[name].to_numpy() / 1e6 for name in NUMBERS}
+    places = range(len(rows))
+    axes.barh(places, ms["bound_ns"], height=0.62, color=style.colour_of(executor), alpha=0.45)
+    axes.barh(places, ms["waiting_ns"], height=0.62, color=style.colour_of(executor), alpha=0.55)
+    axes.plot(ms["observed_ns"], places, "o", color=style.INK, markersize=4)
+    axes.plot(ms["deadline_ns"], places, "|", color=style.WARNING, markersize=9, markeredgewidth=1.6)
+    style.rows_of_labels(axes, list(rows["name"]), xlabel="ms", xlim=(0, None))
+    return Drawing(figure, rows)
+
+
+def cell(value: float) -> str:
+    """Milliseconds, or nothing."""
+    return "" if pd.isna(value) else f"{value / 1e6:.3f}"
+
+
+def table(rows: pd.DataFrame) -> Table:
+    """The same as numbers, with the method of each."""
+    cells = [
+        [row.name, row.method, cell(row.bound_ns), cell(row.observed_ns), row.tightness, row.dominated_by]
+        for row in rows.fillna({"tightness": "", "dominated_by": ""}).itertuples(index=False)
+    ]
+    return Table("Bounds", ["", "method", "bound ms", "observed ms", "tightness", "consists of"], cells, folded=True)
+
+
+def write(folder: str) -> None:
+    """Writes report.html and report.md. Raises InputError."""
+    found: dict[str, Any] = read_json(Path(folder) / "bounds.json", MADE_BY)
+    rows = read_table(Path(folder) / "bounds.csv", TEXTS, [*NUMBERS, "tightness", "dominated_by"])
+    if rows.empty:
+        raise InputError(f"{folder}: no method bounds this graph under these executors, there is nothing to draw")
+    sections = []
+    for executor, of_executor in rows.groupby("executor", sort=False):
+        name, best = str(executor), tightest(of_executor)
+        figure_name = "".join(c if c.isalnum() else "_" for c in name)
+        title = f"{name}: worst-case response times and ages of data"
+        made = make_figure(figure_name, title, partial(draw, best, name), [])
+        refused = [[r["method"], r["why"]] for r in found["refused"] if r["executor"] == name]
+        tables = [table(best), Table("Not applied", ["method", "why"], refused, folded=True)]
+        sections.append(Section(figure_name, name, "bounds (ms)", EXPLANATION, [made], tables))
+    facts = [f"{found['graph']}, {found['load_percent']:.1f} % load, {found['costs']}"]
+    facts += [f"Observed in {found['trace']}"] if found["trace"] else []
+    write_page(Path(folder), "report", sections, title=f"What is guaranteed on {found['graph']}", facts=facts, losses=[])
+    print(f"\n{Path(folder) / 'report.html'} (and report.md)")

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath timeline`: a part of a trace as a chart, or for ui.perfetto.dev, in the object form of Chrome's Trace Event
+Format."""
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hotpath_report.errors import InputError
+from hotpath_report.run import Run
+from hotpath_report.tables import write_file
+
+US_PER_MS = 1e3
+CHART_MS = 500  # where no end is given
+INSTANTS = {
+    "overwritten": "overwritten sample",
+    "skipped": "skipped",
+}  # outcomes that are marked, at the timestamp
+
+Event = dict[str, Any]
+
+
+def event(job: Any, phase: str, name: str, **more: Any) -> Event:
+    """Of the job's process; numbers are as Linux gives them: positive, none twice, and the first thread's is that of
+    its process."""
+    return {"ph": phase, "name": name, "pid": 100 * (job.process + 1), **more}
+
+
+def thread(job: Any) -> int:
+    """Number of the job's thread."""
+    return int(100 * (job.process + 1) + job.worker)
+
+
+def names(run: Run, title: str, ran: pd.DataFrame, timer_thread: bool) -> Iterator[Event]:
+    """What processes and threads are called."""
+    for job in ran.drop_duplicates(["process"]).itertuples():
+        yield event(job, "M", "process_name", args={"name": f"{title}, process {job.process}"})
+    for job in ran.drop_duplicates(["process", "worker"]).itertuples():
+        called = run.worker_name(job.worker, timer_thread)
+        yield event(job, "M", "thread_name", tid=thread(job), args={"name": called})
+
+
+def slices(job: Any, ends: dict[str, list[int]]) -> Iterator[Event]:
+    """A job that ran, and its ends of flows, by phase: an end binds to the slice before it, which thus may last no time
+    at all."""
+    place = {"tid": thread(job), "ts": job.start * US_PER_MS}
+    args = {f"{name}_ms": getattr(job, name) for name in ("timestamp", "release", "deadline")}
+    args = {"sequence": job.sequence} | {name: ms for name, ms in args.items() if not math.isnan(ms)}
+    yield event(
+        job, "X", job.task, cat=job.kind, dur=(job.finish - job.start) * US_PER_MS, args=args, **place
+    )
+    for phase, numbers in ends.items():
+        for number in numbers:
+            yield event(job, phase, "message", cat="flow", id=number, bp="e", **place)
+    if job.finish > job.deadline:
+        yield marker(job, "deadline missed", job.finish)
+
+
+def marker(job: Any, what: str, ms: float) -> Event:
+    """An instant of a task."""
+    place = {"tid": 100 * (job.process + 1), "ts": ms * US_PER_MS}
+    return event(job, "i", f"{what}: {job.task}", s="p", cat=what, **place)
+
+
+def events(run: Run, executor: str, repetition: int, begin: float, end: float) -> Iterator[Event]:
+    """All events; a flow leads from the job that published to each that took the message."""
+    jobs = run.jobs(executor, repetition)
+    shown = (jobs["outcome"] == "ran") & (jobs["finish"] >= begin) & (jobs["start"] < end)
+    ran = jobs[shown]
+    yield from names(run, f"{executor}, repetition {repetition}", ran, run.has_timer_thread(executor))
+    keys = set(zip(ran["task"], ran["sequence"]))
+    flows: dict[Any, dict[str, list[int]]] = {key: {"f": [], "s": []} for key in keys}
+    for number, job in enumerate(ran.itertuples(), 1):
+        parent = (job.parent_task, job.parent_sequence)
+        if parent in keys:
+            flows[job.task, job.sequence]["f"].append(number)
+            flows[parent]["s"].append(number)
+    marked = jobs["outcome"].isin(INSTANTS) & (jobs["timestamp"] >= begin) & (jobs["timestamp"] < end)
+    for job in jobs[shown | marked].itertuples():
+        if job.outcome == "ran":
+            yield from slices(job, flows[job.task, job.sequence])
+        else:
+            yield marker(job, job.outcome, job.timestamp)
+
+
+def show(options: str) -> None:
+    """What `hotpath timeline` was told, as JSON. Raises InputError."""
+    o: dict[str, Any] = json.loads(options)
+    begin, end, svg = o["from_ms"], o["to_ms"], Path(o["svg"] or Path(o["run"]) / "timeline.svg")
+    if end is not None and end <= begin:
+        raise InputError("--to must lie after --from")
+    if svg.suffix != ".svg":
+        raise InputError(f"--svg {svg}: the name must end in .svg; a .png is written beside it")
+    run = Run(o["run"])
+    executor = o["executor"] or run.executors[0]
+    if o["perfetto"]:
+        found = events(run, executor, o["repetition"], begin, math.inf if end is None else end)
+        text = ",\n".join(map(json.dumps, found))
+        try:
+            write_file(Path(o["perfetto"]), f'{{"displayTimeUnit": "ms", "traceEvents": [\n{text}\n]}}\n')
+        except OSError as error:
+            raise InputError(f"--perfetto: {error}; name another place") from None
+        print(o["perfetto"])
+    if o["svg"] or not o["perfetto"]:
+        from hotpath_report.figures import timeline  # draws, which takes a second to import
+
+        timeline.draw(run, executor, o["repetition"], (begin, begin + CHART_MS if end is None else end), svg)
