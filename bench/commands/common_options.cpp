@@ -88,9 +88,9 @@ void add_executors_option(CLI::App& command, const std::string& option, CommonOp
 void add_deployments_option(CLI::App& command, CommonOptions& o) {
   command
       .add_option("--deployments,--deployment", o.deployments,
-                  "Names of `hotpath list deployments`, or paths of YAML\n"
-                  "files, with commas between: executors on threads with\n"
-                  "priorities and processors (docs/deployments.md)")
+                  "Names of `hotpath list deployments`, paths of YAML files,\n"
+                  "or cie:FILE for a configuration of Autoware's CIE, with\n"
+                  "commas between (docs/deployments.md)")
       ->type_name("NAMES")
       ->delimiter(',');
 }

@@ -17,7 +17,7 @@ namespace {
 
 struct GraphOptions {
   std::string graph, deployment;
-  bool dot = false, svg = false;
+  bool dot = false, svg = false, cie = false;
 };
 
 /// Graphviz writes to our standard output itself.
@@ -42,9 +42,19 @@ void print_platform(const GraphPlatform& platform) {
   std::printf("\n");
 }
 
+void print_cie(const GraphOptions& options, const Graph& graph, const GraphTasks& tasks) {
+  const std::string name = options.deployment.empty() ? "cie" : options.deployment;
+  try {
+    write_cie(std::cout, graph, tasks, find_deployment(name, graph, tasks));
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+}
+
 void print_graph(const GraphOptions& options) {
   const Graph graph = load_graph(find_graph(options.graph));
   const GraphTasks tasks = make_tasks(graph);
+  if (options.cie) return print_cie(options, graph, tasks);
   if (options.dot || options.svg) {
     std::ostringstream dot;
     if (options.deployment.empty()) {
@@ -55,7 +65,7 @@ void print_graph(const GraphOptions& options) {
     options.svg ? draw_svg(dot.str()) : void(std::cout << dot.str());
     return;
   }
-  if (!options.deployment.empty()) throw UsageError("--deployment: it colours a picture; add --svg or --dot");
+  if (!options.deployment.empty()) throw UsageError("--deployment: add --svg, --dot or --cie");
   std::size_t timers = 0;
   for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
   std::printf("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
@@ -77,9 +87,12 @@ void add_graph_command(CLI::App& app) {
   graph.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")->required();
   auto* dot = graph.add_flag("--dot", o.dot, "Print it for Graphviz, the hot path marked");
   graph.add_flag("--svg", o.svg, "Draw it with Graphviz, to standard output")->excludes(dot);
+  graph.add_flag("--cie", o.cie, "Write the YAML of CallbackIsolatedExecutor")->excludes("--dot", "--svg");
   graph
-      .add_option("--deployment", o.deployment,
-                  "Colour nodes by executor, with a legend: a name of\n`hotpath list deployments` or a file")
+      .add_option(
+          "--deployment", o.deployment,
+          "Colour nodes by executor, with a legend, or take its threads\n(--cie): a name of `hotpath list "
+          "deployments` or a file")
       ->type_name("NAME");
 }
 

@@ -8,7 +8,6 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-
 #include "hotpath/core/input_error.hpp"
 #include "live/publishing_effect.hpp"
 #include "live/repetition_runner.hpp"
@@ -117,11 +116,16 @@ class LiveRun {
     if (!e.deployment) return;
     const Deployment& plan = e.deployment->plan;
     if (plan_.processes > 1) {
-      throw UsageError(concat("--processes: deployment ", plan.name, " runs in one process; leave it out"));
+      throw UsageError(
+          concat("--processes: deployment ", plan.name, " says the processes of its own; leave it out"));
     }
     if (plan_.executor_policy) {
       throw UsageError(
           "--executor-policy is for single executors; a deployment says the policies of its own");
+    }
+    if (plan.processes.size() > 1 && plan_.transport == TransportKind::intra_process) {
+      throw UsageError(concat("deployment ", plan.name, " has ", plan.processes.size(),
+                              " processes, which need --transport fastdds"));
     }
     const std::vector<int> available = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus;
     for (const DeployedExecutor& executor : plan.executors) {
@@ -132,6 +136,13 @@ class LiveRun {
             concat("executor ", executor.name, ": there is no processor ", processor, " to run on"),
             "take some of " + joined(available));
       }
+      // So that what is not permitted is said before anything starts.
+      if (executor.policy == ThreadPolicy{}) continue;
+      const auto& processors = executor.processors.empty() ? plan_.cpus : executor.processors;
+      const std::string refused = refusal({executor.policy, true, processors});
+      if (refused.empty()) continue;
+      throw UsageError(concat(plan.file, plan.file.empty() ? "" : concat(":", executor.line, ": "),
+                              "executor ", executor.name, ": ", refused));
     }
   }
 
@@ -166,6 +177,8 @@ class LiveRun {
     RepetitionPlan p = plan_;
     set_phases(p.tasks.set, phases_of_repetition(options_, graph_, tasks_, executor, repetition));
     p.executor = executor;
+    if (executor.deployment)
+      p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
     p.repetition = repetition;
     if (options_.live || (options_.live_alternate && published_by_turns(repetition))) {
       json facts = run_;
@@ -241,7 +254,7 @@ class LiveRun {
     const ExecutorOptions defaults = default_options(*p.executor.entry);
     const ThreadPolicy policy = p.timer_policy.value_or(defaults.timer_thread.policy);
     const bool runs_timers = p.executor.entry->traits.timers == TimerHandling::release_and_execute;
-    if (policy.scheduling_class == ThreadPolicy::Class::other || !runs_timers) return;
+    if (policy.ordinary() || !runs_timers) return;
     double timers = 0;
     for (const Task& t : p.tasks.set.tasks) {
       if (t.kind == TaskKind::timer) timers += to_ms(t.wcet) / to_ms(t.period);

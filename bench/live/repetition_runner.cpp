@@ -24,7 +24,21 @@ namespace {
 
 using Kind = ChannelMessage::Kind;
 
-RunMemory::Size memory_size(const RepetitionPlan& plan) {
+/// The number in the run of each worker of a process, which counts its own.
+std::vector<std::uint16_t> worker_numbers(const RepetitionPlan& plan, std::uint32_t process) {
+  std::vector<std::uint16_t> numbers;
+  const std::vector<std::size_t> own = parts_in(plan, process);
+  std::uint16_t next = 0;
+  for (std::size_t e = 0; e < parts(plan.executor).size(); ++e) {
+    const ExecutorSpec& part = parts(plan.executor)[e];
+    for (std::uint32_t w = worker_count(*part.entry, part.scheduler); w > 0; --w, ++next) {
+      if (std::ranges::count(own, e) > 0) numbers.push_back(next);
+    }
+  }
+  return numbers;
+}
+
+RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
   const GraphTasks& tasks = plan.tasks;
   const std::vector<double> rates = activation_rates(tasks);
   const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
@@ -44,8 +58,8 @@ RunMemory::Size memory_size(const RepetitionPlan& plan) {
   const double seconds = to_ms(plan.length) / 1000 + 1;
   RunMemory::Size size;
   size.tasks = tasks.set.size();
-  for (const ExecutorSpec& part : all) size.workers += worker_count(*part.entry, part.scheduler);
-  size.executors = static_cast<std::uint32_t>(all.size());
+  size.workers = static_cast<std::uint32_t>(worker_numbers(plan, process).size());
+  size.executors = static_cast<std::uint32_t>(parts_in(plan, process).size());
   size.jobs = static_cast<std::uint64_t>(std::ranges::max(jobs) * seconds * 4 / 3) + 1024;
   size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
   return size;
@@ -55,8 +69,12 @@ RunMemory::Size memory_size(const RepetitionPlan& plan) {
 class Coordinator {
  public:
   Coordinator(const RepetitionPlan& plan, const std::function<void(Duration)>& progress)
-      : plan_(plan), progress_(progress), process_of_node_(assign_processes(*plan.graph, plan.processes)) {
-    for (std::uint32_t p = 0; p < plan.processes; ++p) memories_.emplace_back(memory_size(plan));
+      : plan_(plan),
+        progress_(progress),
+        process_of_node_(plan.executor.deployment
+                             ? plan.executor.deployment->plan.process_of(*plan.graph, plan.tasks)
+                             : assign_processes(*plan.graph, plan.processes)) {
+    for (std::uint32_t p = 0; p < plan.processes; ++p) memories_.emplace_back(memory_size(plan, p));
   }
 
   RepetitionResult run() {
@@ -186,7 +204,13 @@ class Coordinator {
   }
 
   std::string name(std::uint32_t p) const {
-    return concat("process ", p + 1, " of ", plan_.processes, " (executor ", plan_.executor.label,
+    std::vector<std::string> executors;
+    if (plan_.executor.deployment && plan_.processes > 1) {
+      for (const std::size_t e : parts_in(plan_, p))
+        executors.push_back(plan_.executor.deployment->plan.executors[e].name);
+    }
+    return concat("process ", p + 1, " of ", plan_.processes,
+                  executors.empty() ? "" : " with " + joined(executors), " (executor ", plan_.executor.label,
                   ", repetition ", plan_.repetition, ")");
   }
 
@@ -239,10 +263,12 @@ class Coordinator {
     r.usage.wall = trace.end - epoch_;
     std::vector<ChainObservation> observations;
     for (std::uint32_t p = 0; p < memories_.size(); ++p) {
+      const std::vector<std::uint16_t> workers = worker_numbers(plan_, p);
       for (const auto& log : memories_[p].jobs()) {
         trace.lost_records += log.lost();
         for (JobRecord record : log.contents()) {
           record.process = static_cast<std::uint16_t>(p);
+          record.worker = workers[record.worker];
           if (record.outcome == Outcome::ran && record.finish > trace.end) record.outcome = Outcome::running;
           trace.jobs.push_back(record);
         }
@@ -295,6 +321,11 @@ class Coordinator {
 };
 
 }  // namespace
+
+std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t process) {
+  if (!plan.executor.deployment) return {0};
+  return plan.executor.deployment->plan.executors_in(process);
+}
 
 std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes) {
   std::vector<std::uint32_t> process(graph.nodes.size());

@@ -52,6 +52,9 @@ struct RepetitionResult {
   std::vector<std::string> warnings;
 };
 
+/// The executors (of parts()) that run in a process.
+std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t process);
+
 /// Process of each node: contiguous shares of the creation order, of nearly equal size.
 std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes);
 

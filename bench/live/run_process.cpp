@@ -67,13 +67,19 @@ ExecutorOptions thread_options(const RepetitionPlan& plan, std::size_t part) {
   return options;
 }
 
-LiveOptions live_options(const RepetitionPlan& plan) {
+LiveOptions live_options(const RepetitionPlan& plan, std::uint32_t process) {
   LiveOptions options{{}, {}, plan.transport, plan.fastdds, plan.calibration};
-  const std::span<const ExecutorSpec> all = parts(plan.executor);
-  for (std::size_t e = 0; e < all.size(); ++e) {
-    options.executors.push_back({all[e].entry, all[e].scheduler, thread_options(plan, e)});
+  std::vector<std::uint32_t> number(parts(plan.executor).size(), 0);  // in this process
+  for (const std::size_t e : parts_in(plan, process)) {
+    const ExecutorSpec& part = parts(plan.executor)[e];
+    number[e] = static_cast<std::uint32_t>(options.executors.size());
+    options.executors.push_back({part.entry, part.scheduler, thread_options(plan, e)});
   }
-  if (plan.executor.deployment) options.executor_of = plan.executor.deployment->plan.executor_of;
+  if (plan.executor.deployment) {
+    for (const std::uint32_t e : plan.executor.deployment->plan.executor_of) {
+      options.executor_of.push_back(number[e]);
+    }
+  }
   return options;
 }
 
@@ -133,8 +139,8 @@ class Process {
     return true;
   }
 
-  void run(const GraphTasks& tasks, std::deque<RunMemory>& memories, RunMemory& own) const {
-    LiveSystem system(*plan_.graph, tasks, live_options(plan_), own);
+  void run(const GraphTasks& tasks, std::uint32_t process, std::deque<RunMemory>& memories) const {
+    LiveSystem system(*plan_.graph, tasks, live_options(plan_, process), memories[process]);
     system.wait_until_matched(now() + plan_.time_out);
     tell(Kind::matched);
 
@@ -194,7 +200,7 @@ int run_process(const RepetitionPlan& plan, std::uint32_t process,
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       tasks.set.tasks[id].local = process_of_node[tasks.origin[id].node] == process;
     }
-    life.run(tasks, memories, memories[process]);
+    life.run(tasks, process, memories);
     return 0;
   } catch (const CoordinatorGone&) {
   } catch (const std::system_error& error) {

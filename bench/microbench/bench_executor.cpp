@@ -10,7 +10,6 @@
 #include "hotpath/core/events_scheduler.hpp"
 #include "microbench/executor_run.hpp"
 #include "program/text.hpp"
-#include "setup/executor_spec.hpp"
 
 namespace hotpath::gbench {
 namespace {
@@ -55,6 +54,10 @@ class TimedReleases final : public Scheduler {
   }
   std::uint32_t unread(TaskId task) const override { return scheduler_->unread(task); }
   void unfinished(Time at, const Visitor& visit) const override { scheduler_->unfinished(at, visit); }
+  Joined add_task(const JoiningTask& joining, Time at) override { return scheduler_->add_task(joining, at); }
+  void remove_task(TaskId task, Time at, const Visitor& dropped) override {
+    scheduler_->remove_task(task, at, dropped);
+  }
 
  private:
   const std::unique_ptr<Scheduler> scheduler_;
@@ -155,8 +158,8 @@ double since_timestamp(const JobRecord& r) { return ns(r.start - r.job.timestamp
 
 /// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so that theirs
 /// leaves the wake-up out: the lateness holds for all.
-Measurement dispatch_timers(const ExecutorEntry& entry, Duration length) {
-  LiveRun live(staggered_timers(1, 1ms), entry);
+Measurement dispatch_timers(const ExecutorSpec& executor, Duration length) {
+  LiveRun live(staggered_timers(1, 1ms), executor);
   live.run(length);
   return Measurement{}
       .add_samples("release_to_start", live.of_jobs(since_release))
@@ -164,8 +167,8 @@ Measurement dispatch_timers(const ExecutorEntry& entry, Duration length) {
 }
 
 /// Samples from another thread, one every millisecond, on an otherwise idle executor.
-Measurement dispatch_samples(const ExecutorEntry& entry, Duration length) {
-  LiveRun live(subscriptions(1), entry);
+Measurement dispatch_samples(const ExecutorSpec& executor, Duration length) {
+  LiveRun live(subscriptions(1), executor);
   std::thread publisher([&] {
     minimise_timer_slack();
     every(1ms, now() + 30ms, now() + 20ms + length, [&](Time) {
@@ -280,9 +283,9 @@ Measurement cpu_time_per(Duration cpu, double callbacks, Duration length) {
 }
 
 /// CPU time of an executor whose ten timers do nothing.
-Measurement timers_only(const ExecutorEntry& entry, int callbacks_per_s, Duration length) {
+Measurement timers_only(const ExecutorSpec& executor, int callbacks_per_s, Duration length) {
   const TaskSet set = staggered_timers(10, Duration(10s) / callbacks_per_s);
-  LiveRun live(set, entry);
+  LiveRun live(set, executor);
   const Duration cpu = live.run(length);
   return cpu_time_per(cpu, live.jobs_run(), length);
 }
@@ -325,20 +328,21 @@ void register_all(bool quick) {
     register_isolated(concat("timers_only/bare_sleep/per_s:", rate),
                       [=] { return bare_timer(rate, length); });
   }
-  for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "events-ro",
-                                 "events-re", "rm-ro", "rm-re"}) {
+  for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "cbg:1",
+                                 "events-ro", "events-re", "rm-ro", "rm-re"}) {
     for (const std::uint32_t ready : {1U, 100U}) {
       register_isolated(concat("throughput/", name, "/ready:", ready),
                         [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
     }
   }
-  for (const std::string name : {"default", "static", "multi", "events-ro", "events-re", "rm-ro", "rm-re"}) {
-    const ExecutorEntry& e = *find_executor(name);
-    register_isolated("dispatch_timer/" + name, [=, &e] { return dispatch_timers(e, length); });
-    register_isolated("dispatch_sample/" + name, [=, &e] { return dispatch_samples(e, length); });
+  for (const std::string name :
+       {"default", "static", "multi", "cbg:1", "events-ro", "events-re", "rm-ro", "rm-re"}) {
+    const ExecutorSpec e = parse_executor(name, {});
+    register_isolated("dispatch_timer/" + name, [=] { return dispatch_timers(e, length); });
+    register_isolated("dispatch_sample/" + name, [=] { return dispatch_samples(e, length); });
     for (const int rate : {100, 1000}) {
       register_isolated(concat("timers_only/", name, "/per_s:", rate),
-                        [=, &e] { return timers_only(e, rate, length); });
+                        [=] { return timers_only(e, rate, length); });
     }
   }
 }

@@ -80,10 +80,10 @@ void register_all(bool quick) {
     return b->RangeMultiplier(10)->Range(least, largest)->MinTime(min_time)->Complexity();
   };
   // dm and fp differ from rm in the table of priorities alone.
-  const std::array timers = {"default", "static", "multi", "events-ro", "events-re",
-                             "rm-ro",   "rm-re",  "fp-ro", "edf-ro",    "edf-re"};
+  const std::array timers = {"default", "static", "multi", "cbg",    "events-ro", "events-re",
+                             "rm-ro",   "rm-re",  "fp-ro", "edf-ro", "edf-re"};
   // Release-only and release-and-execute treat samples alike.
-  const std::array samples = {"default", "static", "multi", "events-ro", "fp-ro", "edf-ro"};
+  const std::array samples = {"default", "static", "multi", "cbg", "events-ro", "fp-ro", "edf-ro"};
   const std::array levels = {std::pair{"empty", std::int64_t{0}}, std::pair{"100", std::int64_t{100}},
                              std::pair{"full", most}};
   const auto add_cycles = [&]<class Cycle>(const std::string& kind, const auto& names) {

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // What simulating costs, without a trace: the paper's task set and Autoware for ten minutes, and how the cost
 // grows with the number of tasks.
+#include <numeric>
+
 #include "hotpath/core/simulator.hpp"
+#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "microbench/measurement.hpp"
+#include "program/text.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::gbench {
@@ -64,6 +68,72 @@ void growing_set(benchmark::State& state, const ExecutorEntry& executor) {
   state.SetComplexityN(state.range(0));
 }
 
+/// A graph of the size of Autoware.Universe 2022.12 as launched (the public report of tier4/caret_report):
+/// 131 nodes with 66 timers, most of 100 ms and 1 s, and 216 subscriptions, each callback in its own group;
+/// some 3500 jobs a second there, of 1 ms on average.
+Graph universe() {
+  Graph graph;
+  for (std::uint32_t n = 0; n < 131; ++n) {
+    const std::string name = concat("N", n);
+    Node& node = graph.nodes.emplace_back();
+    node.name = name;
+    node.type = NodeType::callbacks;
+    node.outputs = {name};
+    for (std::uint32_t c = 0; c < (n < 20 ? 3 : 2); ++c) {
+      Callback& callback = node.callbacks.emplace_back();
+      callback.task = concat(name, "/", c);
+      callback.worst = callback.best = 1ms;
+      callback.group = c;
+      node.groups.push_back(CallbackGroup::mutually_exclusive);
+      node.group_names.push_back(concat("g", c));
+      if (c == 0) callback.publishes.emplace_back().topic = name;
+      if (c == 0 && n < 66) {
+        callback.period = callback.deadline = n % 22 == 5 ? 20ms : n < 42 ? 100ms : 1s;
+      } else {
+        callback.input = static_cast<std::uint32_t>(node.inputs.size());
+        node.inputs.push_back({.topic = concat("N", n == 0 ? 1 : (n * 37 + c) % n), .priority = {}});
+      }
+    }
+  }
+  return graph;
+}
+
+/// 375 executors on 16 cores, of which twelve are multi-threaded and 93 have nothing to do.
+void simulate_universe(benchmark::State& state) {
+  constexpr std::uint32_t kExecutors = 375, kMultiThreaded = 12;
+  constexpr Duration kLength = 10s;
+  const Graph graph = universe();
+  GraphTasks tasks = make_tasks(graph);
+  set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
+  const WorstCaseTimes times(tasks.set);
+  std::vector<std::uint32_t> executor_of(tasks.set.size());
+  std::iota(executor_of.begin(), executor_of.end(), 0U);
+  for (Task& task : tasks.set.tasks) task.local = false;
+  Duration spent{};
+  for (auto _ : state) {
+    std::vector<std::unique_ptr<Scheduler>> schedulers;
+    std::vector<SimulatedExecutor> executors;
+    for (std::uint32_t e = 0; e < kExecutors; ++e) {
+      TaskSet own = tasks.set;
+      if (e < own.size()) own.tasks[e].local = true;
+      const ExecutorEntry& entry = *find_executor(e < kMultiThreaded ? "multi" : "default");
+      schedulers.push_back(entry.make(own, {.workers = 4}));
+      executors.push_back(
+          {schedulers.back().get(), std::vector<SimulatedThread>(schedulers.back()->workers().size()), 8});
+    }
+    GraphWorkload workload(graph, tasks, times);
+    SimulationOptions options;
+    options.platform = reference_platform(*find_executor("default"), 0);
+    options.platform.cores = 16;
+    options.duration = kLength;
+    const Time before = now();
+    state.counters["jobs"] =
+        static_cast<double>(simulate(tasks.set, executors, executor_of, workload, options).jobs);
+    spent += now() - before;
+  }
+  state.counters["times_real_time"] = to_ms(kLength) * static_cast<double>(state.iterations()) / to_ms(spent);
+}
+
 }  // namespace
 
 void register_all(bool quick) {
@@ -79,6 +149,9 @@ void register_all(bool quick) {
           ->Unit(benchmark::kMillisecond);
     }
   }
+  benchmark::RegisterBenchmark("simulate_10s/autoware_universe", simulate_universe)
+      ->MinTime(min_time)
+      ->Unit(benchmark::kMillisecond);
   for (const char* executor : {"default", "events-ro", "rm-ro", "rm-re", "edf-ro"}) {
     const ExecutorEntry& entry = *find_executor(executor);
     // Every poll of a wait set looks at all tasks.

@@ -8,6 +8,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/run_memory.hpp"
 #include "microbench/measurement.hpp"
+#include "setup/executor_spec.hpp"
 
 namespace hotpath::gbench {
 
@@ -44,8 +45,9 @@ class LiveRun {
         executor_(set, std::move(scheduler), handler, memory_.jobs(), options) {}
 
   /// An executor with its defaults, whose jobs do nothing.
-  LiveRun(const TaskSet& set, const ExecutorEntry& entry)
-      : LiveRun(set, entry.make(set, {}), no_work(), default_options(entry)) {}
+  LiveRun(const TaskSet& set, const ExecutorSpec& executor)
+      : LiveRun(set, executor.entry->make(set, executor.scheduler), no_work(),
+                default_options(*executor.entry)) {}
 
   Executor& executor() { return executor_; }
 

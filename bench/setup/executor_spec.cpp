@@ -78,10 +78,11 @@ ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph, const G
       throw InputError(file, e.line, error.what(), "take one of `hotpath list executors`");
     }
     const bool raises = deployed->executors.back().entry->traits.raises_timer_thread;
-    if (raises && e.policy.priority >= kHighestPriority) {
+    const bool budget = e.policy.scheduling_class == ThreadPolicy::Class::deadline;
+    if (raises && (budget || e.policy.priority >= kHighestPriority)) {
       throw InputError(file, e.line,
                        concat("executor ", e.name, ": no timer thread can be above ", to_string(e.policy)),
-                       concat("take a priority below ", kHighestPriority));
+                       concat("take fifo with a priority below ", kHighestPriority));
     }
   }
   return {deployed->plan.name, nullptr, defaults, deployed};

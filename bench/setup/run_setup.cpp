@@ -102,6 +102,7 @@ json deployment_json(const ExecutorSpec& spec, const TaskSet& set) {
                          {"executor", executor.executor},
                          {"policy", to_string(executor.policy)},
                          {"processors", executor.processors},
+                         {"process", executor.process},
                          {"first_worker", first},
                          {"workers", workers},
                          {"tasks", tasks}});

@@ -21,7 +21,10 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
     case ThreadPolicy::Class::fifo:
       thread.priority = executor.policy.priority;
       break;
+    case ThreadPolicy::Class::batch:
+    case ThreadPolicy::Class::idle:
     case ThreadPolicy::Class::rr:
+    case ThreadPolicy::Class::deadline:
       throw InputError(
           file, executor.line,
           concat("executor ", executor.name, ": the simulator has no ", to_string(executor.policy)),

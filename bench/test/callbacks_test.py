@@ -39,7 +39,7 @@ class Callbacks(CommandTest):
             self.assertRegex(listed, f"(?m)^{name} +{description}")
         self.assertIn("<b>Localizer</b>: default", self.accepted("graph", "callbacks", "--dot", "--deployment", "isolated"))
         for arguments, reason in (
-            (("--deployment", "isolated"), "--deployment: it colours a picture; add --svg or --dot"),
+            (("--deployment", "isolated"), "--deployment: add --svg, --dot or --cie"),
             (("--dot", "--deployment", "isolatd"), "isolated"),
         ):
             code, out, err = self.command("graph", "callbacks", *arguments)

@@ -2,6 +2,9 @@
 """Deployments of the Autoware graph through the commands that take them, simulated and live."""
 
 import itertools
+import os
+import pathlib
+import signal
 import unittest
 
 from hotpath_command import CommandTest, RunFolder
@@ -75,6 +78,37 @@ class Deployments(CommandTest):
         policies = {r["executor"]: r["thread_policies"] for r in run.run["runs"]}
         self.assertEqual(policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]})
 
+    def test_live_in_several_processes(self):
+        mine = self.write(
+            "mine.yaml",
+            "name: rear, process: rear, owns: [RearLidarDriver, PointsTransformerRear]",
+            "name: hot, process: hot, owns: [FrontLidarDriver, PointsTransformerFront, PointCloudFusion]",
+            "name: imu, executor: 'multi:2', process: rear, owns: [Visualizer]",
+            "name: rest, process: rest, owns: rest",
+        )
+        common = ("compare", "--load", 10, "--warm-up", 0, "--repetitions", 1, "--deployments", mine)
+        run = self.measure_into("run", *common, "--duration", 1)
+        self.check(run)
+        processes = {e["first_worker"]: e["process"] for e in run.run["deployments"]["mine"]["executors"]}
+        self.assertEqual(processes, {0: 0, 1: 1, 2: 0, 4: 2})
+        ran = {(j.worker, j.process) for j in run.jobs()[("mine", 0)] if j.outcome == "ran"}
+        self.assertEqual(ran | {(2, 0), (3, 0)}, {(0, 0), (1, 1), (2, 0), (3, 0), (4, 2)})
+        self.assertIn("--transport fastdds", self.refused(*common, "--transport", "intra_process", "--output", "none"))
+
+        process = self.start(*common, "--duration", 30, "--output", self.folder / "killed")
+        children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        self.wait_for(lambda: len(children.read_text().split()) == 3, "three processes")
+        os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
+        code, _, err = self.finish(process)
+        self.assertEqual(code, 1, err)
+        self.assertIn("process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err)
+
+    def test_replay_takes_a_run_of_deployments_and_validate_says_that_it_does_not(self):
+        run = self.measure_into("run", "simulate", "--cores", 2, "--duration", 1, "--deployments", "prioritized")
+        self.assertIn("prioritized is a deployment", self.refused("validate", run.path))
+        code, _, err = self.command("replay", run.path, "--live", "--duration", 0.3)
+        self.assertEqual(code, 0, err)
+
     def test_refused_with_file_and_line_before_anything_runs(self):
         far = self.write("far.yaml", "name: a, owns: [Visualizer]", "name: b, processors: [63], owns: rest")
         for command in (["simulate", "--cores", 2], ["compare"]):
@@ -85,9 +119,32 @@ class Deployments(CommandTest):
         unknown = self.write("unknown.yaml", "name: a, executor: fastest, owns: rest")
         self.assertIn("unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none"))
         self.assertIn("isolated", self.refused("simulate", "--deployments", "isolatd", "--output", "none"))
+        budget = self.write("budget.yaml", "name: a, policy: 'deadline:20/10/10', owns: rest")
+        self.assertIn("budget.yaml:3: ", self.refused("compare", "--deployments", budget, "--output", "none"))
+        # More than one processor grants to all of a machine's threads: refused by Linux, as without permission.
+        cpus = self.write("cpus.yaml", "name: a, policy: 'deadline:10/10/10', owns: rest")
+        self.assertIn("cpus.yaml:3: ", self.refused("simulate", "--deployments", cpus, "--output", "none"))
+        if len(os.sched_getaffinity(0)) > 1:
+            pinned = ["--cpus", min(os.sched_getaffinity(0)), "--output", "none"]
+            self.assertIn("cpus.yaml:3: ", self.refused("compare", "--deployments", cpus, *pinned))
+        cie = self.folder / "threads.yaml"
+        cie.write_text("callback_groups:\n  - {id: /Nobody@Timer(1), policy: SCHED_OTHER}\n")
+        self.assertIn("threads.yaml:2: ", self.refused("compare", "--deployments", f"cie:{cie}", "--output", "none"))
         self.assertIn("--processes", self.refused("compare", "--processes", 2, "--deployments", "isolated"))
         self.assertIn("named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none"))
         self.assertFalse((self.folder / "none").exists())
+
+    def test_callback_isolated_executor_configuration(self):
+        written = self.command("graph", "autoware", "--cie")[1]
+        cie = self.folder / "threads.yaml"
+        cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
+        self.assertIn("callback group", self.refused("graph", "autoware", "--cie", "--deployment", "single"))
+        run = self.measure_into(
+            "cie", "simulate", "--cores", 2, "--duration", 1, "--warm-up", 0, "--deployments", f"cie:{cie}"
+        )
+        self.check(run)
+        policies = [e["policy"] for e in run.run["deployments"]["cie:threads"]["executors"]]
+        self.assertEqual(policies, ["fifo:10"] + ["other"] * 23)
 
     def test_entity_order(self):
         order = self.folder / "order.txt"

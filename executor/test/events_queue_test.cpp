@@ -65,6 +65,23 @@ TEST_F(PriorityOrderTest, RateMonotonicRunsTheShorterPeriodFirst) {
   EXPECT_EQ(order(set, Policy::rm, {job(0), job(1)}), (std::vector<JobRef>{{1, 0}, {0, 0}}));
 }
 
+TEST_F(PriorityOrderTest, LevelsFollowTasksThatComeAndGo) {
+  PriorityOrder order(set, Policy::rm, SubscriptionRule::inherit, Ties::lifo);
+  EXPECT_EQ(order.level(3), to_ns(at(30ms)));
+  JoiningTask faster;
+  faster.task.period = 5ms;
+  faster.task.feeds = {3};
+  const TaskId id = join(set, faster);
+  order.update(set);
+  EXPECT_EQ(order.level(3), to_ns(at(5ms)));
+  EXPECT_EQ(order.level(id), to_ns(at(5ms)));
+  leave(set, id);
+  leave(set, 1);
+  order.update(set);
+  EXPECT_EQ(order.level(3), to_ns(at(30ms)));
+  EXPECT_EQ(order.level(5), to_ns(at(30ms)));  // was that of task 1
+}
+
 TEST_F(PriorityOrderTest, DeadlineMonotonicRunsTheShorterRelativeDeadlineFirst) {
   set.tasks[0].deadline = 5ms;
   EXPECT_EQ(order(set, Policy::dm, {job(1), job(0)}), (std::vector<JobRef>{{0, 0}, {1, 0}}));

@@ -123,10 +123,28 @@ TEST(IntraProcessTransport, AllReadersShareOneMessageThatOutlivesThePublication)
 }
 
 TEST(ThreadPolicy, IsReadAndWrittenTheSameWay) {
-  for (const char* text : {"other", "other:-5", "fifo:80", "rr:1"})
+  for (const char* text : {"other", "other:-5", "batch", "idle:19", "fifo:80", "rr:1", "deadline:2.5/10/10",
+                           "deadline:0.001024/100000/1000000"})
     EXPECT_EQ(to_string(parse_thread_policy(text)), text);
-  for (const char* text : {"", "fifo", "fifo:", "fifo:0", "fifo:100", "fifo:8x", "idle", "other:20"}) {
+  for (const char* text : {"", "fifo", "fifo:", "fifo:0", "fifo:100", "fifo:8x", "idles", "other:20",
+                           "deadline", "deadline:1", "deadline:1/2", "deadline:1/2/3/4", "deadline:1/2/",
+                           "deadline:2/1/3", "deadline:1/3/2", "deadline:-1/2/3", "deadline:0.001/2/3"}) {
     EXPECT_THROW((void)parse_thread_policy(text), std::invalid_argument) << text;
+  }
+}
+
+TEST(ThreadPolicy, OfADeadlineIsObtainedOrRefusedWithARemedy) {
+  const ThreadPolicyRequest request{parse_thread_policy("deadline:1/100/100"), true, {}};
+  const std::string refused = refusal(request);
+  if (refused.empty()) {
+    int obtained = -1;
+    std::thread([&] {
+      EXPECT_EQ(apply_thread_policy(request), request.policy);
+      obtained = sched_getscheduler(0);
+    }).join();
+    EXPECT_EQ(obtained & ~SCHED_RESET_ON_FORK, SCHED_DEADLINE);
+  } else {
+    EXPECT_NE(refused.find("deadline:1/100/100 was refused"), std::string::npos) << refused;
   }
 }
 

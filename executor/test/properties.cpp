@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "properties.hpp"
 
+#include "changing_tasks.hpp"
 #include "hotpath/core/registry.hpp"
 #include "schedule_checks.hpp"
 #include "second_scheduler.hpp"
@@ -130,6 +131,12 @@ CaseResult deployment_legal_and_nothing_lost(std::uint64_t seed) {
   if (wrong.empty()) wrong = balanced(set, trace);
   if (wrong.empty() && exclusive) wrong = groups_exclusive(set, trace);
   return result(trace, std::move(wrong));
+}
+
+CaseResult tasks_come_and_go(const ExecutorEntry& executor, std::uint64_t seed) {
+  ChangingTasks run(executor, seed);
+  std::string wrong = run.run(400);
+  return {std::move(wrong), run.jobs()};
 }
 
 CaseResult works_while_a_job_waits(const ExecutorEntry& executor, std::uint64_t seed) {
@@ -275,6 +282,7 @@ std::vector<Property> properties() {
   };
   for (const ExecutorEntry& executor : executors()) {
     add("legal_and_nothing_lost", 1000, executor, legal_and_nothing_lost);
+    add("tasks_come_and_go", 1000, executor, tasks_come_and_go);
     add("works_while_a_job_waits", 600, executor, works_while_a_job_waits);
     add("runs_for_the_execution_time", 50, executor, runs_for_the_execution_time);
     if (executor.traits.many_workers && executor.traits.family == Family::wait_set) {

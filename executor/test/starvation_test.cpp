@@ -5,33 +5,10 @@
 
 #include "hotpath/core/csv.hpp"
 #include "schedule_checks.hpp"
+#include "starvation_examples.hpp"
 
 namespace hotpath::test {
 namespace {
-
-/// Periods, work and callback groups of the timers; two threads.
-struct Example {
-  int number;
-  std::vector<Duration> periods, work;
-  std::vector<std::uint32_t> groups;
-};
-
-const std::vector<Example> kExamples = {
-    {4, {1s, 1s, 1s}, {1s, 500ms, 500ms}, {0, 0, 1}},
-    {5, {1s, 1s, 1s, 1s}, {500ms, 500ms, 500ms, 1ms}, {0, 1, 2, 2}},
-    {6, {1s, 1s, 500ms, 5s}, {333ms, 333ms, 334ms, 1ms}, {0, 1, 2, 2}},
-};
-
-TaskSet make_set(const Example& example) {
-  TaskSet set;
-  for (std::size_t i = 0; i < example.periods.size(); ++i) {
-    // A timer's first release is a period after its creation; the next one is created a little later.
-    const TaskId id =
-        add_timer(set, example.periods[i], example.work[i], example.periods[i] + static_cast<int>(i) * 50us);
-    set.tasks[id].group = example.groups[i];
-  }
-  return set;
-}
 
 /// Jobs of each timer within 16 s, on two processors with what waiting costs.
 std::vector<std::size_t> jobs(const Example& example, const std::string& executor) {

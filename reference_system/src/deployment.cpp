@@ -87,6 +87,22 @@ constexpr std::array kPresets = {
 
 }  // namespace
 
+std::vector<std::size_t> Deployment::executors_in(std::uint32_t process) const {
+  std::vector<std::size_t> found;
+  for (std::size_t e = 0; e < executors.size(); ++e) {
+    if (executors[e].process == process) found.push_back(e);
+  }
+  return found;
+}
+
+std::vector<std::uint32_t> Deployment::process_of(const Graph& graph, const GraphTasks& tasks) const {
+  std::vector<std::uint32_t> process(graph.nodes.size(), 0);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    process[tasks.origin[id].node] = executors[executor_of[id]].process;
+  }
+  return process;
+}
+
 std::span<const DeploymentPreset> deployment_presets() { return kPresets; }
 
 }  // namespace hotpath

@@ -17,6 +17,14 @@
 
 namespace hotpath {
 
+void check_affinity(const DeployedExecutor& executor, const std::string& file) {
+  const bool deadline = executor.policy.scheduling_class == ThreadPolicy::Class::deadline;
+  if (!deadline || executor.processors.empty()) return;
+  throw InputError(file, executor.line,
+                   "executor " + executor.name + ": Linux binds no SCHED_DEADLINE thread to processors",
+                   "leave the processors or the policy out");
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -58,6 +66,7 @@ class Reader {
       read_executor(executor);
     }
     give_rest();
+    check_processes();
     for (const Task& task : tasks_.set.tasks) deployment_.executor_of.push_back(owner_[task.group]);
     return std::move(deployment_);
   }
@@ -75,14 +84,14 @@ class Reader {
       if (other.name == executor.name) name.fail("executor " + executor.name + " occurs twice", "rename one");
     }
     map.set_what("executor " + executor.name);
-    map.check_keys({"name", "executor", "policy", "processors", "owns"});
+    map.check_keys({"name", "executor", "policy", "processors", "process", "owns"});
     const auto kind = map.find("executor");
     executor.executor = kind ? kind->text() : "default";
     if (const auto given = map.find("policy")) {
       try {
         executor.policy = parse_thread_policy(given->text());
       } catch (const std::invalid_argument& error) {
-        given->fail(error.what(), "write other, other:NICE, fifo:PRIORITY or rr:PRIORITY");
+        given->fail(error.what(), "see docs/deployments.md");
       }
     }
     if (const auto given = map.find("processors")) {
@@ -94,8 +103,20 @@ class Reader {
         executor.processors.push_back(number);
       }
     }
+    check_affinity(executor, path_);
+    executor.process = process(map.find("process"));
     own(map.require("owns", "[NODE] or rest"), executor.name);
     deployment_.executors.push_back(std::move(executor));
+  }
+
+  /// Numbers processes in the order in which executors name them.
+  std::uint32_t process(const std::optional<YamlValue>& given) {
+    const std::string name = given ? given->long_name() : "";
+    std::vector<std::string>& all = deployment_.processes;
+    if (deployment_.executors.empty()) all = {name};
+    const auto found = std::ranges::find(all, name);
+    if (found == all.end()) all.push_back(name);
+    return static_cast<std::uint32_t>(std::ranges::find(all, name) - all.begin());
   }
 
   void own(const YamlValue& value, const std::string& executor) {
@@ -157,6 +178,20 @@ class Reader {
     }
   }
 
+  void check_processes() const {
+    for (std::size_t n = 0; n < groups_.size(); ++n) {
+      for (const std::uint32_t group : groups_[n]) {
+        const DeployedExecutor& first = deployment_.executors[owner_[*groups_[n].begin()]];
+        const DeployedExecutor& other = deployment_.executors[owner_[group]];
+        if (first.process == other.process) continue;
+        throw InputError(path_, std::max(first.line, other.line),
+                         "node " + graph_.nodes[n].name + " would run in two processes, with executors " +
+                             first.name + " and " + other.name,
+                         "give both executors the same process");
+      }
+    }
+  }
+
   const std::string path_;
   const Graph& graph_;
   const GraphTasks& tasks_;
@@ -173,6 +208,8 @@ std::map<std::string, fs::path> deployment_files() {
 }  // namespace
 
 Deployment find_deployment(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks) {
+  constexpr std::string_view kCie = "cie:";
+  if (name_or_path.starts_with(kCie)) return read_cie(name_or_path.substr(kCie.size()), graph, tasks);
   for (const DeploymentPreset& preset : deployment_presets()) {
     if (preset.name != name_or_path) continue;
     Deployment d = preset.make(graph, tasks);

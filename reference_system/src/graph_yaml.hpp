@@ -27,6 +27,7 @@ class YamlValue {
 
   int line() const { return line_; }
   bool is_text() const { return node_.IsScalar(); }
+  bool is_null() const { return node_.IsNull(); }
   bool is_list() const { return node_.IsSequence(); }
 
   /// Valid UTF-8.

@@ -47,10 +47,11 @@ class TypedLiveNodes final : public LiveNodes {
         ends_(tasks.set.size()),
         local_(tasks.set.size(), nullptr),
         jobs_(chain_logs_.size()) {
+    const auto reserve = [this](Message& message) { History::reserve(message, tasks_.set.size()); };
     if (options.transport == TransportKind::intra_process) {
-      transport_ = std::make_unique<IntraProcessTransport<Message>>();
+      transport_ = std::make_unique<IntraProcessTransport<Message>>(reserve);
     } else {
-      transport_ = std::make_unique<FastDdsTransport<Messages>>(options.fastdds);
+      transport_ = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, reserve);
     }
     for (std::uint32_t c = 0; c < chains_.size(); ++c) {
       for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);

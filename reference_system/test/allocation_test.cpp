@@ -55,9 +55,9 @@ struct Counts {
   std::uint64_t all = 0, own = 0, jobs = 0;
 };
 
-/// Allocations during the last second of a run of Autoware without work.
-Counts run(const std::string& executor, TransportKind transport) {
-  Graph graph = load_graph(find_graph("autoware"));
+/// Allocations during the last second of a run of a graph without work.
+Counts run(const std::string& executor, TransportKind transport, const char* name = "autoware") {
+  Graph graph = load_graph(find_graph(name));
   scale_to_load(graph, 0);
   GraphTasks tasks = make_tasks(graph);
   const std::vector<Duration> phases = make_phases(graph, tasks, Phases::creation);
@@ -109,8 +109,21 @@ TEST_P(JobPathOf, AllocatesNothingOfOursOverFastDds) {
   EXPECT_EQ(counts.own, 0u) << "of " << counts.all << " in all, the rest being Fast DDS's own";
 }
 
+// Messages that name tasks and have histories of any length (TaskMessage).
+TEST_P(JobPathOf, AllocatesNothingInProcessForNodesWithAnyCallbacks) {
+  const Counts counts = run(GetParam(), TransportKind::intra_process, "callbacks");
+  EXPECT_GT(counts.jobs, 50u);
+  EXPECT_EQ(counts.all, 0u);
+}
+
+TEST_P(JobPathOf, AllocatesNothingOfOursOverFastDdsForNodesWithAnyCallbacks) {
+  const Counts counts = run(GetParam(), TransportKind::fastdds, "callbacks");
+  EXPECT_GT(counts.jobs, 50u);
+  EXPECT_EQ(counts.own, 0u) << "of " << counts.all << " in all, the rest being Fast DDS's own";
+}
+
 INSTANTIATE_TEST_SUITE_P(Executors, JobPathOf,
-                         testing::Values("default", "static", "multi", "events-ro", "rm-ro", "edf-re"),
+                         testing::Values("default", "static", "multi", "cbg", "events-ro", "rm-ro", "edf-re"),
                          [](const auto& p) {
                            std::string name = p.param;
                            std::replace(name.begin(), name.end(), '-', '_');

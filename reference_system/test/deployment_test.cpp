@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <sstream>
 
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
@@ -95,6 +96,22 @@ TEST_F(Deployments, RateMonotonicThreadsHaveHigherPrioritiesForShorterPeriods) {
   EXPECT_EQ(priority("PointsTransformerFront/FrontLidarDriver"), priority("FrontLidarDriver"));
 }
 
+TEST_F(Deployments, ExecutorsThatNameNoProcessShareOne) {
+  const std::string path = testing::TempDir() + "processes.yaml";
+  std::ofstream(path) << "name: d\nexecutors:\n"
+                         "  - {name: a, owns: [Visualizer]}\n"
+                         "  - {name: b, process: drivers, owns: [FrontLidarDriver]}\n"
+                         "  - {name: c, owns: rest}\n";
+  const Deployment d = find(path);
+  EXPECT_EQ(d.processes, (std::vector<std::string>{"", "drivers"}));
+  EXPECT_EQ(d.executors_in(0), (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(d.executors_in(1), (std::vector<std::size_t>{1}));
+  const std::vector<std::uint32_t> process = d.process_of(graph, tasks);
+  EXPECT_EQ(process[static_cast<std::size_t>(graph.find("FrontLidarDriver") - graph.nodes.data())], 1U);
+  EXPECT_EQ(std::ranges::count(process, 1U), 1);
+  EXPECT_EQ(find("isolated").executors_in(0).size(), graph.nodes.size());
+}
+
 TEST_F(Deployments, CallbackGroupsOfOneNodeCanHaveDifferentExecutors) {
   const Graph callbacks = load_graph(find_graph("callbacks"));
   const GraphTasks of = make_tasks(callbacks);
@@ -112,6 +129,109 @@ TEST_F(Deployments, CallbackGroupsOfOneNodeCanHaveDifferentExecutors) {
     const bool in_group = &callbacks.nodes[of.origin[id].node] == node && of.callbacks[id].group == 0;
     EXPECT_EQ(d.executor_of[id], in_group ? 0U : 1U) << of.set[id].name;
   }
+  std::ofstream(path) << "name: d\nexecutors:\n  - {name: a, owns: [" << group
+                      << "]}\n  - {name: b, process: other, owns: rest}\n";
+  try {
+    static_cast<void>(find_deployment(path, callbacks, of));
+    ADD_FAILURE() << "a node in two processes";
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), AllOf(HasSubstr(":4: "), HasSubstr("two processes, with executors")));
+  }
+}
+
+/// The YAML of CallbackIsolatedExecutor.
+class CieFile : public Deployments {
+ protected:
+  static std::string write(const std::string& groups) {
+    std::ofstream(path) << "callback_groups:\n" << groups;
+    return path;
+  }
+  std::string cie_error(const std::string& groups) {
+    try {
+      static_cast<void>(find("cie:" + write(groups)));
+    } catch (const InputError& e) {
+      return std::string(e.what()).substr(path.size());
+    }
+    return "";
+  }
+  const DeployedExecutor& of_task(const Deployment& d, const std::string& name) {
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      if (tasks.set[id].name == name) return d.executors[d.executor_of[id]];
+    }
+    throw std::out_of_range(name);
+  }
+  static inline const std::string path = testing::TempDir() + "threads.yaml";
+};
+
+TEST_F(CieFile, GivesThreadsToCallbackGroups) {
+  const Deployment d = find("cie:" + write(R"(
+  - id: /FrontLidarDriver@Timer(100000000)
+    affinity: [0, 1]
+    policy: SCHED_FIFO
+    priority: 50
+  - id: /PointCloudFusion@Subscription(/PointsTransformerFront)@Subscription(/parameter_events)@Service(/a/b)@Subscription(/PointsTransformerRear)@Waitable
+    affinity: ~
+    policy: SCHED_DEADLINE
+    runtime: 5000000
+    deadline: 50000000
+    period: 100000000
+  - id: /Visualizer@Subscription(/parameter_events)@Service(/Visualizer/get_parameters)
+    policy: SCHED_OTHER
+    priority: 0
+  - {id: /Visualizer@Timer(60000000), policy: SCHED_BATCH, nice: -5}
+non_ros_threads: []
+)"));
+  EXPECT_EQ(d.name, "cie:threads");
+  EXPECT_EQ(d.executor_of, find("cie").executor_of);
+  const DeployedExecutor& lidar = of_task(d, "FrontLidarDriver");
+  EXPECT_EQ(to_string(lidar.policy), "fifo:50");
+  EXPECT_EQ(lidar.processors, (std::vector<int>{0, 1}));
+  EXPECT_EQ(lidar.line, 3);
+  EXPECT_EQ(to_string(of_task(d, "PointCloudFusion/PointsTransformerRear").policy), "deadline:5/50/100");
+  EXPECT_EQ(to_string(of_task(d, "Visualizer").policy), "batch:-5");
+  EXPECT_EQ(to_string(of_task(d, "PointCloudMap").policy), "other");
+}
+
+TEST_F(CieFile, IsWrittenAsItIsRead) {
+  std::ostringstream first, second;
+  write_cie(first, graph, tasks, find("cie"));
+  EXPECT_THAT(first.str(), HasSubstr("  - id: /BehaviorPlanner@Subscription(/ObjectCollisionEstimator)@"));
+  EXPECT_THAT(first.str(),
+              HasSubstr("@Timer(100000000)\n    affinity: ~\n    policy: SCHED_OTHER\n    nice: 0\n"));
+  Deployment changed = find("cie");
+  changed.executors[0].policy = parse_thread_policy("fifo:7");
+  changed.executors[0].processors = {3};
+  changed.executors[1].policy = parse_thread_policy("deadline:1/2/3");
+  changed.executors[2].policy = parse_thread_policy("idle:4");
+  first.str("");
+  write_cie(first, graph, tasks, changed);
+  std::ofstream(path) << first.str();
+  const Deployment read = find("cie:" + path);
+  write_cie(second, graph, tasks, read);
+  EXPECT_EQ(first.str(), second.str());
+  for (std::size_t e = 0; e < read.executors.size(); ++e) {
+    EXPECT_EQ(read.executors[e].policy, changed.executors[e].policy);
+  }
+  EXPECT_THROW(write_cie(second, graph, tasks, find("single")), std::invalid_argument);
+}
+
+TEST_F(CieFile, WhatIsWrongIsSaidWithItsLine) {
+  const std::string imu = "  - id: /Visualizer@Timer(60000000)\n";
+  EXPECT_THAT(cie_error("  - {id: /Visualizer@Timer(6000000), policy: SCHED_OTHER}\n"),
+              AllOf(HasSubstr(":2: "), HasSubstr("no callback group /Visualizer@Timer(6000000)"),
+                    HasSubstr("did you mean `/Visualizer@Timer(60000000)`")));
+  EXPECT_THAT(cie_error("  - {id: /Nobody@Service(/a), policy: SCHED_OTHER}\n"),
+              HasSubstr("no callback group /Nobody"));
+  EXPECT_THAT(cie_error(imu + "    policy: SCHED_FIFO\n"), HasSubstr("`priority` is missing"));
+  EXPECT_THAT(cie_error(imu + "    policy: SCHED_FIFO\n    priority: 100\n"), HasSubstr(":4: "));
+  EXPECT_THAT(cie_error(imu + "    policy: FIFO\n"), AllOf(HasSubstr(":3: "), HasSubstr("SCHED_FIFO")));
+  EXPECT_THAT(cie_error(imu + "    policy: SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n   "
+                              " period: 10000000\n"),
+              HasSubstr("not beyond the deadline"));
+  EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n    colour: red\n"),
+              HasSubstr("unknown key `colour`"));
+  EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n" + imu + "    policy: SCHED_OTHER\n"),
+              AllOf(HasSubstr(":4: "), HasSubstr("occurs twice")));
 }
 
 TEST_F(Deployments, WhatIsWrongIsSaidWithItsLine) {
@@ -128,6 +248,10 @@ TEST_F(Deployments, WhatIsWrongIsSaidWithItsLine) {
   EXPECT_THAT(error("  - {name: a, policy: 'fifo:100', owns: rest}\n"),
               AllOf(HasSubstr(":3: "), HasSubstr("fifo:100")));
   EXPECT_THAT(error("  - {name: a, policy: deadline, owns: rest}\n"), HasSubstr("is not one of other"));
+  EXPECT_THAT(error("  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n"),
+              AllOf(HasSubstr(":3: "), HasSubstr("not beyond the deadline")));
+  EXPECT_THAT(error("  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n"),
+              AllOf(HasSubstr(":3: "), HasSubstr("binds no SCHED_DEADLINE thread")));
   EXPECT_THAT(error("  - {name: a, processors: [-1], owns: rest}\n"), HasSubstr(":3: "));
   EXPECT_THAT(error("  - {name: a, processors: [0, 0], owns: rest}\n"), HasSubstr("occurs twice"));
   EXPECT_THAT(error("  - {name: a, thread: 1, owns: rest}\n"), HasSubstr("thread"));

@@ -35,9 +35,40 @@ void CallbackGroupScheduler::begin(Time epoch) {
   for (const Timer& timer : timers_) manage(static_cast<std::uint32_t>(&timer - timers_.data()));
 }
 
-void CallbackGroupScheduler::manage(std::uint32_t timer) {
+bool CallbackGroupScheduler::manage(std::uint32_t timer) {
   waiting_.push_back({timers_[timer].next_call(), waited_++, timer});
   std::push_heap(waiting_.begin(), waiting_.end(), later);
+  return waiting_.front().timer == timer;
+}
+
+Joined CallbackGroupScheduler::add_task(const JoiningTask& joining, Time now) {
+  const TaskId id = join(set_, joining);
+  unread_.add_task(set_[id]);
+  groups_.resize(set_.groups.size());
+  ready_groups_.resize(set_.groups.size());
+  timer_index_.push_back(static_cast<std::uint32_t>(timers_.size()));
+  if (set_[id].kind == TaskKind::subscription) return {id, {}};
+  timers_.emplace_back(id, set_[id], now);
+  waiting_.reserve(timers_.size());
+  return {id, manage(timer_index_[id]) ? WorkerSet::of(timer_manager()) : WorkerSet{}};
+}
+
+void CallbackGroupScheduler::remove_task(TaskId task, Time now, const Visitor& dropped) {
+  if (set_[task].kind == TaskKind::timer) {
+    const std::uint32_t timer = timer_index_[task];
+    visit_due(timers_[timer], now, dropped);
+    timers_[timer].cancel();
+    std::erase_if(waiting_, [&](const Waiting& w) { return w.timer == timer; });
+    std::make_heap(waiting_.begin(), waiting_.end(), later);
+  }
+  visit_unread(unread_, task, dropped);
+  unread_.clear(task);
+  leave(set_, task);
+  const std::uint32_t index = set_[task].group;
+  Group& group = groups_[index];
+  group.events.erase(task, [](const Job&) {});
+  // A group that runs notices at the end of its job.
+  if (group.events.empty() && ready_groups_.erase(index)) group.idle = true;
 }
 
 WorkerSet CallbackGroupScheduler::queue_group(std::uint32_t group) {
@@ -106,10 +137,9 @@ Decision CallbackGroupScheduler::decide(Worker worker, Time now) {
 Effect CallbackGroupScheduler::finished(Worker, const Job& job, Time) {
   Effect effect;
   const Task& task = set_.tasks[job.task];
-  if (task.kind == TaskKind::timer) {
-    const std::uint32_t timer = timer_index_[job.task];
-    manage(timer);
-    if (waiting_.front().timer == timer) effect.wake.insert(timer_manager());
+  const bool removed = !task.local;
+  if (task.kind == TaskKind::timer && !removed && manage(timer_index_[job.task])) {
+    effect.wake.insert(timer_manager());
   }
   Group& group = groups_[task.group];
   if (group.events.empty()) {

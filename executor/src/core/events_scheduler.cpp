@@ -34,6 +34,29 @@ Decision EventsScheduler::next_event() {
   return {job, kNever, {}};
 }
 
+Joined EventsScheduler::add_task(const JoiningTask& joining, Time now) {
+  const TaskId id = join(set_, joining);
+  unread_.add_task(set_[id]);
+  for_each_queue([this](EventsQueue& queue) { queue.tasks_changed(set_); });
+  if (set_[id].kind == TaskKind::subscription) return {id, {}};
+  timers_.add(id, set_[id], now);
+  return {id, WorkerSet::of(kTimerManagement)};
+}
+
+void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped) {
+  const bool timer = set_[task].kind == TaskKind::timer;
+  leave(set_, task);
+  for_each_queue([&](EventsQueue& queue) {
+    queue.erase(task, [&](const Job& job) {
+      if (timer) dropped(job, Outcome::queued);  // a subscription's events are not its samples
+    });
+    queue.tasks_changed(set_);
+  });
+  if (timer) visit_due(timers_.remove(task), now, dropped);
+  visit_unread(unread_, task, dropped);
+  unread_.clear(task);
+}
+
 void EventsScheduler::unfinished(Time now, const Visitor& visit) const {
   events_->for_each([&](const Job& job) {
     if (!unread_.is_subscription(job.task)) visit(job, Outcome::queued);

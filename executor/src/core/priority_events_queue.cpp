@@ -34,6 +34,16 @@ Job PriorityEventsQueue::pop() {
   return slots_[slot];
 }
 
+void PriorityEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {
+  std::erase_if(heap_, [&](const Entry& e) {
+    if (slots_[e.slot].task != task) return false;
+    erased(slots_[e.slot]);
+    free_.push_back(e.slot);
+    return true;
+  });
+  std::make_heap(heap_.begin(), heap_.end(), runs_later);
+}
+
 void PriorityEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
   for (const Entry& e : heap_) visit(slots_[e.slot]);
 }

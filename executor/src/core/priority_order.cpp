@@ -64,10 +64,15 @@ std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
 }
 
 PriorityOrder::PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule rule, Ties ties)
-    : policy_(policy), ties_(ties), rule_(rule), level_(inherited_levels(set, policy)) {
-  kind_.reserve(set.size());
+    : policy_(policy), ties_(ties), rule_(rule) {
+  update(set);
+}
+
+void PriorityOrder::update(const TaskSet& set) {
+  level_ = inherited_levels(set, policy_);
+  kind_.clear();
   for (const Task& task : set.tasks) kind_.push_back(task.kind);
-  if (rule == SubscriptionRule::first) {
+  if (rule_ == SubscriptionRule::first) {
     for (TaskId id = 0; id < set.size(); ++id) {
       if (kind_[id] == TaskKind::subscription) level_[id] = kAheadOfTimers;
     }

@@ -20,6 +20,18 @@ Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& s
   return arrival;
 }
 
+WorkerSet RebuiltWaitSetScheduler::joined(TaskId) {
+  is_waited_for_.push_back(false);
+  interrupted_ = true;  // the next wait has the wait set rebuilt
+  return wait_mutex_.waiting();
+}
+
+void RebuiltWaitSetScheduler::left(TaskId task) {
+  is_waited_for_[task] = false;
+  std::erase(waited_timers_, task);
+  std::erase(waited_subscriptions_, task);
+}
+
 void RebuiltWaitSetScheduler::rebuild(std::vector<TaskId>& waited, const std::vector<TaskId>& all) {
   std::erase_if(waited, [this](TaskId id) {
     if (group_free(id)) return false;

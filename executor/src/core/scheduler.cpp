@@ -6,16 +6,20 @@
 
 namespace hotpath {
 
+void Scheduler::visit_due(const Timer& timer, Time now, const Visitor& visit) {
+  if (!timer.is_ready(now)) return;
+  Timer at_the_end = timer;
+  visit(at_the_end.call(now), Outcome::queued);
+}
+
+void Scheduler::visit_unread(const UnreadSamples& unread, TaskId task, const Visitor& visit) {
+  for (std::uint32_t i = 0; i < unread.count(task); ++i) visit(unread.peek(task, i), Outcome::queued);
+}
+
 void Scheduler::visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
                                  const Visitor& visit) {
-  for (const Timer& t : timers) {
-    if (!t.is_ready(now)) continue;
-    Timer at_the_end = t;
-    visit(at_the_end.call(now), Outcome::queued);
-  }
-  for (TaskId id = 0; id < unread.tasks(); ++id) {
-    for (std::uint32_t i = 0; i < unread.count(id); ++i) visit(unread.peek(id, i), Outcome::queued);
-  }
+  for (const Timer& timer : timers) visit_due(timer, now, visit);
+  for (TaskId id = 0; id < unread.tasks(); ++id) visit_unread(unread, id, visit);
 }
 
 Turn take_turn(Scheduler& scheduler, Worker worker, Time now) {

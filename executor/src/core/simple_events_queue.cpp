@@ -24,6 +24,13 @@ Job SimpleEventsQueue::pop() {
   return job;
 }
 
+void SimpleEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {
+  for (std::size_t left = count_; left > 0; --left) {
+    const Job job = pop();
+    job.task == task ? erased(job) : push(job);
+  }
+}
+
 void SimpleEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
   for (std::size_t i = 0; i < count_; ++i) visit(ring_[(head_ + i) & (ring_.size() - 1)]);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "earliest_time.hpp"
 #include "hotpath/core/platform.hpp"
 #include "hotpath/core/scheduler.hpp"
 
@@ -83,13 +84,17 @@ class SimulatedWorkers {
  private:
   /// Whether a worker of the ordinary policy waits for the core that `w` of the same policy has.
   bool others_wait_for_core_of(Worker w) const;
-  void assign_cores(Time now);
+  /// After `changed`, a position in ready_, has another worker, or none any more.
+  void assign_cores(std::size_t changed, Time now);
+  void assign_core(std::size_t position, Time now);
   void choose_running();
   bool place(Worker w);
+  void sleep_until(Worker w, Time until);
   void give_core(Worker w, Time now);
   void take_core(Worker w, Time now);
-  /// Behind those of its priority, or in front of them.
-  void insert(Worker w, bool in_front = false);
+  /// Behind those of its priority, or in front of them; returns where.
+  std::size_t insert(Worker w, bool in_front = false);
+  void erase(Worker w) { ready_.erase(std::find(ready_.begin(), ready_.end(), w)); }
   static std::uint64_t bit(unsigned core) { return std::uint64_t{1} << core; }
 
   static constexpr Worker kNobody = ~Worker{0};
@@ -99,6 +104,7 @@ class SimulatedWorkers {
   const bool wall_clock_work_;
   bool cores_differ_ = false;  // some worker may not run everywhere
   std::vector<State> states_;
+  EarliestTime sleepers_;        // until when those asleep are
   std::vector<Worker> ready_;    // by priority, then by arrival
   std::vector<Worker> running_;  // where cores differ: those of ready_ that have one, in the same order
   std::vector<Worker> owner_;    // by core, where cores differ
@@ -125,16 +131,17 @@ inline void SimulatedWorkers::add(std::uint32_t executor, Worker number, const S
   const std::uint64_t all = cores_ >= 64 ? ~std::uint64_t{0} : bit(static_cast<unsigned>(cores_)) - 1;
   s.thread.processors &= all;
   cores_differ_ |= s.thread.processors != all;
+  sleepers_.resize(states_.size());
   ready_.reserve(states_.size());
   running_.reserve(states_.size());
   owner_.assign(cores_, kNobody);
 }
 
-inline void SimulatedWorkers::insert(Worker w, bool in_front) {
+inline std::size_t SimulatedWorkers::insert(Worker w, bool in_front) {
   const int priority = states_[w].priority + (in_front ? 1 : 0);
   const auto place = std::find_if(ready_.begin(), ready_.end(),
                                   [&](Worker other) { return states_[other].priority < priority; });
-  ready_.insert(place, w);
+  return static_cast<std::size_t>(ready_.insert(place, w) - ready_.begin());
 }
 
 inline void SimulatedWorkers::begin_step(Worker w, Step step, Duration length, Time now) {
@@ -146,22 +153,27 @@ inline void SimulatedWorkers::begin_step(Worker w, Step step, Duration length, T
 
 inline void SimulatedWorkers::make_ready(Worker w, Time now) {
   State& s = states_[w];
+  if (s.step == Step::asleep) sleepers_.set(w, kNever);
   s.step = Step::turn;
   s.remaining = Duration{};
   s.slice_left = s.slice;
-  insert(w);
-  assign_cores(now);
+  assign_cores(insert(w), now);
 }
 
 inline void SimulatedWorkers::leave(Worker w, Time now) {
   states_[w].on_core = false;
-  ready_.erase(std::find(ready_.begin(), ready_.end(), w));
-  assign_cores(now);
+  erase(w);
+  assign_cores(0, now);
+}
+
+inline void SimulatedWorkers::sleep_until(Worker w, Time until) {
+  states_[w].until = until;
+  sleepers_.set(w, until);
 }
 
 inline void SimulatedWorkers::sleep(Worker w, Time wake_at, Time now) {
   states_[w].step = Step::asleep;
-  states_[w].until = wake_at == kNever ? kNever : wake_at + wake_up_latency_;
+  sleep_until(w, wake_at == kNever ? kNever : wake_at + wake_up_latency_);
   leave(w, now);
 }
 
@@ -169,14 +181,12 @@ inline void SimulatedWorkers::wake(Worker w, Time now) {
   State& s = states_[w];
   s.woken = true;
   if (s.step != Step::asleep) return;
-  s.until = std::min(s.until, now + wake_up_latency_);
-  if (s.until <= now) make_ready(w, now);
+  const Time until = std::min(s.until, now + wake_up_latency_);
+  until <= now ? make_ready(w, now) : sleep_until(w, until);
 }
 
 inline void SimulatedWorkers::wake_sleepers(Time now) {
-  for (Worker w = 0; w < size(); ++w) {
-    if (states_[w].step == Step::asleep && states_[w].until <= now) make_ready(w, now);
-  }
+  while (sleepers_.time() <= now) make_ready(static_cast<Worker>(sleepers_.number()), now);
 }
 
 inline void SimulatedWorkers::change_priority(Worker w, int priority, Time now) {
@@ -184,9 +194,8 @@ inline void SimulatedWorkers::change_priority(Worker w, int priority, Time now) 
   // As Linux does: who falls back to a priority has not given up the core.
   const bool falls = priority < states_[w].priority;
   states_[w].priority = priority;
-  ready_.erase(std::find(ready_.begin(), ready_.end(), w));
-  insert(w, falls);
-  assign_cores(now);
+  erase(w);
+  assign_cores(insert(w, falls), now);
 }
 
 inline bool SimulatedWorkers::place(Worker w) {
@@ -236,13 +245,17 @@ inline void SimulatedWorkers::give_core(Worker w, Time now) {
   s.slice_end = now + s.slice_left;
 }
 
-inline void SimulatedWorkers::assign_cores(Time now) {
+inline void SimulatedWorkers::assign_core(std::size_t position, Time now) {
+  if (position >= ready_.size()) return;
+  const bool gets_core = position < cores_;
+  if (states_[ready_[position]].on_core == gets_core) return;
+  gets_core ? give_core(ready_[position], now) : take_core(ready_[position], now);
+}
+
+inline void SimulatedWorkers::assign_cores(std::size_t changed, Time now) {
   if (!cores_differ_) {
-    for (std::size_t i = 0; i < ready_.size(); ++i) {
-      const bool gets_core = i < cores_;
-      if (states_[ready_[i]].on_core == gets_core) continue;
-      gets_core ? give_core(ready_[i], now) : take_core(ready_[i], now);
-    }
+    // Of the others, one at most has moved to the last position with a core, or to the first without.
+    for (const std::size_t position : {changed, cores_ - 1, cores_}) assign_core(position, now);
     return;
   }
   // A worker that moves from one core to another goes on without a pause.
@@ -264,10 +277,8 @@ inline bool SimulatedWorkers::others_wait_for_core_of(Worker w) const {
 }
 
 inline Time SimulatedWorkers::next_instant(Time now) const {
-  Time next = kNever;
-  for (const State& s : states_) {
-    if (s.on_core || s.step == Step::asleep) next = std::min(next, s.until);
-  }
+  Time next = sleepers_.time();
+  for (std::size_t i = 0; i < on_core(); ++i) next = std::min(next, states_[running(i)].until);
   if (ready_.size() > on_core()) {
     for (std::size_t i = 0; i < on_core(); ++i) {
       const Worker w = running(i);
@@ -284,9 +295,8 @@ inline void SimulatedWorkers::rotate_expired(Time now) {
       ++i;
       continue;
     }
-    ready_.erase(std::find(ready_.begin(), ready_.end(), w));
-    insert(w);
-    assign_cores(now);
+    erase(w);
+    assign_cores(insert(w), now);
     states_[w].slice_left = states_[w].slice;
   }
 }

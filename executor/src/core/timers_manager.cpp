@@ -16,6 +16,23 @@ void TimersManager::begin(const TaskSet& set, Time epoch) {
   std::sort(heap_.begin(), heap_.end(), before);  // a sorted array is a heap
 }
 
+void TimersManager::add(TaskId id, const Task& task, Time epoch) {
+  timers_.emplace_back(id, task, epoch);
+  heap_.push_back({timers_.back().next_call(), static_cast<std::uint32_t>(timers_.size() - 1)});
+  std::sort(heap_.begin(), heap_.end(), before);
+}
+
+Timer TimersManager::remove(TaskId id) {
+  const auto found =
+      std::find_if(timers_.begin(), timers_.end(), [&](const Timer& t) { return t.task() == id; });
+  assert(found != timers_.end());
+  std::erase_if(heap_, [&](const Entry& e) { return e.timer == found - timers_.begin(); });
+  std::sort(heap_.begin(), heap_.end(), before);
+  const Timer removed = *found;
+  found->cancel();
+  return removed;
+}
+
 Job TimersManager::call_head(Time now) {
   assert(due(now));
   Entry& head = heap_.front();

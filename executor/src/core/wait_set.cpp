@@ -29,6 +29,38 @@ WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
   snapshot_.reserve(timer_ids_.size() + subscription_ids_.size());
 }
 
+Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
+  const TaskId id = join(set_, joining);
+  unread_.add_task(set_[id]);
+  group_busy_.resize(set_.groups.size(), false);
+  timer_index_.push_back(static_cast<std::uint32_t>(timer_ids_.size()));
+  if (set_[id].kind == TaskKind::timer) {
+    timer_ids_.push_back(id);
+    timers_.emplace_back(id, set_[id], now);
+  } else {
+    subscription_ids_.push_back(id);
+  }
+  snapshot_.add_task();
+  snapshot_.reserve(timer_ids_.size() + subscription_ids_.size());
+  return {id, joined(id)};
+}
+
+void WaitSet::remove_task(TaskId task, Time now, const Visitor& dropped) {
+  if (set_[task].kind == TaskKind::timer) {
+    visit_due(timer(task), now, dropped);
+    timers_.erase(timers_.begin() + timer_index_[task]);
+    std::erase(timer_ids_, task);
+    for (std::uint32_t i = 0; i < timer_ids_.size(); ++i) timer_index_[timer_ids_[i]] = i;
+  } else {
+    std::erase(subscription_ids_, task);
+  }
+  visit_unread(unread_, task, dropped);
+  unread_.clear(task);
+  snapshot_.erase(task);
+  leave(set_, task);
+  left(task);
+}
+
 void WaitSet::begin(Time epoch) {
   timers_.clear();
   for (const TaskId id : timer_ids_) timers_.emplace_back(id, set_[id], epoch);

@@ -5,9 +5,12 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <thread>
 
 namespace hotpath {
 
@@ -17,12 +20,45 @@ int native_class(ThreadPolicy::Class c) {
   switch (c) {
     case ThreadPolicy::Class::other:
       return SCHED_OTHER;
+    case ThreadPolicy::Class::batch:
+      return SCHED_BATCH;
+    case ThreadPolicy::Class::idle:
+      return SCHED_IDLE;
     case ThreadPolicy::Class::fifo:
       return SCHED_FIFO;
     case ThreadPolicy::Class::rr:
       return SCHED_RR;
+    case ThreadPolicy::Class::deadline:
+      return SCHED_DEADLINE;
   }
   return SCHED_OTHER;
+}
+
+/// Linux's sched_setattr(2), for which glibc 2.36 has neither function nor structure.
+bool set_budget(const ThreadPolicy& policy) {
+  struct {
+    std::uint32_t size, policy;
+    std::uint64_t flags;
+    std::int32_t nice;
+    std::uint32_t priority;
+    std::uint64_t runtime, deadline, period;
+  } attributes{};
+  attributes.size = sizeof attributes;
+  attributes.policy = SCHED_DEADLINE;
+  attributes.flags = 1;  // SCHED_FLAG_RESET_ON_FORK: a thread of this policy may create no other
+  attributes.runtime = static_cast<std::uint64_t>(policy.runtime.count());
+  attributes.deadline = static_cast<std::uint64_t>(policy.deadline.count());
+  attributes.period = static_cast<std::uint64_t>(policy.period.count());
+  return syscall(SYS_sched_setattr, 0, &attributes, 0) == 0;
+}
+
+bool set_policy(const ThreadPolicy& policy) {
+  if (policy.scheduling_class == ThreadPolicy::Class::deadline) return set_budget(policy);
+  sched_param parameters{};
+  parameters.sched_priority = policy.ordinary() ? 0 : policy.priority;
+  if (sched_setscheduler(0, native_class(policy.scheduling_class), &parameters) != 0) return false;
+  // The nice value is a thread's own in Linux.
+  return !policy.ordinary() || policy.priority == 0 || setpriority(PRIO_PROCESS, 0, policy.priority) == 0;
 }
 
 std::string list(const std::vector<int>& numbers) {
@@ -39,21 +75,30 @@ std::string to_string(const WorkerThread& thread) {
 
 ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request) {
   if (!request.processors.empty()) pin_to_cpus(request.processors);
-  const bool ordinary = request.policy.scheduling_class == ThreadPolicy::Class::other;
-  sched_param parameters{};
-  parameters.sched_priority = ordinary ? 0 : request.policy.priority;
-  // The nice value is a thread's own in Linux.
-  if (sched_setscheduler(0, native_class(request.policy.scheduling_class), &parameters) == 0 &&
-      (!ordinary || request.policy.priority == 0 ||
-       setpriority(PRIO_PROCESS, 0, request.policy.priority) == 0)) {
-    return request.policy;
-  }
+  if (set_policy(request.policy)) return request.policy;
   if (request.required) {
+    const int error = errno;
+    const bool deadline = request.policy.scheduling_class == ThreadPolicy::Class::deadline;
     throw ThreadSetupError("the thread policy " + to_string(request.policy) + " was refused (" +
-                           std::strerror(errno) +
-                           "); run as root, give the user an rtprio (or nice) limit, or ask for `other`");
+                           std::strerror(error) + "); " +
+                           (deadline ? "run as root on all processors (no --cpus), with budgets that add up "
+                                       "to less than sched_rt_runtime_us grants, or ask for `other`"
+                                     : "run as root, give the user an rtprio (or nice) limit, or ask for "
+                                       "`other`"));
   }
   return {};
+}
+
+std::string refusal(const ThreadPolicyRequest& request) {
+  std::string refused;
+  std::thread([&] {
+    try {
+      static_cast<void>(apply_thread_policy(request));
+    } catch (const ThreadSetupError& error) {
+      refused = error.what();
+    }
+  }).join();
+  return refused;
 }
 
 void minimise_timer_slack() { prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL); }

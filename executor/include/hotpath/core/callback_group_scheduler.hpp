@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "hotpath/core/scheduler.hpp"
@@ -34,10 +35,12 @@ class CallbackGroupScheduler final : public Scheduler {
   void unfinished(Time now, const Visitor& visit) const override {
     visit_unfinished(timers_, unread_, now, visit);
   }
+  Joined add_task(const JoiningTask& joining, Time now) override;
+  void remove_task(TaskId task, Time now, const Visitor& dropped) override;
 
  private:
   struct Group {
-    SimpleEventsQueue events;
+    SimpleEventsQueue events{16};
     bool idle = true;  ///< Neither in the queue of ready groups nor running.
   };
   /// A timer in the timer manager: by next call, then by when it came.
@@ -61,6 +64,20 @@ class CallbackGroupScheduler final : public Scheduler {
       --count_;
       return group;
     }
+    void resize(std::size_t groups) {
+      std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(head_), ring_.end());
+      head_ = 0;
+      ring_.resize(groups);
+    }
+    /// Returns whether it was there.
+    bool erase(std::uint32_t group) {
+      bool found = false;
+      for (std::size_t left = count_; left > 0; --left) {
+        const std::uint32_t first = pop();
+        first == group ? static_cast<void>(found = true) : push(first);
+      }
+      return found;
+    }
 
    private:
     std::vector<std::uint32_t> ring_;
@@ -68,13 +85,14 @@ class CallbackGroupScheduler final : public Scheduler {
   };
 
   [[nodiscard]] Worker timer_manager() const { return static_cast<Worker>(roles_.size() - 1); }
-  void manage(std::uint32_t timer);
+  /// Takes the timer into the timer manager; returns whether it is the first there.
+  bool manage(std::uint32_t timer);
   /// Queues an event of `task`; the returned worker, if any, must be woken for it.
   WorkerSet add_event(TaskId task, Time now);
   WorkerSet queue_group(std::uint32_t group);
   [[nodiscard]] Job take(const Job& event, Time now);
 
-  const TaskSet set_;
+  TaskSet set_;
   const std::vector<WorkerRole> roles_;
   UnreadSamples unread_;
   std::vector<Timer> timers_;

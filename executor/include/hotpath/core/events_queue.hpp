@@ -16,6 +16,10 @@ class EventsQueue {
   [[nodiscard]] virtual Job pop() = 0;
   [[nodiscard]] virtual bool empty() const = 0;
   [[nodiscard]] virtual std::size_t size() const = 0;
+  /// Removes the jobs of a task and visits them, in no particular order.
+  virtual void erase(TaskId task, const std::function<void(const Job&)>& erased) = 0;
+  /// Jobs that come from now on are ordered by this set; those in the queue stay where they are.
+  virtual void tasks_changed(const TaskSet& set) { static_cast<void>(set); }
   /// Visits all jobs, in no particular order.
   virtual void for_each(const std::function<void(const Job&)>& visit) const = 0;
 };

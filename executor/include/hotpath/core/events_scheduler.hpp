@@ -25,18 +25,22 @@ class EventsScheduler : public Scheduler {
   Effect finished(Worker, const Job&, Time) final { return {}; }
   [[nodiscard]] std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
   void unfinished(Time now, const Visitor& visit) const override;
+  Joined add_task(const JoiningTask& joining, Time now) final;
+  void remove_task(TaskId task, Time now, const Visitor& dropped) final;
 
  protected:
   EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events);
   /// The executor worker's decision: the head of the events queue.
   Decision next_event();
+  /// The events queue, and what a derived class has beside it.
+  virtual void for_each_queue(const std::function<void(EventsQueue&)>& visit) { visit(*events_); }
 
   std::unique_ptr<EventsQueue> events_;
   TimersManager timers_;
 
  private:
   static constexpr std::array kRoles = {WorkerRole::executor, WorkerRole::timer_management};
-  const TaskSet set_;
+  TaskSet set_;
   UnreadSamples unread_;
 };
 

@@ -40,7 +40,7 @@ enum class Outcome : std::uint8_t {
   ran,
   skipped,      ///< Timestamp of a timer for which no job is ever released (rcl's rule for a late timer).
   overwritten,  ///< Sample replaced in the reader's history before it was taken.
-  queued,       ///< Released, or unread, but not started when the run ended.
+  queued,       ///< Released, or unread, but not started when the run ended or its task was removed.
   running,      ///< Started but not finished when the run ended.
   empty,        ///< Event whose sample had been overwritten or taken: nothing ran.
 };

@@ -20,6 +20,8 @@ class PriorityEventsQueue final : public EventsQueue {
   Job pop() override;
   bool empty() const override { return heap_.empty(); }
   std::size_t size() const override { return heap_.size(); }
+  void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
+  void tasks_changed(const TaskSet& set) override { order_.update(set); }
   void for_each(const std::function<void(const Job&)>& visit) const override;
 
  private:

@@ -56,6 +56,9 @@ class PriorityOrder {
  public:
   PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule rule, Ties ties);
 
+  /// Tasks have come or gone, and with them levels that subscriptions inherit.
+  void update(const TaskSet& set);
+
   /// `activation` counts releases and arrivals of the whole scheduler. Policy `fifo` orders by it alone.
   [[nodiscard]] PriorityKey key(const Job& job, std::uint64_t activation) const;
 

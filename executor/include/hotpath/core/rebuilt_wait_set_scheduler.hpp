@@ -30,6 +30,8 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   Effect finished(Worker worker, const Job& job, Time now) override;
 
  private:
+  WorkerSet joined(TaskId task) override;
+  void left(TaskId task) override;
   std::optional<Job> pick(Time now);
   std::optional<Job> wait(Time now);
   void rebuild();

@@ -11,20 +11,21 @@
 namespace hotpath {
 
 /// A ring of samples for each subscription of a task set, as large as its history depth (KEEP_LAST). All
-/// memory is taken at construction.
+/// memory is taken when a task is added.
 template <class Sample>
 class SampleRings {
  public:
-  explicit SampleRings(const TaskSet& set) : rings_(set.size()) {
-    std::uint32_t total = 0;
-    for (TaskId id = 0; id < set.size(); ++id) {
-      if (set[id].kind != TaskKind::subscription) continue;
-      assert(set[id].depth >= 1);
-      rings_[id].first = total;
-      rings_[id].depth = set[id].depth;
-      total += set[id].depth;
-    }
-    slots_.resize(total);
+  explicit SampleRings(const TaskSet& set) {
+    for (const Task& task : set.tasks) add_task(task);
+  }
+
+  void add_task(const Task& task) {
+    Ring& ring = rings_.emplace_back();
+    if (task.kind != TaskKind::subscription) return;
+    assert(task.depth >= 1);
+    ring.first = static_cast<std::uint32_t>(slots_.size());
+    ring.depth = task.depth;
+    slots_.resize(slots_.size() + task.depth);
   }
 
   [[nodiscard]] TaskId tasks() const { return static_cast<TaskId>(rings_.size()); }

@@ -25,6 +25,12 @@ struct Arrival {
   std::optional<Job> overwritten;  ///< The unread sample that this one replaced in the reader's history.
 };
 
+/// Answer to a joining task.
+struct Joined {
+  TaskId task = kNoTask;
+  WorkerSet wake;
+};
+
 /// One scheduling decision.
 struct Decision {
   std::optional<Job> job;  ///< The job that this worker runs next.
@@ -37,7 +43,8 @@ struct Decision {
 
 /// Decides which job runs next and owns the queues. A plain state machine: no thread, no clock, no lock; the
 /// driver (live executor or simulator) serialises the calls and passes `now`, which never decreases.
-/// No call allocates once begin() has returned, except where a queue outgrows its largest size so far.
+/// No call allocates once begin() has returned, except where a queue outgrows its largest size so far, and
+/// where tasks come and go.
 class Scheduler {
  public:
   virtual ~Scheduler() = default;
@@ -70,7 +77,18 @@ class Scheduler {
   using Visitor = std::function<void(const Job&, Outcome)>;
   virtual void unfinished(Time now, const Visitor& visit) const = 0;
 
+  /// A task joins the schedule, after begin(). Its id is the number of tasks so far, removed ones included. A
+  /// timer's first timestamp is `now` plus its phase.
+  virtual Joined add_task(const JoiningTask& joining, Time now) = 0;
+
+  /// A task leaves: no job of it starts any more and no sample may arrive for it; one that runs still ends
+  /// with finished(). Visits what was released, due or unread, as unfinished() does. Time grows with the
+  /// number of tasks and of queued jobs.
+  virtual void remove_task(TaskId task, Time now, const Visitor& dropped) = 0;
+
  protected:
+  static void visit_due(const Timer& timer, Time now, const Visitor& visit);
+  static void visit_unread(const UnreadSamples& unread, TaskId task, const Visitor& visit);
   /// What all schedulers have in common there: timers that are due, and unread samples.
   static void visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
                                const Visitor& visit);

@@ -10,14 +10,17 @@ namespace hotpath {
 /// First in, first out: the stock events executor's queue (rclcpp simple_events_queue.hpp), unbounded.
 class SimpleEventsQueue final : public EventsQueue {
  public:
+  /// `capacity`: a power of two; jobs before the first allocation.
+  explicit SimpleEventsQueue(std::size_t capacity = 64) : ring_(capacity) {}
   void push(const Job& job) override;
   Job pop() override;
   bool empty() const override { return count_ == 0; }
   std::size_t size() const override { return count_; }
+  void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
   void for_each(const std::function<void(const Job&)>& visit) const override;
 
  private:
-  std::vector<Job> ring_ = std::vector<Job>(64);  // size is a power of two
+  std::vector<Job> ring_;  // size is a power of two
   std::size_t head_ = 0, count_ = 0;
 };
 

@@ -18,6 +18,7 @@ class StaticScheduler final : public WaitSet {
   Effect finished(Worker, const Job&, Time) override { return {}; }
 
  private:
+  WorkerSet joined(TaskId) override { return WorkerSet::of(0); }
   std::optional<Job> next_ready(Time now);
 
   bool sleeps_ = false;  // in rcl_wait

@@ -55,4 +55,16 @@ struct TaskSet {
   [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
 };
 
+/// A task that joins a set.
+struct JoiningTask {
+  Task task;  ///< Local. Its `group` may be one past the last of the set, which makes a new group
+  CallbackGroup new_group{};   ///< of this kind. Whom it feeds must be in the set.
+  std::vector<TaskId> fed_by;  ///< Tasks whose publications activate it.
+};
+
+/// Adds the task; its id is the number of tasks before.
+TaskId join(TaskSet& set, const JoiningTask& joining);
+/// The task keeps its id, but is no longer local and has no part in the graph.
+void leave(TaskSet& set, TaskId id);
+
 }  // namespace hotpath

@@ -5,37 +5,53 @@
 #include <string>
 
 #include "hotpath/core/enum_text.hpp"
+#include "hotpath/core/time.hpp"
 
 namespace hotpath {
 
-/// A thread's scheduling class: the ordinary policy with a nice value in [-20, 19], or SCHED_FIFO / SCHED_RR
-/// with a priority in [1, 99].
+/// A thread's scheduling class: the ordinary policy, SCHED_BATCH or SCHED_IDLE with a nice value in [-20,
+/// 19], SCHED_FIFO or SCHED_RR with a priority in [1, 99], or SCHED_DEADLINE with a budget.
 struct ThreadPolicy {
-  enum class Class : std::uint8_t { other, fifo, rr };
+  enum class Class : std::uint8_t { other, batch, idle, fifo, rr, deadline };
   Class scheduling_class = Class::other;
-  int priority = 0;  ///< Ordinary policy: the nice value.
+  int priority = 0;  ///< Without real time: the nice value.
+  /// SCHED_DEADLINE: 1024 ns <= runtime <= deadline <= period.
+  Duration runtime{}, deadline{}, period{};
+
+  /// Below all real-time policies.
+  [[nodiscard]] constexpr bool ordinary() const {
+    return scheduling_class != Class::fifo && scheduling_class != Class::rr &&
+           scheduling_class != Class::deadline;
+  }
   friend bool operator==(const ThreadPolicy&, const ThreadPolicy&) = default;
 };
 
 constexpr auto enum_texts(ThreadPolicy::Class) {
   return std::to_array<EnumText<ThreadPolicy::Class>>({{ThreadPolicy::Class::other, "other"},
+                                                       {ThreadPolicy::Class::batch, "batch"},
+                                                       {ThreadPolicy::Class::idle, "idle"},
                                                        {ThreadPolicy::Class::fifo, "fifo"},
-                                                       {ThreadPolicy::Class::rr, "rr"}});
+                                                       {ThreadPolicy::Class::rr, "rr"},
+                                                       {ThreadPolicy::Class::deadline, "deadline"}});
 }
 
 inline constexpr int kHighestPriority = 99;
 
+/// The least runtime that Linux grants under SCHED_DEADLINE.
+inline constexpr Duration kLeastRuntime{1024};
+
 /// What a timer management thread has that is raised above executor threads of this policy: SCHED_FIFO 90, or
-/// more where those have that. At kHighestPriority nothing is above them.
+/// more where those have that. At kHighestPriority, and under SCHED_DEADLINE, nothing is above them.
 [[nodiscard]] constexpr ThreadPolicy raised_above(const ThreadPolicy& executor) {
-  const bool ordinary = executor.scheduling_class == ThreadPolicy::Class::other;
-  const int above = ordinary ? 0 : executor.priority + 1;
+  const int above = executor.ordinary() ? 0 : executor.priority + 1;
   return {ThreadPolicy::Class::fifo, std::min(kHighestPriority, std::max(90, above))};
 }
 
-/// `other`, `other:-5`, `fifo:80`, `rr:10`.
+/// `other`, `other:-5`, `fifo:80`, `deadline:2.5/10/10` (runtime, deadline and period in ms).
 [[nodiscard]] std::string to_string(const ThreadPolicy& policy);
 /// Throws std::invalid_argument that says what would be right.
 [[nodiscard]] ThreadPolicy parse_thread_policy(const std::string& text);
+/// Of SCHED_DEADLINE; throws as well.
+void check_budget(const ThreadPolicy& policy);
 
 }  // namespace hotpath

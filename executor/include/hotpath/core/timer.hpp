@@ -20,6 +20,9 @@ class Timer {
   /// strictly after `now`, on by whole periods until it is. The timestamps passed over are skipped.
   Job call(Time now);
 
+  /// Never ready again.
+  void cancel() { next_call_ = kNever; }
+
   /// Timestamps at or before `now` that a call at `now` would skip.
   [[nodiscard]] std::uint32_t would_skip(Time now) const;
 

@@ -18,6 +18,11 @@ class TimerReadyQueueScheduler final : public EventsScheduler {
   void unfinished(Time now, const Visitor& visit) const override;
 
  private:
+  void for_each_queue(const std::function<void(EventsQueue&)>& visit) override {
+    EventsScheduler::for_each_queue(visit);
+    visit(*timer_ready_);
+  }
+
   std::unique_ptr<EventsQueue> timer_ready_;
 };
 

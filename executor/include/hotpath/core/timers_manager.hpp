@@ -13,6 +13,11 @@ class TimersManager {
  public:
   void begin(const TaskSet& set, Time epoch);
 
+  /// The timer's first timestamp is `epoch` plus its phase. O(n log n).
+  void add(TaskId id, const Task& task, Time epoch);
+  /// Returns the timer as it was. O(n log n).
+  Timer remove(TaskId id);
+
   /// Next call of the head timer, kNever without timers.
   [[nodiscard]] Time next_call() const { return heap_.empty() ? kNever : heap_.front().next_call; }
   [[nodiscard]] bool due(Time now) const { return next_call() <= now; }
@@ -20,6 +25,7 @@ class TimersManager {
   /// Calls the head timer, which must be due, and restores the heap. O(log n).
   Job call_head(Time now);
 
+  /// Those that were removed are never ready.
   [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }
 
  private:

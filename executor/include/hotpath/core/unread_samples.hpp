@@ -15,6 +15,14 @@ class UnreadSamples {
  public:
   explicit UnreadSamples(const TaskSet& set) : samples_(set), arrived_(set.size(), 0) {}
 
+  void add_task(const Task& task) {
+    samples_.add_task(task);
+    arrived_.push_back(0);
+  }
+  void clear(TaskId task) {
+    while (count(task) > 0) static_cast<void>(samples_.pop(task));
+  }
+
   struct Added {
     Job job;
     std::optional<Job> overwritten;  ///< The sample that this one replaced when the history was full.

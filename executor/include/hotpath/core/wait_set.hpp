@@ -23,8 +23,15 @@ class WaitSet : public Scheduler {
   void unfinished(Time now, const Visitor& visit) const final {
     visit_unfinished(timers_, unread_, now, visit);
   }
+  Joined add_task(const JoiningTask& joining, Time now) final;
+  void remove_task(TaskId task, Time now, const Visitor& dropped) final;
 
  protected:
+  /// The task is in entity order, behind all others. Returns whom to wake.
+  virtual WorkerSet joined(TaskId task) = 0;
+  /// The task is not in entity order any more.
+  virtual void left(TaskId task) { static_cast<void>(task); }
+
   /// What happens to a task of the snapshot when a worker looks for its next job.
   enum class Pick : std::uint8_t {
     run,
@@ -88,7 +95,7 @@ class WaitSet : public Scheduler {
   [[nodiscard]] const std::vector<TaskId>& timer_ids() const { return timer_ids_; }
   [[nodiscard]] const std::vector<TaskId>& subscription_ids() const { return subscription_ids_; }
 
-  const TaskSet set_;
+  TaskSet set_;
   UnreadSamples unread_;
 
  private:
@@ -97,6 +104,16 @@ class WaitSet : public Scheduler {
    public:
     explicit Snapshot(TaskId tasks) : contains_(tasks, false), added_at_(tasks) {}
     void reserve(std::size_t n) { tasks_.reserve(n); }
+    void add_task() {
+      contains_.push_back(false);
+      added_at_.emplace_back();
+    }
+    void erase(TaskId task) {
+      if (contains_[task])
+        remove(static_cast<std::size_t>(
+            std::find(tasks_.begin() + static_cast<std::ptrdiff_t>(next_), tasks_.end(), task) -
+            tasks_.begin()));
+    }
     void clear() {
       for (std::size_t at = next_; at < tasks_.size(); ++at) contains_[tasks_[at]] = false;
       tasks_.clear();

@@ -32,6 +32,8 @@ class WaitSetScheduler final : public WaitSet {
   Effect finished(Worker worker, const Job& job, Time now) override;
 
  private:
+  /// The interrupt guard condition, so that the task is in the wait.
+  WorkerSet joined(TaskId) override { return wait_mutex_.waiting(); }
   std::optional<Job> pick(Time now);
 
   const Blocked blocked_;

@@ -30,13 +30,16 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   using Message = typename Traits::Message;
   using typename Transport<Message>::WriterId;
 
-  explicit FastDdsTransport(const FastDdsOptions& options) : participant_(options) {
-    const eprosima::fastdds::dds::TypeSupport type(new typename Traits::PubSubType);
+  explicit FastDdsTransport(
+      const FastDdsOptions& options, PrepareMessage<Message> prepare = [](Message&) {})
+      : prepare_(std::move(prepare)), participant_(options) {
+    const eprosima::fastdds::dds::TypeSupport type(new PreparedType(prepare_));
     loans_ = type->is_plain();
     participant_.register_type(type);
   }
 
   WriterId add_writer(const std::string& topic, std::uint32_t depth, std::uint32_t readers) override {
+    if (!loans_) add_message();
     writers_.push_back(participant_.add_writer(topic, depth, readers));
     return static_cast<WriterId>(writers_.size() - 1);
   }
@@ -66,11 +69,22 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
     assert(written && "a KEEP_LAST history always has room");
     if (loans_) return;
     const std::lock_guard lock(mutex_);
-    unused_.push_back(&message);  // within the capacity that unused_message() reserved
+    unused_.push_back(&message);  // within the capacity that add_message() reserved
   }
 
  private:
   struct Reader;
+
+  /// Fast DDS makes the messages that it lends to readers.
+  struct PreparedType final : Traits::PubSubType {
+    explicit PreparedType(const PrepareMessage<Message>& p) : prepare(p) {}
+    void* createData() override {
+      void* const message = Traits::PubSubType::createData();
+      prepare(*static_cast<Message*>(message));
+      return message;
+    }
+    const PrepareMessage<Message> prepare;
+  };
 
   /// What one take() lent, nearly always one sample; Fast DDS wants both collections back.
   struct Loan {
@@ -153,15 +167,19 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
 
   Message& unused_message() {
     const std::lock_guard lock(mutex_);
-    if (unused_.empty()) {
-      unused_.push_back(&messages_.emplace_back());
-      unused_.reserve(messages_.size());
-    }
+    if (unused_.empty()) add_message();
     Message& message = *unused_.back();
     unused_.pop_back();
     return message;
   }
 
+  void add_message() {
+    unused_.reserve(messages_.size() + 1);
+    unused_.push_back(&messages_.emplace_back());
+    prepare_(*unused_.back());
+  }
+
+  const PrepareMessage<Message> prepare_;
   // The readers outlive the participant, which calls them.
   std::deque<Reader> readers_;
   FastDdsParticipant participant_;

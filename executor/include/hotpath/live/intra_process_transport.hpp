@@ -21,6 +21,9 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
  public:
   using typename Transport<Message>::WriterId;
 
+  explicit IntraProcessTransport(PrepareMessage<Message> prepare = [](Message&) {})
+      : prepare_(std::move(prepare)) {}
+
   WriterId add_writer(const std::string& topic, std::uint32_t depth, std::uint32_t) override {
     writers_.push_back(&topics_[topic]);
     grow(depth + 1);
@@ -81,6 +84,7 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
   void add_block() {
     Block& block = blocks_.emplace_back();
     static_assert(offsetof(Block, message) == 0);
+    prepare_(block.message);
     free_.reserve(blocks_.size());
     free_.push_back(&block);
   }
@@ -90,6 +94,7 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
     for (std::uint32_t i = 0; i < blocks; ++i) add_block();
   }
 
+  const PrepareMessage<Message> prepare_;
   std::unordered_map<std::string, std::vector<Reader>> topics_;  // nodes of the map stay where they are
   std::vector<const std::vector<Reader>*> writers_;
   std::mutex mutex_;

@@ -35,6 +35,9 @@ struct ThreadSetupError : std::runtime_error {
 /// a mere default was not permitted). Throws ThreadSetupError when what is required is refused.
 [[nodiscard]] ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request);
 
+/// Why apply_thread_policy() refuses it, tried in a thread of its own; empty: it does not.
+[[nodiscard]] std::string refusal(const ThreadPolicyRequest& request);
+
 /// Timer slack of the calling thread to 1 ns, so that sleeps under the ordinary policy end on time (default
 /// 50 us).
 void minimise_timer_slack();

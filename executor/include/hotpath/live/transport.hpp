@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -24,6 +25,10 @@ class SampleSink {
 struct TransportError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// What is done once to each message of a transport before its first use: takes the memory that it will need.
+template <class Message>
+using PrepareMessage = std::function<void(Message&)>;
 
 /// Carries messages from writers to readers. Endpoints are added before the run starts. Readers hand every
 /// sample to their sink at once: the history of unread samples lives in the executor, under the same lock as

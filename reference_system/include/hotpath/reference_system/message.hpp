@@ -33,6 +33,7 @@ class Message4kbHistory {
     }
   }
 
+  static void reserve(Message&, TaskId) {}
   static void clear(Message& m) { m.size(0); }
 
   /// The last entry of any message is its publisher's. Ignored when the history is full.

@@ -17,6 +17,8 @@ class TaskHistory {
   using Message = M;
   static constexpr bool kNamesJobs = true;  ///< The sequences of its entries are those of jobs.
 
+  /// Memory for an entry of each task.
+  static void reserve(Message& m, TaskId tasks) { m.history().reserve(tasks); }
   static void clear(Message& m) { m.history().clear(); }
 
   /// The last entry of any message is its publisher's.

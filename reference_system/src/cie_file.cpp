@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// The configuration of tier4's callback_isolated_executor (cie_thread_configurator/README.md).
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <ostream>
+#include <set>
+#include <stdexcept>
+
+#include "graph_text.hpp"
+#include "graph_yaml.hpp"
+#include "hotpath/reference_system/deployment.hpp"
+#include "yaml_file.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using Class = ThreadPolicy::Class;
+
+constexpr std::int64_t kMaxProcessor = 63;
+
+/// The executor's words for policies.
+constexpr std::array kPolicies = {
+    EnumText<Class>{Class::other, "SCHED_OTHER"}, EnumText<Class>{Class::batch, "SCHED_BATCH"},
+    EnumText<Class>{Class::idle, "SCHED_IDLE"},   EnumText<Class>{Class::fifo, "SCHED_FIFO"},
+    EnumText<Class>{Class::rr, "SCHED_RR"},       EnumText<Class>{Class::deadline, "SCHED_DEADLINE"}};
+
+std::string absolute(const std::string& name) { return name.starts_with('/') ? name : "/" + name; }
+
+/// As rclcpp hands the callbacks of a group out: first its subscriptions, then its timers.
+std::string id_of_group(const Graph& graph, const GraphTasks& tasks, std::uint32_t group) {
+  std::string node, subscriptions, timers;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].group != group) continue;
+    const TaskOrigin& origin = tasks.origin[id];
+    const Node& owner = graph.nodes[origin.node];
+    node = absolute(owner.name);
+    if (origin.input) {
+      subscriptions += "@Subscription(" + absolute(owner.inputs[*origin.input].topic) + ")";
+    } else {
+      timers += "@Timer(" + std::to_string(tasks.set[id].period.count()) + ")";
+    }
+  }
+  return node + subscriptions + timers;
+}
+
+/// Without what this program's nodes do not have.
+std::string comparable(const std::string& id) {
+  std::string kept;
+  for (std::size_t at = 0; at <= id.size();) {
+    const std::size_t end = std::min(id.find('@', at), id.size());
+    const std::string part = id.substr(at, end - at);
+    const bool foreign = part == "Waitable" || part.starts_with("Service(") || part.starts_with("Client(") ||
+                         part == "Subscription(/parameter_events)";
+    if (at == 0 || !foreign) kept += (at == 0 ? "" : "@") + part;
+    at = end + 1;
+  }
+  return kept;
+}
+
+class Reader {
+ public:
+  Reader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
+      : path_(path), graph_(graph), deployment_(find_deployment("cie", graph, tasks)) {
+    deployment_.file = path;
+    deployment_.name = "cie:" + std::filesystem::path(path).stem().string();
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      executors_of_[id_of_group(graph, tasks, tasks.set[id].group)].insert(deployment_.executor_of[id]);
+    }
+  }
+
+  Deployment read() {
+    const std::string remedy = "the file lists `callback_groups`, each with `id` and `policy`";
+    const YamlMap map(YamlValue(path_, read_yaml(path_, read_text_file(path_), remedy), "the file", 1),
+                      "the file");
+    map.check_keys({"callback_groups", "non_ros_threads", "hardware_info", "rt_throttling"});
+    for (const YamlValue& group :
+         map.require("callback_groups", "[{id: /NODE@Timer(100000000), policy: SCHED_OTHER}]")
+             .list("a callback group")) {
+      read_group(group);
+    }
+    return std::move(deployment_);
+  }
+
+ private:
+  void read_group(const YamlValue& value) {
+    YamlMap map(value, "a callback group");
+    const YamlValue id = map.require("id", "/NODE@Timer(100000000)");
+    const std::string text = id.text();
+    map.set_what("callback group " + text);
+    map.check_keys(
+        {"id", "domain_id", "affinity", "policy", "priority", "nice", "runtime", "deadline", "period"});
+    if (!ids_.insert(text).second) id.fail("callback group " + text + " occurs twice", "keep one");
+    DeployedExecutor threads{text, "", read_policy(map), read_affinity(map), map.line()};
+    check_affinity(threads, path_);
+    for (const std::uint32_t e : executors_of(id)) {
+      DeployedExecutor& executor = deployment_.executors[e];
+      executor.policy = threads.policy;
+      executor.processors = threads.processors;
+      executor.line = threads.line;
+    }
+  }
+
+  /// None for a group of services alone.
+  std::set<std::uint32_t> executors_of(const YamlValue& id) const {
+    const std::string wanted = comparable(id.text());
+    if (const auto found = executors_of_.find(wanted); found != executors_of_.end()) return found->second;
+    std::vector<std::string> known;
+    for (const auto& [of_group, executors] : executors_of_) known.push_back(of_group);
+    const bool without_callbacks = wanted.find('@') == std::string::npos && wanted != id.text();
+    if (without_callbacks &&
+        std::ranges::any_of(graph_.nodes, [&](const Node& n) { return absolute(n.name) == wanted; })) {
+      return {};
+    }
+    id.fail("graph " + graph_.name + " has no callback group " + wanted, suggest(wanted, known));
+  }
+
+  static ThreadPolicy read_policy(const YamlMap& map) {
+    const YamlValue given = map.require("policy", "SCHED_OTHER");
+    std::vector<std::string> words;
+    for (const auto& policy : kPolicies) words.emplace_back(policy.text);
+    ThreadPolicy policy{kPolicies[given.choice(words)].value};
+    if (policy.scheduling_class == Class::deadline) {
+      for (const auto& [key, part] :
+           {std::pair{"runtime", &ThreadPolicy::runtime}, std::pair{"deadline", &ThreadPolicy::deadline},
+            std::pair{"period", &ThreadPolicy::period}}) {
+        policy.*part = Duration(map.require(key, "NANOSECONDS").integer(1, std::int64_t{1} << 60));
+      }
+      try {
+        check_budget(policy);
+      } catch (const std::invalid_argument& error) {
+        map.fail(error.what(), "all three are nanoseconds");
+      }
+    } else if (policy.ordinary()) {
+      // Older versions call the nice value `priority`.
+      const auto nice = map.find("nice") ? map.find("nice") : map.find("priority");
+      if (nice) policy.priority = static_cast<int>(nice->integer(-20, 19));
+    } else {
+      policy.priority = static_cast<int>(map.require("priority", "50").integer(1, kHighestPriority));
+    }
+    return policy;
+  }
+
+  static std::vector<int> read_affinity(const YamlMap& map) {
+    std::vector<int> processors;
+    const auto given = map.find("affinity");
+    if (!given || given->is_null()) return processors;
+    for (const YamlValue& processor : given->list("a processor of " + map.what())) {
+      processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+    }
+    return processors;
+  }
+
+  const std::string path_;
+  const Graph& graph_;
+  Deployment deployment_;
+  std::map<std::string, std::set<std::uint32_t>> executors_of_;  // by id
+  std::set<std::string> ids_;
+};
+
+void write_threads(std::ostream& out, const DeployedExecutor& executor) {
+  out << "    affinity:";
+  for (const int processor : executor.processors) out << "\n      - " << processor;
+  const ThreadPolicy& policy = executor.policy;
+  const auto word = std::ranges::find(kPolicies, policy.scheduling_class, &EnumText<Class>::value)->text;
+  out << (executor.processors.empty() ? " ~" : "") << "\n    policy: " << word << "\n";
+  if (policy.scheduling_class == Class::deadline) {
+    out << "    runtime: " << policy.runtime.count() << "\n    deadline: " << policy.deadline.count()
+        << "\n    period: " << policy.period.count() << "\n";
+  } else {
+    out << (policy.ordinary() ? "    nice: " : "    priority: ") << policy.priority << "\n";
+  }
+}
+
+}  // namespace
+
+Deployment read_cie(const std::string& path, const Graph& graph, const GraphTasks& tasks) {
+  return Reader(path, graph, tasks).read();
+}
+
+void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {
+  std::map<std::uint32_t, std::uint32_t> executor_of_group, group_of_executor;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const std::uint32_t executor = deployment.executor_of[id], group = tasks.set[id].group;
+    if (executor_of_group.emplace(group, executor).first->second != executor ||
+        group_of_executor.emplace(executor, group).first->second != group) {
+      throw std::invalid_argument("deployment " + deployment.name + ": executor " +
+                                  deployment.executors[executor].name +
+                                  " is not that of one callback group, as CallbackIsolatedExecutor has them");
+    }
+  }
+  out << "callback_groups:\n";
+  for (const auto& [group, executor] : executor_of_group) {
+    out << "  - id: " << id_of_group(graph, tasks, group) << "\n";
+    write_threads(out, deployment.executors[executor]);
+  }
+}
+
+}  // namespace hotpath
