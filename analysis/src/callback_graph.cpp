@@ -15,7 +15,11 @@ GraphTopology::GraphTopology(const CallbackGraph& graph)
     for (const TaskId fed : set()[id].feeds) publishers_[fed].push_back(id);
   }
   for (std::size_t j = 0; j < graph.joins.size(); ++j) {
-    for (const TaskId input : graph.joins[j].inputs) join_[input] = j;
+    join_work_.push_back(0);
+    for (const TaskId input : graph.joins[j].inputs) {
+      join_[input] = j;
+      join_work_[j] = std::max(join_work_[j], set()[input].wcet.count());
+    }
   }
   // All inputs of a join come before what it feeds: they all are among the publishers.
   for (TaskId id = 0; id < size(); ++id) {
@@ -50,13 +54,16 @@ bool GraphTopology::one_publisher(TaskId id) const {
 
 std::int64_t GraphTopology::least_until_start(TaskId root, TaskId to) const {
   constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
-  std::vector<std::int64_t> start(size(), kNone);
-  start[root] = 0;
-  for (const TaskId id : order_) {
-    for (const TaskId p : publishers_[id]) {
-      if (start[p] != kNone) start[id] = std::min(start[id], exact::add(start[p], set()[p].bcet.count()));
+  const auto [entry, is_new] = least_.try_emplace(root);
+  std::vector<std::int64_t>& start = entry->second;
+  if (is_new) {
+    start.assign(size(), kNone);
+    start[root] = 0;
+    for (const TaskId id : order_) {
+      for (const TaskId p : publishers_[id]) {
+        if (start[p] != kNone) start[id] = std::min(start[id], exact::add(start[p], set()[p].bcet.count()));
+      }
     }
-    if (id == to) break;
   }
   return start[to] == kNone ? 0 : start[to];
 }

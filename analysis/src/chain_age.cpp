@@ -144,7 +144,7 @@ class Ages {
   /// From the storing of a sample of `input` to the timestamp of `root` whose job reads it: the job before
   /// has not.
   std::int64_t read_wait(TaskId root, TaskId id, TaskId input) {
-    return add(id == root ? period(id) : gap(id, &Ages::finish), first_wait(id, input, 0));
+    return add(id == root ? period(id) : gap(id, &Ages::latest), first_wait(id, input, 0));
   }
 
   /// By how much a job of `id` can come later than that behind a sample of `other`, where it is the first
@@ -171,6 +171,12 @@ class Ages {
   /// It follows from that of the publications on the way to it that are borders: of timers, joins, and where
   /// several tasks publish.
   std::int64_t gap(TaskId id, std::int64_t (Ages::*until)(TaskId, TaskId)) {
+    std::map<TaskId, std::int64_t>& known = until == &Ages::start ? start_gap_ : end_gap_;
+    const auto found = known.find(id);
+    return found != known.end() ? found->second : known[id] = find_gap(id, until);
+  }
+
+  std::int64_t find_gap(TaskId id, std::int64_t (Ages::*until)(TaskId, TaskId)) {
     TaskId border = id;
     while (topology_.publishers(border).size() == 1) {
       const TaskId p = topology_.publishers(border).front();
@@ -211,7 +217,7 @@ class Ages {
     } else if (const auto* join = topology_.join_of(id)) {
       for (const TaskId input : join->inputs) longest = std::max(longest, gap(input, &Ages::latest));
     } else {
-      longest = gap(id, &Ages::finish);
+      longest = gap(id, &Ages::latest);
     }
     return multiply(longest, static_cast<std::int64_t>(graph_.every[id]));
   }
@@ -228,6 +234,7 @@ class Ages {
   std::map<Pair, std::int64_t> start_, finish_;
   std::map<Pair, Delay> message_;
   std::set<Pair> open_;
+  std::map<TaskId, std::int64_t> start_gap_, end_gap_;
 };
 
 }  // namespace

@@ -17,16 +17,25 @@ struct Sequence {
   std::vector<TaskId> tasks;
 };
 
+[[noreturn]] void refuse(const std::string& task, const char* what) {
+  throw AnalysisError("the schedule-abstraction graph takes sequences of subscriptions alone, and " + task +
+                      " " + what);
+}
+
+/// Where a subscription inherits its level, or goes first, no job of its timer starts while it is pending: no
+/// sample is overwritten, and never are two subscriptions of one level pending.
 std::vector<Sequence> sequences(const GraphTopology& topology) {
   std::vector<Sequence> all;
   for (const TaskId timer : topology.timers()) {
     Sequence sequence{{timer}};
     for (TaskId id = timer;;) {
       const std::vector<TaskId>& feeds = topology.set()[id].feeds;
+      const Task& task = topology.set()[id];
       if (topology.join_of(id) != nullptr || feeds.size() > 1 || topology.publishers(id).size() > 1) {
-        throw AnalysisError("the schedule-abstraction graph takes sequences alone, and " +
-                            topology.set()[id].name + " feeds, or is fed by, more than one task");
+        refuse(task.name, "feeds, or is fed by, more than one task");
       }
+      if (topology.graph().every[id] > 1) refuse(task.name, "publishes not with every job");
+      if (id != timer && task.priority) refuse(task.name, "has a priority of its own");
       if (feeds.empty()) break;
       id = feeds.front();
       sequence.tasks.push_back(id);

@@ -184,8 +184,7 @@ double GraphBusyWindow::utilisation(std::int64_t rank) const {
     output = std::min(output, rate[id]);
   }
   for (std::size_t j = 0; j < slowest.size(); ++j) {
-    const TaskId any = topology_.graph().joins[j].inputs.front();
-    sum += slowest[j] * static_cast<double>(topology_.set()[any].wcet.count());
+    sum += slowest[j] * static_cast<double>(topology_.join_work(j));
   }
   return sum;
 }
@@ -237,7 +236,7 @@ std::int64_t GraphBusyWindow::work(Query& q, std::int64_t t) const {
     const bool own = q.target != kNoTask && topology_.join_index(q.target) == j && q.works;
     const std::int64_t most = join_output(j, q.jobs, q.level->rank);
     q.outputs[j] = own ? std::max<std::int64_t>(0, most - 1) : most;
-    sum = add(sum, multiply(q.outputs[j], topology_.set()[joins[j].inputs.front()].wcet.count()));
+    sum = add(sum, multiply(q.outputs[j], topology_.join_work(j)));
     return q.outputs[j];
   };
   for (const Member& m : q.level->members) {
@@ -404,7 +403,7 @@ PathParts GraphBusyWindow::parts_of(const Query& q) const {
     if (const auto* join = topology_.join_of(m.id); join && join->inputs.front() == m.id) {
       const bool own = topology_.join_index(q.target) == topology_.join_index(m.id);
       const std::int64_t outputs = q.outputs[topology_.join_index(m.id)] + (own ? 1 : 0);
-      sum = add(sum, multiply(outputs, topology_.set()[m.id].wcet.count()));
+      sum = add(sum, multiply(outputs, topology_.join_work(topology_.join_index(m.id))));
     }
     if (sum > 0) parts.work.emplace_back(m.id, sum);
   }

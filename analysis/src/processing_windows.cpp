@@ -24,8 +24,11 @@ ProcessingWindows::ProcessingWindows(const GraphTopology& topology, const std::v
   whole_ = add(overheads_.wait, work(0, sequence_.size(), topology.graph().joins.size()));
 }
 
+/// Of a join's input: of the longest job that completes it.
 std::int64_t ProcessingWindows::job_work(TaskId id) const {
-  return add(topology_.set()[id].wcet.count(), overheads_.job);
+  const bool joins = topology_.join_of(id) != nullptr;
+  const std::int64_t wcet = topology_.set()[id].wcet.count();
+  return add(joins ? topology_.join_work(topology_.join_index(id)) : wcet, overheads_.job);
 }
 
 /// Of the tasks at these positions, each once; a join works once, and `without_join` not at all.
@@ -68,9 +71,12 @@ std::int64_t ProcessingWindows::hop(TaskId publisher, TaskId subscription) const
   return add(add(overheads_.delivery, overheads_.wake_up), add(windows, add(ahead(subscription), own)));
 }
 
-std::vector<std::int64_t> ProcessingWindows::ends(TaskId root) const {
+const std::vector<std::int64_t>& ProcessingWindows::ends(TaskId root) const {
   constexpr std::int64_t kUnreached = -1;
-  std::vector<std::int64_t> end(topology_.size(), kUnreached);
+  const auto [entry, is_new] = ends_.try_emplace(root);
+  std::vector<std::int64_t>& end = entry->second;
+  if (!is_new) return end;
+  end.assign(topology_.size(), kUnreached);
   // A timestamp that leads to a job falls into a window without the timer, or behind the timer's job in it.
   end[root] = add(add(whole(), overheads_.wake_up), std::max(ahead(root), job_work(root)));
   for (const TaskId id : topology_.order()) {
@@ -86,7 +92,7 @@ std::optional<std::int64_t> ProcessingWindows::until_finish(TaskId root, TaskId 
 }
 
 PathParts ProcessingWindows::parts(TaskId root, TaskId to) const {
-  const std::vector<std::int64_t> end = ends(root);
+  const std::vector<std::int64_t>& end = ends(root);
   PathParts parts;
   for (TaskId id = to; id != root;) {
     TaskId before = kNoTask;

@@ -10,7 +10,8 @@ using nlohmann::json;
 json tasks_json(const TaskSet& set) {
   json tasks = json::array();
   for (const Task& task : set.tasks) {
-    json& j = tasks.emplace_back(json{{"task", task.name}, {"kind", to_string(task.kind)}});
+    json& j = tasks.emplace_back(
+        json{{"task", task.name}, {"kind", to_string(task.kind)}, {"wcet_ns", task.wcet.count()}});
     if (task.kind != TaskKind::timer) continue;
     j["period_ns"] = task.period.count();
     j["deadline_ns"] = task.deadline.count();

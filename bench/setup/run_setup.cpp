@@ -217,6 +217,7 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
           {"deployments", deployments},
           {"rule", to_string(options.rule)},
           {"ties", to_string(options.ties)},
+          {"entity_order", options.entity_order},
           {"repetitions", options.repetitions},
           {"duration_s", options.duration_s},
           {"warm_up_s", options.warm_up_s},

@@ -43,9 +43,9 @@ INSTANTIATE_TEST_SUITE_P(Assumptions, EveryCheck,
                                          Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},
                                          Unchecked{"edf-ro", Assumption::mixed_deadlines},
                                          Unchecked{"rm-ro", Assumption::wake_up},
-                                         Unchecked{"rm-ro", Assumption::late_releases, 19'000},
+                                         Unchecked{"rm-ro", Assumption::late_releases},
                                          Unchecked{"rm-ro", Assumption::delivery_delay},
-                                         Unchecked{"cbg:1", Assumption::woken_by_jobs, 109'000}));
+                                         Unchecked{"cbg:1", Assumption::woken_by_jobs, 19'000}));
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryBound, testing::ValuesIn(properties()), [](const auto& param) {
   std::string name = param.param.name;

@@ -22,11 +22,16 @@ class Generator {
     const std::int64_t sensors = draw(random_, 1, 5);
     for (std::int64_t i = 0; i < sensors; ++i) add(NodeType::sensor);
     const std::int64_t others = chance(random_, 15) ? 0 : draw(random_, 1, 8);
-    for (std::int64_t i = 0; i < others; ++i) add(any_type());
+    sequences_ = chance(random_, 15);
+    for (std::int64_t i = 0; i < others; ++i) add(sequences_ ? NodeType::transform : any_type());
+    for (Node& node : graph_.nodes) {
+      if (node.type == NodeType::fusion && chance(random_, 30)) make_callbacks(node);
+    }
     scale_to_load(graph_, static_cast<double>(draw(random_, 20, 97)));
     for (Node& node : graph_.nodes) {
       const std::int64_t percent = chance(random_, 50) ? 100 : draw(random_, 0, 100);
       node.best_case_execution_time = node.execution_time * percent / 100;
+      for (Callback& c : node.callbacks) c.best = c.worst * percent / 100;
     }
     if (chance(random_, 40)) add_costs();
     add_chains();
@@ -51,13 +56,15 @@ class Generator {
       constexpr std::array kPeriods = {10, 20, 25, 30, 40, 50, 50, 60, 80, 100, 100, 120, 200};
       node.period = node.deadline =
           kPeriods[static_cast<std::size_t>(draw(random_, 0, kPeriods.size() - 1))] * 1ms;
-      node.priority = draw(random_, 0, 5);
+      if (chance(random_, 25)) node.deadline = node.period * draw(random_, 50, 150) / 100;
+      if (!chance(random_, 5)) node.priority = draw(random_, 0, 5);
     }
     node.execution_time = draw(random_, graph_.nodes.empty() ? 1 : 0, 10) * 1ms;
     std::size_t inputs = type == NodeType::sensor                                   ? 0
                          : type == NodeType::transform || type == NodeType::command ? 1
                                                                                     : draw(random_, 2, 3);
     std::vector<std::string> free = topics_;
+    if (sequences_) std::erase_if(free, [&](const std::string& topic) { return read_.contains(topic); });
     std::shuffle(free.begin(), free.end(), random_);
     inputs = std::min(inputs, free.size());
     for (std::size_t i = 0; i < inputs; ++i) add_input(node, free[i]);
@@ -82,12 +89,21 @@ class Generator {
       if (!read_.contains(topic) && std::ranges::find(node.outputs, topic) == node.outputs.end())
         shared.push_back(topic);
     }
-    if (!shared.empty() && chance(random_, 25)) {
+    if (!shared.empty() && !sequences_ && chance(random_, 25)) {
       node.outputs.push_back(shared[static_cast<std::size_t>(draw(random_, 0, shared.size() - 1))]);
       return;
     }
     node.outputs.push_back("t" + std::to_string(topics_.size()));
     topics_.push_back(node.outputs.back());
+  }
+
+  /// The same fusion as callbacks, each with an execution time of its own.
+  void make_callbacks(Node& node) {
+    node.callbacks = callbacks_of(node);
+    node.type = NodeType::callbacks;
+    node.groups = {node.group};
+    for (Callback& callback : node.callbacks) callback.worst = draw(random_, 0, 10) * 1ms;
+    node.execution_time = node.best_case_execution_time = {};
   }
 
   void add_costs() {
@@ -139,14 +155,31 @@ class Generator {
   Graph graph_;
   std::vector<std::string> topics_;
   std::set<std::string> read_;
+  bool sequences_ = false;
 };
 
+void write_callbacks(std::ostream& out, const Node& node) {
+  out << "  - {name: " << node.name << ", type: callbacks, callbacks: [";
+  for (const Callback& c : node.callbacks) {
+    const Input& input = node.inputs[*c.input];
+    out << (*c.input > 0 ? ", " : "") << "{subscription: " << input.topic << ", depth: " << input.depth
+        << ", execution_time_ms: {min: " << to_ms(c.best) << ", max: " << to_ms(c.worst) << "}"
+        << (c.priority ? ", priority: " + std::to_string(*c.priority) : "")
+        << ", publishes: {topic: " << c.publishes[0].topic << ", when: all_new, of: [";
+    for (const Input& i : node.inputs) out << (&i == node.inputs.data() ? "" : ", ") << i.topic;
+    out << "]}}";
+  }
+  out << "]}\n";
+}
+
 void write_node(std::ostream& out, const Node& node) {
+  if (node.type == NodeType::callbacks) return write_callbacks(out, node);
   out << "  - {name: " << node.name << ", type: " << to_string(node.type)
       << ", execution_time_ms: " << to_ms(node.execution_time)
       << ", best_case_execution_time_ms: " << to_ms(node.best_case_execution_time);
   if (node.period > Duration::zero())
-    out << ", period_ms: " << to_ms(node.period) << ", priority: " << *node.priority;
+    out << ", period_ms: " << to_ms(node.period) << ", deadline_ms: " << to_ms(node.deadline)
+        << (node.priority ? ", priority: " + std::to_string(*node.priority) : "");
   const auto input = [](const Input& i) {
     return "{topic: " + i.topic + ", depth: " + std::to_string(i.depth) +
            (i.priority ? ", priority: " + std::to_string(*i.priority) : "") + "}";

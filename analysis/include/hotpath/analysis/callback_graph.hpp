@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +58,8 @@ class GraphTopology {
     return join_[id] < graph_.joins.size() ? &graph_.joins[join_[id]] : nullptr;
   }
   [[nodiscard]] std::size_t join_index(TaskId id) const { return join_[id]; }
+  /// Longest execution time of a job that completes the join.
+  [[nodiscard]] std::int64_t join_work(std::size_t join) const { return join_work_[join]; }
 
   /// Whether all samples come from one task, or from one join.
   [[nodiscard]] bool one_publisher(TaskId id) const;
@@ -72,6 +75,8 @@ class GraphTopology {
   std::vector<std::vector<TaskId>> publishers_, roots_;
   std::vector<TaskId> order_, timers_;
   std::vector<std::size_t> join_;
+  std::vector<std::int64_t> join_work_;
+  mutable std::map<TaskId, std::vector<std::int64_t>> least_;  ///< Filled when asked for.
 };
 
 }  // namespace hotpath

@@ -47,8 +47,8 @@ enum class Assumption : std::uint32_t {
   wake_up = 1U << 12,
   late_releases = 1U << 13,  ///< The timer thread waits for the executor thread on the only core.
   delivery_delay = 1U << 14,
-  mixed_deadlines = 1U << 16,  ///< A job may not run by the deadline of the sample that it takes.
-  woken_by_jobs = 1U << 15,  ///< A timer thread gets a timer back when its job ends, and may have to wake up.
+  mixed_deadlines = 1U << 15,  ///< A job may not run by the deadline of the sample that it takes.
+  woken_by_jobs = 1U << 16,  ///< A timer thread gets a timer back when its job ends, and may have to wake up.
 };
 
 /// What holds of the system, as bits of Assumption.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "hotpath/analysis/callback_graph.hpp"
@@ -32,14 +33,15 @@ class ProcessingWindows : public PathBounds {
   std::int64_t whole() const { return whole_; }
   std::int64_t behind(TaskId id) const;
   /// Ends of all tasks behind a timestamp of `root`; negative: not reached.
-  std::vector<std::int64_t> ends(TaskId root) const;
+  const std::vector<std::int64_t>& ends(TaskId root) const;
   std::int64_t hop(TaskId publisher, TaskId subscription) const;
 
   const GraphTopology& topology_;
   const GraphOverheads overheads_;
-  std::vector<TaskId> sequence_;       // in the order of a window
-  std::vector<std::size_t> position_;  // by task
-  std::int64_t whole_ = 0;             // longest window
+  std::vector<TaskId> sequence_;                              // in the order of a window
+  std::vector<std::size_t> position_;                         // by task
+  std::int64_t whole_ = 0;                                    // longest window
+  mutable std::map<TaskId, std::vector<std::int64_t>> ends_;  // filled when asked for
 };
 
 }  // namespace hotpath

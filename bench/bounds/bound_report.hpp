@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "hotpath/analysis/graph_bounds.hpp"
+#include "hotpath/analysis/tightness.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+#include "results/measures.hpp"
+#include "results/stored_run.hpp"
+
+namespace hotpath {
+
+/// Nanoseconds as milliseconds; `-` for none.
+inline std::string in_ms(std::optional<std::int64_t> ns) { return ns ? fixed(to_ms(Duration(*ns)), 3) : "-"; }
+
+/// The response times and end-to-end latencies of a run, by kind (`task` or `chain`), executor and name.
+class Observed {
+ public:
+  /// Throws UsageError, which names `--trace`, for what is not the folder of a run of these tasks.
+  Observed(StoredRun& run, const TaskSet& set) {
+    run.load(set);
+    for (const Trace& trace : run.traces()) {
+      for (const JobRecord& r : trace.jobs) {
+        if (r.outcome == Outcome::ran) keep({"task", trace.executor, set[r.job.task].name}, response_time(r));
+      }
+      for (const ChainRecord& c : trace.chains) {
+        if (c.end_to_end_latency < Duration::zero()) continue;  // unknown
+        keep({"chain", trace.executor, run.chains()[c.chain]}, c.end_to_end_latency);
+      }
+    }
+  }
+
+  /// In no order.
+  const std::vector<std::int64_t>& of(const std::array<std::string, 3>& key) const {
+    static const std::vector<std::int64_t> none;
+    const auto found = values_.find(key);
+    return found == values_.end() ? none : found->second;
+  }
+
+ private:
+  void keep(const std::array<std::string, 3>& key, Duration value) { values_[key].push_back(value.count()); }
+
+  std::map<std::array<std::string, 3>, std::vector<std::int64_t>> values_;
+};
+
+/// The bounds of a graph's tasks and chains, beside what a run observed, if there is one.
+class BoundReport {
+ public:
+  /// Tasks must outlive it.
+  BoundReport(const TaskSet& set, const std::optional<Observed>& observed) : set_(set), observed_(observed) {}
+
+  /// To standard output.
+  void print(const std::string& executor, const CallbackGraph& graph, const GraphBounds& bounds) {
+    std::cout << "\n" << executor << ", " << bounds.method << "\n";
+    TextTable tasks = table("task", {"deadline"});
+    for (TaskId id = 0; id < set_.size(); ++id) {
+      const bool timer = set_[id].kind == TaskKind::timer;
+      Row row{{"task", executor, set_[id].name}, bounds.method, bounds.tasks[id]};
+      if (timer) row.deadline = set_[id].deadline.count();
+      add_row(tasks, row, {timer ? in_ms(row.deadline) : ""});
+    }
+    std::cout << tasks;
+    print_verdict(bounds);
+    if (bounds.chains.empty()) return;
+    TextTable chains = table("chain, end to end", {"response", "waiting", "last timer"});
+    for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+      const std::optional<ChainAge>& age = bounds.chains[c];
+      std::vector<std::string> parts = {"-", "-", bounds.no_chain_bound[c]};
+      Row row{{"chain", executor, graph.chains[c].name}, bounds.method};
+      if (age) {
+        parts = {in_ms(age->response), in_ms(age->waiting), set_[age->last_timer].name};
+        row.bound = age->latency;
+        row.response = age->response;
+        row.waiting = age->waiting;
+        row.dominated_by = dominated_by(*age);
+      }
+      add_row(chains, row, parts);
+    }
+    std::cout << chains;
+    for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+      if (bounds.chains[c])
+        std::cout << graph.chains[c].name << ": " << dominated_by(*bounds.chains[c]) << "\n";
+    }
+  }
+
+  std::size_t violations() const { return violations_; }  ///< Observed values beyond a bound.
+  std::size_t compared() const { return compared_; }      ///< Observed values with a bound.
+  const std::string& first_violation() const { return first_violation_; }
+  /// Every row so far.
+  std::string csv() const {
+    return "executor,method,kind,name,bound_ns,observed_ns,tightness,violated,deadline_ns,response_ns,"
+           "waiting_ns,"
+           "dominated_by\n" +
+           csv_.str();
+  }
+
+ private:
+  TextTable table(const std::string& what, std::vector<std::string> more) const {
+    std::vector<std::string> header = {what, "bound ms"};
+    header.insert(header.end(), more.begin(), more.end());
+    if (observed_) header.insert(header.end(), {"observed ms", "tightness", ""});
+    return TextTable("", std::move(header));
+  }
+
+  /// What to change for a smaller bound.
+  std::string dominated_by(const ChainAge& age) const {
+    constexpr std::size_t kMost = 5;
+    const auto part = [](std::int64_t ns, const std::string& what) { return in_ms(ns) + " " + what; };
+    std::string out;
+    if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set_[age.waited_at].name + "; ");
+    out += part(age.response, "ms behind " + set_[age.last_timer].name + "'s timestamp: ");
+    if (age.parts.blocking > 0) {
+      const bool job = age.parts.blocker != kNoTask;
+      out +=
+          part(age.parts.blocking, job ? "blocked by " + set_[age.parts.blocker].name + "; " : "waking up; ");
+    }
+    for (std::size_t i = 0; i < std::min(kMost, age.parts.work.size()); ++i) {
+      out += (i > 0 ? "; " : "") + part(age.parts.work[i].second, set_[age.parts.work[i].first].name);
+    }
+    return out + (age.parts.work.size() > kMost ? "; ..." : "");
+  }
+
+  struct Row {
+    std::array<std::string, 3> key;  ///< Kind, executor, name.
+    std::string method;
+    std::optional<std::int64_t> bound{}, deadline{}, response{}, waiting{};
+    std::string dominated_by{};
+  };
+
+  void add_row(TextTable& rows, const Row& row, const std::vector<std::string>& more) {
+    const auto& [key, method, bound, deadline, response, waiting, dominated] = row;
+    std::vector<TextTable::Cell> cells = {key[2], in_ms(bound)};
+    cells.insert(cells.end(), more.begin(), more.end());
+    Tightness t{key[2], bound, std::nullopt, std::nullopt, false};
+    if (observed_) {
+      const std::vector<std::int64_t>& values = observed_->of(key);
+      if (!values.empty()) t.observed = std::ranges::max(values);
+      if (bound && *bound > 0) t = compare_with_bounds({{t.name, bound, t.observed}}).rows.front();
+      t.violated = bound && t.observed.value_or(0) > *bound;
+      count(values, key, method, bound);
+      cells.insert(cells.end(),
+                   {in_ms(t.observed), t.ratio ? fixed(*t.ratio, 3) : "-", t.violated ? "VIOLATED" : ""});
+    }
+    rows.add_row(std::move(cells));
+    write_row(csv_, key[1], method, key[0], t.name, t.bound, t.observed, t.ratio, t.violated ? "yes" : "no",
+              deadline, response, waiting, dominated);
+  }
+
+  void count(const std::vector<std::int64_t>& values, const std::array<std::string, 3>& key,
+             const std::string& method, std::optional<std::int64_t> bound) {
+    if (!bound) return;
+    compared_ += values.size();
+    const auto beyond = static_cast<std::size_t>(
+        std::ranges::count_if(values, [&](std::int64_t value) { return value > *bound; }));
+    if (violations_ == 0 && beyond > 0) {
+      first_violation_ = key[0] + " " + key[2] + " under " + key[1] + " by " + method;
+    }
+    violations_ += beyond;
+  }
+
+  void print_verdict(const GraphBounds& bounds) const {
+    for (TaskId id = 0; id < set_.size(); ++id) {
+      const bool timer = set_[id].kind == TaskKind::timer;
+      if (!timer || (bounds.tasks[id] && *bounds.tasks[id] <= set_[id].deadline.count())) continue;
+      std::cout << "Not shown schedulable: " << set_[id].name << " may exceed its deadline.\n";
+      return;
+    }
+    std::cout << "Schedulable: every timer meets its deadline.\n";
+  }
+
+  const TaskSet& set_;
+  const std::optional<Observed>& observed_;
+  std::ostringstream csv_;
+  std::size_t violations_ = 0, compared_ = 0;
+  std::string first_violation_;
+};
+
+}  // namespace hotpath
