@@ -267,6 +267,12 @@ std::optional<std::int64_t> GraphBusyWindow::end_of_work(Query& q, std::int64_t 
 std::optional<std::int64_t> GraphBusyWindow::start_of(Query& q, std::int64_t from,
                                                       std::vector<std::int64_t>& starts) const {
   const auto job = static_cast<std::size_t>(q.root_jobs - 1);
+  if (job == 0 && q.later_root_jobs) {
+    const auto [entry, is_new] =
+        first_starts_.try_emplace({q.level->rank, q.target, q.works, q.blocker.task});
+    if (is_new) entry->second = end_of_work(q, from);
+    return entry->second;
+  }
   if (job < starts.size() && work(q, starts[job]) <= starts[job]) return starts[job];
   const auto start = end_of_work(q, from);
   if (start) {
@@ -413,12 +419,18 @@ PathParts GraphBusyWindow::parts_of(const Query& q) const {
 
 PathParts GraphBusyWindow::parts(TaskId root, TaskId to) const {
   PathParts parts;
-  static_cast<void>(bound(root, to, true, &parts));
+  static_cast<void>(find_bound(root, to, true, &parts));
   return parts;
 }
 
-std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works,
-                                                   PathParts* parts) const {
+std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works) const {
+  const auto [entry, is_new] = known_.try_emplace({root, to, works});
+  if (is_new) entry->second = find_bound(root, to, works, nullptr);
+  return entry->second;
+}
+
+std::optional<std::int64_t> GraphBusyWindow::find_bound(TaskId root, TaskId to, bool works,
+                                                        PathParts* parts) const {
   if (order_.by_deadline) return bound_by_deadline(root, to, works, parts);
   const std::int64_t rank = largest_rank(root, to);
   if (rank == kNoRank) return std::nullopt;

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "hotpath/analysis/callback_graph.hpp"
@@ -77,7 +78,8 @@ class GraphBusyWindow : public PathBounds {
   std::int64_t join_output(std::size_t join, const std::vector<std::int64_t>& jobs, std::int64_t rank) const;
   std::int64_t work(Query& query, std::int64_t t) const;
   std::optional<std::int64_t> end_of_work(Query& query, std::int64_t from) const;
-  std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works, PathParts* parts = nullptr) const;
+  std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works) const;
+  std::optional<std::int64_t> find_bound(TaskId root, TaskId to, bool works, PathParts* parts) const;
   std::optional<std::int64_t> bound_by_deadline(TaskId root, TaskId to, bool works, PathParts* parts) const;
   std::int64_t blocking_behind(std::int64_t deadline) const;
   std::vector<std::int64_t> deadline_steps(TaskId root, std::int64_t until) const;
@@ -91,7 +93,12 @@ class GraphBusyWindow : public PathBounds {
   const GraphTopology& topology_;
   const GraphOrder order_;
   const GraphOverheads overheads_;
-  mutable std::map<std::int64_t, Level> levels_;  ///< Filled when asked for.
+  // Filled when asked for.
+  mutable std::map<std::int64_t, Level> levels_;
+  mutable std::map<std::tuple<TaskId, TaskId, bool>, std::optional<std::int64_t>> known_;
+  /// By rank, target, whether it works, and blocker: the start of the first job, where it is that of every
+  /// root.
+  mutable std::map<std::tuple<std::int64_t, TaskId, bool, TaskId>, std::optional<std::int64_t>> first_starts_;
 };
 
 }  // namespace hotpath
