@@ -77,8 +77,10 @@ const std::vector<std::int64_t>& ProcessingWindows::ends(TaskId root) const {
   std::vector<std::int64_t>& end = entry->second;
   if (!is_new) return end;
   end.assign(topology_.size(), kUnreached);
-  // A timestamp that leads to a job falls into a window without the timer, or behind the timer's job in it.
-  end[root] = add(add(whole(), overheads_.wake_up), std::max(ahead(root), job_work(root)));
+  // A timestamp that leads to a job falls into a window without the timer, or behind the decision for the
+  // timer's job in it, which may be in front of the wait.
+  end[root] =
+      add(add(whole(), overheads_.wake_up), std::max(ahead(root), add(job_work(root), overheads_.wait)));
   for (const TaskId id : topology_.order()) {
     for (const TaskId p : topology_.publishers(id)) {
       if (end[p] != kUnreached) end[id] = std::max(end[id], add(end[p], hop(p, id)));
