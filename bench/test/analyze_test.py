@@ -144,6 +144,16 @@ class AnalyzeTest(CommandTest):
         _, out, _ = self.command("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
         self.assertIn("from S to T/S there is no bound", out)
 
+    def test_the_page_is_made_from_a_table(self):
+        page = self.folder / "page"
+        self.accepted("analyze", "sequences", "--executors", "rm-ro,multi", "--page", page)  # without its pictures
+        refused = json.loads((page / "bounds.json").read_text())["refused"]
+        self.assertIn(("multi", "processing windows"), {(r["executor"], r["method"]) for r in refused})
+        with (page / "bounds.csv").open(encoding="utf-8") as file:
+            chains = [row for row in csv.DictReader(file) if row["kind"] == "chain"]
+        self.assertEqual([row["name"] for row in chains], ["localization", "lane_detection"])
+        self.assertIn("blocked by Localization/PointsTransformer", chains[1]["dominated_by"])
+
     def tampered(self, kind: str) -> Path:
         """A run with a latency of one chain that no run can have."""
         run = self.simulated("sequences", "rm-ro", seconds=1, repetitions=1)

@@ -53,7 +53,9 @@ def table(rows: pd.DataFrame) -> Table:
         [row.name, row.method, cell(row.bound_ns), cell(row.observed_ns), row.tightness, row.dominated_by]
         for row in rows.fillna({"tightness": "", "dominated_by": ""}).itertuples(index=False)
     ]
-    return Table("Bounds", ["", "method", "bound ms", "observed ms", "tightness", "consists of"], cells, folded=True)
+    return Table(
+        "Bounds", ["", "method", "bound ms", "observed ms", "tightness", "consists of"], cells, folded=True
+    )
 
 
 def write(folder: str) -> None:
@@ -61,7 +63,9 @@ def write(folder: str) -> None:
     found: dict[str, Any] = read_json(Path(folder) / "bounds.json", MADE_BY)
     rows = read_table(Path(folder) / "bounds.csv", TEXTS, [*NUMBERS, "tightness", "dominated_by"])
     if rows.empty:
-        raise InputError(f"{folder}: no method bounds this graph under these executors, there is nothing to draw")
+        raise InputError(
+            f"{folder}: no method bounds this graph under these executors, there is nothing to draw"
+        )
     sections = []
     for executor, of_executor in rows.groupby("executor", sort=False):
         name, best = str(executor), tightest(of_executor)
@@ -73,5 +77,12 @@ def write(folder: str) -> None:
         sections.append(Section(figure_name, name, "bounds (ms)", EXPLANATION, [made], tables))
     facts = [f"{found['graph']}, {found['load_percent']:.1f} % load, {found['costs']}"]
     facts += [f"Observed in {found['trace']}"] if found["trace"] else []
-    write_page(Path(folder), "report", sections, title=f"What is guaranteed on {found['graph']}", facts=facts, losses=[])
+    write_page(
+        Path(folder),
+        "report",
+        sections,
+        title=f"What is guaranteed on {found['graph']}",
+        facts=facts,
+        losses=[],
+    )
     print(f"\n{Path(folder) / 'report.html'} (and report.md)")
