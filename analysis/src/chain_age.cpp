@@ -49,21 +49,18 @@ class Ages {
                         " there is no bound");
   }
 
-  std::int64_t finish(TaskId root, TaskId to) {
-    const auto found = finish_.find({root, to});
-    if (found != finish_.end()) return found->second;
-    const auto bound = paths_.until_finish(root, to);
-    if (!bound) fail(root, to);
-    return finish_[{root, to}] = *bound;
+  using Bound = std::optional<std::int64_t> (PathBounds::*)(TaskId, TaskId) const;
+
+  std::int64_t known(std::map<Pair, std::int64_t>& all, Bound bound, TaskId root, TaskId to) const {
+    const auto [entry, is_new] = all.try_emplace({root, to});
+    if (!is_new) return entry->second;
+    const std::optional<std::int64_t> found = (paths_.*bound)(root, to);
+    if (!found) fail(root, to);
+    return entry->second = *found;
   }
 
-  std::int64_t start(TaskId root, TaskId to) {
-    const auto found = start_.find({root, to});
-    if (found != start_.end()) return found->second;
-    const auto bound = paths_.until_start(root, to);
-    if (!bound) fail(root, to);
-    return start_[{root, to}] = *bound;
-  }
+  std::int64_t finish(TaskId root, TaskId to) { return known(finish_, &PathBounds::until_finish, root, to); }
+  std::int64_t start(TaskId root, TaskId to) { return known(start_, &PathBounds::until_start, root, to); }
 
   /// The last task on the way whose message is older than the sample that it took.
   TaskId waited_at(TaskId root, TaskId id) {

@@ -89,44 +89,38 @@ PeriodicTasks whole_sequences(const std::vector<Sequence>& all, const TaskSet& s
   return tasks;
 }
 
+void explore(const BoundedSystem& system, GraphBounds& out) {
+  const GraphTopology topology(system.graph);
+  const TaskSet& set = system.graph.set;
+  const std::vector<Sequence> all = sequences(topology);
+  const std::vector<SagJob> timers = sag_jobs(whole_sequences(all, set), SagPolicy::edf);
+  const std::vector<SagJob> jobs = with_subscriptions(timers, all, system);
+  const SagResult result = nasri_2017(jobs);
+  if (result.end != SagEnd::complete) {
+    throw AnalysisError("the schedule-abstraction graph exceeds the limit of " +
+                        std::string(result.end == SagEnd::time_limit ? "time" : "memory"));
+  }
+  const ResponseTimes response = sag_response_times(jobs, result, 2 * std::size_t{set.size()});
+  out.tasks.resize(set.size());
+  for (const TaskId timer : topology.timers()) out.tasks[timer] = response[set.size() + timer];
+  for (const CallbackGraph::DataChain& chain : system.graph.chains) {
+    std::optional<ChainAge>& age = out.chains.emplace_back();
+    out.no_chain_bound.emplace_back("its data does not come along one sequence");
+    if (chain.sources.size() != 1 || chain.sinks.size() != 1) continue;
+    const TaskId source = chain.sources.front(), sink = chain.sinks.front();
+    if (topology.roots(sink) != chain.sources || sink == source || !system.graph.reads[sink].empty())
+      continue;
+    age = ChainAge{*response[sink], *response[sink], 0, source, sink, kNoTask, {}};
+  }
+}
+
 }  // namespace
 
 GraphBounds exact_bounds(const BoundedSystem& system) {
-  GraphBounds out;
-  out.method = "Nasri 2017 (exact, for these phases)";
   const std::uint32_t covers =
       bits({A::fixed_priorities, A::deadlines, A::subscriptions, A::shifted_phases, A::mixed_deadlines});
-  if (const std::uint32_t missing = assumptions_of(system) & ~covers; missing != 0) {
-    out.refusal = not_covered(missing);
-    return out;
-  }
-  try {
-    const GraphTopology topology(system.graph);
-    const TaskSet& set = system.graph.set;
-    const std::vector<Sequence> all = sequences(topology);
-    const std::vector<SagJob> timers = sag_jobs(whole_sequences(all, set), SagPolicy::edf);
-    const std::vector<SagJob> jobs = with_subscriptions(timers, all, system);
-    const SagResult result = nasri_2017(jobs);
-    if (result.end != SagEnd::complete) {
-      throw AnalysisError("the schedule-abstraction graph exceeds the limit of " +
-                          std::string(result.end == SagEnd::time_limit ? "time" : "memory"));
-    }
-    const ResponseTimes response = sag_response_times(jobs, result, 2 * std::size_t{set.size()});
-    out.tasks.resize(set.size());
-    for (const TaskId timer : topology.timers()) out.tasks[timer] = response[set.size() + timer];
-    for (const CallbackGraph::DataChain& chain : system.graph.chains) {
-      std::optional<ChainAge>& age = out.chains.emplace_back();
-      out.no_chain_bound.emplace_back("its data does not come along one sequence");
-      const TaskId sink = chain.sinks.front();
-      const bool one =
-          chain.sources.size() == 1 && chain.sinks.size() == 1 && system.graph.reads[sink].empty();
-      if (!one || topology.roots(sink) != chain.sources || sink == chain.sources.front()) continue;
-      age = ChainAge{*response[sink], *response[sink], 0, chain.sources.front(), sink, kNoTask, {}};
-    }
-  } catch (const AnalysisError& error) {
-    out = {out.method, {}, {}, {}, error.what()};
-  }
-  return out;
+  return attempt("Nasri 2017 (exact, for these phases)", assumptions_of(system) & ~covers,
+                 [&](GraphBounds& out) { explore(system, out); });
 }
 
 }  // namespace hotpath

@@ -138,7 +138,8 @@ void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBo
 }
 
 struct Method {
-  BoundMethod what;
+  const char* name;  ///< Author and year, or what docs/analysis.md calls it.
+  std::uint32_t covers;
   void (*bound)(const BoundedSystem&, GraphBounds&);
 };
 
@@ -154,24 +155,24 @@ void bound_timers(const BoundedSystem& system, const ResponseTimeAnalysis& analy
 }
 
 const std::array kMethods = {
-    Method{{"Brueggen 2015 (Theorem 1)", kTimers | bits({A::fixed_priorities, A::runs_timers})},
+    Method{"Brueggen 2015 (Theorem 1)", kTimers | bits({A::fixed_priorities, A::runs_timers}),
            [](const BoundedSystem& s, GraphBounds& out) { bound_timers(s, brueggen_2015, out); }},
-    Method{{"Davis 2007 (exact)", kTimers | bits({A::fixed_priorities, A::runs_timers})},
+    Method{"Davis 2007 (exact)", kTimers | bits({A::fixed_priorities, A::runs_timers}),
            [](const BoundedSystem& s, GraphBounds& out) {
              bound_timers(
                  s, [](const PeriodicTasks& t) { return davis_2007(t); }, out);
            }},
-    Method{{"Spuri 1996", kTimers | bits({A::deadlines, A::runs_timers, A::ties_by_activation})},
+    Method{"Spuri 1996", kTimers | bits({A::deadlines, A::runs_timers, A::ties_by_activation}),
            [](const BoundedSystem& s, GraphBounds& out) {
              bound_timers(
                  s, [](const PeriodicTasks& t) { return spuri_1996(t); }, out);
            }},
-    Method{{"Bedarkar 2022", kTimers | bits({A::activation_order, A::ties_by_activation, A::late_releases})},
+    Method{"Bedarkar 2022", kTimers | bits({A::activation_order, A::ties_by_activation, A::late_releases}),
            [](const BoundedSystem& s, GraphBounds& out) {
              bound_timers(
                  s, [](const PeriodicTasks& t) { return ResponseTimes(t.size(), bedarkar_2022(t)); }, out);
            }},
-    Method{{"busy windows by priority", kGraphs | bits({A::fixed_priorities, A::ties_by_activation})},
+    Method{"busy windows by priority", kGraphs | bits({A::fixed_priorities, A::ties_by_activation}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -181,7 +182,7 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(by_priority, in_any_order), out);
            }},
-    Method{{"processing windows", kGraphs | bits({A::polling, A::delivery_delay})},
+    Method{"processing windows", kGraphs | bits({A::polling, A::delivery_delay}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const ProcessingWindows windows(topology, s.scheduling.entity_order, overheads_of(s, false));
@@ -190,7 +191,7 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},
-    Method{{"busy windows by deadline", kGraphs | bits({A::deadlines, A::ties_by_activation})},
+    Method{"busy windows by deadline", kGraphs | bits({A::deadlines, A::ties_by_activation}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -201,8 +202,9 @@ const std::array kMethods = {
              const GraphBusyWindow by_deadline(topology, order, overheads);
              bound_graph(topology, TighterPaths(by_deadline, in_any_order), out);
            }},
-    Method{{"busy windows in any order", kGraphs | bits({A::deadlines, A::activation_order, A::other_order,
-                                                         A::ties_by_activation, A::mixed_deadlines})},
+    Method{"busy windows in any order",
+           kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation,
+                           A::mixed_deadlines}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads_of(s, true));
@@ -285,32 +287,29 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   return present;
 }
 
-std::vector<BoundMethod> bound_methods() {
-  std::vector<BoundMethod> methods;
-  for (const Method& m : kMethods) methods.push_back(m.what);
-  return methods;
+GraphBounds attempt(const char* method, std::uint32_t missing,
+                    const std::function<void(GraphBounds&)>& bound) {
+  GraphBounds out{method, {}, {}, {}, missing == 0 ? "" : not_covered(missing)};
+  if (missing != 0) return out;
+  try {
+    bound(out);
+  } catch (const AnalysisError& error) {
+    out = {method, {}, {}, {}, error.what()};
+  }
+  return out;
 }
 
 std::vector<GraphBounds> graph_bounds(const BoundedSystem& system, std::uint32_t also_covers) {
   const std::uint32_t present = assumptions_of(system);
+  const auto would =
+      std::ranges::find_if(kMethods, [&](const Method& m) { return (present & ~m.covers) == 0; });
+  const std::string instead =
+      would == kMethods.end() ? "; no method here does" : "; " + std::string(would->name) + " does";
   std::vector<GraphBounds> all;
   for (const Method& method : kMethods) {
-    GraphBounds& out = all.emplace_back();
-    out.method = method.what.name;
-    const std::uint32_t missing = present & ~method.what.covers & ~also_covers;
-    if (missing != 0) {
-      const auto would =
-          std::ranges::find_if(kMethods, [&](const Method& m) { return (present & ~m.what.covers) == 0; });
-      out.refusal =
-          not_covered(missing) + "; " +
-          (would == kMethods.end() ? "no method here does" : std::string(would->what.name) + " does");
-      continue;
-    }
-    try {
-      method.bound(system, out);
-    } catch (const AnalysisError& error) {
-      out = {method.what.name, {}, {}, {}, error.what()};
-    }
+    const std::uint32_t missing = present & ~method.covers & ~also_covers;
+    all.push_back(attempt(method.name, missing, [&](GraphBounds& out) { method.bound(system, out); }));
+    if (missing != 0) all.back().refusal += instead;
   }
   return all;
 }

@@ -59,7 +59,7 @@ std::optional<std::int64_t> GraphBusyWindow::until_finish(TaskId root, TaskId to
 }
 
 std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const {
-  std::optional<std::int64_t> largest = 0;
+  std::int64_t largest = 0;
   for (const TaskId p : topology_.publishers(subscription)) {
     for (const TaskId root : topology_.roots(p)) {
       // Of a job that completes its join, and of one that does not, behind others that do.
@@ -68,12 +68,12 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
       if (!finish || !start) return std::nullopt;
       const std::int64_t published =
           add(topology_.least_until_start(root, p), topology_.set()[p].bcet.count());
-      largest = std::max(*largest, subtract(std::max(*start, *finish), published));
+      largest = std::max(largest, subtract(std::max(*start, *finish), published));
     }
   }
   // It is pending in a window of its own rank.
   const Level& own = level(order_.rank[subscription]);
-  return own.window ? std::min(*largest, *own.window) : *largest;
+  return own.window ? std::min(largest, *own.window) : largest;
 }
 
 /// Of the tasks on any way from `root` to `to`.
@@ -124,7 +124,7 @@ const GraphBusyWindow::Level& GraphBusyWindow::level(std::int64_t rank) const {
     if (std::ranges::any_of(joins[j].inputs, [&](TaskId id) { return inside(id, rank); }))
       level.joins.push_back(j);
   }
-  if (utilisation(rank) > 1) return level;
+  if (utilisation(level) > 1) return level;
   level.blockers = blockers(rank);
   level.window = 0;
   for (const Blocker& blocker : level.blockers) {
@@ -154,38 +154,26 @@ GraphBusyWindow::Member GraphBusyWindow::member(TaskId id, std::int64_t rank) co
   return m;
 }
 
-/// Long-run work of the window's jobs per time.
-double GraphBusyWindow::utilisation(std::int64_t rank) const {
+/// Long-run work of the level's jobs per time.
+double GraphBusyWindow::utilisation(const Level& level) const {
   std::vector<double> rate(topology_.size(), 0);
-  std::vector<double> slowest(topology_.graph().joins.size());
   double sum = 0;
-  for (std::size_t j = 0; j < slowest.size(); ++j) slowest[j] = std::numeric_limits<double>::max();
-  for (const TaskId id : topology_.order()) {
-    const Task& task = topology_.set()[id];
-    const double releases = task.kind == TaskKind::timer ? 1.0 / static_cast<double>(task.period.count()) : 0;
-    sum += releases * static_cast<double>(overheads_.release);
-    const auto* join = topology_.join_of(id);
-    if (inside(id, rank)) {
-      rate[id] = releases;
-      std::vector<std::size_t> counted;
-      for (const TaskId p : topology_.publishers(id)) {
-        const std::size_t j = topology_.join_index(p);
-        if (j == slowest.size()) {
-          rate[id] += rate[p];
-        } else if (std::find(counted.begin(), counted.end(), j) == counted.end()) {
-          counted.push_back(j);
-          rate[id] += slowest[j];
-        }
-      }
-      sum += rate[id] * static_cast<double>(join ? overheads_.job : job_work(id));
-    }
-    if (join == nullptr) continue;
-    double& output = slowest[topology_.join_index(id)];
-    output = std::min(output, rate[id]);
+  const auto slowest = [&](std::size_t join) {
+    double least = std::numeric_limits<double>::max();
+    for (const TaskId input : topology_.graph().joins[join].inputs) least = std::min(least, rate[input]);
+    return least;
+  };
+  for (const TaskId timer : topology_.timers()) {
+    sum +=
+        static_cast<double>(overheads_.release) / static_cast<double>(topology_.set()[timer].period.count());
   }
-  for (std::size_t j = 0; j < slowest.size(); ++j) {
-    sum += slowest[j] * static_cast<double>(topology_.join_work(j));
+  for (const Member& m : level.members) {
+    if (m.period > 0) rate[m.id] += 1.0 / static_cast<double>(m.period);
+    for (const TaskId p : m.publishers) rate[m.id] += rate[p];
+    for (const std::size_t j : m.joins) rate[m.id] += slowest(j);
+    sum += rate[m.id] * static_cast<double>(m.work);
   }
+  for (const std::size_t j : level.joins) sum += slowest(j) * static_cast<double>(topology_.join_work(j));
   return sum;
 }
 

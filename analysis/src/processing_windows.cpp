@@ -67,7 +67,7 @@ std::int64_t ProcessingWindows::hop(TaskId publisher, TaskId subscription) const
     return add(behind(publisher), add(ahead(subscription), own));  // Lemma VI.5
   }
   // Lemma VI.4: one sample a window.
-  const std::int64_t windows = multiply(task.depth, whole());
+  const std::int64_t windows = multiply(task.depth, whole_);
   return add(add(overheads_.delivery, overheads_.wake_up), add(windows, add(ahead(subscription), own)));
 }
 
@@ -80,7 +80,7 @@ const std::vector<std::int64_t>& ProcessingWindows::ends(TaskId root) const {
   // A timestamp that leads to a job falls into a window without the timer, or behind the decision for the
   // timer's job in it, which may be in front of the wait.
   end[root] =
-      add(add(whole(), overheads_.wake_up), std::max(ahead(root), add(job_work(root), overheads_.wait)));
+      add(add(whole_, overheads_.wake_up), std::max(ahead(root), add(job_work(root), overheads_.wait)));
   for (const TaskId id : topology_.order()) {
     for (const TaskId p : topology_.publishers(id)) {
       if (end[p] != kUnreached) end[id] = std::max(end[id], add(end[p], hop(p, id)));

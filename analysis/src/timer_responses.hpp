@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <initializer_list>
 
 #include "hotpath/analysis/graph_bounds.hpp"
@@ -17,6 +18,10 @@ constexpr std::uint32_t bits(std::initializer_list<Assumption> all) {
 
 /// Why a method does not apply that leaves `missing`.
 std::string not_covered(std::uint32_t missing);
+
+/// What `bound` fills in; nothing but the reason where something is missing or it throws AnalysisError.
+GraphBounds attempt(const char* method, std::uint32_t missing,
+                    const std::function<void(GraphBounds&)>& bound);
 
 /// Ranks of the paper's priority order (priority, then subscriptions before timers, then timers by task).
 /// Under policies without fixed priorities all levels are equal.

@@ -117,7 +117,9 @@ class BoundReport {
     const auto part = [](std::int64_t ns, const std::string& what) { return in_ms(ns) + " " + what; };
     std::string out;
     if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set_[age.waited_at].name + "; ");
-    out += part(age.response, "ms behind " + set_[age.last_timer].name + "'s timestamp: ");
+    out += part(age.response, "ms behind " + set_[age.last_timer].name + "'s timestamp");
+    if (age.parts.work.empty()) return out;
+    out += ": ";
     if (age.parts.blocking > 0) {
       const bool job = age.parts.blocker != kNoTask;
       out +=

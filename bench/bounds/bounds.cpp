@@ -78,10 +78,9 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   return out;
 }
 
-std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
-                                   const ExecutorSpec& executor) {
-  return graph_bounds(
-      {callbacks, *executor.entry, executor.scheduler, make_platform(graph, *executor.entry)});
+BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
+                             const ExecutorSpec& executor) {
+  return {callbacks, *executor.entry, executor.scheduler, make_platform(graph, *executor.entry)};
 }
 
 }  // namespace hotpath

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
 #include "hotpath/analysis/graph_bounds.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "setup/executor_spec.hpp"
@@ -13,8 +11,8 @@ namespace hotpath {
 /// AnalysisError for nodes of type callbacks whose rules of publication no method covers.
 CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool phases_known);
 
-/// What theory guarantees under one executor.
-std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
-                                   const ExecutorSpec& executor);
+/// The graph under an executor on the machine of its platform. `callbacks` must outlive it.
+BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
+                             const ExecutorSpec& executor);
 
 }  // namespace hotpath

@@ -166,16 +166,12 @@ class Analysis {
     return callback_graph(graph_, tasks, known);
   }
 
-  BoundedSystem system_of(const CallbackGraph& callbacks, const ExecutorSpec& executor) const {
-    return {callbacks, *executor.entry, executor.scheduler, make_platform(graph_, *executor.entry)};
-  }
-
   void bound(const ExecutorSpec& executor, BoundReport& report) {
     const CallbackGraph callbacks = callbacks_of(executor);
     check_phases_of_run(callbacks, executor.label);
     std::string refusals;
     bool any = false;
-    const BoundedSystem system = system_of(callbacks, executor);
+    const BoundedSystem system = bounded_system(graph_, callbacks, executor);
     std::vector<GraphBounds> all = graph_bounds(system);
     if (options_.exact) all.push_back(exact_bounds(system));
     for (const GraphBounds& bounds : all) {
@@ -199,7 +195,8 @@ class Analysis {
     TextTable table(
         executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
         {"method", "ms", ""});
-    for (const TimerChainBound& b : timer_chain_bounds(system_of(callbacks, executor), options_.chain)) {
+    for (const TimerChainBound& b :
+         timer_chain_bounds(bounded_system(graph_, callbacks, executor), options_.chain)) {
       table.add_row({b.method, in_ms(b.latency), b.refusal});
     }
     std::cout << "\n" << table;

@@ -98,8 +98,7 @@ class BoundCase {
 
   std::vector<GraphBounds> bounds() {
     callbacks_ = callback_graph(graph_, tasks_, phases_known_);
-    const BoundedSystem system{callbacks_, *executor_.entry, executor_.scheduler,
-                               make_platform(graph_, *executor_.entry)};
+    const BoundedSystem system = bounded_system(graph_, callbacks_, executor_);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
     if (phases_known_ && also_covers_ == 0) all.push_back(exact_bounds(system));
     return all;

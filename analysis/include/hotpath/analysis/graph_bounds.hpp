@@ -54,13 +54,6 @@ enum class Assumption : std::uint32_t {
 /// What holds of the system, as bits of Assumption.
 [[nodiscard]] std::uint32_t assumptions_of(const BoundedSystem& system);
 
-/// The methods' names and what they cover, for lists of them.
-struct BoundMethod {
-  const char* name;
-  std::uint32_t covers;
-};
-[[nodiscard]] std::vector<BoundMethod> bound_methods();
-
 /// What each method says of the system. `also_covers`: bits that no method checks, for tests that the check
 /// is needed.
 [[nodiscard]] std::vector<GraphBounds> graph_bounds(const BoundedSystem& system,

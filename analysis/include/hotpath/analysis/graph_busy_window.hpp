@@ -68,7 +68,7 @@ class GraphBusyWindow : public PathBounds {
 
   const Level& level(std::int64_t rank) const;
   std::vector<Blocker> blockers(std::int64_t rank) const;
-  double utilisation(std::int64_t rank) const;
+  double utilisation(const Level& level) const;
   bool inside(TaskId id, std::int64_t rank) const { return order_.rank[id] <= rank; }
   std::int64_t largest_rank(TaskId root, TaskId to) const;
   std::int64_t job_work(TaskId id) const;

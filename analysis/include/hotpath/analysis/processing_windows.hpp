@@ -30,7 +30,6 @@ class ProcessingWindows : public PathBounds {
   std::int64_t work(std::size_t from, std::size_t to, std::size_t without_join) const;
   std::int64_t job_work(TaskId id) const;
   std::int64_t ahead(TaskId id) const;
-  std::int64_t whole() const { return whole_; }
   std::int64_t behind(TaskId id) const;
   /// Ends of all tasks behind a timestamp of `root`; negative: not reached.
   const std::vector<std::int64_t>& ends(TaskId root) const;
