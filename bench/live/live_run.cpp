@@ -202,14 +202,13 @@ class LiveRun {
       partial_ = result.interrupted;
       Trace& trace = result.repetition.trace;
       trace.chains = counted_chains(trace, chains, trace.epoch + counting_.warm_up);
+      // A repetition that failed is on record in run.json and counts for nothing. Rows come before the record
+      // that names them, so that a killed run can be recovered.
+      if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
       note(p, result);
       folder.write("run.json", run_);
       if (result.setup_failed) throw RunError(result.failure);
-      // A repetition that failed is on record in run.json and counts for nothing.
-      if (result.measured) {
-        folder.append(p.tasks.set, counting_.chains, trace);
-        runs_[e].repetitions.push_back(std::move(result.repetition));
-      }
+      if (result.measured) runs_[e].repetitions.push_back(std::move(result.repetition));
     }
     for (ExecutorRuns& r : runs_) {
       std::ranges::sort(r.repetitions, {},

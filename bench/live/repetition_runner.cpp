@@ -197,6 +197,7 @@ class Coordinator {
         usage.peak_memory_kib += message.number[1];
         usage.voluntary_switches += message.number[2];
         usage.involuntary_switches += message.number[3];
+        refused_ += message.number[4];
         break;
       default:
         break;
@@ -299,6 +300,10 @@ class Coordinator {
           concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", what...));
     };
     if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
+    if (refused_ > 0) {
+      add(refused_, " samples of other programs on the topics of this run were left out; give it a DDS domain "
+                    "of its own (--domain)");
+    }
     if (!result_.failure.empty()) return;
     for (const TaskAccount& a : result_.repetition.accounts) {
       if (a.balanced()) continue;
@@ -315,6 +320,7 @@ class Coordinator {
   std::vector<Child> children_;
   std::optional<Publisher> publisher_;
   SharedMemoryWatch shared_memory_;
+  std::int64_t refused_ = 0;  // samples of strangers
   bool began_ = false;
   Time epoch_{}, end_{};
   RepetitionResult result_;

@@ -160,7 +160,7 @@ class Process {
     system.close();
     tell({Kind::done,
           {(cpu_time(after) - cpu_time(before)).count(), after.ru_maxrss, after.ru_nvcsw - before.ru_nvcsw,
-           after.ru_nivcsw - before.ru_nivcsw}});
+           after.ru_nivcsw - before.ru_nivcsw, static_cast<std::int64_t>(system.refused())}});
   }
 
  private:

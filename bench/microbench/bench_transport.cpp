@@ -30,6 +30,7 @@ struct PayloadTraits {
   using Message = M;
   using PubSubType = P;
   static SampleInfo info(const M& m) { return {from_ns(m.published()), kNever, {0, m.number()}}; }
+  static bool valid(const M&, TaskId) { return true; }
 };
 using Payload4k = PayloadTraits<msg::Payload4k, msg::Payload4kPubSubType>;
 using Payload64k = PayloadTraits<msg::Payload64k, msg::Payload64kPubSubType>;
@@ -64,7 +65,7 @@ class HotpathSide {
     if (plan.path == Path::intra_process) {
       transport_ = std::make_unique<IntraProcessTransport<Message>>();
     } else {
-      transport_ = std::make_unique<FastDdsTransport<Traits>>(plan.fastdds());
+      transport_ = std::make_unique<FastDdsTransport<Traits>>(plan.fastdds(), plan.subscribers);
     }
   }
   ~HotpathSide() {

@@ -233,8 +233,9 @@ class SimulatedRun {
 
   void write(const Summary& summary) {
     RunFolder folder(output_folder(options_, graph_));
-    json facts = describe();
-    folder.write("run.json", facts);
+    json facts = describe(), begun = facts;
+    begun["runs"] = json::array();  // until their rows are there
+    folder.write("run.json", begun);
     for (const Simulation& s : simulations_) {
       folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
     }

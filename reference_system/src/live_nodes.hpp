@@ -28,6 +28,7 @@ struct LiveMessages {
   static const Message& message(const Sample& held) { return held.as<Message>(); }
   static Sample share(const Sample& held) { return held.share(); }
   static SampleInfo info(const Message& m) { return read_info(m); }
+  static bool valid(const Message& m, TaskId tasks) { return is_message_of(m, tasks); }
 };
 
 template <class Messages>
@@ -51,7 +52,7 @@ class TypedLiveNodes final : public LiveNodes {
     if (options.transport == TransportKind::intra_process) {
       transport_ = std::make_unique<IntraProcessTransport<Message>>(reserve);
     } else {
-      transport_ = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, reserve);
+      transport_ = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, tasks.set.size(), reserve);
     }
     for (std::uint32_t c = 0; c < chains_.size(); ++c) {
       for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
@@ -86,6 +87,8 @@ class TypedLiveNodes final : public LiveNodes {
   }
 
   void wait_until_matched(Time deadline) override { transport_->wait_until_matched(deadline); }
+
+  std::uint64_t refused() const override { return transport_->refused(); }
 
   void run(const Job& job, Time start, Sample sample, Worker worker) override {
     Local& node = *local_[job.task];

@@ -41,6 +41,7 @@ class LiveNodes : public JobHandler {
   virtual void connect(SampleSink& sink) = 0;
   /// See Transport.
   virtual void wait_until_matched(Time deadline) = 0;
+  [[nodiscard]] virtual std::uint64_t refused() const = 0;
 };
 
 /// The nodes of a graph that live in this process, driven by one executor or several. Their messages are
@@ -63,6 +64,8 @@ class LiveSystem : private SampleSink {
   void close();
   [[nodiscard]] std::uint64_t arrived(TaskId task) const { return executor_of(task).arrived(task); }
   [[nodiscard]] std::vector<WorkerThread> workers() const;
+  /// See Transport.
+  [[nodiscard]] std::uint64_t refused() const { return nodes_->refused(); }
 
  private:
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override {
