@@ -18,6 +18,9 @@ bool chance(Random& random, int percent);
 /// depths, and in two of five graphs what a platform costs.
 Graph random_graph(Random& random);
 
+/// One to five timers, and the same costs.
+Graph random_timers(Random& random);
+
 /// The graph as a file that load_graph() reads.
 std::string graph_yaml(const Graph& graph);
 
