@@ -21,5 +21,7 @@ void add_bench_command(CLI::App& app);
 void add_summarize_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_compare_results_command(CLI::App& app);
+void add_import_command(CLI::App& app);
+void add_export_command(CLI::App& app);
 
 }  // namespace hotpath

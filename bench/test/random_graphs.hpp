@@ -2,7 +2,6 @@
 #pragma once
 
 #include <random>
-#include <string>
 
 #include "hotpath/reference_system/graph.hpp"
 
@@ -20,8 +19,5 @@ Graph random_graph(Random& random);
 
 /// One to five timers, and the same costs.
 Graph random_timers(Random& random);
-
-/// The graph as a file that load_graph() reads.
-std::string graph_yaml(const Graph& graph);
 
 }  // namespace hotpath::test
