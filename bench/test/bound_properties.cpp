@@ -8,6 +8,7 @@
 #include "bounds/bounds.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "hotpath/reference_system/graph_writer.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "program/text.hpp"
 #include "random_graphs.hpp"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <random>
-#include <string>
 
 #include "hotpath/reference_system/graph.hpp"
 
@@ -17,8 +16,5 @@ bool chance(Random& random, int percent);
 /// commands; fan-out, fan-in, several publishers of a topic, equal periods, priorities of subscriptions,
 /// depths, and in two of five graphs what a platform costs.
 Graph random_graph(Random& random);
-
-/// The graph as a file that load_graph() reads.
-std::string graph_yaml(const Graph& graph);
 
 }  // namespace hotpath::test
