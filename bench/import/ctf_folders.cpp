@@ -43,22 +43,21 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
   const auto options = fs::directory_options::skip_permission_denied;
   for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
     if (entry.path().filename() != "metadata" || !entry.is_regular_file()) continue;
-    switch (format_of(entry.path())) {
-      case Format::ctf_1:
-        found.push_back(entry.path().parent_path());
-        break;
-      case Format::ctf_2:
-        refuse(
-            "holds a trace in CTF 2, which libbabeltrace2 2.0 cannot read; record with `lttng create "
-            "--trace-format=ctf-1.8`, or convert it with babeltrace2 2.1: `babeltrace2 TRACE --component "
-            "sink.ctf.fs --params='path=\"NEW\",ctf-version=\"1\"'`");
-      case Format::other:
-        refuse("has a file `metadata` that is none of CTF; name the folder of a trace");
+    const Format format = format_of(entry.path());
+    if (format == Format::ctf_2) {
+      refuse(
+          "holds a trace in CTF 2, which libbabeltrace2 2.0 cannot read; record with `lttng create "
+          "--trace-format=ctf-1.8`, or convert it with babeltrace2 2.1: `babeltrace2 TRACE --component "
+          "sink.ctf.fs --params='path=\"NEW\",ctf-version=\"1\"'`");
     }
+    if (format == Format::other)
+      refuse("has a file `metadata` that is none of CTF; name the folder of a trace");
+    found.push_back(entry.path().parent_path());
   }
   if (found.empty()) {
-    refuse("holds no CTF trace: there is no file `metadata` in it or below it; name the folder that "
-           "`lttng create --output` or `ros2 trace` wrote");
+    refuse(
+        "holds no CTF trace: there is no file `metadata` in it or below it; name the folder that "
+        "`lttng create --output` or `ros2 trace` wrote");
   }
   std::ranges::sort(found);
   return found;

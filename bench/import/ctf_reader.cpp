@@ -39,7 +39,8 @@ std::string last_error() {
 
 Plugin plugin(const char* name) {
   const bt_plugin* found = nullptr;
-  if (bt_plugin_find(name, BT_TRUE, BT_FALSE, BT_TRUE, BT_FALSE, BT_FALSE, &found) != BT_PLUGIN_FIND_STATUS_OK)
+  if (bt_plugin_find(name, BT_TRUE, BT_FALSE, BT_TRUE, BT_FALSE, BT_FALSE, &found) !=
+      BT_PLUGIN_FIND_STATUS_OK)
     throw RunError(std::string("libbabeltrace2 has no plugin `") + name + "`: " + last_error());
   return Plugin(found);
 }
@@ -102,7 +103,8 @@ class Reader {
   TraceReading read(const std::vector<fs::path>& folders) {
     const Plugin ctf = plugin("ctf"), utils = plugin("utils");
     const auto* const fs_class = bt_plugin_borrow_source_component_class_by_name_const(ctf.get(), "fs");
-    const auto* const muxer_class = bt_plugin_borrow_filter_component_class_by_name_const(utils.get(), "muxer");
+    const auto* const muxer_class =
+        bt_plugin_borrow_filter_component_class_by_name_const(utils.get(), "muxer");
     const Graph graph(bt_graph_create(0));
     const bt_component_filter* muxer = nullptr;
     bt_graph_add_filter_component(graph.get(), muxer_class, "muxer", nullptr, BT_LOGGING_LEVEL_NONE, &muxer);
@@ -123,7 +125,8 @@ class Reader {
       }
     }
     const bt_component_sink* sink = nullptr;
-    bt_graph_add_simple_sink_component(graph.get(), "import", nullptr, &Reader::consume, nullptr, this, &sink);
+    bt_graph_add_simple_sink_component(graph.get(), "import", nullptr, &Reader::consume, nullptr, this,
+                                       &sink);
     bt_graph_connect_ports(graph.get(), bt_component_filter_borrow_output_port_by_index_const(muxer, 0),
                            bt_component_sink_borrow_input_port_by_index_const(sink, 0), nullptr);
     const bt_graph_run_status status = bt_graph_run(graph.get());
@@ -131,7 +134,8 @@ class Reader {
     if (status != BT_GRAPH_RUN_STATUS_OK) {
       reading_.broken_off = last_error();
       if (reading_.all_events == 0)
-        throw UsageError(folders.front().string() + " is a CTF trace that cannot be read: " + reading_.broken_off);
+        throw UsageError(folders.front().string() +
+                         " is a CTF trace that cannot be read: " + reading_.broken_off);
     }
     return std::move(reading_);
   }
@@ -140,9 +144,8 @@ class Reader {
   /// Widens the time that the trace is known to span, for progress alone.
   void add_span(const bt_component_class_source* fs_class, const bt_value* params) {
     if (!progress_) return;
-    const QueryExecutor query(
-        bt_query_executor_create(bt_component_class_source_as_component_class_const(fs_class),
-                                 "babeltrace.trace-infos", params));
+    const QueryExecutor query(bt_query_executor_create(
+        bt_component_class_source_as_component_class_const(fs_class), "babeltrace.trace-infos", params));
     const bt_value* infos = nullptr;
     if (bt_query_executor_query(query.get(), &infos) != BT_QUERY_EXECUTOR_QUERY_STATUS_OK) {
       bt_current_thread_clear_error();
@@ -163,7 +166,7 @@ class Reader {
   }
 
   static bt_graph_simple_sink_component_consume_func_status consume(bt_message_iterator* messages,
-                                                                   void* reader) {
+                                                                    void* reader) {
     bt_message_array_const batch = nullptr;
     std::uint64_t count = 0;
     switch (bt_message_iterator_next(messages, &batch, &count)) {

@@ -28,8 +28,8 @@ class TopicOfNode {
       : system_(system), topic_(topic) {
     std::set<std::uint32_t> publishers;
     for (const RecordedJob* job : jobs) {
-      const auto messages = static_cast<std::uint64_t>(
-          std::ranges::count(job->published, topic, &RecordedPublication::topic));
+      const auto messages =
+          static_cast<std::uint64_t>(std::ranges::count(job->published, topic, &RecordedPublication::topic));
       seen_.push_back({job->ref.callback, messages});
       if (messages > 0) publishers.insert(job->ref.callback);
       most_ = std::max(most_, messages);
@@ -78,9 +78,8 @@ class TopicOfNode {
   }
 
   std::uint64_t always() const {
-    return static_cast<std::uint64_t>(std::ranges::count_if(seen_, [&](const Seen& s) {
-      return (s.messages > 0) == contains(publishers_, s.callback);
-    }));
+    return static_cast<std::uint64_t>(std::ranges::count_if(
+        seen_, [&](const Seen& s) { return (s.messages > 0) == contains(publishers_, s.callback); }));
   }
 
   void add_every() {
@@ -170,7 +169,9 @@ class TopicOfNode {
 void keep_samples(const RecordedSystem& system, const Callbacks& callbacks, std::span<InferredRule> rules) {
   Callbacks kept;
   for (const std::uint32_t c : callbacks) {
-    const auto has_part = [&](const InferredRule& r) { return contains(r.publishers, c) || contains(r.of, c); };
+    const auto has_part = [&](const InferredRule& r) {
+      return contains(r.publishers, c) || contains(r.of, c);
+    };
     if (system.callbacks[c].kind == RecordedKind::subscription && std::ranges::none_of(rules, has_part))
       kept.push_back(c);
   }

@@ -13,14 +13,14 @@ namespace hotpath {
 /// By which rule callbacks of one node publish a topic, and how well what they did agrees.
 struct InferredRule {
   std::uint32_t topic = kNone;
-  std::vector<std::uint32_t> publishers;  ///< Callbacks.
+  std::vector<std::uint32_t> publishers = {};  ///< Callbacks.
   PublishRule rule = PublishRule::always;
-  std::vector<std::uint32_t> of;  ///< all_new, last_of: subscriptions of the node.
-  std::uint32_t n = 1;            ///< every.
-  std::uint64_t jobs = 0;         ///< Of the callbacks concerned.
-  std::uint64_t explained = 0;    ///< Of these, jobs that published as the rule says.
-  std::vector<std::string> as_good;  ///< Other rules that explain as many.
-  std::uint64_t most_in_a_job = 1;   ///< Messages; a rule knows no more than one.
+  std::vector<std::uint32_t> of = {};     ///< all_new, last_of: subscriptions of the node.
+  std::uint32_t n = 1;                    ///< every.
+  std::uint64_t jobs = 0;                 ///< Of the callbacks concerned.
+  std::uint64_t explained = 0;            ///< Of these, jobs that published as the rule says.
+  std::vector<std::string> as_good = {};  ///< Other rules that explain as many.
+  std::uint64_t most_in_a_job = 1;        ///< Messages; a rule knows no more than one.
 };
 
 /// Tries hypotheses on all jobs of every node: every job publishes, every n-th, whichever completes a set of

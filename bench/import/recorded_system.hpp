@@ -26,25 +26,25 @@ struct RecordedNode {
 struct RecordedCallback {
   RecordedKind kind = RecordedKind::unknown;
   std::uint32_t node = kNone;
-  std::uint32_t topic = kNone;              ///< Subscriptions: index into topics.
-  std::uint32_t depth = 0;                  ///< Subscriptions: history depth; 0: unknown, or keep all.
-  Duration period{};                        ///< Timers.
-  Time created{};                           ///< Timers: its creation.
-  std::uint64_t jobs = 0;                   ///< That ended.
-  std::uint64_t never_ended = 0;            ///< That began and have no end in the trace.
-  Duration busy{};                          ///< Start to end of all jobs.
-  std::map<std::uint32_t, std::uint64_t> threads;    ///< Jobs by thread.
+  std::uint32_t topic = kNone;                     ///< Subscriptions: index into topics.
+  std::uint32_t depth = 0;                         ///< Subscriptions: history depth; 0: unknown, or keep all.
+  Duration period{};                               ///< Timers.
+  Time created{};                                  ///< Timers: its creation.
+  std::uint64_t jobs = 0;                          ///< That ended.
+  std::uint64_t never_ended = 0;                   ///< That began and have no end in the trace.
+  Duration busy{};                                 ///< Start to end of all jobs.
+  std::map<std::uint32_t, std::uint64_t> threads;  ///< Jobs by thread.
   std::map<std::uint32_t, std::uint64_t> published;  ///< Messages that its jobs published, by topic.
-  std::uint64_t samples = 0;                ///< Subscriptions: published for it.
-  std::uint64_t strangers = 0;              ///< Subscriptions: samples taken that nobody traced published.
+  std::uint64_t samples = 0;                         ///< Subscriptions: published for it.
+  std::uint64_t strangers = 0;  ///< Subscriptions: samples taken that nobody traced published.
 };
 
 struct RecordedTopic {
   std::string name;
-  std::vector<std::uint32_t> subscriptions;    ///< Callbacks.
-  std::set<std::uint32_t> publishers;          ///< Nodes.
-  std::uint64_t published = 0;                 ///< Messages.
-  std::uint64_t outside = 0;                   ///< Of these, not by a callback.
+  std::vector<std::uint32_t> subscriptions;  ///< Callbacks.
+  std::set<std::uint32_t> publishers;        ///< Nodes.
+  std::uint64_t published = 0;               ///< Messages.
+  std::uint64_t outside = 0;                 ///< Of these, not by a callback.
 };
 
 struct RecordedThread {
@@ -55,12 +55,13 @@ struct RecordedThread {
 
 /// What a trace says of a running system.
 struct RecordedSystem {
+  std::string rcl_version;                         ///< Empty: the trace does not say.
   std::map<std::uint32_t, std::string> processes;  ///< Names by id.
   std::vector<RecordedNode> nodes;
   std::vector<RecordedCallback> callbacks;
   std::vector<RecordedTopic> topics;
   std::vector<RecordedThread> threads;
-  std::uint64_t reused_handles = 0;     ///< Callbacks whose address had been another's.
+  std::uint64_t reused_handles = 0;  ///< Callbacks whose address had been another's.
   std::uint64_t ends_without_start = 0;
 };
 
@@ -89,8 +90,8 @@ struct RecordedJob {
   std::int32_t processor = -1;
   Time start{}, finish{};
   bool ended = true;
-  bool waited = false;     ///< The executor waited for work since the previous job of the thread.
-  bool has_sample = false;
+  bool waited = false;      ///< The executor waited for work since the previous job of the thread.
+  bool has_sample = false;  ///< Those of subscriptions have one.
   RecordedSample sample;
   std::vector<RecordedPublication> published;
 };

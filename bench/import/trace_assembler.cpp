@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace hotpath {
 
@@ -19,6 +20,9 @@ void TraceAssembler::visit(const TraceEvent& e) {
   const Handle first{e.process, e.number[0]};
   using K = TraceEventKind;
   switch (e.kind) {
+    case K::rcl_init:
+      system_.rcl_version = e.text[0];
+      return;
     case K::node_init:
       return node(e);
     case K::publisher_init:
@@ -30,7 +34,8 @@ void TraceAssembler::visit(const TraceEvent& e) {
       return;
     case K::subscription_callback_added: {
       const auto rcl = rclcpp_subscriptions_.find(first);
-      const auto known = rcl == rclcpp_subscriptions_.end() ? subscriptions_.end() : subscriptions_.find(rcl->second);
+      const auto known =
+          rcl == rclcpp_subscriptions_.end() ? subscriptions_.end() : subscriptions_.find(rcl->second);
       if (known != subscriptions_.end()) add_callback({e.process, e.number[1]}, known->second);
       return;
     }
@@ -129,7 +134,8 @@ void TraceAssembler::add_callback(Handle callback, std::uint32_t index) {
 }
 
 void TraceAssembler::start(const TraceEvent& e) {
-  const auto [at, is_new] = callbacks_.try_emplace({e.process, e.number[0]}, static_cast<std::uint32_t>(system_.callbacks.size()));
+  const auto [at, is_new] =
+      callbacks_.try_emplace({e.process, e.number[0]}, static_cast<std::uint32_t>(system_.callbacks.size()));
   if (is_new) system_.callbacks.emplace_back();
   const std::uint32_t callback = at->second;
   numbers_.resize(std::max(numbers_.size(), system_.callbacks.size()));
@@ -153,12 +159,16 @@ void TraceAssembler::start(const TraceEvent& e) {
   } else if (RecordedCallback& c = system_.callbacks[callback]; c.kind == RecordedKind::subscription) {
     readers_.resize(std::max(readers_.size(), system_.callbacks.size()));
     auto& unread = readers_[callback].unread;
-    // Without an event of its take the oldest unread sample is what it has.
+    // Without an event of its take (Humble within a process) the oldest unread sample is what it has.
     if (e.number[1] != 0 && !unread.empty()) {
       hold(thread, callback, unread.begin());
-      job.has_sample = true;
       job.sample = thread.taken;
+    } else {
+      ++c.strangers;
+      ++c.samples;
+      job.sample = {readers_[callback].sequence++, job.start, {}};
     }
+    job.has_sample = true;
   }
   thread.taken_by = kNone;
 }
@@ -167,7 +177,9 @@ void TraceAssembler::end(const TraceEvent& e) {
   const std::uint32_t index = thread_index(e);
   Thread& thread = threads_[index];
   const auto known = callbacks_.find({e.process, e.number[0]});
-  const auto matches = [&](const RecordedJob& job) { return known != callbacks_.end() && job.ref.callback == known->second; };
+  const auto matches = [&](const RecordedJob& job) {
+    return known != callbacks_.end() && job.ref.callback == known->second;
+  };
   const auto found = std::ranges::find_if(thread.open, matches);
   if (found == thread.open.end()) {
     ++system_.ends_without_start;
@@ -226,7 +238,8 @@ void TraceAssembler::deliver(const TraceEvent& e, std::uint32_t subscription, co
   const bool has_it = !readers.unread.empty() && readers.unread.back().publication == thread.publication;
   if (has_it) return;
   Unread& unread = readers.unread.emplace_back();
-  unread.sample = {readers.sequence++, from_ns(e.at_ns), thread.open.empty() ? RecordedRef{} : thread.open.back().ref};
+  unread.sample = {readers.sequence++, from_ns(e.at_ns),
+                   thread.open.empty() ? RecordedRef{} : thread.open.back().ref};
   unread.publication = thread.publication;
   unread.intra_process = intra_process;
   if (intra_process) unread.slot = e.number[1];
@@ -270,7 +283,9 @@ void TraceAssembler::take(const TraceEvent& e) {
   ++system_.callbacks[subscription].strangers;
   ++system_.callbacks[subscription].samples;
   thread.taken_by = subscription;
-  thread.taken = {readers_[subscription].sequence++, std::min(from_ns(static_cast<std::int64_t>(source_ns)), from_ns(e.at_ns)), {}};
+  thread.taken = {readers_[subscription].sequence++,
+                  std::min(from_ns(static_cast<std::int64_t>(source_ns)), from_ns(e.at_ns)),
+                  {}};
 }
 
 void TraceAssembler::hold(Thread& thread, std::uint32_t subscription, std::deque<Unread>::iterator found) {
@@ -290,8 +305,8 @@ void TraceAssembler::dequeue(const TraceEvent& e) {
   const std::uint32_t subscription = subscription_behind(e.process, e.number[0]);
   if (subscription == kNone || subscription >= readers_.size()) return;
   auto& unread = readers_[subscription].unread;
-  const auto found = std::ranges::find_if(
-      unread, [&](const Unread& u) { return u.intra_process && u.slot == e.number[1]; });
+  const auto found =
+      std::ranges::find_if(unread, [&](const Unread& u) { return u.intra_process && u.slot == e.number[1]; });
   if (found != unread.end()) hold(threads_[thread_index(e)], subscription, found);
 }
 
@@ -311,13 +326,15 @@ std::uint32_t TraceAssembler::node_of(Handle handle) const {
 }
 
 std::uint32_t TraceAssembler::topic_named(std::string_view name) {
-  const auto [at, is_new] = topics_.try_emplace(std::string(name), static_cast<std::uint32_t>(system_.topics.size()));
+  const auto [at, is_new] =
+      topics_.try_emplace(std::string(name), static_cast<std::uint32_t>(system_.topics.size()));
   if (is_new) system_.topics.emplace_back().name = name;
   return at->second;
 }
 
 std::uint32_t TraceAssembler::thread_index(const TraceEvent& e) {
-  const auto [at, is_new] = thread_indices_.try_emplace(Handle{e.process, e.thread}, static_cast<std::uint32_t>(threads_.size()));
+  const auto [at, is_new] =
+      thread_indices_.try_emplace(Handle{e.process, e.thread}, static_cast<std::uint32_t>(threads_.size()));
   if (is_new) {
     threads_.emplace_back();
     RecordedThread& thread = system_.threads.emplace_back();

@@ -6,6 +6,7 @@ namespace hotpath {
 std::span<const TraceEventFormat> trace_event_formats() {
   using K = TraceEventKind;
   static constexpr std::array kFormats = {
+      TraceEventFormat{"ros2:rcl_init", K::rcl_init, {"context_handle"}, {"version"}},
       TraceEventFormat{"ros2:rcl_node_init", K::node_init, {"node_handle"}, {"node_name", "namespace"}},
       TraceEventFormat{"ros2:rcl_publisher_init",
                        K::publisher_init,

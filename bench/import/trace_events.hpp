@@ -14,6 +14,7 @@ namespace hotpath {
 
 /// The events of ros2_tracing (provider `ros2`, versions 4 to 8) that an import looks at.
 enum class TraceEventKind : std::uint8_t {
+  rcl_init,
   node_init,
   publisher_init,
   subscription_init,
