@@ -75,7 +75,7 @@ class Coordinator {
 
   void accept(unsigned from, const CellResult& result) {
     if (!result.failure.empty() && from != 0) throw CampaignError(result.failure);
-    if (!result.failure.empty()) return;  // its exception is thrown instead
+    if (!result.failure.empty()) return;                   // its exception is thrown instead
     if (link_ != nullptr && !is_out(result.cell)) return;  // two ranks did it
     campaign_.gather(result.cell, result.row);
     --left_;
@@ -136,9 +136,8 @@ class Coordinator {
     Rank& rank = ranks_[r];
     rank.lost = true;
     rank.wants = 0;
-    notes_.push_back(name(r) + " has not been heard of for " +
-                     std::to_string(options_.silence.count()) + " ms; others do its " +
-                     std::to_string(rank.has.size()) + " cells.");
+    notes_.push_back(name(r) + " has not been heard of for " + std::to_string(options_.silence.count()) +
+                     " ms; others do its " + std::to_string(rank.has.size()) + " cells.");
     queue_.insert(queue_.begin(), rank.has.begin(), rank.has.end());
   }
 
@@ -150,8 +149,7 @@ class Coordinator {
   void dismiss() {
     if (link_ == nullptr) return;
     const bool some_lost = std::ranges::any_of(ranks_, &Rank::lost);
-    const std::string stop =
-        pack({.kind = Message::Kind::stop, .number = some_lost});
+    const std::string stop = pack({.kind = Message::Kind::stop, .number = some_lost});
     for (unsigned r = 1; r < ranks_.size(); ++r) {
       if (!ranks_[r].gone) link_->send(r, stop);
     }

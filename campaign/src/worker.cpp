@@ -39,7 +39,9 @@ class Worker {
       const bool due = now - sent_ > (results_.empty() ? options_.silence / 4 : kTogether);
       if (hungry || due) {
         asked_ = asked_ || hungry;
-        send({.kind = Message::Kind::report, .number = hungry ? 2 * options_.threads : 0, .results = std::exchange(results_, {})});
+        send({.kind = Message::Kind::report,
+              .number = hungry ? 2 * options_.threads : 0,
+              .results = std::exchange(results_, {})});
       }
       // Before the first answer the coordinator may be busy preparing.
       if (answered_ && now - heard_ > kPatience * options_.silence) {

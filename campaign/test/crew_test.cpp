@@ -84,9 +84,7 @@ TEST_F(CrewTest, OneProcessDoesEachCellOnce) {
   expect_each_once(10'000);
 }
 
-TEST_F(CrewTest, NoCellsAreDoneAtOnce) {
-  EXPECT_THAT(Crew({.threads = 1}).run(campaign(0)), IsEmpty());
-}
+TEST_F(CrewTest, NoCellsAreDoneAtOnce) { EXPECT_THAT(Crew({.threads = 1}).run(campaign(0)), IsEmpty()); }
 
 TEST_F(CrewTest, RanksShareTheCells) {
   std::atomic<unsigned> by_rank_1 = 0;
