@@ -51,9 +51,13 @@ Made make_cbg(const TaskSet& set, const Options& options) {
   return std::make_unique<CallbackGroupScheduler>(set, multi_workers(options, kMaxWorkers - 1));
 }
 
-Made make_stock_ro(const TaskSet& set, const Options&) {
+unsigned release_only_workers(const Options& options) {
+  return std::clamp(options.workers, 1U, kMaxWorkers - 1);
+}
+
+Made make_stock_ro(const TaskSet& set, const Options& options) {
   return std::make_unique<ReleaseOnlyScheduler>(set, std::make_unique<SimpleEventsQueue>(),
-                                                ReleaseOnlyScheduler::Release::one_by_one);
+                                                ReleaseOnlyScheduler::Release::one_by_one, release_only_workers(options));
 }
 
 Made make_stock_re(const TaskSet& set, const Options&) {
@@ -68,7 +72,8 @@ std::unique_ptr<EventsQueue> make_queue(const TaskSet& set, const Options& optio
 template <Policy policy>
 Made make_ro(const TaskSet& set, const Options& options) {
   return std::make_unique<ReleaseOnlyScheduler>(set, make_queue<policy>(set, options),
-                                                ReleaseOnlyScheduler::Release::all_due);
+                                                ReleaseOnlyScheduler::Release::all_due,
+                                                release_only_workers(options));
 }
 
 template <Policy policy>
@@ -187,6 +192,8 @@ std::span<const ExecutorEntry> executors() { return kExecutors; }
 
 std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& options) {
   const std::uint32_t timer_managers = entry.traits.timers == TimerHandling::polled ? 0 : 1;
+  if (entry.traits.timers == TimerHandling::release_only)
+    return timer_managers + release_only_workers(options);
   return timer_managers +
          (entry.traits.many_workers ? multi_workers(options, most_threads(entry.traits)) : 1);
 }
