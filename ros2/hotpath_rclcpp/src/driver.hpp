@@ -25,6 +25,8 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
 
   /// Who spins looks after the entities when this is called; the mark of a change, any thread.
   void note_change();
+  /// Whether something changed since it was asked.
+  [[nodiscard]] bool changed() { return changed_.exchange(false); }
   /// All who sleep look again whether to go on; any thread.
   void wake_all();
   void shut_down();

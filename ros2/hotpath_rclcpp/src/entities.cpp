@@ -29,6 +29,12 @@ void set_callback(rclcpp::GuardCondition& condition, const std::function<void(st
   condition.set_on_trigger_callback(callback);
 }
 
+std::shared_ptr<Group> make_group(const rclcpp::CallbackGroup::SharedPtr& group) {
+  const bool reentrant = group->type() == rclcpp::CallbackGroupType::Reentrant;
+  return std::make_shared<Group>(
+      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, std::nullopt, group});
+}
+
 std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& entity,
                                   const versions::NodeBase::SharedPtr& node,
                                   const std::shared_ptr<Group>& group) {
@@ -80,14 +86,17 @@ void Entities::remove_node(const versions::NodeBase::SharedPtr& node) {
   }
   nodes_.erase(found);
   set_callback(versions::changes_of(*node), nullptr);
+  std::vector<rclcpp::CallbackGroup::SharedPtr> released;
   std::erase_if(groups_, [&](const auto& item) {
     const OfGroup& of = item.second;
     if (of.by_hand || of.node.lock() != node) return false;
-    if (const auto group = of.group->group.lock()) group->get_associated_with_executor_atomic().store(false);
+    if (auto group = of.group->group.lock()) released.push_back(std::move(group));
     return true;
   });
-  node->get_associated_with_executor_atomic().store(false);
   refresh_locked();
+  // Only now may another executor have them.
+  for (const auto& group : released) group->get_associated_with_executor_atomic().store(false);
+  node->get_associated_with_executor_atomic().store(false);
 }
 
 void Entities::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
@@ -96,8 +105,7 @@ void Entities::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
     throw std::runtime_error("Callback group has already been added to an executor.");
   }
   const std::lock_guard lock(mutex_);
-  groups_[group] = {std::make_shared<Group>(), node, true};
-  groups_[group].group->group = group;
+  groups_[group] = {make_group(group), node, true};
   set_callback(*versions::changes_of(*group, context_),
                [driver = driver_](std::size_t) { driver->note_change(); });
   refresh_locked();
@@ -111,8 +119,8 @@ void Entities::remove_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   }
   groups_.erase(found);
   set_callback(*versions::changes_of(*group, context_), nullptr);
-  group->get_associated_with_executor_atomic().store(false);
   refresh_locked();
+  group->get_associated_with_executor_atomic().store(false);
 }
 
 std::vector<rclcpp::CallbackGroup::WeakPtr> Entities::groups(Added how) {
@@ -140,8 +148,7 @@ void Entities::collect_groups() {
     node->for_each_callback_group([&](const rclcpp::CallbackGroup::SharedPtr& group) {
       if (!group->automatically_add_to_executor_with_node()) return;
       if (group->get_associated_with_executor_atomic().exchange(true)) return;
-      groups_[group] = {std::make_shared<Group>(), node, false};
-      groups_[group].group->group = group;
+      groups_[group] = {make_group(group), node, false};
     });
   }
 }
@@ -150,8 +157,6 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
   const auto group = of.group->group.lock();
   const auto node = of.node.lock();
   if (!group) return;
-  of.group->kind = group->type() == rclcpp::CallbackGroupType::Reentrant ? CallbackGroup::reentrant
-                                                                          : CallbackGroup::mutually_exclusive;
   ByHandle<Handle> subscription_of;  // intra-process waitables
   const auto add = [&](EntryKind kind, const auto& entity, const auto& describe) {
     if (const auto known = entries_.find(Handle(entity)); known != entries_.end()) {

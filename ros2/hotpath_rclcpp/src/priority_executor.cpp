@@ -79,7 +79,7 @@ void PriorityExecutor::spin_some(std::chrono::nanoseconds max_duration) {
   }
   begin_to_spin("spin_some()");
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
-  parts_->entities.refresh();
+  if (parts_->driver->changed()) parts_->refresh();
   const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
   parts_->driver->run_some(spinning, parts_->refresh, parts_->driver->queued(), until, Time{});
 }
@@ -90,7 +90,7 @@ void PriorityExecutor::spin_all(std::chrono::nanoseconds max_duration) {
   }
   begin_to_spin("spin_all()");
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
-  parts_->entities.refresh();
+  if (parts_->driver->changed()) parts_->refresh();
   const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
   parts_->driver->run_some(spinning, parts_->refresh, kAny, until, Time{});
 }

@@ -57,7 +57,7 @@ void apply_variant(Setup& setup, const std::string& variant) {
 void check_threads(Setup& setup, unsigned threads) {
   const unsigned most = takes_threads(setup.executor->traits) ? kMaxWorkers - 1 : 1;
   if (threads >= 1 && threads <= most) {
-    setup.scheduler.workers = threads;
+    setup.scheduler.workers = setup.scheduler.release_only_workers = threads;
     return;
   }
   throw std::invalid_argument("executor `" + setup.name + "` cannot have " + std::to_string(threads) +

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every kind of entity, under every executor: each callback is counted.
-#include <rclcpp_action/rclcpp_action.hpp>
-
 #include <atomic>
 #include <composition_interfaces/srv/list_nodes.hpp>
 #include <std_msgs/msg/int32.hpp>

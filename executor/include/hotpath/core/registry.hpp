@@ -16,12 +16,14 @@ struct SchedulerOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;
   /// Multi-threaded: number of workers, not above most_threads(); 0 takes rclcpp's default, max(2,
-  /// processors). Release-only: number of executor workers; 0 is one, as rclcpp and the paper have it.
+  /// processors).
   unsigned workers = 0;
   /// Wait sets: all tasks in the order in which those of one kind are scanned, for `multi-jazzy` at the
   /// start; empty: that of creation. With rclcpp it follows addresses in memory (Humble's maps of weak
   /// pointers, Jazzy's hash maps).
   std::vector<TaskId> entity_order = {};
+  /// Release-only: executor workers, in [1, kMaxWorkers - 1]; rclcpp and the paper have one.
+  unsigned release_only_workers = 1;
 };
 
 /// Which design of rclcpp an executor follows.
