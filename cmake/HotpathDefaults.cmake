@@ -13,6 +13,9 @@ add_compile_options($<$<CONFIG:RelWithDebInfo>:-g1>)
 option(HOTPATH_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(BUILD_TESTING "Build the tests" ON)
 option(HOTPATH_FUZZ "Build the fuzz targets: needs clang, and the flags of the preset `fuzz`" OFF)
+# The transport fastdds and what publishes over it. Off where Fast DDS or its generator is missing, as on Ubuntu with
+# ROS 2, whose own Fast DDS must not meet another one in a process.
+option(HOTPATH_FASTDDS "Build the transport fastdds" ON)
 
 # Warnings for our own code only: generated code is compiled without this.
 function(hotpath_warnings target)

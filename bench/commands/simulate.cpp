@@ -12,12 +12,15 @@ constexpr double kLongestSimulation_s = 1e9;
 
 }  // namespace
 
-void add_simulate_command(CLI::App& app) {
+void add_simulate_command(CLI::App& app) { add_simulate_command(app, run_simulated); }
+
+void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run) {
   auto [simulate, o] = add_command<SimulateOptions>(
       app, "simulate", "Run a graph under executors in virtual time: exact, repeatable, fast",
-      "hotpath simulate --executors all --duration 600 --output runs/simulated", [](SimulateOptions options) {
+      "hotpath simulate --executors all --duration 600 --output runs/simulated",
+      [run](SimulateOptions options) {
         options.executors = executors_of(options);
-        run_simulated(options);
+        run(options);
       });
   o.duration_s = 60;
   add_executors_option(simulate, "--executors,--executor", o);

@@ -10,7 +10,7 @@
 
 #include "hotpath/fastdds/fastdds_transport.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
-#include "live/channel.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "microbench/executor_run.hpp"
 #include "microbench/raw_executor.hpp"
 #include "microbench/raw_graph.hpp"

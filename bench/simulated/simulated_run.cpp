@@ -63,14 +63,16 @@ class SimulatedRun {
     prepare();
   }
 
-  void run() {
+  Summary summary() {
     simulate_all();
     Summary summary = summarize(tasks_.set, runs_, counting_);
     for (std::size_t i = 0; i < simulations_.size(); ++i) {
       if (options_.no_trace) simulations_[i].totals->add_to(summary.executors[i / options_.repetitions]);
     }
-    write(summary);
+    return summary;
   }
+
+  void run() { write(summary()); }
 
  private:
   struct Simulation {
@@ -264,5 +266,9 @@ class SimulatedRun {
 }  // namespace
 
 void run_simulated(const SimulateOptions& options) { SimulatedRun(options).run(); }
+
+Summary summary_of_simulation(const SimulateOptions& options) { return SimulatedRun(options).summary(); }
+
+void check_simulation(const SimulateOptions& options) { const SimulatedRun checked(options); }
 
 }  // namespace hotpath

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "hotpath/reference_system/graph.hpp"
 
@@ -57,6 +58,15 @@ std::vector<Callback> expanded(const Node& node) {
 bool Callback::waits_for_sets() const {
   const auto waits = [](const Publication& p) { return p.rule == PublishRule::all_new; };
   return !publishes.empty() && std::all_of(publishes.begin(), publishes.end(), waits);
+}
+
+bool operator==(const Callback& a, const Callback& b) {
+  const auto plain = [](const Callback& c) {
+    return std::tie(c.task, c.input, c.period, c.phase, c.deadline, c.priority, c.worst, c.best, c.group,
+                    c.publishes, c.stores_only);
+  };
+  const bool same_times = a.measured && b.measured ? *a.measured == *b.measured : a.measured == b.measured;
+  return plain(a) == plain(b) && same_times;
 }
 
 std::vector<Callback> callbacks_of(const Node& node) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "graph_yaml.hpp"
+#include "hotpath/reference_system/graph_yaml.hpp"
 
 #include <algorithm>
 #include <charconv>

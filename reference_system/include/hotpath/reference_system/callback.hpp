@@ -47,6 +47,8 @@ struct Callback {
 
   /// Whether each of its publications waits for a set: a job that completes none takes no time.
   [[nodiscard]] bool waits_for_sets() const;
+  /// Compares measured values, not where they are kept.
+  friend bool operator==(const Callback& a, const Callback& b);
 };
 
 }  // namespace hotpath

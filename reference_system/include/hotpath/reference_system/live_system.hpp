@@ -7,6 +7,7 @@
 #include "hotpath/fastdds/participant.hpp"
 #include "hotpath/live/executor.hpp"
 #include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/live_nodes.hpp"
 #include "hotpath/reference_system/number_cruncher.hpp"
 #include "hotpath/reference_system/run_memory.hpp"
 
@@ -31,17 +32,6 @@ struct LiveOptions {
   TransportKind transport = TransportKind::fastdds;
   FastDdsOptions fastdds;
   Calibration calibration;
-};
-
-/// The nodes of a graph that live in this process (`tasks.set[id].local`), on a transport: what jobs do.
-class LiveNodes : public JobHandler {
- public:
-  virtual ~LiveNodes() = default;
-  /// Creates the endpoints; samples go to `sink`. Throws TransportError.
-  virtual void connect(SampleSink& sink) = 0;
-  /// See Transport.
-  virtual void wait_until_matched(Time deadline) = 0;
-  [[nodiscard]] virtual std::uint64_t refused() const = 0;
 };
 
 /// The nodes of a graph that live in this process, driven by one executor or several. Their messages are
