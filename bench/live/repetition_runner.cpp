@@ -74,7 +74,8 @@ class Coordinator {
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
       children_.clear();  // the other processes' channels are not ours to hold open
-      if (plan_.executor.stack == Stack::rclcpp) return become_rclcpp_runner(plan_, memories_[process], coordinator);
+      if (plan_.executor.stack == Stack::rclcpp)
+        return become_rclcpp_runner(plan_, memories_[process], coordinator);
       return run_process(plan_, process, process_of_node_, memories_, coordinator);
     });
     if (child.id < 0) {
@@ -276,8 +277,9 @@ class Coordinator {
     };
     if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
     if (refused_ > 0) {
-      add(refused_, " samples of other programs on the topics of this run were left out; give it a DDS domain "
-                    "of its own (--domain)");
+      add(refused_,
+          " samples of other programs on the topics of this run were left out; give it a DDS domain "
+          "of its own (--domain)");
     }
     if (!result_.failure.empty()) return;
     for (const TaskAccount& a : result_.repetition.accounts) {

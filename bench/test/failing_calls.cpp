@@ -7,10 +7,10 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <pthread.h>
-#include <sys/file.h>
 #include <sched.h>
 #include <spawn.h>
 #include <stdio.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -28,12 +28,32 @@
 
 namespace {
 
-constexpr const char* kCalls[] = {
-    "malloc",     "fork",    "mmap",         "open",           "fopen",              "write",
-    "writev",     "rename",  "fsync",        "mkdir",          "socketpair",         "send",
-    "recv",       "ppoll",   "waitpid",      "posix_spawnp",   "pthread_create",     "pthread_mutex_init",
-    "socket",     "bind",    "setsockopt",   "shm_open",       "sched_setscheduler", "sched_getaffinity",
-    "ftruncate",  "flock"};
+constexpr const char* kCalls[] = {"malloc",
+                                  "fork",
+                                  "mmap",
+                                  "open",
+                                  "fopen",
+                                  "write",
+                                  "writev",
+                                  "rename",
+                                  "fsync",
+                                  "mkdir",
+                                  "socketpair",
+                                  "send",
+                                  "recv",
+                                  "ppoll",
+                                  "waitpid",
+                                  "posix_spawnp",
+                                  "pthread_create",
+                                  "pthread_mutex_init",
+                                  "socket",
+                                  "bind",
+                                  "setsockopt",
+                                  "shm_open",
+                                  "sched_setscheduler",
+                                  "sched_getaffinity",
+                                  "ftruncate",
+                                  "flock"};
 constexpr std::size_t kCount = sizeof kCalls / sizeof *kCalls;
 
 constexpr std::size_t place(const char* name) {
@@ -83,10 +103,10 @@ extern "C" {
 void* __libc_malloc(size_t size);
 void* malloc(size_t size) { return fails(place("malloc")) ? nullptr : __libc_malloc(size); }
 
-#define REPLACED(Type, name, failure, parameters, arguments)                                     \
-  Type name parameters {                                                                         \
-    static const auto real = reinterpret_cast<Type(*) parameters>(dlsym(RTLD_NEXT, #name));      \
-    return fails(place(#name)) ? failure : real arguments;                                       \
+#define REPLACED(Type, name, failure, parameters, arguments)                                \
+  Type name parameters {                                                                    \
+    static const auto real = reinterpret_cast<Type(*) parameters>(dlsym(RTLD_NEXT, #name)); \
+    return fails(place(#name)) ? failure : real arguments;                                  \
   }
 // clang-format off
 REPLACED(pid_t, fork, -1, (), ())

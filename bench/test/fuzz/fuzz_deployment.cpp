@@ -8,5 +8,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static fuzz::InputFile file;
   static const Graph graph = load_graph(find_graph("autoware"));
   static const GraphTasks tasks = make_tasks(graph);
-  return fuzz::read_or_refuse([&] { static_cast<void>(find_deployment(file.hold(data, size), graph, tasks)); });
+  return fuzz::read_or_refuse(
+      [&] { static_cast<void>(find_deployment(file.hold(data, size), graph, tasks)); });
 }

@@ -42,8 +42,8 @@ std::optional<double> RosNode::number(const std::string&) const {
                        [](FuzzedDataProvider& input) { return input.ConsumeFloatingPoint<double>(); });
 }
 std::optional<std::int64_t> RosNode::integer(const std::string&) const {
-  return maybe<std::int64_t>(
-      impl_->input, [](FuzzedDataProvider& input) { return input.ConsumeIntegral<std::int64_t>(); });
+  return maybe<std::int64_t>(impl_->input,
+                             [](FuzzedDataProvider& input) { return input.ConsumeIntegral<std::int64_t>(); });
 }
 std::optional<std::string> RosNode::string(const std::string&) const { return maybe(impl_->input, text); }
 std::optional<std::vector<std::string>> RosNode::strings(const std::string&) const {

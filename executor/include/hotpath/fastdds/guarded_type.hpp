@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <exception>
 #include <fastdds/rtps/common/SerializedPayload.h>
+#include <exception>
 
 namespace hotpath {
 
