@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "graph_text.hpp"
-#include "graph_yaml.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 #include "yaml_file.hpp"
 
 namespace hotpath {
