@@ -47,6 +47,9 @@ def add_commands(commands: Any) -> None:
         "compare-results", "pages.compare:compare_results", "what differs beyond noise", old={}, new={}
     )
     compare.add_argument("--csv", metavar="FILE", help="also write the table to this file")
+    compare.add_argument("--gate", action="store_true", help="exit code 1 if anything became worse")
+    for form in ("junit", "markdown"):
+        compare.add_argument(f"--{form}", metavar="FILE", help=f"with --gate: also a report as {form}")
 
 
 def main(arguments: Sequence[str]) -> int:
