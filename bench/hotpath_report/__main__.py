@@ -34,6 +34,7 @@ def add_commands(commands: Any) -> None:
     add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
     add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
+    add("capacity", "figures.capacity:draw", "levels of `hotpath capacity`", folder={})
     add("sweep", "figures.sweep:draw", "lines and maps of `hotpath sweep`", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
