@@ -23,27 +23,14 @@ class AnalyzeTest(CommandTest):
         lines = ["name: graph", more, "nodes:", *(f"  - {node}" for node in nodes)]
         if chain:
             *sources, sink = chain.split()
-            lines += [
-                "chains:",
-                f"  - {{name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}}}",
-            ]
+            lines += ["chains:", f"  - {{name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}}}"]
         path.write_text("\n".join(lines) + "\n")
         return path
 
     def simulated(self, graph, executor: str, *options, seconds=10, repetitions=40, phases="random") -> Path:
         output = self.folder / f"run{len(list(self.folder.iterdir()))}"
         self.accepted(
-            *(
-                "simulate",
-                "--graph",
-                graph,
-                "--executors",
-                executor,
-                "--phases",
-                phases,
-                "--repetitions",
-                repetitions,
-            ),
+            *("simulate", "--graph", graph, "--executors", executor, "--phases", phases, "--repetitions", repetitions),
             *("--duration", seconds, "--output", output, *options),
         )
         return output
@@ -114,9 +101,7 @@ class AnalyzeTest(CommandTest):
         self.check("sequences", "rm-ro", "localization", 70, *costs)
         for executor in ("default", "events-ro", "edf-ro", "static"):
             with self.subTest(executor=executor):
-                run = self.simulated(
-                    "sequences", executor, *costs, "--wait-cost-us", 300, seconds=3, repetitions=10
-                )
+                run = self.simulated("sequences", executor, *costs, "--wait-cost-us", 300, seconds=3, repetitions=10)
                 rows = self.rows("sequences", executor, "--trace", run)
                 self.assertLessEqual(rows["localization"][1], rows["localization"][0])
         one = self.rows("sequences", "rm-ro", "--delta-us", 100)
@@ -124,9 +109,7 @@ class AnalyzeTest(CommandTest):
         self.assertGreater(one["localization"], self.rows("sequences", "rm-ro")["localization"])
 
     def test_a_delay_of_delivery_is_refused_where_no_method_covers_it(self):
-        _, out, _ = self.command(
-            "analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100
-        )
+        _, out, _ = self.command("analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100)
         self.assertIn("rm-ro: no bound is known", out)
         self.assertIn("it does not cover a delay of delivery; no method here does", out)
         self.assertIn("default, processing windows", out)
@@ -147,16 +130,12 @@ class AnalyzeTest(CommandTest):
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=1)
         known = ("analyze", graph, "--executors", "rm-ro", "--chain", "A,B", "--phases-of", run)
         _, shifted, _ = self.command(*known)
-        self.assertRegex(
-            shifted, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover phases other than 0"
-        )
+        self.assertRegex(shifted, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover phases other than 0")
         self.assertRegex(shifted, r"Guenzel 2023, Davis 2007 \(exact\) +[0-9.]+")
 
     def test_an_overload_is_never_schedulable(self):
         graph = self.graph(SENSOR.format("A", 10, 6), SENSOR.format("B", 20, 12))
-        _, out, _ = self.command(
-            "analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous"
-        )
+        _, out, _ = self.command("analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous")
         self.assertNotIn("Schedulable", out)
         self.assertIn("utilisation", out)
 
@@ -167,9 +146,7 @@ class AnalyzeTest(CommandTest):
 
     def test_the_page_is_made_from_a_table(self):
         page = self.folder / "page"
-        self.accepted(
-            "analyze", "sequences", "--executors", "rm-ro,multi", "--page", page
-        )  # without its pictures
+        self.accepted("analyze", "sequences", "--executors", "rm-ro,multi", "--page", page)  # without its pictures
         refused = json.loads((page / "bounds.json").read_text())["refused"]
         self.assertIn(("multi", "processing windows"), {(r["executor"], r["method"]) for r in refused})
         with (page / "bounds.csv").open(encoding="utf-8") as file:
@@ -189,26 +166,17 @@ class AnalyzeTest(CommandTest):
         return run
 
     def test_a_wrong_bound_is_a_failure(self):
-        code, _, err = self.command(
-            "analyze", "sequences", "--executors", "rm-ro", "--trace", self.tampered("simulated")
-        )
+        code, _, err = self.command("analyze", "sequences", "--executors", "rm-ro", "--trace", self.tampered("simulated"))
         self.assertEqual(code, 1)
-        self.assertRegex(
-            err, r"1 of \d+ observed values \(.*%\) exceed their bound, first chain .* under rm-ro by busy"
-        )
-        self.assertRegex(
-            err,
-            r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --graph",
-        )
+        self.assertRegex(err, r"1 of \d+ observed values \(.*%\) exceed their bound, first chain .* under rm-ro by busy")
+        self.assertRegex(err, r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --graph")
 
     def test_a_live_run_may_exceed_bounds_unless_strict(self):
         run = self.tampered("live")
         code, out, err = self.command("analyze", "sequences", "--executors", "rm-ro", "--trace", run)
         self.assertEqual((code, err), (0, ""))
         self.assertRegex(out, r"1 of \d+ observed values .* exceed their bound")
-        code, _, err = self.command(
-            "analyze", "sequences", "--executors", "rm-ro", "--trace", run, "--strict"
-        )
+        code, _, err = self.command("analyze", "sequences", "--executors", "rm-ro", "--trace", run, "--strict")
         self.assertEqual(code, 1)
         self.assertIn("--strict: 1 of ", err)
 
@@ -227,10 +195,7 @@ class AnalyzeTest(CommandTest):
 
     def test_the_exact_worst_case_takes_sequences_alone(self):
         own = [
-            *(
-                "{name: %s, type: sensor, period_ms: 20, priority: %d, execution_time_ms: 1}" % pair
-                for pair in (("A", 1), ("B", 2))
-            ),
+            *("{name: %s, type: sensor, period_ms: 20, priority: %d, execution_time_ms: 1}" % pair for pair in (("A", 1), ("B", 2))),
             "{name: X, type: transform, input: {topic: A, priority: 9}, execution_time_ms: 3}",
             "{name: Y, type: transform, input: {topic: B, priority: 9}, execution_time_ms: 5}",
         ]
@@ -238,10 +203,7 @@ class AnalyzeTest(CommandTest):
             "{name: A, type: callbacks, callbacks: [{timer: a, period_ms: 10, priority: 1, execution_time_ms: 1, publishes: {topic: t, every: 2}}]}",
             "{name: T, type: transform, input: t, execution_time_ms: 4}",
         ]
-        for nodes, why in (
-            (own, "X/A has a priority of its own"),
-            (sparse, "A/a publishes not with every job"),
-        ):
+        for nodes, why in ((own, "X/A has a priority of its own"), (sparse, "A/a publishes not with every job")):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
             _, out, _ = self.command("analyze", self.graph(*nodes), *exact)
             self.assertIn(why, out)
@@ -251,10 +213,7 @@ class AnalyzeTest(CommandTest):
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=2)
         for options, why in (
             (("--load", 10), "--load excludes --trace|--trace excludes --load"),
-            (
-                ("--executors", "default"),
-                "it has nothing that is bounded under these executors; it ran rm-ro",
-            ),
+            (("--executors", "default"), "it has nothing that is bounded under these executors; it ran rm-ro"),
             (("--phases", "synchronous"), "had other phases than these bounds are for"),
             (("--phases-of", run), "its repetition 1 had other phases"),
         ):
@@ -268,10 +227,7 @@ class AnalyzeTest(CommandTest):
         self.assertIn("the graph has changed since", err)
 
     def test_timers_that_start_far_apart_need_their_phases(self):
-        nodes = [
-            SENSOR.format("A", 1000, 1)[:-1] + ", phase_ms: 0}",
-            SENSOR.format("B", 50, 1)[:-1] + ", phase_ms: 950}",
-        ]
+        nodes = [SENSOR.format("A", 1000, 1)[:-1] + ", phase_ms: 0}", SENSOR.format("B", 50, 1)[:-1] + ", phase_ms: 950}"]
         nodes.append(FUSION.format("F", "A", "B", 1))
         graph = self.graph(*nodes, chain="A B F")
         run = self.simulated(graph, "fp-ro", "--warm-up", 0, seconds=3, repetitions=1, phases="given")
@@ -286,9 +242,7 @@ class AnalyzeTest(CommandTest):
         timers = (("A", 1003, 1, 1020.0005), ("B", 17, 10, 0), ("E", 1003, 7, 1003))
         nodes = [SENSOR.format(n, t, c)[:-1] + f", phase_ms: {f}}}" for n, t, c, f in timers]
         graph = self.graph(*nodes, TRANSFORM.format("X", "E", 20))
-        run = self.simulated(
-            graph, "default", "--entity-order", "reverse", seconds=3, repetitions=1, phases="given"
-        )
+        run = self.simulated(graph, "default", "--entity-order", "reverse", seconds=3, repetitions=1, phases="given")
         bound, observed = self.rows(graph, "default", "--trace", run, "--phases", "given")["A"]
         self.assertLessEqual(observed, bound)
         self.assertGreater(observed, self.rows(graph, "default", "--phases", "given")["A"][0])

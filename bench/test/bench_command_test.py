@@ -100,9 +100,7 @@ class BenchCommand(CommandTest):
     def test_refuses_to_mix_two_runs_and_unknown_programs(self):
         self.stand_in("scheduler", ROWS)
         self.folder_with("taken", [1])
-        self.assert_refused(
-            "bench", "--only", "scheduler", "--output", "taken", words=["holds a run already"]
-        )
+        self.assert_refused("bench", "--only", "scheduler", "--output", "taken", words=["holds a run already"])
         self.assert_refused("bench", "--only", "everything", words=["everything"])
 
     def test_compare_names_the_effect_its_interval_and_whether_it_is_beyond_noise(self):
@@ -124,9 +122,7 @@ class BenchCommand(CommandTest):
     def test_compare_refuses_folders_that_are_none(self):
         self.folder_with("old", [100])
         (self.folder / "old" / "bench.json").write_text("{}")
-        self.assert_refused(
-            "bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: No such file"]
-        )
+        self.assert_refused("bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: No such file"])
         self.assert_refused("bench", "--compare", "old", "old", words=["not written by `hotpath bench`"])
 
     def test_machine_prints_and_stores_the_noise_of_every_core(self):
@@ -163,9 +159,7 @@ class Report(unittest.TestCase):
                                      "rms_percent": 4}], **changes}  # fmt: skip
         (pathlib.Path(folder) / "bench.json").write_text(json.dumps(content))
         command = [sys.executable, "-B", "-m", "hotpath_report", "bench-report", folder]
-        result = subprocess.run(
-            command, capture_output=True, text=True, timeout=100, check=False, cwd=self.ROOM
-        )
+        result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False, cwd=self.ROOM)
         path = pathlib.Path(folder) / "report.md"
         pictures = sorted(f.name for f in path.parent.glob("*.svg"))
         return result, path.read_text() if path.exists() else "", pictures

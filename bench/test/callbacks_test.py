@@ -37,10 +37,7 @@ class Callbacks(CommandTest):
         listed = self.accepted("list", "deployments")
         for name, description in (("isolated", "a default executor"), ("picas", "chain-aware priorities")):
             self.assertRegex(listed, f"(?m)^{name} +{description}")
-        self.assertIn(
-            "<b>Localizer</b>: default",
-            self.accepted("graph", "callbacks", "--dot", "--deployment", "isolated"),
-        )
+        self.assertIn("<b>Localizer</b>: default", self.accepted("graph", "callbacks", "--dot", "--deployment", "isolated"))
         for arguments, reason in (
             (("--deployment", "isolated"), "--deployment: add --svg, --dot or --cie"),
             (("--dot", "--deployment", "isolatd"), "isolated"),
@@ -50,9 +47,7 @@ class Callbacks(CommandTest):
             self.assertIn(reason, err)
 
     def test_simulate_and_what_reads_its_run(self):
-        run = self.measure(
-            "simulate", "--graph", "callbacks", "--executors", "all", "--duration", 5, "--warm-up", 0
-        )
+        run = self.measure("simulate", "--graph", "callbacks", "--executors", "all", "--duration", 5, "--warm-up", 0)
         self.check(run)
         summary = run.summary()
         self.accepted("summarize", run.path)
@@ -68,11 +63,7 @@ class Callbacks(CommandTest):
         )
         self.assertEqual(run.run["execution_times"], "measured")
         worked = [
-            {
-                (j.sequence, j.finish - j.start)
-                for j in jobs
-                if j.task == "Localizer/points" and j.outcome == "ran"
-            }
+            {(j.sequence, j.finish - j.start) for j in jobs if j.task == "Localizer/points" and j.outcome == "ran"}
             for jobs in run.jobs().values()
         ]
         self.assertEqual({t for _, t in worked[0]}, {8_100_000, 7_900_000, 8_400_000, 8_000_000, 12_300_000})
@@ -85,17 +76,7 @@ class Callbacks(CommandTest):
             with self.subTest(options=options):
                 output = self.folder / "-".join(map(str, ("run", *options)))
                 self.accepted(
-                    *(
-                        "run",
-                        "--graph",
-                        "callbacks",
-                        "--executor",
-                        "events-ro",
-                        "--duration",
-                        1,
-                        "--warm-up",
-                        0,
-                    ),
+                    *("run", "--graph", "callbacks", "--executor", "events-ro", "--duration", 1, "--warm-up", 0),
                     *("--load", 5, *options, "--output", output),
                 )
                 self.check(RunFolder(output))
@@ -124,10 +105,9 @@ class Callbacks(CommandTest):
             "      - {timer: t, period_ms: 10, execution_time_ms: 1}\n"
             "      - {timer: u, period_ms: 20, execution_time_ms: 1}\n"
         )
-        run = self.measure(
-            "simulate", "--graph", graph, "--executors", "rm-ro", "--duration", 1, "--warm-up", 0
-        )
+        run = self.measure("simulate", "--graph", graph, "--executors", "rm-ro", "--duration", 1, "--warm-up", 0)
         self.assertEqual([(b["task"], b["ms"]) for b in run.run["bounds"]], [("A/t", 2), ("A/u", 2)])
+
 
 
 if __name__ == "__main__":

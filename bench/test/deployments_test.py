@@ -66,9 +66,7 @@ class Deployments(CommandTest):
         self.assertGreater(self.latency(run, "single", "p50"), 5 * CRUNCH_MS)
 
     def test_live_in_one_process(self):
-        mine = self.write(
-            "mine.yaml", "name: rest, policy: 'other:5', owns: rest", "name: imu, owns: [Visualizer]"
-        )
+        mine = self.write("mine.yaml", "name: rest, policy: 'other:5', owns: rest", "name: imu, owns: [Visualizer]")
         for transport in ("intra_process", "fastdds"):
             run = self.measure_into(
                 transport,
@@ -78,9 +76,7 @@ class Deployments(CommandTest):
             self.assertEqual(run.run["executors"], ["isolated", "mine"])
             self.check(run)
         policies = {r["executor"]: r["thread_policies"] for r in run.run["runs"]}
-        self.assertEqual(
-            policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]}
-        )
+        self.assertEqual(policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]})
 
     def test_live_in_several_processes(self):
         mine = self.write(
@@ -97,9 +93,7 @@ class Deployments(CommandTest):
         self.assertEqual(processes, {0: 0, 1: 1, 2: 0, 4: 2})
         ran = {(j.worker, j.process) for j in run.jobs()[("mine", 0)] if j.outcome == "ran"}
         self.assertEqual(ran | {(2, 0), (3, 0)}, {(0, 0), (1, 1), (2, 0), (3, 0), (4, 2)})
-        self.assertIn(
-            "--transport fastdds", self.refused(*common, "--transport", "intra_process", "--output", "none")
-        )
+        self.assertIn("--transport fastdds", self.refused(*common, "--transport", "intra_process", "--output", "none"))
 
         process = self.start(*common, "--duration", 30, "--output", self.folder / "killed")
         children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
@@ -107,14 +101,10 @@ class Deployments(CommandTest):
         os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
         code, _, err = self.finish(process)
         self.assertEqual(code, 1, err)
-        self.assertIn(
-            "process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err
-        )
+        self.assertIn("process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err)
 
     def test_replay_takes_a_run_of_deployments_and_validate_says_that_it_does_not(self):
-        run = self.measure_into(
-            "run", "simulate", "--cores", 2, "--duration", 1, "--deployments", "prioritized"
-        )
+        run = self.measure_into("run", "simulate", "--cores", 2, "--duration", 1, "--deployments", "prioritized")
         self.assertIn("prioritized is a deployment", self.refused("validate", run.path))
         code, _, err = self.command("replay", run.path, "--live", "--duration", 0.3)
         self.assertEqual(code, 0, err)
@@ -127,9 +117,7 @@ class Deployments(CommandTest):
         robin = self.write("robin.yaml", "name: a, policy: 'rr:1', owns: rest")
         self.assertIn("robin.yaml:3: ", self.refused("simulate", "--deployments", robin, "--output", "none"))
         unknown = self.write("unknown.yaml", "name: a, executor: fastest, owns: rest")
-        self.assertIn(
-            "unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none")
-        )
+        self.assertIn("unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none"))
         self.assertIn("isolated", self.refused("simulate", "--deployments", "isolatd", "--output", "none"))
         budget = self.write("budget.yaml", "name: a, policy: 'deadline:20/10/10', owns: rest")
         self.assertIn("budget.yaml:3: ", self.refused("compare", "--deployments", budget, "--output", "none"))
@@ -141,13 +129,9 @@ class Deployments(CommandTest):
             self.assertIn("cpus.yaml:3: ", self.refused("compare", "--deployments", cpus, *pinned))
         cie = self.folder / "threads.yaml"
         cie.write_text("callback_groups:\n  - {id: /Nobody@Timer(1), policy: SCHED_OTHER}\n")
-        self.assertIn(
-            "threads.yaml:2: ", self.refused("compare", "--deployments", f"cie:{cie}", "--output", "none")
-        )
+        self.assertIn("threads.yaml:2: ", self.refused("compare", "--deployments", f"cie:{cie}", "--output", "none"))
         self.assertIn("--processes", self.refused("compare", "--processes", 2, "--deployments", "isolated"))
-        self.assertIn(
-            "named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none")
-        )
+        self.assertIn("named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none"))
         self.assertFalse((self.folder / "none").exists())
 
     def test_callback_isolated_executor_configuration(self):
@@ -166,25 +150,13 @@ class Deployments(CommandTest):
         order = self.folder / "order.txt"
         order.write_text("RearLidarDriver\n\nNobody\n")
         self.assertIn("order.txt:3: ", self.refused("simulate", "--entity-order", order, "--output", "none"))
-        self.assertIn(
-            "--entity-order", self.refused("simulate", "--entity-order", "sideways", "--output", "none")
-        )
+        self.assertIn("--entity-order", self.refused("simulate", "--entity-order", "sideways", "--output", "none"))
         order.write_text("RearLidarDriver\n")
         first = []
         for name in ("creation", order):
             run = self.measure_into(
                 f"run_{len(first)}",
-                *(
-                    "simulate",
-                    "--executors",
-                    "default",
-                    "--phases",
-                    "synchronous",
-                    "--duration",
-                    1,
-                    "--warm-up",
-                    0,
-                ),
+                *("simulate", "--executors", "default", "--phases", "synchronous", "--duration", 1, "--warm-up", 0),
                 *("--entity-order", name),
             )
             first.append(run.jobs()[("default", 0)][0].task)

@@ -120,9 +120,7 @@ class LiveTest(CommandTest):
         self.assertEqual([s["number"] for s in received.statistics], list(range(len(received.statistics))))
         stamps = [s["stamp_ns"] for s in received.statistics]
         self.assertEqual(stamps, sorted(stamps))
-        self.assertEqual(
-            {s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]}
-        )
+        self.assertEqual({s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]})
         for before, after in zip(received.statistics, received.statistics[1:]):
             for a, b in zip(before["nodes"], after["nodes"]):
                 for count in ("ran", "skipped", "overwritten", "overruns"):
@@ -196,9 +194,7 @@ class Live(LiveTest):
             self.assertTrue(executor["loss_equations"]["hold"])
         for topic in topics:
             self.assertGreater(messages[topic], 0)
-            ran = sum(
-                j.task == topic and j.outcome != "skipped" for jobs in folder.jobs().values() for j in jobs
-            )
+            ran = sum(j.task == topic and j.outcome != "skipped" for jobs in folder.jobs().values() for j in jobs)
             self.assertLessEqual(messages[topic], ran)
 
     def test_a_late_listener_gets_what_runs(self):
@@ -229,9 +225,7 @@ class Live(LiveTest):
         self.assertEqual(code, 0, err)
         self.assertIn("rm-ro, hot_path: ", out)
         folder = RunFolder(output)
-        self.assertEqual(
-            {r["repetition"]: r["live"] for r in folder.run["runs"]}, {0: False, 1: True, 2: True, 3: False}
-        )
+        self.assertEqual({r["repetition"]: r["live"] for r in folder.run["runs"]}, {0: False, 1: True, 2: True, 3: False})
         (effect,) = folder.summary()["live_publishing"]
         low, high = effect["median_ratio"]["interval"]
         self.assertLessEqual(low, high)
@@ -326,9 +320,7 @@ class Replay(LiveTest):
         self.assertAlmostEqual(received.last["run_time_s"], 3)
         folder = RunFolder(output)
         jobs = folder.jobs()["default", 0]
-        sink = {
-            j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"
-        }
+        sink = {j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"}
         self.assertEqual(
             received.values(), [c for c in folder.chains()["default", 0] if 2e9 <= sink[c[1]] <= 3e9]
         )

@@ -96,9 +96,7 @@ class Experiments(SimulateTest):
             self.assertEqual({latency for _, _, latency, _ in chains}, {latency_us * 1000}, options)
 
     def test_the_platform_of_a_graph_is_what_options_override(self):
-        platform = (
-            "platform: {cores: 2, dispatch_cost_us: 10, delivery_delay_us: 100, execution_times: uniform}\n"
-        )
+        platform = "platform: {cores: 2, dispatch_cost_us: 10, delivery_delay_us: 100, execution_times: uniform}\n"
         graph = self.write("platform.yaml", TINY_CHAIN % 4 + platform)
         run = self.simulate("--graph", graph, "--executors", "events-ro", *BRIEF, output="file")
         self.assertEqual(run.run["platform"]["cores"], 2)
@@ -122,13 +120,7 @@ class Experiments(SimulateTest):
         run = self.simulate(*options, "--no-trace", output="not_kept")
         self.assertNotIn("jobs.csv", run.files())
         for a, b in zip(kept, run.summary()["executors"], strict=True):
-            for key in (
-                "callbacks_executed",
-                "skipped",
-                "overwritten",
-                "deadline_overruns",
-                "loss_equations",
-            ):
+            for key in ("callbacks_executed", "skipped", "overwritten", "deadline_overruns", "loss_equations"):
                 self.assertEqual(a[key], b[key], key)
             self.assertEqual(a["chains"][0]["hot_path_latency_ms"], b["chains"][0]["hot_path_latency_ms"])
             for task_a, task_b in zip(a["tasks"], b["tasks"], strict=True):
@@ -186,9 +178,7 @@ class Timeline(SimulateTest):
         return [(begun[flow]["name"], ended[flow]["name"]) for flow in begun]
 
     def test_perfetto_trace_is_one_whose_flows_follow_the_hot_path(self):
-        run = self.simulate(
-            "--executors", "rm-re,multi", "--cores", 2, "--execution-times", "uniform", *BRIEF
-        )
+        run = self.simulate("--executors", "rm-re,multi", "--cores", 2, "--execution-times", "uniform", *BRIEF)
         hot_path = {
             ("RearLidarDriver", "PointsTransformerRear/RearLidarDriver"),
             ("PointsTransformerRear/RearLidarDriver", "PointCloudFusion/PointsTransformerRear"),
@@ -235,10 +225,7 @@ class Timeline(SimulateTest):
         run = self.simulate(
             *("--graph", "timers_only_80", "--executors", "default,rm-ro", "--release-cost-us", 300, *BRIEF)
         )
-        for executor, marks in (
-            ("default", ["skipped timestamp", "IMU"]),
-            ("rm-ro", ["displaced", "FrontCamera"]),
-        ):
+        for executor, marks in (("default", ["skipped timestamp", "IMU"]), ("rm-ro", ["displaced", "FrontCamera"])):
             svg = self.folder / f"{executor}.svg"
             code, _, err = self.command(
                 *("timeline", run.path, "--executor", executor, "--from", 600, "--to", 900, "--svg", svg)
@@ -269,15 +256,7 @@ class Timeline(SimulateTest):
 class Validate(SimulateTest):
     def test_reference_and_a_run_against_their_simulations(self):
         run = self.simulate(
-            *(
-                "--executors",
-                "default,rm-re,edf-ro",
-                "--phases",
-                "random",
-                "--execution-times",
-                "uniform",
-                *BRIEF,
-            )
+            *("--executors", "default,rm-re,edf-ro", "--phases", "random", "--execution-times", "uniform", *BRIEF)
         )
         code, out, err = self.command("validate", run.path, "--output", self.folder / "v")
         self.assertEqual(code, 0, err)
@@ -304,24 +283,13 @@ class Validate(SimulateTest):
 
     def test_a_run_with_the_phases_of_a_golden_trace_is_shown_beside_it(self):
         trace = TRACES / "timers_only_80.edf-ro.csv"
-        options = (
-            "--graph",
-            "timers_only_80",
-            "--executors",
-            "edf-ro,dm-re",
-            "--duration",
-            10,
-            "--warm-up",
-            0,
-        )
+        options = ("--graph", "timers_only_80", "--executors", "edf-ro,dm-re", "--duration", 10, "--warm-up", 0)
         same = self.simulate(*options, "--phases-file", trace, output="same")
         other = self.simulate(*options, "--phases", "synchronous", output="other")
         code, out, err = self.command("validate", same.path, other.path, "--output", self.folder / "v")
         self.assertEqual(code, 0, err)
         runs = json.loads((self.folder / "v" / "validation.json").read_text())["runs"]
-        self.assertEqual(
-            [(r["executor"], r["golden"] is not None) for r in runs], [("edf-ro", True), ("dm-re", False)] * 2
-        )
+        self.assertEqual([(r["executor"], r["golden"] is not None) for r in runs], [("edf-ro", True), ("dm-re", False)] * 2)
         same, other = runs[0]["golden"], runs[2]["golden"]
         self.assertEqual((same["phases_differ_ms"], same["comparison"]["similarity"]), (0, 1))
         self.assertIn("order 1.000 alike, lost jobs within 0.0 points.", out)
@@ -371,24 +339,11 @@ class WrongUse(SimulateTest):
     def test_a_run_of_another_graph_cannot_be_replayed(self):
         run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
         self.assert_refused(
-            "--executors",
-            "rm-ro",
-            "--execution-times",
-            f"replay:{run.path}",
-            says=["jobs.csv:2", "another graph"],
+            "--executors", "rm-ro", "--execution-times", f"replay:{run.path}", says=["jobs.csv:2", "another graph"]
         )
+        self.assert_refused("--executors", "rm-ro", "--phases-of", run.path, says=["--phases-of", "another graph"])
         self.assert_refused(
-            "--executors", "rm-ro", "--phases-of", run.path, says=["--phases-of", "another graph"]
-        )
-        self.assert_refused(
-            *(
-                "--graph",
-                "timers_only_60",
-                "--executors",
-                "edf-ro",
-                "--execution-times",
-                f"replay:{run.path}",
-            ),
+            *("--graph", "timers_only_60", "--executors", "edf-ro", "--execution-times", f"replay:{run.path}"),
             says=["edf-ro (repetition 0) did not run there", "rm-ro (repetition 0)"],
         )
         self.assert_refused("--phases-of", self.folder, says=["run.json"])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether anything became worse from OLD to NEW: medians and 99th percentiles of latencies, and losses, of each executor,
-with the effect's size, its interval, and a correction for many comparisons; for a terminal, a pull request and CI.
+"""Whether anything became worse from OLD to NEW: medians and 99th percentiles of latencies, and losses, of each
+executor, with the effect's size, its interval, and a correction for many comparisons; for terminals and CI.
 
-Repetitions are the unit: Welch's test compares the logarithms of the repetitions' quantiles, or their numbers of losses.
+Repetitions are the unit: Welch's test compares the logarithms of their quantiles, or their numbers of losses.
 Holm's correction keeps the probability of any false alarm among all comparisons below ALARM_RATE.
 """
 
@@ -28,7 +28,7 @@ JUDGED = (0.5, 0.99)
 LOSSES = "lost jobs and samples"
 HEADER = ["", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", ""]
 
-Counts = Mapping[Key, Sequence[float]]  # of each repetition
+Counts = Mapping[Key, Any]  # of each repetition
 
 
 @dataclass
@@ -110,6 +110,11 @@ def check_repetitions(name: str, *sides: Samples) -> bool:
     return False
 
 
+def logarithms(values: Any) -> Any:
+    """Of latencies, which may be 0."""
+    return np.log(np.maximum(values, np.finfo(float).tiny))
+
+
 def judge_latency(name: str, old: Samples, new: Samples, intervals: bool) -> list[Judgement]:
     """The quantiles of one latency."""
     exact = check_repetitions(name, old, new)
@@ -121,8 +126,8 @@ def judge_latency(name: str, old: Samples, new: Samples, intervals: bool) -> lis
         before, after = (np.array([r.quantile(p) for r in side]) for side in of_repetitions)
         values = pooled[0].quantile(p), pooled[1].quantile(p)
         grown = values[1] / values[0] if values[0] > 0 else math.inf if values[1] > 0 else 1.0
-        logarithms = [np.log(np.maximum(side, np.finfo(float).tiny)) for side in (before, after)]
-        chance = p_worse(before, after, True) if exact else p_worse(*logarithms, False)
+        compared = (before, after) if exact else tuple(map(logarithms, (before, after)))
+        chance = p_worse(compared[0], compared[1], exact)
         interval = ratio(new, old, p) if intervals else None
         worth = grown > 1 + (0 if exact else LEAST_EFFECT)
         made.append(Judgement(name, PERCENTILES[p], *values, grown, interval, chance, worth))
@@ -189,9 +194,9 @@ def verdict(judgements: Sequence[Judgement]) -> str:
 
 def gate(old: str, new: str, outputs: Mapping[str, Any]) -> int:
     """Prints the table, writes `junit` and `markdown` where asked for. Exit code: 1 if anything became worse."""
-    sides = [of_hot_paths(compare.read(Path(folder))) for folder in (old, new)]
+    before, after = (of_hot_paths(compare.read(Path(folder))) for folder in (old, new))
     losses = compare.losses(Path(old)), compare.losses(Path(new))
-    judgements = judge(*sides, losses)
+    judgements = judge(before, after, losses)
     if not judgements:
         raise InputError(f"{old} and {new} have no executor and setting in common, there is nothing to judge")
     print(text_table(HEADER, [j.cells() for j in judgements]), f"\n{verdict(judgements)}", sep="\n")
