@@ -24,11 +24,15 @@ void add_validate_command(CLI::App& app);
 void add_list_command(CLI::App& app);
 void add_graph_command(CLI::App& app);
 void add_analyze_command(CLI::App& app);
+void add_advise_command(CLI::App& app);
 void add_experiment_command(CLI::App& app);
 void add_machine_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_summarize_command(CLI::App& app);
+void add_recover_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_compare_results_command(CLI::App& app);
+void add_import_command(CLI::App& app);
+void add_export_command(CLI::App& app);
 
 }  // namespace hotpath

@@ -36,6 +36,7 @@ def add_commands(commands: Any) -> None:
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
     add("capacity", "figures.capacity:draw", "levels of `hotpath capacity`", folder={})
     add("sweep", "figures.sweep:draw", "lines and maps of `hotpath sweep`", folder={})
+    add("advice", "figures.advice:draw", "what `hotpath advise` predicts", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
         "bench",

@@ -36,9 +36,11 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
 
 }  // namespace
 
-ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults) {
+ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& defaults) {
+  const bool on_rclcpp = label.ends_with(kOnRclcpp);
+  const std::string text = label.substr(0, label.size() - (on_rclcpp ? kOnRclcpp.size() : 0));
   const std::string name = text.substr(0, text.find(':'));
-  ExecutorSpec spec{text, find_executor(name), defaults, nullptr};
+  ExecutorSpec spec{label, find_executor(name), defaults, nullptr, on_rclcpp ? Stack::rclcpp : Stack::native};
   if (spec.entry == nullptr) {
     throw UsageError("there is no executor `" + name + "`; there are " + joined(all_executor_names()));
   }
@@ -64,8 +66,12 @@ TaskSet tasks_of_part(const ExecutorSpec& spec, TaskSet set, std::size_t part) {
 
 ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks,
                     const SchedulerOptions& defaults) {
+  return deploy(find_deployment(name_or_path, graph, tasks), defaults);
+}
+
+ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
   auto deployed = std::make_shared<Deployed>();
-  deployed->plan = find_deployment(name_or_path, graph, tasks);
+  deployed->plan = std::move(plan);
   const std::string& file = deployed->plan.file;
   if (find_executor(deployed->plan.name) != nullptr) {
     throw InputError(file, 1, "the deployment is called " + deployed->plan.name + ", which is an executor",

@@ -5,7 +5,6 @@
 #include <array>
 #include <chrono>
 #include <set>
-#include <sstream>
 
 namespace hotpath::test {
 
@@ -26,6 +25,9 @@ class Generator {
     for (std::int64_t i = 0; i < others; ++i) add(sequences_ ? NodeType::transform : any_type());
     for (Node& node : graph_.nodes) {
       if (node.type == NodeType::fusion && chance(random_, 30)) make_callbacks(node);
+    }
+    for (Node& node : graph_.nodes) {  // fewer topics than it wanted
+      if (node.type == NodeType::fusion && node.inputs.size() == 1) node.type = NodeType::transform;
     }
     scale_to_load(graph_, static_cast<double>(draw(random_, 20, 97)));
     for (Node& node : graph_.nodes) {
@@ -102,6 +104,7 @@ class Generator {
     node.callbacks = callbacks_of(node);
     node.type = NodeType::callbacks;
     node.groups = {node.group};
+    for (Input& input : node.inputs) input.priority.reset();  // the callbacks have them
     for (Callback& callback : node.callbacks) callback.worst = draw(random_, 0, 10) * 1ms;
     node.execution_time = node.best_case_execution_time = {};
   }
@@ -158,53 +161,6 @@ class Generator {
   bool sequences_ = false;
 };
 
-void write_callbacks(std::ostream& out, const Node& node) {
-  out << "  - {name: " << node.name << ", type: callbacks, callbacks: [";
-  for (const Callback& c : node.callbacks) {
-    const Input& input = node.inputs[*c.input];
-    out << (*c.input > 0 ? ", " : "") << "{subscription: " << input.topic << ", depth: " << input.depth
-        << ", execution_time_ms: {min: " << to_ms(c.best) << ", max: " << to_ms(c.worst) << "}"
-        << (c.priority ? ", priority: " + std::to_string(*c.priority) : "")
-        << ", publishes: {topic: " << c.publishes[0].topic << ", when: all_new, of: [";
-    for (const Input& i : node.inputs) out << (&i == node.inputs.data() ? "" : ", ") << i.topic;
-    out << "]}}";
-  }
-  out << "]}\n";
-}
-
-void write_node(std::ostream& out, const Node& node) {
-  if (node.type == NodeType::callbacks) return write_callbacks(out, node);
-  out << "  - {name: " << node.name << ", type: " << to_string(node.type)
-      << ", execution_time_ms: " << to_ms(node.execution_time)
-      << ", best_case_execution_time_ms: " << to_ms(node.best_case_execution_time);
-  if (node.period > Duration::zero())
-    out << ", period_ms: " << to_ms(node.period) << ", deadline_ms: " << to_ms(node.deadline)
-        << (node.priority ? ", priority: " + std::to_string(*node.priority) : "");
-  const auto input = [](const Input& i) {
-    return "{topic: " + i.topic + ", depth: " + std::to_string(i.depth) +
-           (i.priority ? ", priority: " + std::to_string(*i.priority) : "") + "}";
-  };
-  if (node.type == NodeType::intersection) {
-    out << ", connections: [";
-    for (std::size_t i = 0; i < node.inputs.size(); ++i) {
-      out << (i ? ", " : "") << "{input: " << input(node.inputs[i]) << ", output: " << node.outputs[i] << "}";
-    }
-    out << "]";
-  } else if (!node.inputs.empty()) {
-    out << ", inputs: [";
-    for (std::size_t i = 0; i < node.inputs.size(); ++i) out << (i ? ", " : "") << input(node.inputs[i]);
-    out << "]";
-  }
-  if (node.type != NodeType::intersection && !node.outputs.empty()) out << ", output: " << node.outputs[0];
-  out << "}\n";
-}
-
-std::string list(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return "[" + text + "]";
-}
-
 }  // namespace
 
 std::int64_t draw(Random& random, std::int64_t least, std::int64_t most) {
@@ -215,22 +171,13 @@ bool chance(Random& random, int percent) { return draw(random, 1, 100) <= percen
 
 Graph random_graph(Random& random) { return Generator(random).make(); }
 
-std::string graph_yaml(const Graph& graph) {
-  std::ostringstream out;
-  out.precision(10);
-  out << "name: " << graph.name << "\nplatform:\n  cores: " << graph.platform.cores
-      << "\n  timer_thread: " << to_string(graph.platform.timer_thread) << "\n";
-  for (const PlatformCost& cost : kPlatformCosts) {
-    out << "  " << cost.key << ": " << to_us(graph.platform.*cost.value) << "\n";
-  }
-  out << "nodes:\n";
-  for (const Node& node : graph.nodes) write_node(out, node);
-  out << "chains:\n";
-  for (const Chain& c : graph.chains) {
-    out << "  - {name: " << c.name << ", nodes: " << list(c.nodes) << ", sources: " << list(c.sources)
-        << ", sink: " << c.sink << "}\n";
-  }
-  return out.str();
+Graph random_timers(Random& random) {
+  Graph graph = random_graph(random);
+  std::erase_if(graph.nodes, [](const Node& node) { return node.type != NodeType::sensor; });
+  graph.chains.clear();
+  scale_to_load(graph, static_cast<double>(draw(random, 20, 97)));
+  for (Node& node : graph.nodes) node.best_case_execution_time = node.execution_time / 2;
+  return graph;
 }
 
 }  // namespace hotpath::test

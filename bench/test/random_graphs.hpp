@@ -2,7 +2,6 @@
 #pragma once
 
 #include <random>
-#include <string>
 
 #include "hotpath/reference_system/graph.hpp"
 
@@ -18,7 +17,7 @@ bool chance(Random& random, int percent);
 /// depths, and in two of five graphs what a platform costs.
 Graph random_graph(Random& random);
 
-/// The graph as a file that load_graph() reads.
-std::string graph_yaml(const Graph& graph);
+/// One to five timers, and the same costs.
+Graph random_timers(Random& random);
 
 }  // namespace hotpath::test

@@ -7,8 +7,8 @@
 #include "graph_callbacks.hpp"
 #include "graph_source.hpp"
 #include "hotpath/core/worker.hpp"
-#include "hotpath/reference_system/graph_yaml.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 
@@ -17,7 +17,6 @@ namespace {
 using Words = std::vector<std::string>;
 
 constexpr const char* kRemedy = "a graph is one YAML map that begins with `name: NAME` and lists `nodes`";
-constexpr std::uint32_t kCommandDepth = 10;  // upstream's nodes/settings.hpp
 
 const Words kAllNodeKeys = {"name",
                             "type",
@@ -71,7 +70,7 @@ Input parse_input(const YamlValue& value, const std::string& node, std::uint32_t
 }
 
 void parse_inputs(const YamlMap& map, const std::string& what, Node& node, NodeLines& lines) {
-  const std::uint32_t depth = node.type == NodeType::command ? kCommandDepth : 1;
+  const std::uint32_t depth = default_depth(node.type);
   const auto one = map.find("input");
   const auto many = map.find("inputs");
   if (one && many)

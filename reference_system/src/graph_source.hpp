@@ -9,6 +9,9 @@
 
 namespace hotpath {
 
+/// History depth of an input that is given none (upstream's nodes/settings.hpp).
+inline std::uint32_t default_depth(NodeType type) { return type == NodeType::command ? 10 : 1; }
+
 struct NodeLines {
   int node = 0;
   std::vector<int> inputs, outputs;

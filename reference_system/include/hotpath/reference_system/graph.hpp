@@ -74,6 +74,7 @@ struct GraphPlatform {
   ExecutionTimeModel execution_times = ExecutionTimeModel::worst;
   Duration release_cost{}, pass_cost{}, dispatch_cost{}, wait_cost{}, wait_cost_per_entity{}, wake_up{},
       delivery_delay{};  ///< >= 0.
+  friend bool operator==(const GraphPlatform&, const GraphPlatform&) = default;
 };
 
 /// A cost of the platform as files and options know it.
@@ -100,6 +101,7 @@ struct Input {
   std::string topic;
   std::uint32_t depth = 1;               ///< History depth; upstream: 1, command nodes 10.
   std::optional<std::int64_t> priority;  ///< Given fixed priority of this subscription.
+  friend bool operator==(const Input&, const Input&) = default;
 };
 
 struct Node {
@@ -120,6 +122,7 @@ struct Node {
   std::vector<CallbackGroup> groups;
   std::vector<std::string> group_names;  ///< callbacks: parallel to groups.
   std::vector<Callback> callbacks;       ///< In order of creation.
+  friend bool operator==(const Node&, const Node&) = default;
 };
 
 /// What a node of any type does, in order of creation: the six types of the reference system in terms of the
@@ -131,8 +134,9 @@ std::vector<Callback> callbacks_of(const Node& node);
 struct Chain {
   std::string name;
   std::vector<std::string> nodes;    ///< In creation order; all nodes the path visits.
-  std::vector<std::string> sources;  ///< Those of `nodes` where data begins: each has one timer.
+  std::vector<std::string> sources;  ///< Those of `nodes` where data begins: one timer, or a task.
   std::string sink;
+  friend bool operator==(const Chain&, const Chain&) = default;
 };
 
 /// A node graph as its YAML file describes it; nodes in creation order.
@@ -148,6 +152,7 @@ struct Graph {
   [[nodiscard]] const Node* find(const std::string& node_or_task) const;
   /// Whether any node is of type `callbacks`. Messages of the others go by upstream's limits.
   [[nodiscard]] bool has_callbacks() const;
+  friend bool operator==(const Graph&, const Graph&) = default;
 };
 
 /// Where a task of a graph's task set comes from.

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/recorded_executors.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "program/text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// Threads joined into executors.
+class Groups {
+ public:
+  explicit Groups(std::size_t threads) : parent_(threads) { std::iota(parent_.begin(), parent_.end(), 0U); }
+  std::uint32_t find(std::uint32_t t) {
+    while (parent_[t] != t) t = parent_[t] = parent_[parent_[t]];
+    return t;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parent_[find(b)] = find(a); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+bool counts(const RecordedSystem& system, std::uint32_t c) {
+  const RecordedCallback& callback = system.callbacks[c];
+  const bool is_task = callback.kind == RecordedKind::timer || callback.kind == RecordedKind::subscription;
+  return is_task && callback.node != kNone && !callback.threads.empty();
+}
+
+/// What the callbacks of a thread are.
+struct ThreadUse {
+  bool timers = false, others = false;
+  std::set<std::uint32_t> nodes;
+};
+
+std::vector<ThreadUse> uses_of(const RecordedSystem& system) {
+  std::vector<ThreadUse> uses(system.threads.size());
+  for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
+    if (!counts(system, c)) continue;
+    for (const auto& [thread, jobs] : system.callbacks[c].threads) {
+      (system.callbacks[c].kind == RecordedKind::timer ? uses[thread].timers : uses[thread].others) = true;
+      uses[thread].nodes.insert(system.callbacks[c].node);
+    }
+  }
+  return uses;
+}
+
+/// rcl 9 belongs to rclcpp 28 (Jazzy), which has other multi-threaded executors.
+bool is_jazzy_or_later(const RecordedSystem& system) { return std::atoi(system.rcl_version.c_str()) >= 9; }
+
+void find_candidates(const RecordedSystem& system, const std::vector<ThreadUse>& uses,
+                     RecordedExecutor& executor) {
+  const std::size_t threads = executor.threads.size();
+  const bool waits =
+      std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return system.threads[t].waits > 0; });
+  const bool timers_apart =
+      threads == 2 &&
+      std::ranges::any_of(executor.threads,
+                          [&](std::uint32_t t) { return uses[t].timers && !uses[t].others; }) &&
+      std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return !uses[t].timers; });
+  if (waits && threads == 1) {
+    executor.candidates = {"default"};
+    executor.why = "it has the events of rclcpp's waits and one thread runs its callbacks";
+  } else if (waits) {
+    executor.candidates = {concat(is_jazzy_or_later(system) ? "multi-jazzy:" : "multi:", threads)};
+    executor.why = concat("it has the events of rclcpp's waits and ", threads,
+                          " threads run its callbacks (rcl ", system.rcl_version, ")");
+  } else if (timers_apart) {
+    executor.candidates = {"events-re"};
+    executor.why = "it has no events of waits, and timers run on a thread of their own";
+  } else if (threads == 1) {
+    executor.candidates = {"events-ro", "static", "cbg:1"};
+    executor.why = "it has no events of waits and one thread";
+  } else {
+    executor.candidates = {concat("cbg:", threads)};
+    executor.why = concat("it has no events of waits and ", threads, " threads");
+  }
+}
+
+MeasuredCost cost_of(std::vector<Duration> samples, Duration without) {
+  MeasuredCost cost;
+  cost.n = samples.size();
+  if (samples.empty()) return cost;
+  std::ranges::sort(samples);
+  const auto at = [&](std::size_t percent) {
+    return std::max(Duration::zero(), samples[(samples.size() - 1) * percent / 100] - without);
+  };
+  cost.median = at(50);
+  cost.p90 = at(90);
+  return cost;
+}
+
+}  // namespace
+
+RecordedExecutors recorded_executors(const RecordedSystem& system, const std::string& given) {
+  Groups groups(system.threads.size());
+  const std::vector<ThreadUse> uses = uses_of(system);
+  for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
+    if (!counts(system, c)) continue;
+    const auto& threads = system.callbacks[c].threads;
+    for (const auto& [thread, jobs] : threads) groups.join(threads.begin()->first, thread);
+  }
+  // A thread of timers alone serves the same nodes as another one: release-and-execute.
+  for (std::uint32_t a = 0; a < uses.size(); ++a) {
+    for (std::uint32_t b = 0; b < uses.size(); ++b) {
+      const bool apart = uses[a].timers && !uses[a].others && uses[b].others && !uses[b].timers;
+      if (!apart || system.threads[a].waits + system.threads[b].waits > 0) continue;
+      if (std::ranges::any_of(uses[a].nodes, [&](std::uint32_t n) { return uses[b].nodes.contains(n); }))
+        groups.join(b, a);
+    }
+  }
+  RecordedExecutors found;
+  std::map<std::uint32_t, std::uint32_t> index;
+  for (std::uint32_t t = 0; t < system.threads.size(); ++t) {
+    if (uses[t].nodes.empty()) continue;
+    const auto [at, is_new] =
+        index.try_emplace(groups.find(t), static_cast<std::uint32_t>(found.executors.size()));
+    if (is_new)
+      found.executors.push_back(
+          {concat("thread_", system.threads[t].id), system.threads[t].process, {}, {}, {}});
+    found.executors[at->second].threads.push_back(t);
+  }
+  for (RecordedExecutor& executor : found.executors) {
+    find_candidates(system, uses, executor);
+    if (given.empty()) continue;
+    executor.candidates = {given};
+    executor.why = "--executor says so";
+  }
+  for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
+    const bool ran = counts(system, c);
+    found.of_callback.push_back(ran ? index.at(groups.find(system.callbacks[c].threads.begin()->first))
+                                    : kNone);
+  }
+  return found;
+}
+
+RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
+                             const RecordedExecutor& executor, const ExecutorEntry& entry,
+                             const std::vector<TaskId>& entity_order) {
+  std::vector<std::size_t> place(graph.tasks.set.size());
+  for (TaskId id = 0; id < place.size(); ++id) {
+    const auto at = std::ranges::find(entity_order, id);
+    place[id] = entity_order.empty() ? id : static_cast<std::size_t>(at - entity_order.begin());
+    const bool first = entry.traits.runs_first == graph.tasks.set[id].kind;
+    if (!first) place[id] += place.size();
+  }
+  const bool wait_set = entry.traits.family == Family::wait_set;
+  const bool tells_waits = std::ranges::any_of(window.jobs, [&](const RecordedJob& job) {
+    return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
+  });
+  std::map<std::uint32_t, std::size_t> previous;  // by thread
+  std::vector<Duration> dispatch, wait, wake_up, delivery;
+  for (std::size_t i = 0; i < window.jobs.size(); ++i) {
+    const RecordedJob& job = window.jobs[i];
+    if (!job.ended || std::ranges::find(executor.threads, job.thread) == executor.threads.end()) continue;
+    const auto before = previous.find(job.thread);
+    const bool has_previous = before != previous.end();
+    const std::size_t last = has_previous ? before->second : i;
+    previous[job.thread] = i;
+    const TaskId task = window.records[i].job.task;
+    if (!has_previous || task == kNoTask) continue;
+    const Duration gap = job.start - window.jobs[last].finish;
+    if (gap < Duration::zero()) continue;  // one within the other
+    const Time timestamp = window.records[i].job.timestamp;
+    if (timestamp <= window.jobs[last].finish) {
+      const TaskId other = window.records[last].job.task;
+      const bool new_round = other != kNoTask && place[task] <= place[other];
+      const bool waited = wait_set && (tells_waits ? job.waited : new_round);
+      (waited ? wait : dispatch).push_back(gap);
+    } else {
+      const bool timer = graph.tasks.set[task].kind == TaskKind::timer;
+      (timer ? wake_up : delivery).push_back(job.start - timestamp);
+    }
+  }
+  RecordedCosts costs;
+  costs.dispatch = cost_of(std::move(dispatch), Duration::zero());
+  costs.wait = cost_of(std::move(wait), costs.dispatch.median);
+  costs.wake_up = cost_of(std::move(wake_up), costs.dispatch.median);
+  costs.delivery = cost_of(std::move(delivery), costs.dispatch.median + costs.wake_up.median);
+  return costs;
+}
+
+EntityOrder recorded_entity_order(const RecordedGraph& graph, const RecordedWindow& window) {
+  const TaskId count = graph.tasks.set.size();
+  std::vector<std::vector<std::uint32_t>> before(count, std::vector<std::uint32_t>(count, 0));
+  std::map<std::uint32_t, TaskId> previous;  // of the same snapshot, by thread
+  std::uint64_t pairs = 0, contradicting = 0;
+  for (std::size_t i = 0; i < window.jobs.size(); ++i) {
+    const RecordedJob& job = window.jobs[i];
+    const TaskId task = window.records[i].job.task;
+    const auto last = previous.find(job.thread);
+    const TaskId other = last == previous.end() || job.waited ? kNoTask : last->second;
+    previous[job.thread] = task;
+    if (task == kNoTask || other == kNoTask || task == other) continue;
+    if (graph.tasks.set[task].kind != graph.tasks.set[other].kind) continue;
+    ++before[other][task];
+    ++pairs;
+    contradicting += other > task;
+  }
+  EntityOrder found;
+  if (pairs > 0) found.contradicting = static_cast<double>(contradicting) / static_cast<double>(pairs);
+  if (found.contradicting < 0.01) return found;
+  // Again and again the task that fewest of those left come before; the earliest created among equals.
+  std::vector<TaskId> left(count);
+  std::iota(left.begin(), left.end(), 0U);
+  while (!left.empty()) {
+    const auto first = std::ranges::min_element(left, {}, [&](TaskId id) {
+      std::int64_t balance = 0;
+      for (const TaskId other : left)
+        balance += std::int64_t{before[other][id]} - std::int64_t{before[id][other]};
+      return balance;
+    });
+    found.order.push_back(*first);
+    left.erase(first);
+  }
+  return found;
+}
+
+}  // namespace hotpath

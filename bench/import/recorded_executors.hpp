@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/registry.hpp"
+#include "hotpath/core/trace.hpp"
+#include "import/recorded_graph.hpp"
+
+namespace hotpath {
+
+/// Threads that share callbacks, and what kind of executor they may be of.
+struct RecordedExecutor {
+  std::string name;
+  std::uint32_t process = 0;            ///< Its id.
+  std::vector<std::uint32_t> threads;   ///< Those that ran callbacks, by their position in the system.
+  std::vector<std::string> candidates;  ///< Labels as on the command line, the likeliest first; >= 1.
+  std::string why;                      ///< What in the trace says so.
+};
+
+struct RecordedExecutors {
+  std::vector<RecordedExecutor> executors;
+  std::vector<std::uint32_t> of_callback;  ///< By callback; kNone: no thread ran it.
+};
+
+/// Two callbacks that ran on one thread share an executor. `given`: the executor if the user knows it.
+[[nodiscard]] RecordedExecutors recorded_executors(const RecordedSystem& system, const std::string& given);
+
+/// One cost as it was measured.
+struct MeasuredCost {
+  std::size_t n = 0;
+  Duration median{}, p90{};
+};
+
+/// What an executor costs, from the gaps between the jobs of its threads.
+struct RecordedCosts {
+  MeasuredCost dispatch;  ///< End of a job to the start of the next one, ready, of the same snapshot.
+  MeasuredCost wait;      ///< The same where it took a new wait, beyond the dispatch.
+  MeasuredCost
+      wake_up;  ///< A timer's instant to the start of its job on an idle thread, beyond the dispatch.
+  MeasuredCost
+      delivery;  ///< Publication to the start of an idle subscriber, beyond the dispatch and the wake-up.
+};
+
+/// `records` are those of all `jobs` of the graph, parallel; both by start.
+struct RecordedWindow {
+  std::span<const RecordedJob> jobs;   ///< Of all callbacks.
+  std::span<const JobRecord> records;  ///< Parallel to jobs; task kNoTask where it is none of the graph's.
+};
+[[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
+                                           const RecordedExecutor& executor, const ExecutorEntry& entry,
+                                           const std::vector<TaskId>& entity_order);
+
+/// The order in which wait sets scanned the tasks of each kind, as the snapshots of executors with events of
+/// their waits show it; empty: that of creation, or nothing shows it. `contradicting` is the share of pairs
+/// in one snapshot that are not in order of creation.
+struct EntityOrder {
+  std::vector<TaskId> order;
+  double contradicting = 0;
+};
+[[nodiscard]] EntityOrder recorded_entity_order(const RecordedGraph& graph, const RecordedWindow& window);
+
+}  // namespace hotpath

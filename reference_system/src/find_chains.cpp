@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/find_chains.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace hotpath {
+
+namespace {
+
+/// The tasks that a task's data reaches next, by way of others of its node only where they lead further than
+/// it does itself: not the other inputs of a fusion.
+std::vector<TaskId> next_of(const GraphTasks& tasks, TaskId id) {
+  const std::vector<TaskId>& own = tasks.set[id].feeds;
+  std::vector<TaskId> next = tasks.downstream(id);
+  std::erase_if(next, [&](TaskId other) {
+    const std::vector<TaskId>& theirs = tasks.set[other].feeds;
+    return tasks.origin[other].node == tasks.origin[id].node && !theirs.empty() &&
+           std::all_of(theirs.begin(), theirs.end(),
+                       [&](TaskId fed) { return std::find(own.begin(), own.end(), fed) != own.end(); });
+  });
+  return next;
+}
+
+/// A path of tasks from a timer.
+struct Path {
+  std::vector<TaskId> tasks;
+  Duration work{};
+
+  [[nodiscard]] bool is_larger_than(const Path& other) const {
+    return std::pair(tasks.size(), work) > std::pair(other.tasks.size(), other.work);
+  }
+};
+
+/// The largest paths from one timer, over the graph without the edges that close cycles.
+class LargestPaths {
+ public:
+  LargestPaths(const GraphTasks& tasks, const std::vector<std::vector<TaskId>>& downstream, TaskId timer)
+      : tasks_(tasks),
+        downstream_(downstream),
+        state_(tasks.set.size(), State::unseen),
+        edges_(state_.size()) {
+    visit(timer);
+    std::vector<std::optional<Path>> best(state_.size());
+    best[timer] = Path{{timer}, tasks.set[timer].wcet};
+    for (auto id = order_.rbegin(); id != order_.rend(); ++id) {
+      const Path& path = *best[*id];
+      for (const TaskId next : edges_[*id]) {
+        Path longer = path;
+        longer.tasks.push_back(next);
+        longer.work += tasks.set[next].wcet;
+        if (!best[next] || longer.is_larger_than(*best[next])) best[next] = std::move(longer);
+      }
+      if (edges_[*id].empty() && *id != timer && !tasks_.callbacks[*id].stores_only) paths_.push_back(path);
+    }
+  }
+
+  std::vector<Path> take() { return std::move(paths_); }
+
+ private:
+  enum class State : std::uint8_t { unseen, open, done };
+
+  void visit(TaskId id) {
+    state_[id] = State::open;
+    for (const TaskId next : downstream_[id]) {
+      if (state_[next] == State::open) continue;  // closes a cycle
+      edges_[id].push_back(next);
+      if (state_[next] == State::unseen) visit(next);
+    }
+    state_[id] = State::done;
+    order_.push_back(id);
+  }
+
+  const GraphTasks& tasks_;
+  const std::vector<std::vector<TaskId>>& downstream_;
+  std::vector<State> state_;
+  std::vector<std::vector<TaskId>> edges_;
+  std::vector<TaskId> order_;  // each after all that it leads to
+  std::vector<Path> paths_;
+};
+
+/// The task where its node has several callbacks of its own, else the node.
+std::string name_in_chain(const Graph& graph, const GraphTasks& tasks, TaskId id) {
+  const Node& node = graph.nodes[tasks.origin[id].node];
+  return node.type == NodeType::callbacks ? tasks.set[id].name : node.name;
+}
+
+Chain chain_along(const Graph& graph, const GraphTasks& tasks, const Path& path, std::size_t number) {
+  Chain chain;
+  chain.name = "chain_" + std::to_string(number);
+  for (const TaskId id : path.tasks) {
+    const std::string name = name_in_chain(graph, tasks, id);
+    // A cyclic node is on the path with two tasks.
+    if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end()) {
+      chain.nodes.push_back(name);
+    }
+  }
+  chain.sources = {chain.nodes.front()};
+  chain.sink = chain.nodes.back();
+  return chain;
+}
+
+}  // namespace
+
+std::vector<Chain> find_chains(const Graph& graph, const GraphTasks& tasks, std::size_t most) {
+  std::vector<std::vector<TaskId>> downstream;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) downstream.push_back(next_of(tasks, id));
+  std::vector<Path> paths;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].kind != TaskKind::timer) continue;
+    for (Path& path : LargestPaths(tasks, downstream, id).take()) paths.push_back(std::move(path));
+  }
+  std::stable_sort(paths.begin(), paths.end(),
+                   [](const Path& a, const Path& b) { return a.is_larger_than(b); });
+  if (paths.size() > most) paths.resize(most);
+  std::vector<Chain> chains;
+  for (const Path& path : paths) chains.push_back(chain_along(graph, tasks, path, chains.size() + 1));
+  return chains;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/graph_writer.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <set>
+
+#include "graph_source.hpp"
+#include "graph_text.hpp"
+#include "hotpath/core/input_error.hpp"
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The name of the file that has a callback's measured execution times; empty: they stand in the graph's.
+using TimesFile = std::function<std::string(const Callback&)>;
+
+class Writer {
+ public:
+  Writer(const Graph& graph, const GraphComments& comments, TimesFile times_file)
+      : graph_(graph), comments_(comments), times_file_(std::move(times_file)) {}
+
+  std::string text() {
+    if (!comments_.header.empty()) out_ << YAML::Comment(comments_.header) << YAML::Newline;
+    out_ << YAML::BeginMap;
+    pair("name", graph_.name);
+    if (!graph_.description.empty()) pair("description", graph_.description);
+    pair("work", std::string(to_string(graph_.work)));
+    if (graph_.platform != GraphPlatform{}) platform();
+    topics();
+    key("nodes") << YAML::BeginSeq;
+    for (const Node& n : graph_.nodes) node(n);
+    out_ << YAML::EndSeq;
+    if (!graph_.chains.empty()) chains();
+    out_ << YAML::EndMap << YAML::Newline;
+    return out_.c_str();
+  }
+
+ private:
+  YAML::Emitter& key(const std::string& k) { return out_ << YAML::Key << k << YAML::Value; }
+  void pair(const std::string& k, const std::string& value) { key(k) << value; }
+  void milliseconds(const std::string& k, Duration value) { pair(k, format_ms(value)); }
+  void words(const std::string& k, const std::vector<std::string>& list) { key(k) << YAML::Flow << list; }
+  void priority(const std::optional<std::int64_t>& given) {
+    if (given) key("priority") << *given;
+  }
+  void comment(const std::string& name) {
+    const auto found = comments_.of.find(name);
+    if (found != comments_.of.end() && !found->second.empty()) out_ << YAML::Comment(found->second);
+  }
+
+  void platform() {
+    const GraphPlatform& p = graph_.platform;
+    key("platform") << YAML::BeginMap;
+    key("cores") << p.cores;
+    pair("timer_thread", std::string(to_string(p.timer_thread)));
+    pair("execution_times", std::string(to_string(p.execution_times)));
+    for (const PlatformCost& cost : kPlatformCosts) {
+      // Microseconds have three digits less behind the point.
+      if (p.*cost.value > Duration::zero()) milliseconds(std::string(cost.key), p.*cost.value * 1000);
+    }
+    out_ << YAML::EndMap;
+  }
+
+  /// Those that several nodes publish.
+  void topics() {
+    std::set<std::string> once, many;
+    for (const Node& n : graph_.nodes) {
+      for (const std::string& topic : n.outputs) {
+        if (!once.insert(topic).second) many.insert(topic);
+      }
+    }
+    if (many.empty()) return;
+    key("topics") << YAML::BeginMap;
+    for (const std::string& topic : many) {
+      key(topic) << YAML::Flow << YAML::BeginMap;
+      pair("publishers", "many");
+      out_ << YAML::EndMap;
+    }
+    out_ << YAML::EndMap;
+  }
+
+  void node(const Node& n) {
+    const bool is_upstreams = n.type != NodeType::callbacks;
+    if (is_upstreams) out_ << YAML::Flow;
+    out_ << YAML::BeginMap;
+    pair("name", n.name);
+    if (!is_upstreams) comment(n.name);
+    pair("type", std::string(to_string(n.type)));
+    is_upstreams ? upstream_node(n) : callbacks_node(n);
+    out_ << YAML::EndMap;
+    if (is_upstreams) comment(n.name);
+  }
+
+  void upstream_node(const Node& n) {
+    if (n.period > Duration::zero()) timer(n.period, n.phase, n.deadline);
+    priority(n.priority);
+    if (n.type == NodeType::intersection) {
+      connections(n);
+    } else if (!n.inputs.empty()) {
+      inputs(n);
+    }
+    const bool has_output = n.type != NodeType::intersection && !n.outputs.empty();
+    if (has_output && n.outputs[0] != n.name) pair("output", n.outputs[0]);
+    if (n.execution_time > Duration::zero()) milliseconds("execution_time_ms", n.execution_time);
+    if (n.best_case_execution_time != n.execution_time) {
+      milliseconds("best_case_execution_time_ms", n.best_case_execution_time);
+    }
+    if (n.group != CallbackGroup::mutually_exclusive) {
+      pair("callback_group", std::string(to_string(n.group)));
+    }
+  }
+
+  void timer(Duration period, const std::optional<Duration>& phase, Duration deadline) {
+    milliseconds("period_ms", period);
+    if (phase) milliseconds("phase_ms", *phase);
+    if (deadline != period) milliseconds("deadline_ms", deadline);
+  }
+
+  void connections(const Node& n) {
+    key("connections") << YAML::BeginSeq;
+    for (std::size_t i = 0; i < n.inputs.size(); ++i) {
+      out_ << YAML::BeginMap << YAML::Key << "input" << YAML::Value;
+      input(n, n.inputs[i]);
+      pair("output", n.outputs[i]);
+      out_ << YAML::EndMap;
+    }
+    out_ << YAML::EndSeq;
+  }
+
+  void inputs(const Node& n) {
+    const bool several = n.inputs.size() > 1;
+    key(several ? "inputs" : "input");
+    if (several) out_ << YAML::BeginSeq;
+    for (const Input& i : n.inputs) input(n, i);
+    if (several) out_ << YAML::EndSeq;
+  }
+
+  void input(const Node& n, const Input& i) {
+    if (i == Input{i.topic, default_depth(n.type), {}}) {
+      out_ << i.topic;
+      return;
+    }
+    out_ << YAML::BeginMap;
+    pair("topic", i.topic);
+    if (i.depth != default_depth(n.type)) key("depth") << i.depth;
+    priority(i.priority);
+    out_ << YAML::EndMap;
+  }
+
+  void callbacks_node(const Node& n) {
+    if (!n.group_names.empty()) {
+      key("groups") << YAML::Flow << YAML::BeginMap;
+      for (std::size_t g = 0; g < n.group_names.size(); ++g) {
+        pair(n.group_names[g], std::string(to_string(n.groups[g])));
+      }
+      out_ << YAML::EndMap;
+    }
+    key("callbacks") << YAML::BeginSeq;
+    for (const Callback& c : n.callbacks) callback(n, c);
+    out_ << YAML::EndSeq;
+  }
+
+  void callback(const Node& n, const Callback& c) {
+    out_ << YAML::Flow << YAML::BeginMap;
+    const std::string name = c.task.substr(n.name.size() + 1);
+    if (c.input) {
+      pair("subscription", name);
+      const std::uint32_t depth = n.inputs[*c.input].depth;
+      if (depth != default_depth(n.type)) key("depth") << depth;
+    } else {
+      pair("timer", name);
+      timer(c.period, c.phase, c.deadline);
+    }
+    priority(c.priority);
+    execution_time(c);
+    if (c.group < n.group_names.size()) pair("group", n.group_names[c.group]);
+    if (!c.publishes.empty()) key("publishes");
+    if (c.publishes.size() > 1) out_ << YAML::BeginSeq;
+    for (const Publication& p : c.publishes) publication(n, p);
+    if (c.publishes.size() > 1) out_ << YAML::EndSeq;
+    out_ << YAML::EndMap;
+    comment(c.task);
+  }
+
+  void execution_time(const Callback& c) {
+    if (!c.measured && c.best == c.worst) {
+      if (c.worst > Duration::zero()) milliseconds("execution_time_ms", c.worst);
+      return;
+    }
+    key("execution_time_ms") << YAML::BeginMap;
+    const bool listed = c.measured && c.quantiles.empty();
+    const std::string file = listed ? times_file_(c) : std::string();
+    if (!file.empty()) {
+      pair("file", file);
+    } else if (listed) {
+      std::vector<std::string> values;
+      for (const Duration value : *c.measured) values.push_back(format_ms(value));
+      words("measured", values);
+    } else {
+      milliseconds("min", c.best);
+      for (const DurationQuantile& q : c.quantiles) {
+        if (q.percent > 0 && q.percent < 100)
+          milliseconds("p" + std::to_string(std::lround(q.percent)), q.time);
+      }
+      milliseconds("max", c.worst);
+    }
+    out_ << YAML::EndMap;
+  }
+
+  void publication(const Node& n, const Publication& p) {
+    if (p.rule == PublishRule::always) {
+      out_ << p.topic;
+      return;
+    }
+    out_ << YAML::BeginMap;
+    pair("topic", p.topic);
+    std::vector<std::string> of;
+    for (const std::uint32_t i : p.of) of.push_back(n.inputs[i].topic);
+    if (p.rule == PublishRule::every) key("every") << p.n;
+    if (p.rule == PublishRule::last_of) words("last_of", of);
+    if (p.rule == PublishRule::all_new) {
+      pair("when", "all_new");
+      words("of", of);
+    }
+    out_ << YAML::EndMap;
+  }
+
+  void chains() {
+    key("chains") << YAML::BeginSeq;
+    for (const Chain& c : graph_.chains) {
+      out_ << YAML::BeginMap;
+      pair("name", c.name);
+      words("nodes", c.nodes);
+      words("sources", c.sources);
+      pair("sink", c.sink);
+      out_ << YAML::EndMap;
+    }
+    out_ << YAML::EndSeq;
+  }
+
+  const Graph& graph_;
+  const GraphComments& comments_;
+  const TimesFile times_file_;
+  YAML::Emitter out_;
+};
+
+[[noreturn]] void cannot_write(const fs::path& file) {
+  throw InputError(file.string(), 0, "this file cannot be written", "choose a folder that can be written to");
+}
+
+/// Topics have slashes, file names have none.
+std::string times_name(const Callback& callback) {
+  std::string name = callback.task + ".csv";
+  std::replace(name.begin(), name.end(), '/', '-');
+  return name;
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  out.close();
+  if (!out) cannot_write(file);
+}
+
+}  // namespace
+
+std::string graph_yaml(const Graph& graph, const GraphComments& comments) {
+  return Writer(graph, comments, [](const Callback&) { return std::string(); }).text();
+}
+
+void write_graph(const fs::path& file, const Graph& graph, const GraphComments& comments) {
+  const fs::path folder = file.stem().string() + "_times";
+  const auto times_file = [&](const Callback& callback) -> std::string {
+    if (callback.measured->size() <= kMaxInlineTimes) return {};
+    std::error_code error;
+    fs::create_directories(file.parent_path() / folder, error);
+    std::string lines = "execution_time_ms\n";
+    for (const Duration value : *callback.measured) lines += format_ms(value) + "\n";
+    write_text(file.parent_path() / folder / times_name(callback), lines);
+    return (folder / times_name(callback)).string();
+  };
+  write_text(file, Writer(graph, comments, times_file).text());
+}
+
+}  // namespace hotpath

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/find_chains.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_writer.hpp"
+
+namespace hotpath {
+namespace {
+
+using testing::ElementsAre;
+using testing::SizeIs;
+
+TEST(FindChains, TakesTheLongestOfAutowareFirst) {
+  const Graph graph = load_graph(find_graph("autoware"));
+  const std::vector<Chain> chains = find_chains(graph, make_tasks(graph), 3);
+  ASSERT_THAT(chains, SizeIs(3));
+  EXPECT_THAT(chains[0].nodes, ElementsAre("FrontLidarDriver", "PointsTransformerFront", "PointCloudFusion",
+                                           "VoxelGridDownsampler", "NDTLocalizer", "Lanelet2GlobalPlanner",
+                                           "Lanelet2MapLoader", "LanePlanner", "BehaviorPlanner",
+                                           "MPCController", "VehicleInterface", "VehicleDBWSystem"));
+  EXPECT_EQ(chains[0].sink, "VehicleDBWSystem");
+}
+
+TEST(FindChains, AreChainsThatAGraphMayHave) {
+  for (const GraphListing& listing : list_graphs()) {
+    Graph graph = load_graph(listing.path);
+    graph.chains = find_chains(graph, make_tasks(graph), 1000);
+    const std::filesystem::path file = testing::TempDir() + "hotpath_find_chains.yaml";
+    write_graph(file, graph);
+    EXPECT_NO_THROW((void)load_graph(file)) << graph_yaml(graph);
+    std::filesystem::remove(file);
+  }
+}
+
+TEST(FindChains, NamesTasksOfNodesWithCallbacks) {
+  const Graph graph = load_graph(find_graph("callbacks"));
+  const std::vector<Chain> chains = find_chains(graph, make_tasks(graph), 1);
+  ASSERT_THAT(chains, SizeIs(1));
+  EXPECT_THAT(chains[0].nodes,
+              ElementsAre("Driver/imu", "Localizer/imu", "Localizer/points", "Planner/pose", "Controller"));
+}
+
+TEST(FindChains, FindsNoneAmongTimersAlone) {
+  const Graph graph = load_graph(find_graph("timers_only_60"));
+  EXPECT_THAT(find_chains(graph, make_tasks(graph), 10), SizeIs(0));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is written is read back as the same graph.
+#include "hotpath/reference_system/graph_writer.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class GraphWriter : public testing::Test {
+ protected:
+  GraphWriter() {
+    const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = testing::TempDir() + "hotpath_writer_" + test->name();
+    fs::create_directory(folder_);
+  }
+  ~GraphWriter() override { fs::remove_all(folder_); }
+
+  Graph load(const std::string& text) {
+    const fs::path file = folder_ / "given.yaml";
+    std::ofstream(file) << text;
+    return load_graph(file);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(GraphWriter, WritesEveryGraphOfOursAsItWasRead) {
+  for (const GraphListing& listing : list_graphs()) {
+    const Graph graph = load_graph(listing.path);
+    EXPECT_EQ(load(graph_yaml(graph)), graph) << listing.name;
+  }
+}
+
+const std::string kEverything = R"(name: everything
+description: "all that a graph can say: # it"
+work: cpu_time
+topics: {t: {publishers: many}}
+platform: {cores: 2, timer_thread: raised, execution_times: measured, wake_up_us: 3.5, wait_cost_per_entity_us: 0.025}
+nodes:
+- {name: S, type: sensor, period_ms: 10.5, phase_ms: 0, deadline_ms: 9, priority: -3, output: t, execution_time_ms: 2, best_case_execution_time_ms: 0.000001}
+- {name: C, type: cyclic, period_ms: 20, inputs: [{topic: t, depth: 4, priority: 2}], callback_group: reentrant}
+- {name: I, type: intersection, connections: [{input: t, output: a}, {input: C, output: b}]}
+- {name: F, type: fusion, inputs: [a, {topic: b, depth: 2}], output: t2}
+- {name: X, type: command, input: {topic: a, depth: 1}}
+- {name: Y, type: command, input: b}
+- name: K
+  type: callbacks
+  groups: {g: reentrant, h: mutually_exclusive}
+  callbacks:
+  - {timer: one, period_ms: 100, phase_ms: 3, deadline_ms: 50, priority: 1, execution_time_ms: {min: 1, max: 2.5}, group: h, publishes: [t, {topic: k, last_of: [b, a]}]}
+  - {subscription: a, depth: 3, execution_time_ms: {measured: [3, 1, 2]}, group: g, publishes: {topic: k, when: all_new, of: [a, b]}}
+  - {subscription: b, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: {topic: l, every: 4}}
+chains:
+- {name: c, nodes: [S, I, K/a], sources: [S], sink: K/a}
+)";
+
+TEST_F(GraphWriter, WritesAllThatAGraphCanSay) {
+  const Graph graph = load(kEverything);
+  EXPECT_EQ(load(graph_yaml(graph)), graph) << graph_yaml(graph);
+}
+
+TEST_F(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
+  Graph graph = load(kEverything);
+  std::vector<Duration> times(kMaxInlineTimes + 1, 5ms);
+  times[3] = 1ns;
+  Callback& callback = graph.nodes.back().callbacks[1];
+  callback.measured = std::make_shared<const std::vector<Duration>>(times);
+  callback.best = 1ns;
+  callback.worst = 5ms;
+  write_graph(folder_ / "mine.yaml", graph);
+  EXPECT_TRUE(fs::exists(folder_ / "mine_times" / "K-a.csv"));
+  EXPECT_EQ(load_graph(folder_ / "mine.yaml"), graph);
+}
+
+TEST_F(GraphWriter, SaysWhatTheCommentsSay) {
+  const Graph graph = load(kEverything);
+  const std::string text =
+      graph_yaml(graph, {"Imported.\nBy test.", {{"S", "a sensor"}, {"K", "a node"}, {"K/a", "half known"}}});
+  EXPECT_THAT(text, AllOf(HasSubstr("# Imported.\n# By test.\n"), HasSubstr("}  # a sensor\n"),
+                          HasSubstr("name: K  # a node\n"), HasSubstr("}  # half known\n")));
+  EXPECT_EQ(load(text), graph);
+}
+
+TEST_F(GraphWriter, NamesTheFileThatCannotBeWritten) {
+  const Graph graph = load(kEverything);
+  try {
+    write_graph(folder_ / "none" / "mine.yaml", graph);
+    ADD_FAILURE() << "written";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("mine.yaml"));
+  }
+}
+
+}  // namespace
+}  // namespace hotpath
