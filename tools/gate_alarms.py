@@ -61,7 +61,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, default=ROOT / "results" / "paper", metavar="DATA")
     parser.add_argument("--runs", type=int, default=200)
-    parser.add_argument("--repetitions", type=int, default=10, help="of each build")
+    parser.add_argument("--repetitions", type=int, default=20, help="of each build")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--most-alarms", type=float, default=0.01, help="share of the A/A runs")
     parser.add_argument("--least-found", type=float, default=0.95, help="share of the slow-downs")

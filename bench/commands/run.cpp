@@ -107,7 +107,7 @@ void compare_builds(const CompareArguments& a, const std::vector<std::string>& w
     throw UsageError("--output: " + folder.string() + " exists; give a new folder");
   }
   if (a.options.repetitions < 3)
-    throw UsageError("--against: a gate needs --repetitions 3 or more, better 10");
+    throw UsageError("--against: a gate needs --repetitions 3 or more, better 20");
   const auto order = interleaved(a.options.repetitions, 2, a.options.seed);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto [repetition, build] = order[i];

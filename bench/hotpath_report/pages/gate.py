@@ -105,7 +105,7 @@ def check_repetitions(name: str, *sides: Samples) -> bool:
     if fewest < LEAST_REPETITIONS:
         raise InputError(
             f"{name}: a gate needs {LEAST_REPETITIONS} repetitions on each side, and one has {fewest}; measure with"
-            " --repetitions 10"
+            " --repetitions 20"
         )
     return False
 
