@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -99,7 +100,7 @@ class CapacitySearch {
 
   void search(const std::string& name, bool deployment) {
     const SimulateOptions first = one(name, deployment, levels_.low);
-    check_simulation(first);  // so that what is wrong use counts as no level
+    if (!options_.live) check_simulation(first);  // so that what is wrong use counts as no level
     const Graph graph = graph_to_run(first);
     const std::string label = executors_to_run(first, graph, make_tasks(graph)).front().label;
     const auto failure = [&](double level) {
@@ -123,6 +124,9 @@ class CapacitySearch {
     fs::remove_all(folder);
     std::vector<std::string> words = {"run", "--output=" + folder.string()};
     words.insert(words.end(), options_.run_words.begin(), options_.run_words.end());
+    words.push_back(concat("--duration=", options.duration_s));
+    words.push_back(concat("--repetitions=", options.repetitions));
+    words.push_back(concat("--phases=", to_string(options.phases)));
     const bool deployed = !options.deployments.empty();
     words.push_back(deployed ? "--deployments=" + options.deployments[0]
                              : "--executor=" + options.executors[0]);
@@ -249,13 +253,14 @@ class CapacitySearch {
 };
 
 /// The words for `run` of what was given here; refuses what only a simulation has.
-std::vector<std::string> words_for_run(const CLI::App& capacity) {
+std::vector<std::string> words_for_run(const CLI::App& capacity, Over over) {
   CLI::App app;
   add_run_command(app);
   const CLI::App* const run = app.get_subcommand("run");
-  const std::vector<std::string> mine = {"over",         "require",   "from",        "to",
-                                         "resolution",   "coarse",    "live",        "output",
-                                         "live-options", "executors", "deployments", "threads"};
+  const std::vector<std::string> mine = {
+      to_string(over), "over",     "require",      "from",   "to",        "resolution",
+      "coarse",        "live",     "live-options", "output", "executors", "deployments",
+      "threads",       "duration", "repetitions",  "phases"};
   std::vector<std::string> words = given_options(capacity, mine);
   for (const std::string& word : words) {
     const std::string option = word.substr(0, word.find('='));
@@ -275,7 +280,7 @@ void add_capacity_command(CLI::App& app) {
       "hotpath capacity --over load --executors default,rm-ro --repetitions 20",
       [command](CapacityOptions options) {
         options.executors = executors_of(options);
-        if (options.live) options.run_words = words_for_run(**command);
+        if (options.live) options.run_words = words_for_run(**command, options.over);
         CapacitySearch(options).run();
       });
   *command = &capacity;
