@@ -93,7 +93,9 @@ def fuzz(target: str, seconds: float) -> tuple[str, int, list[str]]:
         if code != 0:
             reason = re.search(r"(SUMMARY: .*|.*runtime error.*|terminate called.*\n.*)", log)
             artifact = re.search(r"Test unit written to (.*)", log)
-            wrong.append(f"{target}: {reason[0] if reason else log[-500:]} ({artifact[1] if artifact else 'no input'})")
+            wrong.append(
+                f"{target}: {reason[0] if reason else log[-500:]} ({artifact[1] if artifact else 'no input'})"
+            )
             if len(wrong) == 5:
                 break
     return target, count, wrong
@@ -101,7 +103,9 @@ def fuzz(target: str, seconds: float) -> tuple[str, int, list[str]]:
 
 def publish(results: list[tuple[str, int, list[str]]], seconds: float) -> None:
     """Adds them to those of earlier runs."""
-    before = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {"targets": {}, "seconds": 0}
+    before = (
+        json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {"targets": {}, "seconds": 0}
+    )
     targets = before["targets"]
     for target, count, wrong in results:
         entry = targets.setdefault(target, {"executions": 0, "findings": 0})
@@ -109,14 +113,20 @@ def publish(results: list[tuple[str, int, list[str]]], seconds: float) -> None:
         entry["findings"] += len(wrong)
         entry["kept"] = len(corpus(target))
     RESULT.parent.mkdir(parents=True, exist_ok=True)
-    facts = {"date": time.strftime("%Y-%m-%d"), "seconds": round(before["seconds"] + seconds), "targets": targets}
+    facts = {
+        "date": time.strftime("%Y-%m-%d"),
+        "seconds": round(before["seconds"] + seconds),
+        "targets": targets,
+    }
     RESULT.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
 
 
 def main() -> int:
     """The exit code: 1 after a finding."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument("minutes", type=float, nargs="?", default=1, help="for all targets together (default: 1)")
+    parser.add_argument(
+        "minutes", type=float, nargs="?", default=1, help="for all targets together (default: 1)"
+    )
     parser.add_argument("--replay", action="store_true", help="only the inputs that are kept")
     parser.add_argument("--publish", action="store_true", help="add the executions to results/reliability/")
     parser.add_argument("--only", help="targets, with commas between them")

@@ -14,7 +14,10 @@ void add_compare_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 /// With something else to do once the options are parsed.
 void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run);
+/// All of its options but --no-trace and --output; `options` must outlive the parse.
+void add_simulate_options(CLI::App& command, SimulateOptions& options);
 void add_sweep_command(CLI::App& app);
+void add_capacity_command(CLI::App& app);
 void add_timeline_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_validate_command(CLI::App& app);

@@ -12,13 +12,12 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/campaign/crew.hpp"
 #include "hotpath/core/input_error.hpp"
-#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
-#include "results/stored_run.hpp"
 #include "simulated/simulated_run.hpp"
+#include "sweep/child_run.hpp"
 #include "sweep/design.hpp"
 #include "sweep/journal.hpp"
 #include "sweep/rows.hpp"
@@ -48,13 +47,6 @@ struct SweepArguments {
 };
 
 std::string option_word(const SweepOption& option) { return "--" + option.name + "=" + option.value; }
-
-std::string csv_field(const std::string& field) {
-  if (field.find_first_of(",\"\n") == std::string::npos) return field;
-  std::string out = "\"";
-  for (const char c : field) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + "\"";
-}
 
 std::string duration_text(double s) {
   if (s < 120) return text("%.0f s", s);
@@ -238,10 +230,8 @@ class Sweep {
     Summary summary;
     if (live_ || design_.keeps(cell)) {
       const fs::path folder = folder_of(cell);
-      run_as_child(cell, {"--output=" + folder.string()});
-      StoredRun run(folder, "the cell");
-      run.load();
-      summary = summarize(run.tasks(), run.runs(), run.summary_options());
+      run_as_child(cell, "--output=" + folder.string());
+      summary = summary_of_folder(folder);
       if (!design_.keeps(cell)) fs::remove_all(folder);
     } else {
       SimulateOptions options =
@@ -256,7 +246,7 @@ class Sweep {
 
   std::string bounds_of(std::uint64_t cell, const std::string& place) const {
     const fs::path csv = fs::temp_directory_path() / text("hotpath-%d-%lu.csv", getpid(), cell);
-    run_as_child(cell, {"--csv=" + csv.string()});
+    run_as_child(cell, "--csv=" + csv.string());
     std::ifstream in(csv);
     std::string rows, line;
     for (std::getline(in, line); std::getline(in, line);) rows += place + "," + line + "\n";
@@ -264,21 +254,13 @@ class Sweep {
     return rows.empty() ? failed(cell, place, "no bound is known") : rows;
   }
 
-  /// Runs a cell in a process of its own, which leaves its results in files. Throws UsageError with its words
-  /// where it fails.
-  void run_as_child(std::uint64_t cell, const Words& more) const {
-    Words words = {own_program(), design_.command};
-    for (const Words& part : {words_of(design_.coordinates(cell), cell), more}) {
-      words.insert(words.end(), part.begin(), part.end());
-    }
+  /// Runs a cell in a process of its own, which leaves its results in files.
+  void run_as_child(std::uint64_t cell, const std::string& results) const {
+    Words words = words_of(design_.coordinates(cell), cell);
+    words.insert(words.begin(), design_.command);
+    words.push_back(results);
     fs::remove_all(folder_of(cell));  // of an earlier attempt
-    setenv("HOTPATH_FIGURES", "none", 1);
-    std::string errors;
-    const ProgramEnd end = run_program(words, true);
-    if (exited_with(end.status, 0)) return;
-    errors = end.errors.substr(0, end.errors.find_last_not_of('\n') + 1);
-    errors = errors.substr(errors.rfind('\n') + 1);
-    throw UsageError(errors.empty() ? how_it_ended(end.status) : errors);
+    run_hotpath(words);
   }
 
   /// Says how long and how large the sweep will be, from a few of its cells.

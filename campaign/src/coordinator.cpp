@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 #include <thread>
+#include <unordered_set>
 
 #include "cell_pool.hpp"
 #include "roles.hpp"
@@ -27,13 +28,13 @@ class Coordinator {
         options_(options),
         link_(link),
         queue_(campaign.cells.begin(), campaign.cells.end()),
-        left_(queue_.size()),
+        open_(campaign.cells.begin(), campaign.cells.end()),
         ranks_(link == nullptr ? 1 : link->ranks()),
         pool_(options.threads, campaign.work) {}
 
   std::vector<std::string> run() {
     try {
-      while (left_ > 0 && !campaign_.stopped()) {
+      while (!open_.empty() && !campaign_.stopped()) {
         feed_own_threads();
         for (const CellResult& result : pool_.take(link_ == nullptr ? kPollAlone : kPoll)) accept(0, result);
         if (pool_.failure()) std::rethrow_exception(pool_.failure());
@@ -51,7 +52,7 @@ class Coordinator {
   struct Rank {
     std::string who;
     Clock::time_point heard = Clock::now();
-    std::set<std::uint64_t> has;  ///< Cells handed out to it and not yet done by anyone.
+    std::set<std::uint64_t> has;  ///< Cells handed out to it whose rows it has not sent.
     std::size_t wants = 0;
     bool lost = false, gone = false;
   };
@@ -70,22 +71,14 @@ class Coordinator {
     if (queue_.empty() || pool_.waiting() >= options_.threads) return;
     const std::vector<std::uint64_t> cells = next_cells(options_.threads);
     pool_.add(cells);
-    if (link_ != nullptr) ranks_[0].has.insert(cells.begin(), cells.end());
   }
 
   void accept(unsigned from, const CellResult& result) {
     if (!result.failure.empty() && from != 0) throw CampaignError(result.failure);
-    if (!result.failure.empty()) return;                   // its exception is thrown instead
-    if (link_ != nullptr && !is_out(result.cell)) return;  // two ranks did it
+    if (!result.failure.empty()) return;  // its exception is thrown instead
+    ranks_[from].has.erase(result.cell);
+    if (open_.erase(result.cell) == 0) return;  // two ranks did it
     campaign_.gather(result.cell, result.row);
-    --left_;
-  }
-
-  /// Whether somebody was to do the cell; nobody is any more.
-  bool is_out(std::uint64_t cell) {
-    std::size_t holders = 0;
-    for (Rank& rank : ranks_) holders += rank.has.erase(cell);
-    return holders > 0;
   }
 
   void listen() {
@@ -136,9 +129,11 @@ class Coordinator {
     Rank& rank = ranks_[r];
     rank.lost = true;
     rank.wants = 0;
+    std::erase_if(rank.has, [this](std::uint64_t cell) { return !open_.contains(cell); });
     notes_.push_back(name(r) + " has not been heard of for " + std::to_string(options_.silence.count()) +
                      " ms; others do its " + std::to_string(rank.has.size()) + " cells.");
     queue_.insert(queue_.begin(), rank.has.begin(), rank.has.end());
+    rank.has.clear();
   }
 
   std::string name(unsigned r) const {
@@ -169,7 +164,7 @@ class Coordinator {
   const CrewOptions& options_;
   Link* const link_;
   std::deque<std::uint64_t> queue_;
-  std::size_t left_;  // cells that are not gathered
+  std::unordered_set<std::uint64_t> open_;  // cells that are not gathered
   std::vector<Rank> ranks_;
   std::vector<std::string> notes_;
   CellPool pool_;

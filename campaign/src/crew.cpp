@@ -14,13 +14,20 @@ Crew::Crew(const CrewOptions& options) : options_(options), link_(make_mpi_link(
   if (options_.threads == 0) options_.threads = std::max(1U, std::thread::hardware_concurrency());
 }
 
-Crew::~Crew() = default;
+Crew::~Crew() {
+  if (ran_ || !link_ || link_->rank() != 0) return;
+  try {
+    coordinate({}, options_, link_.get());  // of nothing: the others wait to be told
+  } catch (const CampaignError&) {          // somebody sent what is no message; all end anyway
+  }
+}
 
 bool Crew::coordinates() const { return !link_ || link_->rank() == 0; }
 unsigned Crew::ranks() const { return link_ ? link_->ranks() : 1; }
 unsigned Crew::ranks_on_this_machine() const { return link_ ? link_->ranks_on_this_machine() : 1; }
 
 std::vector<std::string> Crew::run(const Campaign& campaign) {
+  ran_ = true;
   if (coordinates()) return coordinate(campaign, options_, link_.get());
   work_for_coordinator(campaign, options_, *link_);
   return {};

@@ -128,6 +128,36 @@ TEST_F(CrewTest, CellsOfARankThatDiesAreDoneByOthersAndTheRunSaysSo) {
   EXPECT_TRUE(zero.abandoned);
 }
 
+TEST_F(CrewTest, ARankThatComesBackIsHeardAndNoCellCountsTwice) {
+  HubLink zero(hub_, 0, 2), one(hub_, 1, 2);
+  const Campaign c = campaign(400);
+  one.send(0, pack({.kind = Message::Kind::hello, .number = identity(c)}));
+  one.send(0, pack({.kind = Message::Kind::report, .number = 50}));
+  Campaign slow = c;
+  slow.work = [&](std::uint64_t cell) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return c.work(cell);
+  };
+  std::jthread rank([&] {
+    std::vector<std::uint64_t> mine;
+    while (mine.empty()) {
+      if (const auto got = one.receive()) mine = unpack(got->bytes).cells;
+    }
+    std::this_thread::sleep_for(options_.silence + std::chrono::milliseconds(50));
+    Message late{.kind = Message::Kind::report};
+    for (const std::uint64_t cell : mine) late.results.push_back({cell, c.work(cell), ""});
+    one.send(0, pack(late));
+    for (bool over = false; !over;) {
+      const auto got = one.receive();
+      over = got && unpack(got->bytes).kind == Message::Kind::stop;
+    }
+    one.send(0, pack({.kind = Message::Kind::bye}));
+  });
+  const std::vector<std::string> notes = coordinate(slow, options_, &zero);
+  expect_each_once(400);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("has not been heard of"), HasSubstr("Rank 1 is back")));
+}
+
 TEST_F(CrewTest, ARankOfAnotherBuildIsRefused) {
   HubLink zero(hub_, 0, 2), one(hub_, 1, 2);
   Campaign never_ends = campaign(1'000'000'000 / 1000);

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "graph_text.hpp"
-#include "hotpath/reference_system/yaml_value.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 

@@ -2,16 +2,17 @@
 """Lines with intervals, heat maps and small multiples of the table that `hotpath sweep` writes."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
@@ -98,6 +99,8 @@ def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -
     axes.set(xlabel=table.x)
     if measure.column.endswith("_ms") and axes.get_ylim()[1] > 8 * max(axes.get_ylim()[0], 1e-9):
         axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_minor_locator(NullLocator())
         axes.yaxis.set_major_formatter("{x:g}")
 
 
@@ -151,8 +154,9 @@ def draw_map(axes: Axes, table: Table, measure: Measure) -> None:
     positive = grid[np.isfinite(grid) & (grid > 0)]
     axes.set_facecolor(GRID)
     norm: Any = LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)) if len(positive) else None
-    shown = np.where(grid <= 0, positive.min() if len(positive) else 0, grid)
-    axes.imshow(shown, aspect="auto", cmap="YlOrRd" if len(positive) else "Greys", norm=norm)
+    colours = plt.get_cmap("YlOrRd").with_extremes(under="white")  # for nothing at all
+    shown = np.where(grid <= 0, positive.min() / 2 if len(positive) else 0, grid)
+    axes.imshow(shown, aspect="auto", cmap=colours if len(positive) else "Greys", norm=norm)
     axes.grid(False)
     if len(xs) <= MOST_NUMBERED:
         write_numbers(axes, grid, norm)
@@ -193,25 +197,15 @@ def heat_map(table: Table) -> Figure:
 def draw(folder: str) -> None:
     """Writes sweep_lines, sweep_map and, where there is a second axis, sweep_multiples. Raises InputError."""
     table = Table(Path(folder))
-    drawn: Sequence[tuple[str, str, Figure]] = [
-        ("sweep_lines", f"Latency over {table.x}", lines(table)),
-        ("sweep_map", f"Median, worst case and losses over {table.x} and executor", heat_map(table)),
+    what = ("Latency", "Median, worst case") if table.chain else ("Response times", "Responses, overruns")
+    drawn = [
+        ("sweep_lines", f"{what[0]} over {table.x}", lines(table)),
+        ("sweep_map", f"{what[1]} and losses over {table.x} and executor", heat_map(table)),
     ]
-    if not table.chain:
-        drawn = [
-            (
-                name,
-                title.replace("Latency", "Response times").replace(
-                    "Median, worst case", "Responses, overruns"
-                ),
-                f,
-            )
-            for name, title, f in drawn
-        ]
     if table.others:
         measure = table.measures[1] if table.chain else table.measures[0]
         title = f"{measure.title.capitalize()}, by {table.others[0]}"
-        drawn = [*drawn, ("sweep_multiples", title, multiples(table, measure))]
+        drawn.append(("sweep_multiples", title, multiples(table, measure)))
     for name, title, figure in drawn:
         style.add_title(figure, title, table.subtitle())
         style.save(figure, folder, name)

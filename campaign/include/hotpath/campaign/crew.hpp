@@ -27,6 +27,7 @@ struct CrewOptions {
 class Crew {
  public:
   explicit Crew(const CrewOptions& options);
+  /// Sends the other ranks home where there was no run().
   ~Crew();
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
@@ -45,6 +46,7 @@ class Crew {
  private:
   CrewOptions options_;
   std::unique_ptr<Link> link_;  // none: alone
+  bool ran_ = false;
 };
 
 /// Differs between builds of the running program.

@@ -107,4 +107,10 @@ inline SampleInfo read_info(const msg::Message4kb& m) {
           {static_cast<TaskId>(m.data()[3]), static_cast<std::uint64_t>(m.data()[4])}};
 }
 
+namespace msg {
+// For templates, which look for them beside the message.
+using hotpath::is_message_of;
+using hotpath::read_info;
+}  // namespace msg
+
 }  // namespace hotpath

@@ -52,4 +52,10 @@ inline SampleInfo read_info(const msg::TaskMessage& m) {
   return {from_ns(m.published()), from_ns(m.deadline()), {publisher.task(), publisher.job()}};
 }
 
+namespace msg {
+// For templates, which look for them beside the message.
+using hotpath::is_message_of;
+using hotpath::read_info;
+}  // namespace msg
+
 }  // namespace hotpath
