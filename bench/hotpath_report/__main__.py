@@ -35,6 +35,7 @@ def add_commands(commands: Any) -> None:
     add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
     add("sweep", "figures.sweep:draw", "lines and maps of `hotpath sweep`", folder={})
+    add("advice", "figures.advice:draw", "what `hotpath advise` predicts", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
         "bench",

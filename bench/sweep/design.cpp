@@ -7,8 +7,8 @@
 #include "hotpath/analysis/random_stream.hpp"
 #include "hotpath/campaign/crew.hpp"
 #include "hotpath/core/input_error.hpp"
-#include "hotpath/reference_system/graph_yaml.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {

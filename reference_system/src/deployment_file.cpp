@@ -7,8 +7,8 @@
 
 #include "graph_text.hpp"
 #include "hotpath/reference_system/deployment.hpp"
-#include "hotpath/reference_system/graph_yaml.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 #include "yaml_folders.hpp"
 
 #ifndef HOTPATH_DEPLOYMENT_DIRS

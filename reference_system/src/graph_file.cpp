@@ -7,8 +7,8 @@
 #include "graph_callbacks.hpp"
 #include "graph_source.hpp"
 #include "hotpath/core/worker.hpp"
-#include "hotpath/reference_system/graph_yaml.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 
