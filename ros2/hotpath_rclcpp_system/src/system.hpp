@@ -50,6 +50,7 @@ class RclcppSystem : private SampleSink {
 
   const GraphTasks tasks_;
   RunMemory& memory_;
+  Executor::Logs logs_;
   const ExecutorEntry& entry_;
   RclcppTransport* transport_ = nullptr;  // the nodes'
   std::unique_ptr<LiveNodes> nodes_;
