@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "hotpath/reference_system/live_nodes.hpp"
+#include "hotpath/reference_system/typed_live_nodes.hpp"
 #include "transport.hpp"
 
 namespace hotpath {
