@@ -41,7 +41,7 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
       continue;
     }
     ahead[id] = std::max(ahead[id], early);
-    step(next[id], job.start + kCreationEvent, graph.tasks.set[id].period);
+    step(next[id], job.start, graph.tasks.set[id].period);
   }
   for (TaskId id = 0; id < count; ++id) timers.first[id] -= ahead[id];
   return timers;

@@ -18,6 +18,14 @@ namespace {
 /// Beyond so many times of what is green, red.
 constexpr double kRed = 3;
 
+/// When the executors began: nodes and their timers are there before.
+Duration first_start(const Trace& recorded) {
+  Duration first = recorded.end - Time{} - Duration(1);
+  for (const JobRecord& r : recorded.jobs)
+    if (r.outcome == Outcome::ran) first = std::min(first, r.start - Time{});
+  return std::max(first, Duration::zero());
+}
+
 Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
                         const Trace& recorded) {
   const ReplayedTimes times(tasks.set, working_jobs(tasks, recorded));
@@ -27,6 +35,7 @@ Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const Execu
   SimulationOptions options;
   options.platform = make_platform(graph, *parts(executor).front().entry);
   options.duration = recorded.end - Time{};
+  options.start = first_start(recorded);
   options.max_backlog = 1000 * tasks.set.size();
   Trace trace;
   TraceRecorder recorder(trace);
