@@ -192,7 +192,7 @@ json import_json(const ImportFacts& facts) {
           {"rcl_version", facts.recording.system.rcl_version},
           {"executors", executors_json(facts)},
           {"tried", tried},
-          {"entity_order_contradicts_creation", best.order.contradicting},
+          {"entity_order_contradicts_creation", best.precedence.contradicting},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts.recording)},
           {"left_out", housekeeping_json(facts)},

@@ -60,17 +60,19 @@ class Interpreter {
 
   void make_records() {
     const TaskId count = recording_.graph.tasks.set.size();
+    std::vector<bool> release_only;
     for (TaskId id = 0; id < count; ++id) {
-      made_.release_only.push_back(entry_of(made_.labels[executor_of(id)]).traits.timers ==
-                                   TimerHandling::release_only);
+      release_only.push_back(entry_of(made_.labels[executor_of(id)]).traits.timers ==
+                             TimerHandling::release_only);
     }
     made_.rows = std::make_unique<RecordedTrace>(recording_.system, recording_.graph, recording_.timers,
-                                                 made_.release_only);
+                                                 std::move(release_only));
     for (const RecordedJob& job : recording_.jobs) {
       const bool in_graph = recording_.graph.task(job.ref) != kNoTask;
       made_.records.push_back(in_graph ? made_.rows->job(job) : JobRecord{});
     }
-    made_.order = recorded_entity_order(recording_.graph, window());
+    const bool wait_sets = entry_of(made_.labels.front()).traits.family == Family::wait_set;
+    made_.precedence = recorded_precedence(recording_.graph, window(), wait_sets);
   }
 
   void measure_costs() {
@@ -81,7 +83,7 @@ class Interpreter {
     for (std::size_t e = 0; e < made_.labels.size(); ++e) {
       const RecordedExecutor& executor = recording_.executors.executors[e];
       const RecordedCosts costs =
-          recorded_costs(recording_.graph, window(), executor, entry_of(made_.labels[e]), made_.order.order);
+          recorded_costs(recording_.graph, window(), executor, entry_of(made_.labels[e]));
       made_.costs.push_back(costs);
       double weight = 0;
       for (const std::uint32_t t : executor.threads)
@@ -143,7 +145,7 @@ class Interpreter {
   }
 
   void choose_executor(const std::filesystem::path& folder) {
-    const SchedulerOptions scheduling{SubscriptionRule::inherit, Ties::lifo, 0, made_.order.order};
+    const SchedulerOptions scheduling;
     std::string deployment = recording_.deployment;
     if (deployment.empty() && made_.labels.size() == 1) {
       made_.executor = parse_executor(made_.labels.front(), scheduling);

@@ -35,11 +35,10 @@ struct Recording {
 /// comes.
 struct Interpretation {
   std::vector<std::string> labels;  ///< By executor.
-  std::vector<bool> release_only;   ///< By task.
   std::unique_ptr<RecordedTrace> rows;
   std::vector<JobRecord> records;    ///< Parallel to the recording's jobs; in the trace's time.
   std::vector<RecordedCosts> costs;  ///< By executor.
-  EntityOrder order;
+  Precedence precedence;
   Graph graph;  ///< With execution times and platform.
   GraphTasks tasks;
   Trace trace;                  ///< Relative to its epoch.

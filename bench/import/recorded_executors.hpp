@@ -50,16 +50,19 @@ struct RecordedWindow {
   std::span<const JobRecord> records;  ///< Parallel to jobs; task kNoTask where it is none of the graph's.
 };
 [[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
-                                           const RecordedExecutor& executor, const ExecutorEntry& entry,
-                                           const std::vector<TaskId>& entity_order);
+                                           const RecordedExecutor& executor, const ExecutorEntry& entry);
 
-/// The order in which wait sets scanned the tasks of each kind, as the snapshots of executors with events of
-/// their waits show it; empty: that of creation, or nothing shows it. `contradicting` is the share of pairs
-/// in one snapshot that are not in order of creation.
-struct EntityOrder {
-  std::vector<TaskId> order;
-  double contradicting = 0;
+/// How often one task came before another where an executor's order decided: of one snapshot, where the
+/// executor's waits are events; of the same message's readers, where it queues events.
+struct Precedence {
+  std::vector<std::vector<std::uint32_t>> before;  ///< By task, by task.
+  double contradicting = 0;                        ///< Share of the pairs that is not in order of creation.
 };
-[[nodiscard]] EntityOrder recorded_entity_order(const RecordedGraph& graph, const RecordedWindow& window);
+[[nodiscard]] Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow& window,
+                                             bool wait_sets);
+
+/// Nodes and callbacks in the order that agrees with most of these pairs; of equals the first created first.
+[[nodiscard]] ServiceOrder service_order(const RecordedSystem& system, const RecordedGraph& graph,
+                                         const Precedence& precedence);
 
 }  // namespace hotpath

@@ -48,8 +48,11 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
 }
 
 RecordedTrace::RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph,
-                             const RecordedTimers& timers, const std::vector<bool>& release_only)
-    : system_(system), graph_(graph), release_only_(release_only), sequences_(graph.tasks.set.size()) {
+                             const RecordedTimers& timers, std::vector<bool> release_only)
+    : system_(system),
+      graph_(graph),
+      release_only_(std::move(release_only)),
+      sequences_(graph.tasks.set.size()) {
   for (const Time first : timers.first) timers_.push_back({first, 0});
   for (auto& of_task : sequences_) of_task.resize(kRemembered);
 }

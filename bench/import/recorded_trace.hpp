@@ -27,9 +27,9 @@ struct RecordedTimers {
 /// rcl's rule says which timestamps it skips.
 class RecordedTrace {
  public:
-  /// `release_only`: by task. The arguments must outlive it.
+  /// `release_only`: by task. System and graph must outlive it.
   RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph, const RecordedTimers& timers,
-                const std::vector<bool>& release_only);
+                std::vector<bool> release_only);
 
   /// Of a job of the graph; jobs come by start. Instants are as in the trace.
   [[nodiscard]] JobRecord job(const RecordedJob& job);
@@ -49,7 +49,7 @@ class RecordedTrace {
 
   const RecordedSystem& system_;
   const RecordedGraph& graph_;
-  const std::vector<bool>& release_only_;
+  const std::vector<bool> release_only_;
   std::vector<std::uint16_t> process_of_;              // by thread: position of its process
   std::vector<TimerState> timers_;                     // by task
   std::vector<std::vector<std::uint64_t>> sequences_;  // by task: of the latest jobs, by number

@@ -138,6 +138,8 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
             text("Of all timestamps and samples %.2f %% are lost simulated and %.2f %% recorded.",
                  check.lost_simulated_percent, check.lost_recorded_percent));
+  simulated.executor = recorded.executor;
+  check.simulated = std::move(simulated);
   return check;
 }
 
