@@ -161,7 +161,8 @@ class CtfImport final : public RecordedJobSink {
     if (found_.best.precedence.contradicting > kSameOrder) {
       arrange(service_order(system, recording_->graph, found_.best.precedence));
       const double contradicting = found_.best.precedence.contradicting;
-      found_.best = interpret(*recording_, found_.best.labels, output_, kWarmUp);
+      found_.best = interpret(*recording_, std::vector(found_.best.labels),
+                              found_.best.graph.platform.timer_thread, output_, kWarmUp);
       recording_->graph.notes.push_back(
           text("Nodes and callbacks are in the order in which the executor served them, which in %.0f %% of "
                "pairs is not that of "
@@ -202,7 +203,7 @@ class CtfImport final : public RecordedJobSink {
     if (options_.cores > 0) return options_.cores;
     std::set<std::int32_t> processors;
     for (const RecordedThread& t : assembler_.system().threads)
-      if (t.jobs > 0) processors.insert(t.processors.begin(), t.processors.end());
+      for (const std::int32_t processor : usual_processors(t)) processors.insert(processor);
     return std::max<unsigned>(1,
                               static_cast<unsigned>(std::min<std::size_t>(processors.size(), kMaxWorkers)));
   }

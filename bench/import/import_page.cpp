@@ -63,7 +63,8 @@ json executors_json(const ImportFacts& facts) {
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
       const RecordedThread& thread = facts.recording.system.threads[t];
-      threads.push_back({{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", thread.processors}});
+      threads.push_back(
+          {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
     executors.push_back({{"name", executor.name},
                          {"process", executor.process},

@@ -18,9 +18,11 @@ const ExecutorEntry& entry_of(const std::string& label) { return *parse_executor
 
 class Interpreter {
  public:
-  Interpreter(const Recording& recording, const std::vector<std::string>& labels) : recording_(recording) {
+  Interpreter(const Recording& recording, const std::vector<std::string>& labels, TimerThread timer_thread)
+      : recording_(recording), displacement_(recorded_displacement(recording.system, recording.jobs)) {
     made_.labels = labels;
     made_.graph = recording.graph.graph;
+    made_.graph.platform.timer_thread = timer_thread;
   }
 
   Interpretation interpret(const std::filesystem::path& folder, Duration warm_up) {
@@ -70,6 +72,8 @@ class Interpreter {
     for (const RecordedJob& job : recording_.jobs) {
       const bool in_graph = recording_.graph.task(job.ref) != kNoTask;
       made_.records.push_back(in_graph ? made_.rows->job(job) : JobRecord{});
+      const bool many = recording_.executors.executors.size() > 1;
+      if (in_graph && many) made_.records.back().cpu_time = displacement_.own[made_.records.size() - 1];
     }
     const bool wait_sets = entry_of(made_.labels.front()).traits.family == Family::wait_set;
     made_.precedence = recorded_precedence(recording_.graph, window(), wait_sets);
@@ -132,7 +136,7 @@ class Interpreter {
   void set_times() {
     std::vector<std::vector<Duration>> times(made_.tasks.set.size());
     for (const JobRecord& r : working_jobs(made_.tasks, made_.trace).jobs)
-      times[r.job.task].push_back(r.finish - r.start);
+      times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.finish - r.start);
     for (TaskId id = 0; id < times.size(); ++id) {
       if (times[id].empty()) continue;
       const TaskOrigin& origin = made_.tasks.origin[id];
@@ -173,13 +177,26 @@ class Interpreter {
       }
     }
     std::string yaml =
-        "# Threads as they were recorded. Policies and processors are not in a trace: add `policy: "
-        "\"fifo:80\"`\n"
-        "# and `processors: [0]` where you know them.\nname: recorded\nexecutors:\n";
+        "# Threads as they were recorded. Processors are those on which a thread was seen, if not all. A "
+        "trace has no\n"
+        "# policies: fifo stands for threads that displaced others and were not displaced by them. Correct "
+        "what you know.\n"
+        "name: recorded\nexecutors:\n";
     for (std::size_t e = 0; e < made_.labels.size(); ++e) {
       const RecordedExecutor& executor = recording_.executors.executors[e];
       if (owns[e].empty()) continue;
+      std::set<std::int32_t> processors;
+      int level = 0;
+      for (const std::uint32_t t : executor.threads) {
+        for (const std::int32_t p : usual_processors(recording_.system.threads[t])) processors.insert(p);
+        level = std::max(level, displacement_.level[t]);
+      }
       yaml += concat("  - {name: ", executor.name, ", executor: \"", made_.labels[e], "\"");
+      if (level > 0) yaml += concat(", policy: \"fifo:", 10 * level, "\"");
+      const bool bound = !processors.empty() && processors.size() < recording_.cores &&
+                         *processors.begin() >= 0 &&
+                         static_cast<unsigned>(*processors.rbegin()) < recording_.cores;
+      if (bound) yaml += concat(", processors: [", joined(processors), "]");
       if (recording_.system.processes.size() > 1) yaml += concat(", process: \"", executor.process, "\"");
       yaml += concat(", owns: [", joined(owns[e]), "]}\n");
     }
@@ -187,33 +204,43 @@ class Interpreter {
   }
 
   const Recording& recording_;
+  const Displacement displacement_;
   Interpretation made_;
 };
 
 }  // namespace
 
 Interpretation interpret(const Recording& recording, const std::vector<std::string>& labels,
-                         const std::filesystem::path& folder, Duration warm_up) {
-  return Interpreter(recording, labels).interpret(folder, warm_up);
+                         TimerThread timer_thread, const std::filesystem::path& folder, Duration warm_up) {
+  return Interpreter(recording, labels, timer_thread).interpret(folder, warm_up);
 }
 
 Interpretations best_interpretation(const Recording& recording, const std::filesystem::path& folder,
                                     Duration warm_up) {
   std::vector<std::string> labels;
   for (const RecordedExecutor& e : recording.executors.executors) labels.push_back(e.candidates.front());
-  Interpretations found{interpret(recording, labels, folder, warm_up), {}};
+  Interpretations found{interpret(recording, labels, TimerThread::by_executor, folder, warm_up), {}};
+  const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
+  const auto attempt = [&](const std::vector<std::string>& with, TimerThread timer_thread,
+                           const std::string& what) {
+    Interpretation made = interpret(recording, with, timer_thread, folder, warm_up);
+    found.tried.emplace_back(what, similarity(made));
+    if (similarity(made) > similarity(found.best)) found.best = std::move(made);
+  };
   for (std::size_t e = 0; e < labels.size(); ++e) {
     const std::vector<std::string>& candidates = recording.executors.executors[e].candidates;
-    if (candidates.size() < 2) continue;
-    found.tried.emplace_back(candidates.front(), found.best.check.schedule.similarity);
+    if (candidates.size() > 1) found.tried.emplace_back(candidates.front(), similarity(found.best));
     for (std::size_t c = 1; c < candidates.size(); ++c) {
       std::vector<std::string> other = found.best.labels;
       other[e] = candidates[c];
-      Interpretation made = interpret(recording, other, folder, warm_up);
-      found.tried.emplace_back(candidates[c], made.check.schedule.similarity);
-      if (made.check.schedule.similarity > found.best.check.schedule.similarity) found.best = std::move(made);
+      attempt(other, TimerThread::by_executor, candidates[c]);
     }
   }
+  // Linux lets a thread that has slept displace a busy one at once, mostly.
+  const bool releases = std::ranges::any_of(found.best.labels, [](const std::string& label) {
+    return entry_of(label).traits.timers != TimerHandling::polled;
+  });
+  if (releases) attempt(std::vector(found.best.labels), TimerThread::raised, "raised timer thread");
   return found;
 }
 

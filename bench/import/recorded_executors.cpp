@@ -139,6 +139,44 @@ RecordedExecutors recorded_executors(const RecordedSystem& system, const std::st
   return found;
 }
 
+std::vector<std::int32_t> usual_processors(const RecordedThread& thread) {
+  std::vector<std::int32_t> usual;
+  for (const auto& [processor, jobs] : thread.processors)
+    if (100 * jobs >= thread.jobs) usual.push_back(processor);
+  return usual;
+}
+
+Displacement recorded_displacement(const RecordedSystem& system, std::span<const RecordedJob> jobs) {
+  const std::size_t threads = system.threads.size();
+  Displacement found{std::vector<Duration>(jobs.size()), std::vector<int>(threads, 0)};
+  std::vector<std::vector<std::uint32_t>> within(threads, std::vector<std::uint32_t>(threads, 0));
+  std::map<std::int32_t, std::vector<std::size_t>> open;  // by processor
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const RecordedJob& job = jobs[i];
+    if (!job.ended) continue;
+    found.own[i] = job.finish - job.start;
+    std::vector<std::size_t>& others = open[job.processor];
+    std::erase_if(others, [&](std::size_t o) { return jobs[o].finish <= job.start; });
+    // The innermost one alone had the processor.
+    for (auto outer = others.rbegin(); outer != others.rend(); ++outer) {
+      if (jobs[*outer].thread == job.thread || jobs[*outer].finish < job.finish) continue;
+      found.own[*outer] -= job.finish - job.start;
+      ++within[job.thread][jobs[*outer].thread];
+      break;
+    }
+    others.push_back(i);
+  }
+  // Few exceptions do not count: also threads of the ordinary policy displace each other.
+  const auto above = [&](std::size_t a, std::size_t b) {
+    return within[a][b] > 3 && within[a][b] > 10 * within[b][a];
+  };
+  for (std::size_t round = 0; round < threads; ++round)
+    for (std::size_t a = 0; a < threads; ++a)
+      for (std::size_t b = 0; b < threads; ++b)
+        if (above(a, b)) found.level[a] = std::max(found.level[a], std::min(found.level[b] + 1, 9));
+  return found;
+}
+
 RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
                              const RecordedExecutor& executor, const ExecutorEntry& entry) {
   std::vector<std::size_t> place(graph.tasks.set.size());
@@ -193,11 +231,12 @@ Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow&
     }
     together.push_back(task);
   };
+  const bool snapshots_known = wait_sets && std::ranges::any_of(window.jobs, &RecordedJob::waited);
   std::map<std::uint32_t, std::vector<TaskId>> snapshots;                   // by thread
   std::map<std::pair<TaskId, std::uint64_t>, std::vector<TaskId>> readers;  // by publishing job
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
     const Job& job = window.records[i].job;
-    if (wait_sets) {
+    if (snapshots_known) {
       std::vector<TaskId>& snapshot = snapshots[window.jobs[i].thread];
       if (window.jobs[i].waited) snapshot.clear();
       if (job.task != kNoTask) in_order(snapshot, job.task);

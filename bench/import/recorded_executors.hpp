@@ -28,6 +28,18 @@ struct RecordedExecutors {
 /// Two callbacks that ran on one thread share an executor. `given`: the executor if the user knows it.
 [[nodiscard]] RecordedExecutors recorded_executors(const RecordedSystem& system, const std::string& given);
 
+/// The processors on which a thread's jobs ended, but for one job in a hundred.
+[[nodiscard]] std::vector<std::int32_t> usual_processors(const RecordedThread& thread);
+
+/// What jobs on one processor tell of its threads: a job that lies within another one's, on another thread,
+/// has displaced it.
+struct Displacement {
+  std::vector<Duration> own;  ///< By job: its length without that of the jobs that displaced it.
+  std::vector<int> level;     ///< By thread: above how many others it is in turn; 0: it displaced nobody.
+};
+[[nodiscard]] Displacement recorded_displacement(const RecordedSystem& system,
+                                                 std::span<const RecordedJob> jobs);
+
 /// One cost as it was measured.
 struct MeasuredCost {
   std::size_t n = 0;

@@ -28,7 +28,10 @@ Duration first_start(const Trace& recorded) {
 
 Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
                         const Trace& recorded) {
-  const ReplayedTimes times(tasks.set, working_jobs(tasks, recorded));
+  Trace own = recorded;
+  for (JobRecord& r : own.jobs)
+    if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
+  const ReplayedTimes times(tasks.set, working_jobs(tasks, own));
   const SimulatedSystem system(executor, graph, tasks);
   std::vector<ChainObservation> observations;
   GraphWorkload workload(graph, tasks, times, &observations);
