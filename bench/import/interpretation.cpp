@@ -19,7 +19,7 @@ const ExecutorEntry& entry_of(const std::string& label) { return *parse_executor
 class Interpreter {
  public:
   Interpreter(const Recording& recording, const std::vector<std::string>& labels, TimerThread timer_thread)
-      : recording_(recording), displacement_(recorded_displacement(recording.system, recording.jobs)) {
+      : recording_(recording) {
     made_.labels = labels;
     made_.graph = recording.graph.graph;
     made_.graph.platform.timer_thread = timer_thread;
@@ -72,8 +72,11 @@ class Interpreter {
     for (const RecordedJob& job : recording_.jobs) {
       const bool in_graph = recording_.graph.task(job.ref) != kNoTask;
       made_.records.push_back(in_graph ? made_.rows->job(job) : JobRecord{});
-      const bool many = recording_.executors.executors.size() > 1;
-      if (in_graph && many) made_.records.back().cpu_time = displacement_.own[made_.records.size() - 1];
+    }
+    displacement_ = recorded_displacement(recording_.system, window());
+    if (recording_.executors.executors.size() > 1) {
+      for (std::size_t i = 0; i < made_.records.size(); ++i)
+        if (made_.records[i].outcome == Outcome::ran) made_.records[i].cpu_time = displacement_.own[i];
     }
     const bool wait_sets = entry_of(made_.labels.front()).traits.family == Family::wait_set;
     made_.precedence = recorded_precedence(recording_.graph, window(), wait_sets);
@@ -97,7 +100,10 @@ class Interpreter {
       };
       add(dispatch, costs.dispatch);
       add(wait, costs.wait);
-      add(wake_up, costs.wake_up);
+      // A timer's releaser wakes the thread that runs its job: two wake-ups.
+      const TimerHandling timers = entry_of(made_.labels[e]).traits.timers;
+      const bool two = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
+      wake_up += weight * static_cast<double>(costs.wake_up.median.count()) / (two ? 2 : 1);
       add(delivery, costs.delivery);
       jobs += weight;
     }
@@ -204,7 +210,7 @@ class Interpreter {
   }
 
   const Recording& recording_;
-  const Displacement displacement_;
+  Displacement displacement_;
   Interpretation made_;
 };
 

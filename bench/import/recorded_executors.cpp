@@ -77,7 +77,8 @@ void find_candidates(const RecordedSystem& system, const std::vector<ThreadUse>&
     executor.candidates = {"events-ro", "static", "cbg:1"};
     executor.why = "it has no events of waits and one thread";
   } else {
-    executor.candidates = {concat("cbg:", threads)};
+    const std::string multi = concat("multi:", threads), cbg = concat("cbg:", threads);
+    executor.candidates = is_jazzy_or_later(system) ? std::vector{cbg} : std::vector{multi, cbg};
     executor.why = concat("it has no events of waits and ", threads, " threads");
   }
 }
@@ -146,34 +147,67 @@ std::vector<std::int32_t> usual_processors(const RecordedThread& thread) {
   return usual;
 }
 
-Displacement recorded_displacement(const RecordedSystem& system, std::span<const RecordedJob> jobs) {
+namespace {
+
+/// How often jobs of one thread met those of another one on one processor.
+struct Meetings {
+  std::uint32_t within = 0;  ///< Lay within its job: displaced it.
+  std::uint32_t waited = 0;  ///< Were ready during its job and began after it.
+};
+
+/// Few exceptions do not count: also threads of the ordinary policy displace each other.
+bool is_above(const Meetings& of, const Meetings& other) {
+  return of.within > 3 && of.within > 10 * other.within;
+}
+bool waits_for(const Meetings& of) { return of.waited > 4 && of.waited > 20 * of.within; }
+
+}  // namespace
+
+Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window) {
   const std::size_t threads = system.threads.size();
-  Displacement found{std::vector<Duration>(jobs.size()), std::vector<int>(threads, 0)};
-  std::vector<std::vector<std::uint32_t>> within(threads, std::vector<std::uint32_t>(threads, 0));
-  std::map<std::int32_t, std::vector<std::size_t>> open;  // by processor
-  for (std::size_t i = 0; i < jobs.size(); ++i) {
-    const RecordedJob& job = jobs[i];
+  Displacement found{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0)};
+  std::vector<std::vector<Meetings>> met(threads, std::vector<Meetings>(threads));
+  std::map<std::int32_t, std::vector<std::size_t>> open;                // by processor
+  std::map<std::int32_t, std::map<std::uint32_t, std::size_t>> latest;  // by processor and thread
+  std::vector<Time> idle_since(threads, Time::min());
+  for (std::size_t i = 0; i < window.jobs.size(); ++i) {
+    const RecordedJob& job = window.jobs[i];
     if (!job.ended) continue;
     found.own[i] = job.finish - job.start;
     std::vector<std::size_t>& others = open[job.processor];
-    std::erase_if(others, [&](std::size_t o) { return jobs[o].finish <= job.start; });
+    std::erase_if(others, [&](std::size_t o) { return window.jobs[o].finish <= job.start; });
     // The innermost one alone had the processor.
     for (auto outer = others.rbegin(); outer != others.rend(); ++outer) {
-      if (jobs[*outer].thread == job.thread || jobs[*outer].finish < job.finish) continue;
+      const RecordedJob& displaced = window.jobs[*outer];
+      if (displaced.thread == job.thread || displaced.finish < job.finish) continue;
       found.own[*outer] -= job.finish - job.start;
-      ++within[job.thread][jobs[*outer].thread];
+      ++met[job.thread][displaced.thread].within;
       break;
     }
     others.push_back(i);
+    if (window.records[i].job.task != kNoTask) {
+      const Time ready = window.records[i].job.timestamp;
+      for (const auto& [thread, last] : latest[job.processor]) {
+        const RecordedJob& before = window.jobs[last];
+        const bool during = thread != job.thread && before.start < ready && ready < before.finish;
+        if (during && idle_since[job.thread] < ready && before.finish <= job.start)
+          ++met[job.thread][thread].waited;
+      }
+    }
+    latest[job.processor][job.thread] = i;
+    idle_since[job.thread] = std::max(idle_since[job.thread], job.finish);
   }
-  // Few exceptions do not count: also threads of the ordinary policy displace each other.
-  const auto above = [&](std::size_t a, std::size_t b) {
-    return within[a][b] > 3 && within[a][b] > 10 * within[b][a];
-  };
-  for (std::size_t round = 0; round < threads; ++round)
-    for (std::size_t a = 0; a < threads; ++a)
-      for (std::size_t b = 0; b < threads; ++b)
-        if (above(a, b)) found.level[a] = std::max(found.level[a], std::min(found.level[b] + 1, 9));
+  constexpr int kMostLevels = 9;
+  for (std::size_t round = 0; round < threads; ++round) {
+    for (std::size_t a = 0; a < threads; ++a) {
+      for (std::size_t b = 0; b < threads; ++b) {
+        int& level = found.level[a];
+        if (is_above(met[a][b], met[b][a]))
+          level = std::max(level, std::min(found.level[b] + 1, kMostLevels));
+        if (waits_for(met[b][a])) level = std::max({level, found.level[b], 1});
+      }
+    }
+  }
   return found;
 }
 

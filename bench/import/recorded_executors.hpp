@@ -31,15 +31,6 @@ struct RecordedExecutors {
 /// The processors on which a thread's jobs ended, but for one job in a hundred.
 [[nodiscard]] std::vector<std::int32_t> usual_processors(const RecordedThread& thread);
 
-/// What jobs on one processor tell of its threads: a job that lies within another one's, on another thread,
-/// has displaced it.
-struct Displacement {
-  std::vector<Duration> own;  ///< By job: its length without that of the jobs that displaced it.
-  std::vector<int> level;     ///< By thread: above how many others it is in turn; 0: it displaced nobody.
-};
-[[nodiscard]] Displacement recorded_displacement(const RecordedSystem& system,
-                                                 std::span<const RecordedJob> jobs);
-
 /// One cost as it was measured.
 struct MeasuredCost {
   std::size_t n = 0;
@@ -61,6 +52,15 @@ struct RecordedWindow {
   std::span<const RecordedJob> jobs;   ///< Of all callbacks.
   std::span<const JobRecord> records;  ///< Parallel to jobs; task kNoTask where it is none of the graph's.
 };
+
+/// What jobs on one processor tell of its threads. A job that lies within another one's, on another thread,
+/// has displaced it; one that was ready and began after it has waited for it.
+struct Displacement {
+  std::vector<Duration> own;  ///< By job: its length without that of the jobs that displaced it.
+  std::vector<int> level;     ///< By thread: its priority in turn; 0: it need not have any.
+};
+[[nodiscard]] Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window);
+
 [[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
                                            const RecordedExecutor& executor, const ExecutorEntry& entry);
 
