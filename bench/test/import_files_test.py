@@ -2,9 +2,13 @@
 """Graphs from files of CARET and iRobot's topologies, and what is said of files that are neither."""
 
 import json
+import pathlib
 import unittest
 
 from hotpath_command import CommandTest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+RECORDED = SOURCE / "reference_system" / "graphs" / "recorded" / "deployments"
 
 TOPOLOGY = {
     "nodes": [
@@ -45,11 +49,15 @@ executors:
 - {executor_type: single_threaded_executor, executor_name: executor_2, callback_group_names: []}
 nodes:
 - node_name: /ns/first
-  callback_groups: [{callback_group_type: mutually_exclusive, callback_group_name: /ns/first/g0, callback_names: [/ns/first/c0]}]
+  callback_groups:
+  - {callback_group_type: mutually_exclusive, callback_group_name: /ns/first/g0, callback_names: [/ns/first/c0]}
   callbacks: [{callback_name: /ns/first/c0, callback_type: timer_callback, period_ns: 50000000, symbol: x}]
   publishes: [{topic_name: /a, callback_names: [/ns/first/c0]}]
 - node_name: /second
-  callback_groups: [{callback_group_type: reentrant, callback_group_name: /second/g0, callback_names: [/second/c0, /second/c1, /second/c2]}]
+  callback_groups:
+  - callback_group_type: reentrant
+    callback_group_name: /second/g0
+    callback_names: [/second/c0, /second/c1, /second/c2]
   callbacks:
   - {callback_name: /second/c0, callback_type: subscription_callback, topic_name: /a, symbol: x}
   - {callback_name: /second/c1, callback_type: timer_callback, period_ns: 1000000000, symbol: diagnostics}
@@ -58,7 +66,8 @@ nodes:
   variable_passings: [{callback_name_write: UNDEFINED, callback_name_read: UNDEFINED}]
   publishes: [{topic_name: /b, callback_names: [UNDEFINED]}, {topic_name: /unheard, callback_names: [UNDEFINED]}]
 - node_name: /third
-  callback_groups: [{callback_group_type: mutually_exclusive, callback_group_name: /third/g0, callback_names: [/third/c0, /third/c1]}]
+  callback_groups:
+  - {callback_group_type: mutually_exclusive, callback_group_name: /third/g0, callback_names: [/third/c0, /third/c1]}
   callbacks:
   - {callback_name: /third/c0, callback_type: subscription_callback, topic_name: /b, symbol: x}
   - {callback_name: /third/c1, callback_type: subscription_callback, topic_name: /never, symbol: x}
@@ -166,13 +175,15 @@ class ImportFiles(CommandTest):
         out, graph = self.imported("caret", self.caret())
         self.assertIn("--stats FOLDER", out)
         self.assertIn("--cores", out)
-        self.assertRegex(graph, r"timer: c1,.* publishes: b}  # guessed")
+        self.assertRegex(graph, r"timer: c1,.* publishes: {topic: b, last_of: \[a\]}}  # guessed")
 
     def test_what_caret_would_not_write_is_refused_with_its_line(self):
         good = self.caret()
         self.assertIn("no statistics", self.refused("caret", good, "--stats", self.folder / "nothing"))
         self.assertIn(":1: ", self.refused("caret", self.write("bad.yaml", "executors: []\n")))
-        err = self.refused("caret", self.write("bad.yaml", ARCHITECTURE.replace("period_ns: 50000000", "period_ns: x")))
+        err = self.refused(
+            "caret", self.write("bad.yaml", ARCHITECTURE.replace("period_ns: 50000000", "period_ns: x"))
+        )
         self.assertRegex(err, r"bad\.yaml:\d+: .*whole number")
         self.assertIn("not valid YAML", self.refused("caret", self.write("bad.yaml", "nodes: [")))
         (self.folder / "stats" / "first.yaml").write_text("/ns/first:\n  callback: {}\n")
@@ -190,6 +201,30 @@ class ImportFiles(CommandTest):
         listed = self.accepted("list", "graphs")
         for name in ("autoware_universe", "cedar", "mont_blanc", "sierra_nevada", "white_mountain"):
             self.assertRegex(listed, rf"(?m)^{name} ")
+
+    def test_autoware_universe_is_predicted_as_caret_measured_it(self):
+        """p50 and p99 of the best case of stats_path.yaml, end to end, with the recorded executors."""
+        measured = {
+            "component_sensing_0": (83.672, 121.902),
+            "component_localization_0": (44.722, 77.603),
+            "component_control_0": (2.157, 5.751),
+            "e2e_sensing-to-localization_0": (117.300, 169.257),
+        }
+        run = self.measure(
+            *(
+                "simulate",
+                "--graph",
+                "autoware_universe",
+                "--deployments",
+                RECORDED / "autoware_universe.yaml",
+            ),
+            *("--phases", "random", "--repetitions", 3, "--duration", 30),
+        )
+        (executor,) = run.summary()["executors"]
+        predicted = {c["chain"]: c["end_to_end_latency_ms"] for c in executor["chains"]}
+        for chain, (p50, p99) in measured.items():
+            self.assertLess(abs(predicted[chain]["p50"] / p50 - 1), 0.15, chain)
+            self.assertLess(abs(predicted[chain]["p99"] / p99 - 1), 0.15, chain)
 
 
 if __name__ == "__main__":
