@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "hotpath/analysis/statistics.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -91,7 +90,7 @@ json tasks_json(const ImportFacts& facts) {
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
     const RecordedCallback& seen = facts.recording.system.callbacks[graph.callback_of[id]];
-    const Quantiles q = quantiles(durations[id]);
+    std::ranges::sort(durations[id]);
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
                                          {"node", facts.recording.system.nodes[seen.node].name},
@@ -99,7 +98,14 @@ json tasks_json(const ImportFacts& facts) {
                                          {"never_ended", seen.never_ended},
                                          {"threads", seen.threads.size()},
                                          {"published", json::object()}});
-    if (q.n > 0) task["duration_us"] = {{"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
+    if (!durations[id].empty()) {
+      // Durations that were seen, so that whoever reads the trace by other means finds the same.
+      const auto ranked = [&](std::size_t percent) {
+        return durations[id][std::min(durations[id].size() - 1, durations[id].size() * percent / 100)];
+      };
+      task["duration_us"] = {
+          {"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
+    }
     for (const auto& [topic, messages] : seen.published)
       task["published"][facts.recording.system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {

@@ -86,7 +86,7 @@ class Interpreter {
     GraphPlatform& platform = made_.graph.platform;
     platform.cores = recording_.cores;
     platform.execution_times = ExecutionTimeModel::measured;
-    double dispatch = 0, wait = 0, wake_up = 0, delivery = 0, jobs = 0;
+    double dispatch = 0, wait = 0, wake_up = 0, jobs = 0;
     for (std::size_t e = 0; e < made_.labels.size(); ++e) {
       const RecordedExecutor& executor = recording_.executors.executors[e];
       const RecordedCosts costs =
@@ -100,11 +100,7 @@ class Interpreter {
       };
       add(dispatch, costs.dispatch);
       add(wait, costs.wait);
-      // A timer's releaser wakes the thread that runs its job: two wake-ups.
-      const TimerHandling timers = entry_of(made_.labels[e]).traits.timers;
-      const bool two = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
-      wake_up += weight * static_cast<double>(costs.wake_up.median.count()) / (two ? 2 : 1);
-      add(delivery, costs.delivery);
+      add(wake_up, costs.wake_up);
       jobs += weight;
     }
     const auto mean = [&](double sum) {
@@ -113,7 +109,6 @@ class Interpreter {
     platform.dispatch_cost = mean(dispatch);
     platform.wait_cost = mean(wait);
     platform.wake_up = mean(wake_up);
-    platform.delivery_delay = mean(delivery);
   }
 
   void make_trace() {
