@@ -72,7 +72,9 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   Mapping mapping(tasks);
   for (TaskId id = 0; id < tasks.set.size(); ++id) mapping.add_publications(id, out);
   const std::vector<ChainIndex> chains = index_chains(graph, tasks);
+  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
   for (std::size_t c = 0; c < chains.size(); ++c) {
+    if (!std::ranges::all_of(chains[c].sources, is_timer)) continue;  // begins in the middle of others
     out.chains.push_back({graph.chains[c].name, chains[c].sources, chains[c].sink_tasks});
   }
   return out;

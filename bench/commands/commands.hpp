@@ -15,6 +15,7 @@ void add_validate_command(CLI::App& app);
 void add_list_command(CLI::App& app);
 void add_graph_command(CLI::App& app);
 void add_analyze_command(CLI::App& app);
+void add_advise_command(CLI::App& app);
 void add_experiment_command(CLI::App& app);
 void add_machine_command(CLI::App& app);
 void add_bench_command(CLI::App& app);

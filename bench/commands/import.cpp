@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "import/import_caret.hpp"
 #include "import/import_ctf.hpp"
+#include "import/import_irobot.hpp"
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
@@ -29,6 +31,26 @@ void add_import_ctf_command(CLI::App& import) {
              "Rules, times, chains and self-check are of the first N jobs");
 }
 
+void add_import_caret_command(CLI::App& import) {
+  auto [caret, o] = add_command<ImportCaretOptions>(
+      import, "caret", "An architecture file of CARET, with what CARET measured",
+      "hotpath import caret architecture.yaml --stats stats_node --cores 8", import_caret);
+  add_text(caret, "ARCHITECTURE", o.file, "FILE", "The architecture, its named paths as chains")->required();
+  add_text(caret, "--stats", o.stats, "FOLDER",
+           "Statistics of nodes of a report of CARET: frequencies and\nexecution times");
+  add_text(caret, "--output", o.output, "FOLDER",
+           "New folder for graph and deployment; by default imports/\nand the folder's name");
+  add_number(caret, "--cores", o.cores, {1, kMaxWorkers}, "N", "Processors that the system had");
+}
+
+void add_import_irobot_command(CLI::App& import) {
+  auto [irobot, o] =
+      add_command<ImportIrobotOptions>(import, "irobot", "A topology of irobot-ros/ros2-performance (JSON)",
+                                       "hotpath import irobot mont_blanc.json", import_irobot);
+  add_text(irobot, "TOPOLOGY", o.file, "FILE", "The topology")->required();
+  add_text(irobot, "--output", o.output, "FOLDER", "New folder for the graph; by default imports/TOPOLOGY");
+}
+
 void add_export_ctf_command(CLI::App& parent) {
   struct Options {
     std::string run, output;
@@ -47,6 +69,8 @@ void add_import_command(CLI::App& app) {
   CLI::App& import = *app.add_subcommand("import", "Make a graph from what a real system was seen doing");
   import.require_subcommand(1);
   add_import_ctf_command(import);
+  add_import_caret_command(import);
+  add_import_irobot_command(import);
 }
 
 void add_export_command(CLI::App& app) {

@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
   using namespace hotpath;
   for (const auto add :
        {add_run_command, add_compare_command, add_simulate_command, add_timeline_command, add_replay_command,
-        add_validate_command, add_list_command, add_graph_command, add_analyze_command,
+        add_validate_command, add_list_command, add_graph_command, add_analyze_command, add_advise_command,
         add_experiment_command, add_machine_command, add_bench_command, add_summarize_command,
         add_report_command, add_compare_results_command, add_import_command, add_export_command})
     add(app);

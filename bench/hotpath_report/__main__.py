@@ -34,6 +34,7 @@ def add_commands(commands: Any) -> None:
     add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
     add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
+    add("advice", "figures.advice:draw", "what `hotpath advise` predicts", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
         "bench",

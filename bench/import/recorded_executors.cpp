@@ -277,6 +277,7 @@ Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow&
     }
     together.push_back(task);
   };
+  std::map<std::uint32_t, Time> started;  // by node: its latest job
   const bool snapshots_known = wait_sets && std::ranges::any_of(window.jobs, &RecordedJob::waited);
   std::map<std::uint32_t, std::vector<TaskId>> snapshots;                   // by thread
   std::map<std::pair<TaskId, std::uint64_t>, std::vector<TaskId>> readers;  // by publishing job
@@ -287,8 +288,12 @@ Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow&
       if (window.jobs[i].waited) snapshot.clear();
       if (job.task != kNoTask) in_order(snapshot, job.task);
     } else if (job.task != kNoTask && job.parent.task != kNoTask) {
-      in_order(readers[{job.parent.task, job.parent.sequence}], job.task);
+      // A node that had another job since was in the queue already.
+      const auto last = started.find(graph.tasks.origin[job.task].node);
+      if (last == started.end() || last->second < job.timestamp)
+        in_order(readers[{job.parent.task, job.parent.sequence}], job.task);
     }
+    if (job.task != kNoTask) started[graph.tasks.origin[job.task].node] = window.jobs[i].start;
   }
   if (pairs > 0) found.contradicting = static_cast<double>(contradicting) / static_cast<double>(pairs);
   return found;

@@ -64,8 +64,12 @@ TaskSet tasks_of_part(const ExecutorSpec& spec, TaskSet set, std::size_t part) {
 
 ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks,
                     const SchedulerOptions& defaults) {
+  return deploy(find_deployment(name_or_path, graph, tasks), defaults);
+}
+
+ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
   auto deployed = std::make_shared<Deployed>();
-  deployed->plan = find_deployment(name_or_path, graph, tasks);
+  deployed->plan = std::move(plan);
   const std::string& file = deployed->plan.file;
   if (find_executor(deployed->plan.name) != nullptr) {
     throw InputError(file, 1, "the deployment is called " + deployed->plan.name + ", which is an executor",

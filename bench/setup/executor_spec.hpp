@@ -39,6 +39,9 @@ struct Deployed {
 [[nodiscard]] ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph,
                                   const GraphTasks& tasks, const SchedulerOptions& defaults);
 
+/// The same of a deployment made by this program.
+[[nodiscard]] ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults);
+
 /// Throws UsageError that lists what there is.
 ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults);
 

@@ -4,15 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/parallel.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "results/run_facts.hpp"
@@ -21,6 +19,7 @@
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
 #include "simulated/own_times.hpp"
+#include "simulated/repetition.hpp"
 #include "simulated/run_totals.hpp"
 #include "simulated/simulated_system.hpp"
 
@@ -29,8 +28,6 @@ namespace hotpath {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::uint64_t kBacklogPerTask = 100;
 
 const std::string kReplay = "replay:";
 
@@ -43,12 +40,6 @@ Graph simulated_graph(const SimulateOptions& options) {
     p.execution_times = parse<ExecutionTimeModel>(*options.execution_times).value_or(p.execution_times);
   }
   return graph;
-}
-
-std::vector<MeasuredTimes::Values> measured_values(const GraphTasks& tasks) {
-  std::vector<MeasuredTimes::Values> values;
-  for (const Callback& callback : tasks.callbacks) values.push_back(callback.measured);
-  return values;
 }
 
 class SimulatedRun {
@@ -77,7 +68,6 @@ class SimulatedRun {
     GraphTasks tasks;  ///< With the phases of this repetition.
     Repetition* repetition = nullptr;
     std::unique_ptr<RunTotals> totals;  ///< Without a trace.
-    std::exception_ptr failure;
   };
 
   void prepare() {
@@ -121,16 +111,7 @@ class SimulatedRun {
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
     if (replayed_) return replayed_times(*replayed_, graph_, tasks_, executor(i).label, repetition(i));
-    const std::uint64_t seed = options_.seed + repetition(i);
-    switch (graph_.platform.execution_times) {
-      case ExecutionTimeModel::worst:
-        break;
-      case ExecutionTimeModel::uniform:
-        return std::make_unique<UniformTimes>(tasks_.set, seed);
-      case ExecutionTimeModel::measured:
-        return std::make_unique<MeasuredTimes>(tasks_.set, measured_values(tasks_), seed);
-    }
-    return std::make_unique<WorstCaseTimes>(tasks_.set);
+    return execution_times_of(graph_, tasks_, options_.seed + repetition(i));
   }
 
   /// Refuses a run whose traces would not fit into this machine.
@@ -149,71 +130,29 @@ class SimulatedRun {
              options_.duration_s, bytes / 1e9, there_are / 1e9));
   }
 
-  SimulationOptions simulation_options(const ExecutorSpec& e) const {
-    SimulationOptions s;
-    s.platform = make_platform(graph_, *parts(e).front().entry);
-    s.duration = seconds(options_.warm_up_s + options_.duration_s);
-    s.max_backlog = options_.max_backlog.value_or(kBacklogPerTask * tasks_.set.size());
-    return s;
-  }
-
   void simulate_one(std::size_t i) {
     Simulation& simulation = simulations_[i];
-    const TaskSet& set = simulation.tasks.set;
     const ExecutorSpec& e = executor(i);
-    const SimulatedSystem system(e, graph_, simulation.tasks);
     const auto times = execution_times(i);
-    std::vector<ChainObservation> observations;
-    GraphWorkload workload(graph_, simulation.tasks, *times, &observations);
-    Trace& trace = simulation.repetition->trace;
-    TraceRecorder recorder(trace);
-    const SimulationOptions plan = simulation_options(e);
+    RepetitionPlan plan{e, graph_, simulation.tasks, chains_, *times};
+    plan.warm_up = counting_.warm_up;
+    plan.duration = seconds(options_.duration_s);
+    if (options_.max_backlog) plan.max_backlog = *options_.max_backlog;
     if (options_.no_trace) {
-      simulation.totals =
-          std::make_unique<RunTotals>(set, chains_, Time{} + counting_.warm_up, Time{} + plan.duration);
+      simulation.totals = std::make_unique<RunTotals>(simulation.tasks.set, chains_, Time{} + plan.warm_up,
+                                                      Time{} + plan.warm_up + plan.duration);
     }
-    SimulationSummary summary;
     try {
-      JobSink& sink = simulation.totals ? static_cast<JobSink&>(*simulation.totals) : recorder;
-      summary = simulate(set, system.executors(), system.executor_of(), workload, plan, &sink);
+      *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
     } catch (const SimulationError& error) {
       throw UsageError("executor `" + e.label + "`: " + error.what());
     }
-    trace.executor = e.label;
-    trace.repetition = repetition(i);
-    trace.end = summary.end;
-    trace.published = std::move(summary.published);
-    simulation.repetition->accounts = account(set, trace);
-    if (simulation.totals) {
-      simulation.totals->count(simulation.repetition->accounts);
-      std::erase_if(observations,
-                    [&](const ChainObservation& o) { return simulation.totals->early(o.sink); });
-    }
-    trace.chains = join_chains(graph_, simulation.tasks, trace, observations);
-    trace.chains = counted_chains(trace, chains_, Time{} + counting_.warm_up);
+    simulation.repetition->trace.repetition = repetition(i);
   }
 
   /// Each simulation is a function of its index alone, so threads may take them as they come.
   void simulate_all() {
-    std::atomic<std::size_t> next = 0;
-    const auto work = [&] {
-      for (std::size_t i = next++; i < simulations_.size(); i = next++) {
-        try {
-          simulate_one(i);
-        } catch (...) {
-          simulations_[i].failure = std::current_exception();
-        }
-      }
-    };
-    const std::size_t wanted =
-        options_.threads > 0 ? options_.threads : std::max(1U, std::thread::hardware_concurrency());
-    std::vector<std::thread> threads;
-    while (threads.size() + 1 < std::min(wanted, simulations_.size())) threads.emplace_back(work);
-    work();
-    for (std::thread& thread : threads) thread.join();
-    for (const Simulation& simulation : simulations_) {
-      if (simulation.failure) std::rethrow_exception(simulation.failure);
-    }
+    for_each_index(simulations_.size(), options_.threads, [this](std::size_t i) { simulate_one(i); });
   }
 
   /// Neither the date nor this machine, so that the same input gives the same bytes.

@@ -2,6 +2,7 @@
 #include "hotpath/reference_system/callback.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <tuple>
 
@@ -60,10 +61,27 @@ bool Callback::waits_for_sets() const {
   return !publishes.empty() && std::all_of(publishes.begin(), publishes.end(), waits);
 }
 
+std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles) {
+  constexpr std::size_t kValues = 200;
+  std::vector<Duration> values;
+  auto next = quantiles.begin() + 1;
+  for (std::size_t i = 0; i < kValues; ++i) {
+    const double percent = 100 * (static_cast<double>(i) + 0.5) / kValues;
+    while (percent > next->percent) ++next;
+    const DurationQuantile& before = *std::prev(next);
+    const double share = (percent - before.percent) / (next->percent - before.percent);
+    values.push_back(before.time +
+                     Duration(std::llround(share * static_cast<double>((next->time - before.time).count()))));
+  }
+  values.front() = quantiles.front().time;
+  values.back() = quantiles.back().time;
+  return values;
+}
+
 bool operator==(const Callback& a, const Callback& b) {
   const auto plain = [](const Callback& c) {
-    return std::tie(c.task, c.input, c.period, c.phase, c.deadline, c.priority, c.worst, c.best, c.group,
-                    c.publishes, c.stores_only);
+    return std::tie(c.task, c.input, c.period, c.phase, c.deadline, c.priority, c.worst, c.best, c.quantiles,
+                    c.group, c.publishes, c.stores_only);
   };
   const bool same_times = a.measured && b.measured ? *a.measured == *b.measured : a.measured == b.measured;
   return plain(a) == plain(b) && same_times;

@@ -23,8 +23,9 @@ std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks
     for (const std::string& node : chain.nodes) c.nodes.push_back(tasks_named(graph, tasks, node));
     for (const std::string& node : chain.sources) {
       const std::vector<TaskId> named = tasks_named(graph, tasks, node);
-      c.sources.push_back(*std::find_if(named.begin(), named.end(),
-                                        [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; }));
+      const auto timer = std::find_if(named.begin(), named.end(),
+                                      [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; });
+      c.sources.push_back(timer == named.end() ? named.front() : *timer);
     }
     c.sink_tasks = tasks_named(graph, tasks, chain.sink);
     c.sink = tasks.origin[c.sink_tasks.front()].node;

@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "graph_text.hpp"
-#include "graph_yaml.hpp"
 #include "hotpath/reference_system/deployment.hpp"
-#include "yaml_file.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 

@@ -6,9 +6,9 @@
 #include <set>
 
 #include "graph_text.hpp"
-#include "graph_yaml.hpp"
 #include "hotpath/reference_system/deployment.hpp"
-#include "yaml_file.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 #include "yaml_folders.hpp"
 
 #ifndef HOTPATH_DEPLOYMENT_DIRS

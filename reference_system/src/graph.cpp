@@ -96,6 +96,7 @@ Duration scaled(Duration duration, double factor) {
 void scale(Callback& callback, double factor) {
   callback.worst = scaled(callback.worst, factor);
   callback.best = scaled(callback.best, factor);
+  for (DurationQuantile& quantile : callback.quantiles) quantile.time = scaled(quantile.time, factor);
   if (!callback.measured) return;
   std::vector<Duration> measured = *callback.measured;
   for (Duration& duration : measured) duration = scaled(duration, factor);

@@ -2,6 +2,7 @@
 #include "graph_callbacks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <limits>
 
@@ -112,15 +113,9 @@ class CallbackParser {
       return;
     }
     const YamlMap map(value, "the execution time of " + callback.task);
-    map.check_keys({"min", "max", "measured", "file"});
+    map.check_keys({"min", "p50", "p95", "p99", "max", "measured", "file"});
     const auto measured = map.find("measured"), file = map.find("file");
-    if (!measured && !file) {
-      callback.best = map.require("min", "1.5").milliseconds(true);
-      callback.worst = map.require("max", "4.2").milliseconds(true);
-      if (callback.best > callback.worst)
-        map.fail(map.what() + " has a `min` above its `max`", "exchange them");
-      return;
-    }
+    if (!measured && !file) return parse_quantiles(map, callback);
     if (map.keys().size() > 1) {
       map.fail(map.what() + " is given in two ways", "keep one of `min` with `max`, `measured` and `file`");
     }
@@ -135,6 +130,31 @@ class CallbackParser {
     callback.best = *least;
     callback.worst = *most;
     callback.measured = std::make_shared<const Values>(std::move(values));
+  }
+
+  /// `min` and `max` alone are a range.
+  static void parse_quantiles(const YamlMap& map, Callback& callback) {
+    constexpr std::array<std::pair<const char*, double>, 5> kQuantiles = {
+        {{"min", 0}, {"p50", 50}, {"p95", 95}, {"p99", 99}, {"max", 100}}};
+    std::vector<DurationQuantile> quantiles;
+    std::string previous;
+    (void)map.require("min", "1.5");
+    (void)map.require("max", "4.2");
+    for (const auto& [key, percent] : kQuantiles) {
+      const auto given = map.find(key);
+      if (!given) continue;
+      const Duration time = given->milliseconds(true);
+      if (!quantiles.empty() && time < quantiles.back().time) {
+        map.fail(map.what() + " has a `" + previous + "` above its `" + key + "`", "exchange them");
+      }
+      quantiles.push_back({percent, time});
+      previous = key;
+    }
+    callback.best = quantiles.front().time;
+    callback.worst = quantiles.back().time;
+    if (quantiles.size() == 2) return;
+    callback.measured = std::make_shared<const Values>(values_of(quantiles));
+    callback.quantiles = std::move(quantiles);
   }
 
   std::uint32_t group_of(const YamlMap& map) {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "graph_source.hpp"
-#include "graph_yaml.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 

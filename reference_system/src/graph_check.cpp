@@ -213,9 +213,8 @@ class Check {
     }
     for (std::size_t i = 0; i < chain.sources.size(); ++i) {
       const std::string& source = chain.sources[i];
-      const TaskId timer =
-          only_timer(require_member(source, lines.sources[i]), source, what, lines.sources[i]);
-      if (!reaches(timer, sink, members)) {
+      const TaskId start = start_of(require_member(source, lines.sources[i]), source, what, lines.sources[i]);
+      if (!reaches(start, sink, members)) {
         fail(lines.sources[i],
              "sink " + chain.sink + " of " + what + " cannot be reached from source " + source +
                  " along its nodes",
@@ -230,8 +229,10 @@ class Check {
     return named;
   }
 
-  TaskId only_timer(std::vector<TaskId> tasks, const std::string& source, const std::string& chain,
-                    int line) const {
+  /// The task in which the data of a chain begins: the only timer, or the one that is named.
+  TaskId start_of(std::vector<TaskId> tasks, const std::string& source, const std::string& chain,
+                  int line) const {
+    if (tasks.size() == 1 && source == tasks_.set[tasks.front()].name) return tasks.front();
     std::erase_if(tasks, [&](TaskId id) { return tasks_.set[id].kind != TaskKind::timer; });
     if (tasks.empty()) {
       fail(line, "source " + source + " of " + chain + " has no timer",

@@ -6,9 +6,9 @@
 
 #include "graph_callbacks.hpp"
 #include "graph_source.hpp"
-#include "graph_yaml.hpp"
 #include "hotpath/core/worker.hpp"
-#include "yaml_file.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 
 namespace hotpath {
 

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <set>
@@ -195,15 +196,20 @@ class Writer {
       return;
     }
     key("execution_time_ms") << YAML::BeginMap;
-    const std::string file = c.measured ? times_file_(c) : std::string();
+    const bool listed = c.measured && c.quantiles.empty();
+    const std::string file = listed ? times_file_(c) : std::string();
     if (!file.empty()) {
       pair("file", file);
-    } else if (c.measured) {
+    } else if (listed) {
       std::vector<std::string> values;
       for (const Duration value : *c.measured) values.push_back(format_ms(value));
       words("measured", values);
     } else {
       milliseconds("min", c.best);
+      for (const DurationQuantile& q : c.quantiles) {
+        if (q.percent > 0 && q.percent < 100)
+          milliseconds("p" + std::to_string(std::lround(q.percent)), q.time);
+      }
       milliseconds("max", c.worst);
     }
     out_ << YAML::EndMap;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "yaml_file.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 
 #include <array>
 #include <cerrno>

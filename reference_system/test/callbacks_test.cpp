@@ -244,6 +244,52 @@ TEST(Callbacks, ChainsBeginAtTheTimerThatTheyName) {
             Time{} + Duration(std::llround(s.starts("C/x")[0] * 1e6)) + 1ms - (Time{} + 40ms));
 }
 
+TEST(Callbacks, ChainsMayBeginAtASubscription) {
+  const Graph g = load(
+      "name: g\nnodes:\n  - {name: S, type: sensor, period_ms: 10, execution_time_ms: 2}\n"
+      "  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: S, execution_time_ms: 3, publishes: x}\n"
+      "  - {name: C, type: command, input: x, execution_time_ms: 1}\n"
+      "chains:\n  - {name: c, nodes: [A/S, C], sources: [A/S], sink: C}\n");
+  const Simulated s = simulate_graph(g, *find_executor("events-ro"), 95ms);
+  ASSERT_EQ(s.trace.chains.size(), 10U);
+  for (const ChainRecord& c : s.trace.chains) {
+    EXPECT_EQ(c.hot_path_latency, 3ms);
+    EXPECT_EQ(c.end_to_end_latency, 4ms);  // from the publication of the sensor's sample
+  }
+}
+
+TEST(Callbacks, WhatATimerPublishedMayComeBackToItAndIsForgotten) {
+  const Graph g = load(
+      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: b}\n"
+      "      - {timer: t, period_ms: 10, execution_time_ms: 1, publishes: {topic: a, last_of: [b]}}\n"
+      "  - name: B\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: a, execution_time_ms: 2, publishes: b}\n"
+      "chains:\n  - {name: c, nodes: [A/t, B/a], sources: [A/t], sink: B/a}\n");
+  const Simulated s = simulate_graph(g, *find_executor("events-ro"), 95ms);
+  ASSERT_EQ(s.trace.chains.size(), 10U);
+  for (const ChainRecord& c : s.trace.chains) EXPECT_EQ(c.hot_path_latency, 1ms);
+}
+
+TEST(Callbacks, QuantilesOfExecutionTimesBecomeValuesWithTheseQuantiles) {
+  const Graph g = load(
+      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {timer: t, period_ms: 10, execution_time_ms: {min: 1, p50: 2, p95: 4, p99: 8, max: 9}}\n");
+  const Callback& callback = g.nodes[0].callbacks[0];
+  ASSERT_TRUE(callback.measured);
+  const std::vector<Duration>& values = *callback.measured;
+  ASSERT_EQ(values.size(), 200U);
+  EXPECT_TRUE(std::is_sorted(values.begin(), values.end()));
+  EXPECT_EQ(values.front(), 1ms);
+  EXPECT_EQ(values.back(), 9ms);
+  EXPECT_LT(values[99], 2ms);
+  EXPECT_GT(values[100], 2ms);
+  EXPECT_LT(values[189], 4ms);
+  EXPECT_GT(values[190], 4ms);
+  EXPECT_GT(values[198], 8ms);
+}
+
 /// Whether jobs of the two timers overlap under two workers on two cores.
 bool overlap(const std::string& kind) {
   const Graph g = load(
@@ -410,6 +456,7 @@ TEST(Callbacks, WhatIsWrongIsSaidWithItsLine) {
       {"    groups: {a: shared}\n" + c + t + "}\n", ":6: ", "mutually_exclusive, reentrant"},
       {c + t + "execution_time_ms: -1}\n", ":7: ", "negative"},
       {c + t + "execution_time_ms: {min: 2, max: 1}}\n", ":7: ", "`min` above its `max`"},
+      {c + t + "execution_time_ms: {min: 2, p50: 1, max: 3}}\n", ":7: ", "`min` above its `p50`"},
       {c + t + "execution_time_ms: {min: 2}}\n", ":7: ", "`max` is missing"},
       {c + t + "execution_time_ms: {measured: []}}\n", ":7: ", "empty list"},
       {c + t + "execution_time_ms: {measured: [1, -2]}}\n", ":7: ", "negative"},

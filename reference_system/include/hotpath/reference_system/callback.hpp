@@ -29,6 +29,17 @@ struct Publication {
   friend bool operator==(const Publication&, const Publication&) = default;
 };
 
+/// A quantile of execution times.
+struct DurationQuantile {
+  double percent = 0;  ///< In [0, 100].
+  Duration time{};     ///< >= 0.
+  friend bool operator==(const DurationQuantile&, const DurationQuantile&) = default;
+};
+
+/// Two hundred values with these quantiles, which lie on straight lines between them; the first and the last
+/// are the extremes. `quantiles` are ascending, from 0 to 100 percent.
+[[nodiscard]] std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles);
+
 /// A timer or a subscription of a node: what becomes one task.
 struct Callback {
   std::string task;                    ///< Name of the task.
@@ -39,6 +50,7 @@ struct Callback {
   std::optional<std::int64_t> priority;                   ///< Given fixed priority.
   Duration worst{}, best{};                               ///< Execution time, 0 <= best <= worst.
   std::shared_ptr<const std::vector<Duration>> measured;  ///< Within [best, worst], >= 1; nullptr: none.
+  std::vector<DurationQuantile> quantiles;  ///< From which `measured` was made; empty: it was not.
   std::uint32_t group = 0;                                ///< Index into the node's groups.
   std::vector<Publication> publishes;                     ///< Each topic once.
   /// Keeps its samples for the messages of others and publishes nothing: ends no chain. callbacks_of() says

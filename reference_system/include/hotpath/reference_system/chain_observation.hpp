@@ -32,7 +32,7 @@ struct ChainObservation {
 /// A chain of a graph by tasks.
 struct ChainIndex {
   std::vector<std::vector<TaskId>> nodes;  ///< The tasks of each node that it visits.
-  std::vector<TaskId> sources;             ///< Timers.
+  std::vector<TaskId> sources;             ///< Tasks in which its data begins.
   std::uint32_t sink = 0;                  ///< Index into the graph's nodes.
   std::vector<TaskId> sink_tasks;          ///< Of which one ends the chain.
 

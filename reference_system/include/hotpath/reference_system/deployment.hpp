@@ -58,6 +58,12 @@ void check_affinity(const DeployedExecutor& executor, const std::string& file);
 /// Such a file. Throws std::invalid_argument unless each callback group has an executor of its own.
 void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment);
 
+/// The deployment as a file that find_deployment() reads. Throws std::invalid_argument for what
+/// no file can say: callbacks of one group with several executors, and two executors that share nodes and
+/// there have callback groups without a name.
+[[nodiscard]] std::string deployment_yaml(const Graph& graph, const GraphTasks& tasks,
+                                          const Deployment& deployment);
+
 /// The deployment of a graph that a preset's name, `cie:FILE`, the path of a file, or the bare name of a file
 /// in the folders of HOTPATH_DEPLOYMENTS or of this program says.
 ///

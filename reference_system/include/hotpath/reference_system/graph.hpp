@@ -134,7 +134,7 @@ std::vector<Callback> callbacks_of(const Node& node);
 struct Chain {
   std::string name;
   std::vector<std::string> nodes;    ///< In creation order; all nodes the path visits.
-  std::vector<std::string> sources;  ///< Those of `nodes` where data begins: each has one timer.
+  std::vector<std::string> sources;  ///< Those of `nodes` where data begins: one timer, or a task.
   std::string sink;
   friend bool operator==(const Chain&, const Chain&) = default;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "graph_yaml.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -124,9 +124,14 @@ std::size_t YamlValue::choice(const std::vector<std::string>& choices) const {
 std::vector<YamlValue> YamlValue::list(const std::string& item) const {
   if (!node_.IsSequence()) fail(what_ + " is " + kind_of(node_), "give a list");
   if (node_.size() == 0) fail(what_ + " is an empty list", "give at least one item");
-  std::vector<YamlValue> items;
-  for (const YAML::Node& node : node_) items.emplace_back(*file_, node, item, line_of(node, line_));
-  return items;
+  return items(item);
+}
+
+std::vector<YamlValue> YamlValue::items(const std::string& item) const {
+  if (!node_.IsSequence() && !node_.IsNull()) fail(what_ + " is " + kind_of(node_), "give a list");
+  std::vector<YamlValue> all;
+  for (const YAML::Node& node : node_) all.emplace_back(*file_, node, item, line_of(node, line_));
+  return all;
 }
 
 YamlMap::YamlMap(const YamlValue& value, std::string what)

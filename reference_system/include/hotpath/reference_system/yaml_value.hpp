@@ -54,6 +54,8 @@ class YamlValue {
   }
   /// A list with at least one item; `what` names an item.
   std::vector<YamlValue> list(const std::string& item) const;
+  /// The same, which may be empty or null.
+  std::vector<YamlValue> items(const std::string& item) const;
 
   [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const;
 

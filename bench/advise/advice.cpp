@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "advise/advice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "advise/ranking.hpp"
+#include "hotpath/reference_system/find_chains.hpp"
+#include "hotpath/reference_system/graph_writer.hpp"
+#include "program/errors.hpp"
+#include "program/interrupt.hpp"
+#include "program/progress.hpp"
+#include "program/python_tool.hpp"
+#include "program/text.hpp"
+#include "program/whole_file.hpp"
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostChains = 8;
+/// How many of the best are doubted, beside what runs now.
+constexpr std::size_t kDoubted = 3;
+/// Of the budget, the share that the ranking has; the rest is for doubts.
+constexpr double kRankingShare = 0.6;
+
+Graph graph_of(const AdviseOptions& options) {
+  Graph graph = graph_to_run(options);
+  if (options.cores) graph.platform.cores = *options.cores;
+  if (graph.chains.empty()) {
+    graph.chains = find_chains(graph, make_tasks(graph), kMostChains);
+    for (const Chain& chain : graph.chains) {
+      std::cout << "Found " << chain.name << ": " << joined(chain.nodes, " -> ") << "\n";
+    }
+  }
+  return graph;
+}
+
+std::string default_objective(const AdviseOptions& options, const Graph& graph) {
+  return graph.chains.empty() && options.objective == AdviseOptions{}.objective ? "worst_lateness"
+                                                                                : options.objective;
+}
+
+/// Says what would be enough.
+void check_load(const Graph& graph) {
+  const GraphTasks tasks = make_tasks(graph);
+  const double load = mean_load_percent(graph, tasks);
+  if (load < 100.0 * graph.platform.cores) return;
+  throw RunError(concat("overload: the callbacks of ", graph.name, " have ", fixed(load, 0),
+                        " % of one core of work, and there are ", graph.platform.cores,
+                        graph.platform.cores == 1 ? " core" : " cores", ": no executor can keep up; give it ",
+                        std::floor(load / 100) + 1, " cores or more (--cores), or less work (--load)"));
+}
+
+class Adviser {
+ public:
+  explicit Adviser(const AdviseOptions& options)
+      : options_(options),
+        graph_(graph_of(options)),
+        objective_(parse_objective(default_objective(options, graph_), graph_)) {
+    if (!options_.phases_file.empty()) options_.phases = Phases::given;
+    if (options.costs != "reference" && options.costs != "graph") {
+      throw UsageError("--costs: `" + options.costs + "` is neither reference nor graph");
+    }
+    check_load(graph_);
+  }
+
+  void run() {
+    const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options());
+    Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}};
+    std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);
+    for (Prediction& p : predictions) {
+      if (p.overload.empty() && !graph_.chains.empty()) add_bound(p, graph_.chains[objective_.chain].name);
+    }
+    advice.ranked = ranked(predictions, objective_);
+    advice.now = &*std::ranges::find_if(
+        predictions, [&](const Prediction& p) { return p.candidate->name == now_name(candidates); });
+    advice.best = recommended(advice.ranked, *advice.now, objective_);
+    for (const Prediction& p : predictions) {
+      advice.draws = std::max(advice.draws, static_cast<std::uint32_t>(p.draws.size()));
+    }
+    advice.asked_draws = draws();
+    advice.seconds = options_.duration_s;
+    if (advice.best != nullptr && interrupted() == 0) doubt(advice);
+    write(advice);
+  }
+
+ private:
+  CandidateOptions candidate_options() const {
+    CandidateOptions o;
+    o.executors = options_.executors;
+    o.deployments = options_.deployments;
+    o.now = options_.now;
+    o.scheduling = {options_.rule, options_.ties, std::max(2U, graph_.platform.cores), {}};
+    o.reference_costs = options_.costs == "reference";
+    return o;
+  }
+
+  /// A deployment has the name that its file gives it.
+  std::string now_name(const std::vector<Candidate>& candidates) const {
+    const auto found = std::ranges::find(candidates, options_.now, &Candidate::name);
+    return found == candidates.end() ? candidates.back().name : found->name;
+  }
+
+  /// Without anything random one draw tells all.
+  std::uint32_t draws() const {
+    const bool random =
+        options_.phases == Phases::random || graph_.platform.execution_times != ExecutionTimeModel::worst;
+    return random ? options_.draws : 1;
+  }
+
+  std::vector<Prediction> predicted(const std::string& what, const std::vector<Candidate>& candidates,
+                                    double budget_s) const {
+    PredictionOptions o;
+    o.common = options_;
+    o.draws = draws();
+    o.budget = seconds(budget_s);
+    o.threads = options_.threads;
+    Progress progress(1, o.budget);
+    progress.begin(what);
+    const auto begin = std::chrono::steady_clock::now();
+    return predict(candidates, o, [&](std::uint32_t) {
+      progress.update(std::chrono::steady_clock::now() - begin, o.budget);
+    });
+  }
+
+  void doubt(Advice& advice) const {
+    std::vector<Candidate> kept;
+    for (const Prediction* p : advice.ranked) {
+      const bool one_of_best = kept.size() < kDoubted && p->overload.empty();
+      if (one_of_best || p == advice.best || p == advice.now) kept.push_back(*p->candidate);
+    }
+    constexpr double kLonger = 1.2;
+    std::vector<Candidate> longer = kept, more_cores = kept;
+    for (Candidate& c : longer) {
+      if (load_percent(c.graph) > 0) scale_to_load(c.graph, kLonger * load_percent(c.graph));
+      weigh(c);
+    }
+    for (Candidate& c : more_cores) {
+      ++c.graph.platform.cores;
+      weigh(c);
+    }
+    advice.doubts.push_back(doubted(advice, "execution times 20 % longer", longer));
+    advice.doubts.push_back(doubted(advice, "one more core", more_cores));
+  }
+
+  Doubt doubted(const Advice& advice, const std::string& assumption,
+                const std::vector<Candidate>& candidates) const {
+    const std::vector<Prediction> predictions =
+        predicted(assumption, candidates, options_.budget_s * (1 - kRankingShare) / 2);
+    Doubt doubt{.assumption = assumption, .order = {}, .tells = {}};
+    for (const Prediction* p : ranked(predictions, objective_)) {
+      const std::string& name = p->candidate->name;
+      doubt.order.push_back(name);
+      doubt.tells.push_back(p->overload.empty() ? concat(name, " ", value_text(objective_, *p))
+                                                : name + " cannot keep up");
+    }
+    // Those that cannot be recommended may have been before it already.
+    std::vector<std::string> before, now_before;
+    const std::string& best = advice.best->candidate->name;
+    for (const Prediction* p : advice.ranked) {
+      if (p == advice.best) break;
+      before.push_back(p->candidate->name);
+    }
+    for (const std::string& name : doubt.order) {
+      if (name == best) break;
+      doubt.same_first = doubt.same_first && std::ranges::count(before, name) > 0;
+    }
+    return doubt;
+  }
+
+  /// The recommended executors as files. Returns the first.
+  std::string write_change(const Advice& advice, const fs::path& folder) const {
+    if (advice.best == nullptr || advice.best == advice.now) return "";
+    const Candidate& c = *advice.best->candidate;
+    Deployment plan;
+    if (c.spec.deployment) {
+      plan = c.spec.deployment->plan;
+    } else {
+      plan.executors.push_back(
+          {graph_.name, c.spec.entry->name == c.name ? c.name : executor_text(c), {}, {}, 0});
+      plan.executor_of.assign(c.tasks.set.size(), 0);
+    }
+    plan.name = "advice";
+    plan.description = c.description;
+    const fs::path file = folder / "deployment.yaml";
+    write_whole_file(file, deployment_yaml(c.graph, c.tasks, plan));
+    if (c.sets_priorities) {
+      Graph graph = c.graph;
+      graph.platform = graph_.platform;
+      write_graph(folder / "graph.yaml", graph, {"With the priorities that deployment.yaml needs.", {}});
+    }
+    try {
+      const auto cie = [&](std::ostream& out) { write_cie(out, c.graph, c.tasks, plan); };
+      if (c.spec.deployment && plan.executors.size() > 1)
+        write_whole_file(folder / "cie.yaml", FileContent(cie));
+    } catch (const std::invalid_argument&) {
+      // Not of CIE's kind: some group shares its executor.
+    }
+    return file.string();
+  }
+
+  /// As a deployment's file says it.
+  static std::string executor_text(const Candidate& c) {
+    return c.sets_priorities ? std::string(c.spec.entry->name) : c.name;
+  }
+
+  void write(Advice& advice) const {
+    const fs::path folder = output_folder(options_, graph_);
+    create_folder(folder);
+    advice.change = write_change(advice, folder);
+    write_whole_file(folder / "advice.json", advice_json(advice));
+    write_ranking(std::cout, advice);
+    if (advice.draws < advice.asked_draws) {
+      std::cout << "Only " << advice.draws << " of " << advice.asked_draws
+                << " draws: the budget ended (--budget SECONDS).\n";
+    }
+    if (!graph_.chains.empty()) draw_figure("advice", folder);
+    std::cout << "\nResults: " << folder.string() << "\n" << std::flush;
+  }
+
+  AdviseOptions options_;
+  const Graph graph_;
+  const Objective objective_;
+};
+
+}  // namespace
+
+void advise(const AdviseOptions& options) {
+  catch_interrupts();
+  Adviser(options).run();
+}
+
+}  // namespace hotpath

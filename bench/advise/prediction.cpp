@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "advise/prediction.hpp"
+
+#include <chrono>
+
+#include "bounds/bounds.hpp"
+#include "hotpath/analysis/analysis_error.hpp"
+#include "hotpath/core/simulator.hpp"
+#include "program/interrupt.hpp"
+#include "program/parallel.hpp"
+#include "program/text.hpp"
+#include "simulated/repetition.hpp"
+#include "simulated/run_totals.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// One candidate in one draw.
+struct Drawn {
+  Repetition repetition;
+  std::unique_ptr<RunTotals> totals;
+  Duration work{};
+  std::string overload;
+};
+
+/// Sums the execution times of the jobs that ran.
+Duration work_of(const Trace& trace, const ExecutionTimes& times) {
+  Duration sum{};
+  for (const JobRecord& r : trace.jobs) {
+    // A job that waits for others of its set takes no time.
+    if (r.outcome == Outcome::ran && r.finish > r.start) sum += times.of(r.job);
+  }
+  return sum;
+}
+
+class Draws {
+ public:
+  Draws(const std::vector<Candidate>& candidates, const PredictionOptions& options)
+      : options_(options), predictions_(candidates.size()), totals_(candidates.size()) {
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      predictions_[c].candidate = &candidates[c];
+      predictions_[c].overload = candidates[c].overload;
+    }
+  }
+
+  std::vector<Prediction> run(const std::function<void(std::uint32_t)>& progress) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point begin = Clock::now();
+    for (std::uint32_t d = 0; d < options_.draws; ++d) {
+      if (d > 0 && (Clock::now() - begin > options_.budget || interrupted() != 0)) break;
+      draw(d);
+      progress(d + 1);
+    }
+    for (std::size_t c = 0; c < predictions_.size(); ++c) summarise(c);
+    return std::move(predictions_);
+  }
+
+ private:
+  /// All candidates at once; which thread takes which does not matter.
+  void draw(std::uint32_t d) {
+    std::vector<Drawn> drawn(predictions_.size());
+    for_each_index(predictions_.size(), options_.threads, [&](std::size_t c) {
+      if (predictions_[c].overload.empty()) drawn[c] = simulate(*predictions_[c].candidate, d);
+    });
+    for (std::size_t c = 0; c < drawn.size(); ++c) {
+      Prediction& p = predictions_[c];
+      if (p.overload.empty()) p.overload = drawn[c].overload;
+      if (!p.overload.empty()) continue;
+      p.cores_used += to_ms(drawn[c].work);
+      p.draws.push_back(std::move(drawn[c].repetition));
+      totals_[c].push_back(std::move(drawn[c]));
+    }
+  }
+
+  Drawn simulate(const Candidate& candidate, std::uint32_t d) const {
+    Drawn drawn;
+    GraphTasks tasks = candidate.tasks;
+    const CommonOptions& o = options_.common;
+    set_phases(tasks.set, phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
+    const std::vector<MeasuredChain> chains = measured_chains(candidate.graph, candidate.tasks);
+    const auto times = execution_times_of(candidate.graph, candidate.tasks, o.seed + d);
+    RepetitionPlan plan{candidate.spec, candidate.graph, tasks, chains, *times};
+    plan.warm_up = seconds(o.warm_up_s);
+    plan.duration = seconds(o.duration_s);
+    try {
+      drawn.repetition = simulate_repetition(plan);
+    } catch (const SimulationError& error) {
+      drawn.overload = error.what();
+      return drawn;
+    }
+    Trace& trace = drawn.repetition.trace;
+    trace.repetition = d;
+    drawn.totals = std::make_unique<RunTotals>(candidate.tasks.set, chains, Time{} + plan.warm_up, trace.end);
+    for (const JobRecord& r : trace.jobs) drawn.totals->ended(r);
+    drawn.work = work_of(trace, *times);
+    trace.jobs = {};  // the chains' records and the totals remain
+    return drawn;
+  }
+
+  void summarise(std::size_t c) {
+    Prediction& p = predictions_[c];
+    if (!p.overload.empty()) return;
+    const Candidate& candidate = *p.candidate;
+    p.cores_used /=
+        1e3 * static_cast<double>(p.draws.size()) * (options_.common.warm_up_s + options_.common.duration_s);
+    std::vector<ExecutorRuns> runs(1);
+    runs.front().executor = candidate.name;
+    runs.front().repetitions = p.draws;
+    Summary summary = summarize(candidate.tasks.set, runs,
+                                summary_options(options_.common, candidate.graph, candidate.tasks));
+    p.summary = std::move(summary.executors.front());
+    for (const Drawn& drawn : totals_[c]) drawn.totals->add_to(p.summary);
+  }
+
+  const PredictionOptions& options_;
+  std::vector<Prediction> predictions_;
+  std::vector<std::vector<Drawn>> totals_;  // by candidate
+};
+
+}  // namespace
+
+std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const PredictionOptions& options,
+                                const std::function<void(std::uint32_t)>& progress) {
+  return Draws(candidates, options).run(progress);
+}
+
+void add_bound(Prediction& prediction, const std::string& chain) {
+  const Candidate& candidate = *prediction.candidate;
+  if (candidate.spec.deployment) return;  // theory here is of one executor
+  try {
+    const CallbackGraph callbacks = callback_graph(candidate.graph, candidate.tasks, false);
+    for (const GraphBounds& bounds :
+         graph_bounds(bounded_system(candidate.graph, callbacks, candidate.spec))) {
+      for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+        if (callbacks.chains[c].name != chain || !bounds.chains[c]) continue;
+        const double ms = to_ms(Duration(bounds.chains[c]->latency));
+        if (prediction.bound_ms && *prediction.bound_ms <= ms) continue;
+        prediction.bound_ms = ms;
+        prediction.bound_method = bounds.method;
+      }
+    }
+  } catch (const AnalysisError&) {
+    // No method covers the rules by which some node publishes.
+  }
+}
+
+RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain) {
+  std::vector<std::vector<double>> by_draw;
+  for (const Repetition& draw : prediction.draws) {
+    std::vector<double>& samples = by_draw.emplace_back();
+    for (const ChainRecord& r : draw.trace.chains) {
+      if (r.chain == chain) samples.push_back(to_ms(r.hot_path_latency));
+    }
+  }
+  return RepeatedSamples(std::move(by_draw));
+}
+
+}  // namespace hotpath

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "advise/ranking.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMoreLosses_percent = 1;
+
+bool can_be_written(const Candidate& candidate) {
+  if (!candidate.spec.deployment) return true;
+  try {
+    (void)deployment_yaml(candidate.graph, candidate.tasks, candidate.spec.deployment->plan);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+}
+
+std::size_t never_ran(const ExecutorSummary& summary) {
+  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, &TaskSummary::never_ran));
+}
+
+/// Timers of which some job waited for longer than a period.
+std::size_t waited_long(const ExecutorSummary& summary) {
+  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, [](const TaskSummary& t) {
+    return t.never_ran() || (t.period > Duration::zero() && t.longest_wait > t.period);
+  }));
+}
+
+const LatencySummary& latency(const Advice& advice, const Prediction& p) {
+  const ChainSummary& chain = p.summary.chains[advice.objective.chain];
+  return advice.objective.kind == Objective::Kind::requirements ? chain.end_to_end : chain.hot_path;
+}
+
+TextTable::Cell with_interval(double value, const std::optional<Interval>& interval) {
+  if (!interval) return fixed(value, 1);
+  return {fixed(value, 1), concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]")};
+}
+
+json json_of(double value, const std::optional<Interval>& interval) {
+  json j = {{"value", value}};
+  if (interval) j["interval"] = {interval->low, interval->high};
+  return j;
+}
+
+double probability(const Objective& objective) {
+  return objective.kind != Objective::Kind::latency            ? 1.0
+         : objective.statistic == Objective::Statistic::median ? 0.5
+         : objective.statistic == Objective::Statistic::p99    ? 0.99
+                                                               : 1.0;
+}
+
+/// Whether the difference of two is beyond what draws differ by; nothing where that is not known.
+std::optional<bool> differs(const Objective& objective, const Prediction& a, const Prediction& b) {
+  if (objective.kind != Objective::Kind::latency) return std::nullopt;
+  const Estimate difference = difference_of_quantiles(
+      latencies_of(a, objective.chain), latencies_of(b, objective.chain), probability(objective));
+  if (!difference.interval) return std::nullopt;
+  return difference.interval->low > 0 || difference.interval->high < 0;
+}
+
+std::string lost(const Prediction& p) { return fixed(loss_percent(p.summary), 1) + " %"; }
+
+std::string compared_with_now(const Advice& advice) {
+  const Prediction &best = *advice.best, &now = *advice.now;
+  if (!now.overload.empty()) return concat(", where ", now.candidate->name, " cannot keep up");
+  const double before = score(advice.objective, now.summary).value,
+               after = score(advice.objective, best.summary).value;
+  std::string text = concat(" instead of ", value_text(advice.objective, now), " with ", now.candidate->name);
+  const bool relative =
+      advice.objective.kind == Objective::Kind::latency && before > 0 && std::isfinite(before);
+  return relative ? text + concat(" (", fixed(100 * (1 - after / before), 0), " % less)") : text;
+}
+
+std::string first_sentence(const Advice& advice) {
+  const std::string what = advice.objective.text;
+  if (advice.best == nullptr) {
+    return concat("No change can be recommended for ", what,
+                  ": nothing that keeps up runs every task without losing more than today.");
+  }
+  const Prediction& best = *advice.best;
+  const std::string value = value_text(advice.objective, best);
+  if (&best == advice.now) {
+    return concat("Keep ", best.candidate->name, ": nothing that can be recommended makes ", what,
+                  " smaller than its ", value, " beyond noise.");
+  }
+  return concat("Take ", best.candidate->name, " (", best.candidate->description, "): ", what, " becomes ",
+                value, compared_with_now(advice), ".");
+}
+
+std::string second_sentence(const Advice& advice) {
+  const Prediction& best = *advice.best;
+  std::string text = concat("That is of ", advice.draws, " draws of phases and execution times");
+  const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
+    return p != &best && p->overload.empty() && why_not(*p, *advice.now).empty();
+  });
+  if (next != advice.ranked.end()) {
+    const auto sure = differs(advice.objective, best, **next);
+    text +=
+        concat("; next to it is ", (*next)->candidate->name, " with ", value_text(advice.objective, **next),
+               !sure   ? ""
+               : *sure ? ", beyond noise"
+                       : ", which noise cannot tell from it");
+  }
+  text += best.bound_ms ? concat("; theory guarantees ", fixed(*best.bound_ms, 1), " ms end to end (",
+                                 best.bound_method, ")")
+                        : "; no bound of theory covers it";
+  return text + ".";
+}
+
+std::string third_sentence(const Advice& advice) {
+  const Prediction &best = *advice.best, &now = *advice.now;
+  std::string text =
+      concat("It needs ", best.candidate->threads, best.candidate->threads == 1 ? " thread" : " threads");
+  const auto& deployment = best.candidate->spec.deployment;
+  if (deployment && std::ranges::any_of(deployment->plan.executors,
+                                        [](const DeployedExecutor& e) { return !e.policy.ordinary(); })) {
+    text += " with the right to SCHED_FIFO";
+  }
+  text += concat(" and loses ", lost(best), " of all jobs and samples");
+  if (&best != &now && now.overload.empty()) text += concat(" (today ", lost(now), ")");
+  std::string shaken;
+  for (const Doubt& doubt : advice.doubts) {
+    if (!doubt.same_first) shaken += (shaken.empty() ? "" : " and ") + doubt.assumption;
+  }
+  if (advice.doubts.empty()) return text + ".";
+  return text + (shaken.empty() ? "; it stays first in every doubt below."
+                                : "; another is first with " + shaken + ".");
+}
+
+TextTable ranking_table(const Advice& advice) {
+  const bool chains = !advice.graph.chains.empty();
+  const bool lateness = advice.objective.kind == Objective::Kind::worst_lateness;
+  const std::string chain = chains ? advice.graph.chains[advice.objective.chain].name : "";
+  TextTable table(concat(chains ? chain : advice.graph.name, ": ",
+                         !chains                                                  ? "jobs"
+                         : advice.objective.kind == Objective::Kind::requirements ? "end-to-end latency in ms"
+                                                                                  : "hot-path latency in ms",
+                         ", best first by ", advice.objective.text),
+                  {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
+                   lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
+                   "cores\nused", "bound\nend to end"});
+  for (const Prediction* p : advice.ranked) {
+    if (!p->overload.empty()) continue;
+    TextTable::Cell median = "", p99 = "", worst = "";
+    if (chains) {
+      const LatencySummary& l = latency(advice, *p);
+      median = with_interval(l.quantiles.p50, l.p50);
+      p99 = with_interval(l.quantiles.p99, l.p99);
+      worst = with_interval(l.quantiles.max, l.max);
+    }
+    const std::size_t silent = never_ran(p->summary);
+    table.add_row({p->candidate->name, median, p99, worst,
+                   lateness ? fixed(score(advice.objective, p->summary).value, 1) : "",
+                   fixed(loss_percent(p->summary), 1), std::to_string(waited_long(p->summary)),
+                   silent > 0 ? std::to_string(silent) : "", std::to_string(p->candidate->threads),
+                   fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
+  }
+  return table;
+}
+
+/// Who cannot keep up, and who is ahead of the recommended one for nothing.
+void write_excluded(std::ostream& out, const Advice& advice) {
+  std::map<std::string, std::vector<std::string>> overloaded;
+  for (const Prediction* p : advice.ranked) {
+    if (!p->overload.empty()) overloaded[p->overload].push_back(p->candidate->name);
+  }
+  for (const auto& [why, names] : overloaded) out << joined(names) << " cannot keep up: " << why << "\n";
+  for (const Prediction* p : advice.ranked) {
+    if (p == advice.best || !p->overload.empty()) break;
+    const std::string why = why_not(*p, *advice.now);
+    if (!why.empty()) out << p->candidate->name << " is not recommended: " << why << "\n";
+  }
+}
+
+}  // namespace
+
+std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
+                                      const Objective& objective) {
+  std::vector<const Prediction*> order;
+  for (const Prediction& p : predictions) order.push_back(&p);
+  std::ranges::stable_sort(order, [&](const Prediction* a, const Prediction* b) {
+    if (a->overload.empty() != b->overload.empty()) return a->overload.empty();
+    return a->overload.empty() && score(objective, a->summary) < score(objective, b->summary);
+  });
+  return order;
+}
+
+std::string why_not(const Prediction& p, const Prediction& now) {
+  if (never_ran(p.summary) > 0) return "some task never runs";
+  const double most = now.overload.empty() ? loss_percent(now.summary) + kMoreLosses_percent : INFINITY;
+  if (loss_percent(p.summary) > most) return "it loses more than today";
+  return can_be_written(*p.candidate) ? "" : "it splits callback groups";
+}
+
+const Prediction* recommended(const std::vector<const Prediction*>& ranked, const Prediction& now,
+                              const Objective& objective) {
+  const auto can_be = [&](const Prediction* p) { return p->overload.empty() && why_not(*p, now).empty(); };
+  const auto found = std::ranges::find_if(ranked, can_be);
+  if (found == ranked.end()) return nullptr;
+  return can_be(&now) && differs(objective, **found, now) == false ? &now : *found;
+}
+
+std::string value_text(const Objective& objective, const Prediction& p) {
+  const Score value = score(objective, p.summary);
+  switch (objective.kind) {
+    case Objective::Kind::losses:
+      return fixed(value.value, 2) + " %";
+    case Objective::Kind::requirements:
+      return value.value > 0 ? concat("missed by ", fixed(value.value, 1), " % in all")
+                             : concat("met with ", fixed(100 * (1 - value.tie), 0), " % to spare");
+    case Objective::Kind::latency:
+    case Objective::Kind::worst_lateness:
+      break;
+  }
+  return fixed(value.value, 1) + " ms";
+}
+
+std::vector<std::string> sentences(const Advice& advice) {
+  if (advice.best == nullptr) return {first_sentence(advice)};
+  return {first_sentence(advice), second_sentence(advice), third_sentence(advice)};
+}
+
+void write_ranking(std::ostream& out, const Advice& advice) {
+  out << ranking_table(advice) << "\n";
+  write_excluded(out, advice);
+  out << "\n";
+  for (const std::string& sentence : sentences(advice)) out << sentence << "\n";
+  for (const Doubt& doubt : advice.doubts) {
+    out << "Doubt, " << doubt.assumption << ": " << joined(doubt.tells) << ".\n";
+  }
+  if (!advice.change.empty()) out << "\nChange: " << advice.change << "\n";
+}
+
+json advice_json(const Advice& advice) {
+  json all = {
+      {"graph", advice.graph.name},
+      {"objective", advice.objective.text},
+      {"draws", advice.draws},
+      {"asked_draws", advice.asked_draws},
+      {"seconds", advice.seconds},
+      {"cores", advice.graph.platform.cores},
+      {"now", advice.now->candidate->name},
+      {"recommended", advice.best == nullptr ? json() : json(advice.best->candidate->name)},
+      {"sentences", sentences(advice)},
+      {"change", advice.change},
+      {"chain",
+       advice.graph.chains.empty() ? json() : json(advice.graph.chains[advice.objective.chain].name)}};
+  all["doubts"] = json::array();
+  for (const Doubt& d : advice.doubts) {
+    all["doubts"].push_back({{"assumption", d.assumption}, {"order", d.order}, {"same_first", d.same_first}});
+  }
+  for (const Prediction* p : advice.ranked) {
+    json row = {{"name", p->candidate->name},
+                {"description", p->candidate->description},
+                {"threads", p->candidate->threads},
+                {"overload", p->overload}};
+    if (p->overload.empty()) {
+      row["objective"] = score(advice.objective, p->summary).value;
+      row["lost_percent"] = loss_percent(p->summary);
+      row["timers_late"] = waited_long(p->summary);
+      row["never_ran"] = never_ran(p->summary);
+      row["cores_used"] = p->cores_used;
+      row["bound_ms"] = p->bound_ms ? json(*p->bound_ms) : json();
+      row["bound_method"] = p->bound_method;
+      if (!advice.graph.chains.empty()) {
+        const LatencySummary& l = latency(advice, *p);
+        row["median_ms"] = json_of(l.quantiles.p50, l.p50);
+        row["p99_ms"] = json_of(l.quantiles.p99, l.p99);
+        row["worst_ms"] = json_of(l.quantiles.max, l.max);
+      }
+    }
+    all["ranking"].push_back(std::move(row));
+  }
+  return all;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What `hotpath advise` predicts for each candidate: median, p99 and worst case with their intervals."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from hotpath_report import style
+from hotpath_report.errors import InputError
+from hotpath_report.style import FAINT, INK
+
+# What is shown of a row, with its mark.
+MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "worst of all draws", "|"))
+
+
+def read_advice(folder: Path) -> dict[str, Any]:
+    """The content of advice.json. Raises InputError."""
+    try:
+        advice: dict[str, Any] = json.loads((folder / "advice.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder / 'advice.json'}: {error}") from error
+    return advice
+
+
+def draw(folder: str) -> None:
+    """Writes advice.svg and .png into a folder of `hotpath advise`. Raises InputError."""
+    advice = read_advice(Path(folder))
+    rows = [row for row in advice["ranking"] if row.get("median_ms")]
+    if not rows:
+        raise InputError(f"{folder}: nothing that was predicted has a chain")
+    figure, (axes,) = style.new_figure(style.WIDE, 0.6 + 0.36 * len(rows))
+    for y, row in enumerate(rows):
+        colour = style.colour_of(row["name"])
+        axes.plot([row[MARKS[0][0]]["value"], row["worst_ms"]["value"]], [y, y], color=colour, alpha=0.35)
+        for key, _, mark in MARKS:
+            low, high = row[key].get("interval", [row[key]["value"]] * 2)
+            axes.plot([low, high], [y, y], color=colour, linewidth=4, alpha=0.45, solid_capstyle="butt")
+            axes.plot([row[key]["value"]], [y], mark, color=colour, markersize=6, markeredgewidth=2)
+        if row["bound_ms"] is not None:
+            axes.plot([row["bound_ms"]], [y], ">", color=FAINT, markersize=5)
+    names = [row["name"] + (" (now)" if row["name"] == advice["now"] else "") for row in rows]
+    style.rows_of_labels(axes, names, xlabel="latency (ms)")
+    worst = max(row["worst_ms"]["value"] for row in rows)
+    axes.set_xlim(0, 1.05 * worst)
+    marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
+    marks.append(style.dot("bound, end to end", marker=">", color=FAINT))
+    style.add_key(figure, marks, 4)
+    subtitle = (
+        f"{advice['chain']} of {advice['graph']}, best first by {advice['objective']}; "
+        f"{advice['draws']} draws of {advice['seconds']:g} s, {advice['cores']} cores"
+    )
+    style.add_title(figure, "What each executor is predicted to do", subtitle)
+    style.save(figure, folder, "advice")

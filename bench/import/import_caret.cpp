@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/import_caret.hpp"
+
+#include <filesystem>
+
+#include "hotpath/core/worker.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+void import_caret(const ImportCaretOptions& options) {
+  const CaretArchitecture architecture = read_caret_architecture(options.file);
+  std::map<std::string, CaretStats> stats;
+  if (!options.stats.empty()) stats = read_caret_stats(options.stats);
+  ImportedGraph imported = graph_of(architecture, stats);
+  const std::filesystem::path file = std::filesystem::absolute(options.file);
+  imported.comments.header = "Made by `hotpath import caret` of " + file.filename().string() + ".";
+  if (options.cores > 0) {
+    imported.graph.platform.cores = options.cores;
+  } else {
+    imported.missing.push_back("how many processors there were; --cores says it.");
+  }
+  const std::string name = file.parent_path().filename();
+  imported.graph.name = imported.deployment.name = name.empty() ? "caret" : name;
+  write_import(std::move(imported),
+               options.output.empty() ? "imports/" + imported.graph.name : options.output);
+}
+
+}  // namespace hotpath

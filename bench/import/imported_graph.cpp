@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/imported_graph.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+
+#include "hotpath/reference_system/graph_file.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
+#include "program/whole_file.hpp"
+
+namespace hotpath {
+
+std::string graph_topic_name(const std::string& ros_name) {
+  return ros_name.starts_with('/') ? ros_name.substr(1) : ros_name;
+}
+
+std::string graph_node_name(const std::string& ros_name) {
+  std::string name = graph_topic_name(ros_name);
+  std::replace(name.begin(), name.end(), '/', '.');
+  return name;
+}
+
+void write_import(ImportedGraph imported, const std::string& folder) {
+  const std::filesystem::path path = folder, file = path / "graph.yaml";
+  if (std::filesystem::exists(file)) {
+    throw UsageError(concat("--output: ", file.string(), " exists already; name another folder"));
+  }
+  create_folder(path);
+  std::string& header = imported.comments.header;
+  for (const std::string& line : imported.found) header += "\n" + line;
+  for (const std::string& line : imported.missing) header += "\nNot known: " + line;
+  write_graph(file, imported.graph, imported.comments);
+  const Graph graph = load_graph(file);  // what does not load is not worth having
+  for (const std::string& line : imported.found) std::cout << line << "\n";
+  for (const std::string& line : imported.missing) std::cout << "Not known: " << line << "\n";
+  std::cout << "\nGraph: " << file.string() << "\n";
+  if (imported.deployment.executors.empty()) return;
+  const std::filesystem::path deployment = path / "deployment.yaml";
+  write_whole_file(deployment, deployment_yaml(graph, make_tasks(graph), imported.deployment));
+  std::cout << "Deployment: " << deployment.string() << "\n";
+}
+
+}  // namespace hotpath

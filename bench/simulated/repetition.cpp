@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulated/repetition.hpp"
+
+#include "hotpath/core/simulator.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "simulated/run_totals.hpp"
+#include "simulated/simulated_system.hpp"
+
+namespace hotpath {
+
+Repetition simulate_repetition(const RepetitionPlan& plan, RunTotals* totals) {
+  const TaskSet& set = plan.tasks.set;
+  const SimulatedSystem system(plan.executor, plan.graph, plan.tasks);
+  std::vector<ChainObservation> observations;
+  GraphWorkload workload(plan.graph, plan.tasks, plan.times, &observations);
+  SimulationOptions options;
+  options.platform = make_platform(plan.graph, *parts(plan.executor).front().entry);
+  options.duration = plan.warm_up + plan.duration;
+  options.max_backlog = plan.max_backlog;
+
+  Repetition repetition;
+  Trace& trace = repetition.trace;
+  TraceRecorder recorder(trace);
+  JobSink& sink = totals != nullptr ? static_cast<JobSink&>(*totals) : recorder;
+  SimulationSummary summary =
+      simulate(set, system.executors(), system.executor_of(), workload, options, &sink);
+  trace.executor = plan.executor.label;
+  trace.end = summary.end;
+  trace.published = std::move(summary.published);
+  repetition.accounts = account(set, trace);
+  if (totals != nullptr) {
+    totals->count(repetition.accounts);
+    std::erase_if(observations, [&](const ChainObservation& o) { return totals->early(o.sink); });
+  }
+  trace.chains = join_chains(plan.graph, plan.tasks, trace, observations);
+  trace.chains = counted_chains(trace, plan.chains, Time{} + plan.warm_up);
+  return repetition;
+}
+
+std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const GraphTasks& tasks,
+                                                   std::uint64_t seed) {
+  switch (graph.platform.execution_times) {
+    case ExecutionTimeModel::worst:
+      break;
+    case ExecutionTimeModel::uniform:
+      return std::make_unique<UniformTimes>(tasks.set, seed);
+    case ExecutionTimeModel::measured: {
+      std::vector<MeasuredTimes::Values> values;
+      for (const Callback& callback : tasks.callbacks) values.push_back(callback.measured);
+      return std::make_unique<MeasuredTimes>(tasks.set, std::move(values), seed);
+    }
+  }
+  return std::make_unique<WorstCaseTimes>(tasks.set);
+}
+
+}  // namespace hotpath

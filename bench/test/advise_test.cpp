@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is asked, what is suitable, and that predictions depend on the seed alone.
+#include <gmock/gmock.h>
+
+#include "advise/candidates.hpp"
+#include "advise/prediction.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "program/errors.hpp"
+
+namespace hotpath {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+Graph graph_named(const std::string& name, unsigned cores = 1) {
+  Graph graph = load_graph(find_graph(name));
+  graph.platform.cores = cores;
+  return graph;
+}
+
+std::string error_of(const std::string& objective, const Graph& graph) {
+  try {
+    (void)parse_objective(objective, graph);
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
+  const Graph graph = graph_named("sequences");
+  EXPECT_EQ(parse_objective("hot_path:median", graph).text, "median of localization");
+  EXPECT_EQ(parse_objective("lane_detection:worst", graph).chain, 1U);
+  const Objective both = parse_objective("localization<90,lane_detection<50.5", graph);
+  ASSERT_EQ(both.requirements.size(), 2U);
+  EXPECT_EQ(both.requirements[1].most_ms, 50.5);
+  EXPECT_EQ(parse_objective("losses", graph).kind, Objective::Kind::losses);
+  EXPECT_THAT(error_of("nonsense:p99", graph), HasSubstr("it has localization, lane_detection"));
+  EXPECT_THAT(error_of("hot_path:p98", graph), HasSubstr("hot_path:median"));
+  EXPECT_THAT(error_of("localization<x", graph), HasSubstr("CHAIN<MS"));
+  EXPECT_THAT(error_of("localization<0", graph), HasSubstr("CHAIN<MS"));
+  EXPECT_THAT(error_of("", graph), HasSubstr("CHAIN<MS"));
+  EXPECT_THAT(error_of("hot_path:p99", graph_named("timers_only_60")), HasSubstr("worst_lateness"));
+}
+
+TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
+  Objective objective;
+  objective.kind = Objective::Kind::requirements;
+  objective.requirements = {{0, 100}};
+  const auto of = [&](double worst) {
+    ExecutorSummary summary;
+    summary.chains.emplace_back().end_to_end.quantiles.max = worst;
+    return score(objective, summary);
+  };
+  EXPECT_LT(of(40), of(90));
+  EXPECT_LT(of(90), of(110));
+  EXPECT_LT(of(110), of(120));
+  EXPECT_DOUBLE_EQ(of(110).value, 10);
+  EXPECT_LT(of(120), of(kNoValue)) << "no sample at all";
+}
+
+std::vector<std::string> names_of(const std::vector<Candidate>& candidates) {
+  std::vector<std::string> names;
+  for (const Candidate& c : candidates) names.push_back(c.name);
+  return names;
+}
+
+std::vector<Candidate> candidates_of(const Graph& graph) {
+  CandidateOptions options;
+  options.now = "default";
+  options.scheduling.workers = 2;
+  return make_candidates(graph, graph.chains.empty() ? Objective{} : parse_objective("hot_path:p99", graph),
+                         options);
+}
+
+TEST(Candidates, FollowFromTraitsGraphAndCores) {
+  const std::vector<std::string> one = names_of(candidates_of(graph_named("sequences")));
+  EXPECT_THAT(one, Contains("rm-ro"));
+  EXPECT_THAT(one, Contains("cbg:1"));
+  EXPECT_THAT(one, Not(Contains("multi:1"))) << "one thread of it is default";
+  EXPECT_THAT(one, Not(Contains("fp-ro"))) << "nobody gives priorities";
+  EXPECT_THAT(one, Not(Contains("dm-ro"))) << "deadlines are periods";
+  EXPECT_THAT(one, Contains("fp-ro:chain"));
+  EXPECT_THAT(one, Not(Contains("chain-first"))) << "no second core";
+  const std::vector<std::string> two = names_of(candidates_of(graph_named("autoware", 2)));
+  for (const char* name : {"multi:2", "cbg:2", "fp-ro", "chain-first", "cie:chain", "isolated"}) {
+    EXPECT_THAT(two, Contains(name));
+  }
+  EXPECT_THAT(names_of(candidates_of(graph_named("timers_only_60"))), Not(Contains("fp-ro:chain")));
+}
+
+TEST(Candidates, PutTheTimersOfTheChainFirst) {
+  for (const Candidate& c : candidates_of(graph_named("autoware"))) {
+    if (c.name != "fp-ro:chain") continue;
+    EXPECT_EQ(c.graph.find("FrontLidarDriver")->priority, 1);
+    EXPECT_EQ(c.graph.find("RearLidarDriver")->priority, 1);
+    EXPECT_GT(c.graph.find("EuclideanClusterSettings")->priority, 1);
+    EXPECT_GT(c.graph.find("PointCloudMap")->priority, c.graph.find("Visualizer")->priority);
+    return;
+  }
+  FAIL() << "not among the candidates";
+}
+
+TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {
+  Graph graph = graph_named("autoware", 2);
+  scale_to_load(graph, 130);
+  for (const Candidate& c : candidates_of(graph)) {
+    if (c.name == "default") EXPECT_THAT(c.overload, HasSubstr("130 % of one core of work for 1 thread"));
+    if (c.name == "multi:2") EXPECT_THAT(c.overload, IsEmpty());
+    if (c.name == "rm-threads") EXPECT_THAT(c.overload, IsEmpty());
+  }
+}
+
+TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
+  const Graph graph = graph_named("autoware", 2);
+  const std::vector<Candidate> candidates = candidates_of(graph);
+  PredictionOptions options;
+  options.common.phases = Phases::random;
+  options.common.duration_s = 2;
+  options.common.warm_up_s = 0.5;
+  options.draws = 2;
+  options.budget = std::chrono::hours(1);
+  const auto medians = [&](unsigned threads, std::uint64_t seed) {
+    options.threads = threads;
+    options.common.seed = seed;
+    std::vector<double> all;
+    for (const Prediction& p : predict(candidates, options, [](std::uint32_t) {})) {
+      all.push_back(p.summary.chains.at(0).hot_path.quantiles.p50);
+    }
+    return all;
+  };
+  EXPECT_EQ(medians(1, 1), medians(3, 1));
+  EXPECT_NE(medians(1, 1), medians(1, 2));
+}
+
+TEST(Predictions, StopAfterTheDrawInWhichTheBudgetEnds) {
+  const Graph graph = graph_named("sequences");
+  const std::vector<Candidate> candidates = candidates_of(graph);
+  PredictionOptions options;
+  options.common.duration_s = 1;
+  options.draws = 5;
+  std::uint32_t told = 0;
+  const auto predictions = predict(candidates, options, [&](std::uint32_t draws) { told = draws; });
+  EXPECT_EQ(told, 1U);
+  for (const Prediction& p : predictions) EXPECT_EQ(p.draws.size(), 1U);
+}
+
+}  // namespace
+}  // namespace hotpath
