@@ -33,6 +33,7 @@ def add_commands(commands: Any) -> None:
         add(name, call, about, folders=runs).add_argument("--output", **output)
     add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
     add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
+    add("import-page", "pages.text:write_import", "page of `hotpath import ctf`", folder={})
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
     add("advice", "figures.advice:draw", "what `hotpath advise` predicts", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})

@@ -168,7 +168,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
 GraphComments import_comments(const Recording& recording, const Interpretation& best) {
   GraphComments comments;
   comments.header = concat(
-      "Imported from a trace of ros2_tracing; import.json and import.md say how.\n"
+      "Imported from a trace of ros2_tracing; import.md says how.\n"
       "Recorded executor: ",
       best.executor->label, ".");
   for (const InferredRule& rule : recording.graph.rules) {
@@ -199,6 +199,7 @@ json import_json(const ImportFacts& facts) {
           {"rcl_version", facts.recording.system.rcl_version},
           {"executors", executors_json(facts)},
           {"tried", tried},
+          {"execution_times", to_string(best.graph.platform.execution_times)},
           {"entity_order_contradicts_creation", best.precedence.contradicting},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts.recording)},
@@ -226,7 +227,7 @@ void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesys
   out << text("  lost: %.2f %% recorded, %.2f %% simulated\n", check.lost_recorded_percent,
               check.lost_simulated_percent);
   for (const std::string& reason : check.reasons) out << "  " << reason << '\n';
-  out << "\nResults: " << output.string() << " (graph.yaml, run/, import.json)\n";
+  out << "\nResults: " << output.string() << " (graph.yaml, run/, simulated/, import.md)\n";
 }
 
 }  // namespace hotpath

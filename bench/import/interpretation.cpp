@@ -14,6 +14,9 @@ namespace hotpath {
 
 namespace {
 
+/// Execution times whose first autocorrelation is above are not independent.
+constexpr double kCorrelated = 0.1;
+
 const ExecutorEntry& entry_of(const std::string& label) { return *parse_executor(label, {}).entry; }
 
 class Interpreter {
@@ -32,6 +35,7 @@ class Interpreter {
     make_trace();
     set_times();
     made_.tasks = make_tasks(made_.graph);
+    if (hang_together()) made_.graph.platform.execution_times = ExecutionTimeModel::replayed;
     choose_executor(folder);
     std::vector<ChainObservation> seen = recorded_chains(recording_.system, recording_.graph, window());
     for (ChainObservation& o : seen) {
@@ -147,6 +151,26 @@ class Interpreter {
       callback.worst = most;
       callback.measured = std::make_shared<const std::vector<Duration>>(std::move(times[id]));
     }
+  }
+
+  /// Whether a job tells something of the next one of its task: the first autocorrelation, weighted by work.
+  /// Independent draws would lose it.
+  bool hang_together() const {
+    double correlated = 0, work = 0;
+    for (const Callback& callback : made_.tasks.callbacks) {
+      if (!callback.measured || callback.measured->size() < 20) continue;
+      const std::vector<Duration>& times = *callback.measured;
+      double sum = 0, square = 0, next = 0;
+      for (const Duration t : times) sum += to_ms(t);
+      const double mean = sum / static_cast<double>(times.size());
+      for (std::size_t i = 0; i < times.size(); ++i) {
+        square += (to_ms(times[i]) - mean) * (to_ms(times[i]) - mean);
+        if (i > 0) next += (to_ms(times[i]) - mean) * (to_ms(times[i - 1]) - mean);
+      }
+      if (square > 0) correlated += sum * next / square;
+      work += sum;
+    }
+    return correlated > kCorrelated * work;
   }
 
   void choose_executor(const std::filesystem::path& folder) {
