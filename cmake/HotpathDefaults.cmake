@@ -12,6 +12,10 @@ endif()
 add_compile_options($<$<CONFIG:RelWithDebInfo>:-g1>)
 option(HOTPATH_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(BUILD_TESTING "Build the tests" ON)
+option(HOTPATH_FUZZ "Build the fuzz targets: needs clang, and the flags of the preset `fuzz`" OFF)
+# The transport fastdds and what publishes over it. Off where Fast DDS or its generator is missing, as on Ubuntu with
+# ROS 2, whose own Fast DDS must not meet another one in a process.
+option(HOTPATH_FASTDDS "Build the transport fastdds" ON)
 
 # Warnings for our own code only: generated code is compiled without this.
 function(hotpath_warnings target)
@@ -99,4 +103,18 @@ function(hotpath_test name)
   endif()
   add_test(NAME ${target} COMMAND ${target})
   set_tests_properties(${target} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+endfunction()
+
+# hotpath_fuzz_target(name source libraries...): libFuzzer program fuzz_<name>, one of the target `fuzzers`.
+function(hotpath_fuzz_target name source)
+  add_executable(fuzz_${name} ${source})
+  target_include_directories(fuzz_${name} PRIVATE ${CMAKE_SOURCE_DIR}/bench ${CMAKE_SOURCE_DIR}/analysis/include)
+  target_link_libraries(fuzz_${name} PRIVATE ${ARGN})
+  target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
+  set_target_properties(fuzz_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fuzz)
+  hotpath_warnings(fuzz_${name})
+  if(NOT TARGET fuzzers)
+    add_custom_target(fuzzers)
+  endif()
+  add_dependencies(fuzzers fuzz_${name})
 endfunction()

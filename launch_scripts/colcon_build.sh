@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 
 packages=()
-for folder in executor reference_system analysis bench ros1_bridge; do
+for folder in campaign executor reference_system analysis bench ros1_bridge; do
   [ -f "$folder/package.xml" ] && packages+=("$folder")
 done
 # A package.xml that colcon cannot read silently loses its dependencies; `ros.cmake` shows that it could.

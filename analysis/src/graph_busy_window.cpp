@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "busy_level.hpp"
 #include "hotpath/analysis/exact.hpp"
 
 namespace hotpath {
@@ -19,6 +20,7 @@ constexpr std::uint64_t kMaxSteps = 10'000;
 constexpr std::int64_t kEndless = std::int64_t{1} << 60;
 /// Above so many steps of a deadline several are taken together.
 constexpr std::size_t kMaxDeadlineSteps = 32;
+constexpr std::int64_t kUnknown = -1;
 constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
 
 /// Jobs of a timer released from 0 on whose deadlines are not later.
@@ -35,7 +37,7 @@ GraphOrder any_order(const TaskSet& set) {
 
 /// What is looked for in the windows of a level.
 struct GraphBusyWindow::Query {
-  const Level* level = nullptr;
+  const BusyLevel* level = nullptr;
   Blocker blocker;
   TaskId root = kNoTask, target = kNoTask;  ///< None: the window itself.
   bool works = true;                        ///< The target's job completes its join, if it has one.
@@ -43,12 +45,16 @@ struct GraphBusyWindow::Query {
   std::int64_t root_jobs = 0;               ///< Of `root`, up to the one looked at.
   bool closed = true;                       ///< What is released at the end of an interval counts.
   std::optional<std::int64_t> deadline;     ///< Behind the window's start: later ones do not precede.
-  std::vector<std::int64_t> jobs, outputs;  ///< By task and by join; for work().
+  /// For work(), in the level's order: by member (without the target's own, which may be pending in a join),
+  /// by join, and of timers by period.
+  std::vector<std::int64_t> jobs, outputs, arrivals;
 };
 
 GraphBusyWindow::GraphBusyWindow(const GraphTopology& topology, GraphOrder order,
                                  const GraphOverheads& overheads)
     : topology_(topology), order_(std::move(order)), overheads_(overheads) {}
+
+GraphBusyWindow::~GraphBusyWindow() = default;
 
 std::optional<std::int64_t> GraphBusyWindow::until_start(TaskId root, TaskId to) const {
   return bound(root, to, false);
@@ -72,7 +78,7 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
     }
   }
   // It is pending in a window of its own rank.
-  const Level& own = level(order_.rank[subscription]);
+  const BusyLevel& own = level(order_.rank[subscription]);
   return own.window ? std::min(largest, *own.window) : largest;
 }
 
@@ -92,40 +98,12 @@ std::int64_t GraphBusyWindow::job_work(TaskId id) const {
   return add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
-/// Of those with the same effect the longest.
-std::vector<GraphBusyWindow::Blocker> GraphBusyWindow::blockers(std::int64_t rank) const {
-  std::map<std::vector<TaskId>, Blocker> longest = {{{}, Blocker{kNoTask, kNoTask, overheads_.wake_up}}};
-  for (TaskId id = 0; id < topology_.size(); ++id) {
-    if (inside(id, rank) || topology_.roots(id).empty()) continue;
-    std::vector<TaskId> activated;
-    for (const TaskId fed : topology_.set()[id].feeds) {
-      if (inside(fed, rank)) activated.push_back(fed);
-    }
-    Blocker& blocker = longest[activated];
-    if (!activated.empty()) blocker.task = id;
-    if (job_work(id) > blocker.work) blocker.longest = id;
-    blocker.work = std::max({blocker.work, job_work(id), overheads_.wake_up});
-  }
-  std::vector<Blocker> all;
-  for (const auto& [activated, blocker] : longest) all.push_back(blocker);
-  return all;
-}
-
-const GraphBusyWindow::Level& GraphBusyWindow::level(std::int64_t rank) const {
+const BusyLevel& GraphBusyWindow::level(std::int64_t rank) const {
   const auto [entry, is_new] = levels_.try_emplace(rank);
-  Level& level = entry->second;
-  if (!is_new) return level;
-  level.rank = rank;
-  for (const TaskId id : topology_.order()) {
-    if (inside(id, rank)) level.members.push_back(member(id, rank));
-  }
-  const std::vector<CallbackGraph::Join>& joins = topology_.graph().joins;
-  for (std::size_t j = 0; j < joins.size(); ++j) {
-    if (std::ranges::any_of(joins[j].inputs, [&](TaskId id) { return inside(id, rank); }))
-      level.joins.push_back(j);
-  }
-  if (utilisation(level) > 1) return level;
-  level.blockers = blockers(rank);
+  if (!is_new) return *entry->second;
+  entry->second = std::make_unique<BusyLevel>(topology_, order_, overheads_, rank);
+  BusyLevel& level = *entry->second;
+  if (level.utilisation > 1) return level;
   level.window = 0;
   for (const Blocker& blocker : level.blockers) {
     Query window;
@@ -135,63 +113,6 @@ const GraphBusyWindow::Level& GraphBusyWindow::level(std::int64_t rank) const {
     if (!level.window) break;
   }
   return level;
-}
-
-GraphBusyWindow::Member GraphBusyWindow::member(TaskId id, std::int64_t rank) const {
-  Member m;
-  m.id = id;
-  const Task& task = topology_.set()[id];
-  if (task.kind == TaskKind::timer) m.period = task.period.count();
-  m.work = topology_.join_of(id) ? overheads_.job : job_work(id);
-  for (const TaskId p : topology_.publishers(id)) {
-    const std::size_t j = topology_.join_index(p);
-    if (topology_.join_of(p) == nullptr) {
-      if (inside(p, rank)) m.publishers.push_back(p);
-    } else if (std::find(m.joins.begin(), m.joins.end(), j) == m.joins.end()) {
-      m.joins.push_back(j);
-    }
-  }
-  return m;
-}
-
-/// Long-run work of the level's jobs per time.
-double GraphBusyWindow::utilisation(const Level& level) const {
-  std::vector<double> rate(topology_.size(), 0);
-  double sum = 0;
-  const auto slowest = [&](std::size_t join) {
-    double least = std::numeric_limits<double>::max();
-    for (const TaskId input : topology_.graph().joins[join].inputs) least = std::min(least, rate[input]);
-    return least;
-  };
-  for (const TaskId timer : topology_.timers()) {
-    sum +=
-        static_cast<double>(overheads_.release) / static_cast<double>(topology_.set()[timer].period.count());
-  }
-  for (const Member& m : level.members) {
-    if (m.period > 0) rate[m.id] += 1.0 / static_cast<double>(m.period);
-    for (const TaskId p : m.publishers) rate[m.id] += rate[p];
-    for (const std::size_t j : m.joins) rate[m.id] += slowest(j);
-    sum += rate[m.id] * static_cast<double>(m.work);
-  }
-  for (const std::size_t j : level.joins) sum += slowest(j) * static_cast<double>(topology_.join_work(j));
-  return sum;
-}
-
-/// Most jobs of the join's inputs that complete it: at the start of the window one of them has no sample, the
-/// others may have one.
-std::int64_t GraphBusyWindow::join_output(std::size_t join, const std::vector<std::int64_t>& jobs,
-                                          std::int64_t rank) const {
-  const std::vector<TaskId>& inputs = topology_.graph().joins[join].inputs;
-  const auto of = [&](TaskId id) { return inside(id, rank) ? jobs[id] : 0; };
-  std::int64_t most = 0;
-  for (const TaskId without : inputs) {
-    std::int64_t least = of(without);
-    for (const TaskId other : inputs) {
-      if (other != without) least = std::min(least, of(other) + 1);
-    }
-    most = std::max(most, least);
-  }
-  return most;
 }
 
 std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed) const {
@@ -208,38 +129,61 @@ std::int64_t GraphBusyWindow::releases_work(std::int64_t t) const {
   return sum;
 }
 
+/// Most jobs of the join's inputs that complete it: at the start of the window one of them has no sample, the
+/// others may have one.
+std::int64_t GraphBusyWindow::outputs(const Query& q, std::size_t index) const {
+  const BusyLevel::Join& join = q.level->joins[index];
+  std::int64_t least = join.complete ? kEndless : 0, most = 0;
+  for (const std::size_t input : join.inputs) {
+    least = std::min(least, q.jobs[input]);
+    most = std::max(most, q.jobs[input]);
+  }
+  const bool own = q.target != kNoTask && topology_.join_index(q.target) == join.index && q.works;
+  return std::max<std::int64_t>(0, std::min(add(least, 1), most) - (own ? 1 : 0));
+}
+
+/// Of the member's own releases within the window.
+std::int64_t GraphBusyWindow::released(const Query& q, std::size_t member) const {
+  const BusyLevel::Member& timer = q.level->members[member];
+  std::int64_t jobs = q.arrivals[timer.period];
+  if (timer.id == q.root) jobs = std::max(q.later_root_jobs ? jobs : 0, q.root_jobs);
+  return q.deadline ? std::min(jobs, urgent_jobs(topology_.set()[timer.id], *q.deadline)) : jobs;
+}
+
 /// Of the blocker and of all jobs of the window that are released within `t` of its start, without the
 /// target's own.
 std::int64_t GraphBusyWindow::work(Query& q, std::int64_t t) const {
-  constexpr std::int64_t kUnknown = -1;
-  const std::vector<CallbackGraph::Join>& joins = topology_.graph().joins;
-  q.jobs.assign(topology_.size(), 0);
-  q.outputs.assign(joins.size(), kUnknown);
+  const BusyLevel& in = *q.level;
+  q.jobs.assign(in.members.size(), 0);
+  q.outputs.assign(in.joins.size(), kUnknown);
+  q.arrivals.clear();
+  for (const std::int64_t period : in.periods) q.arrivals.push_back(arrivals(period, t, q.closed));
   std::int64_t sum = add(q.blocker.work, releases_work(t));
   if (q.blocker.task != kNoTask) {
-    for (const TaskId fed : topology_.set()[q.blocker.task].feeds) q.jobs[fed] = 1;
+    for (const TaskId fed : topology_.set()[q.blocker.task].feeds) {
+      if (in.inside(fed)) q.jobs[in.member_of[fed]] = 1;
+    }
   }
   const auto output_of = [&](std::size_t j) {
-    if (q.outputs[j] != kUnknown) return q.outputs[j];
-    const bool own = q.target != kNoTask && topology_.join_index(q.target) == j && q.works;
-    const std::int64_t most = join_output(j, q.jobs, q.level->rank);
-    q.outputs[j] = own ? std::max<std::int64_t>(0, most - 1) : most;
-    sum = add(sum, multiply(q.outputs[j], topology_.join_work(j)));
+    if (q.outputs[j] == kUnknown) {
+      q.outputs[j] = outputs(q, j);
+      sum = add(sum, multiply(q.outputs[j], in.joins[j].work));
+    }
     return q.outputs[j];
   };
-  for (const Member& m : q.level->members) {
-    std::int64_t& jobs = q.jobs[m.id];
-    if (m.period > 0) {
-      std::int64_t released = m.id == q.root && !q.later_root_jobs ? 0 : arrivals(m.period, t, q.closed);
-      if (m.id == q.root) released = std::max(released, q.root_jobs);
-      if (q.deadline) released = std::min(released, urgent_jobs(topology_.set()[m.id], *q.deadline));
-      jobs = add(jobs, released);
-    }
-    for (const TaskId p : m.publishers) jobs = add(jobs, q.jobs[p] - (p == q.target ? 1 : 0));
-    for (const std::size_t j : m.joins) jobs = add(jobs, output_of(j));
-    sum = add(sum, multiply(jobs - (m.id == q.target ? 1 : 0), m.work));
+  std::size_t publisher = 0, source = 0;
+  for (std::size_t i = 0; i < in.members.size(); ++i) {
+    const BusyLevel::Member& m = in.members[i];
+    std::int64_t jobs = q.jobs[i];
+    if (m.timer) jobs = add(jobs, released(q, i));
+    for (; publisher < m.publishers_end; ++publisher) jobs = add(jobs, q.jobs[in.publishers[publisher]]);
+    for (; source < m.sources_end; ++source) jobs = add(jobs, output_of(in.sources[source]));
+    const bool is_target = m.id == q.target;
+    sum = add(sum, multiply(jobs - (is_target ? 1 : 0), m.work));
+    // What the target's own job publishes comes after its start; what it completes, outputs() leaves out.
+    q.jobs[i] = is_target && topology_.join_of(m.id) == nullptr ? jobs - 1 : jobs;
   }
-  for (const std::size_t j : q.level->joins) output_of(j);
+  for (std::size_t j = 0; j < in.joins.size(); ++j) output_of(j);
   return sum;
 }
 
@@ -294,9 +238,34 @@ std::int64_t GraphBusyWindow::blocking_behind(std::int64_t deadline) const {
   return longest;
 }
 
-/// Timestamps of `root` behind the window's start at which its deadline is that of another timer's job; few
-/// of them, each standing for those up to the next.
-std::vector<std::int64_t> GraphBusyWindow::deadline_steps(TaskId root, std::int64_t until) const {
+/// Of `root`; none when the window has no end. A step begins where the root's deadline is that of another
+/// timer's job; where there are many, one stands for several.
+const std::optional<std::vector<GraphBusyWindow::DeadlineStep>>& GraphBusyWindow::deadline_steps(
+    TaskId root) const {
+  const auto [entry, is_new] = steps_.try_emplace(root);
+  if (!is_new) return entry->second;
+  Query whole;
+  whole.level = &level(order_.rank[root]);
+  // A window behind the longest job is no longer than one with that job in it twice.
+  whole.blocker.work = blocking_behind(-overheads_.lateness - 1);
+  const auto until = whole.level->window ? end_of_work(whole, 0) : std::nullopt;
+  if (!until) return entry->second;
+  const std::int64_t own = topology_.set()[root].deadline.count();
+  const std::vector<std::int64_t> starts = deadline_starts(root, *until);
+  std::vector<DeadlineStep>& steps = entry->second.emplace();
+  const std::size_t stride = ceil_div(static_cast<std::int64_t>(starts.size()), kMaxDeadlineSteps);
+  for (std::size_t i = 0; i < starts.size(); i += stride) {
+    const std::int64_t last = i + stride < starts.size() ? starts[i + stride] - 1 : *until;
+    steps.push_back({starts[i], last, blocking_behind(add(starts[i], own) - overheads_.lateness), 0});
+    Query all = query(root, steps.back());
+    const auto end = end_of_work(all, 0);
+    steps.back().end = end ? *end : kEndless;
+  }
+  return entry->second;
+}
+
+/// Timestamps of `root` behind the window's start at which its deadline is that of another timer's job.
+std::vector<std::int64_t> GraphBusyWindow::deadline_starts(TaskId root, std::int64_t until) const {
   std::vector<std::int64_t> all = {0};
   const std::int64_t own = topology_.set()[root].deadline.count();
   for (const TaskId timer : topology_.timers()) {
@@ -311,50 +280,58 @@ std::vector<std::int64_t> GraphBusyWindow::deadline_steps(TaskId root, std::int6
   }
   std::ranges::sort(all);
   all.erase(std::unique(all.begin(), all.end()), all.end());
-  std::vector<std::int64_t> few;
-  const std::size_t stride = ceil_div(static_cast<std::int64_t>(all.size()), kMaxDeadlineSteps);
-  for (std::size_t i = 0; i < all.size(); i += stride) few.push_back(all[i]);
-  return few;
+  return all;
+}
+
+/// For the jobs of `root` that are released in the step.
+GraphBusyWindow::Query GraphBusyWindow::query(TaskId root, const DeadlineStep& step) const {
+  const Task& task = topology_.set()[root];
+  Query q;
+  q.level = &level(order_.rank[root]);
+  q.root = root;
+  q.later_root_jobs = false;
+  q.deadline = add(step.last, task.deadline.count());
+  q.root_jobs = step.last / task.period.count() + 1;
+  q.blocker.work = step.blocking;
+  q.closed = step.blocking == 0 || !order_.releases_first;
+  return q;
 }
 
 /// As Spuri 1996 for timers: only jobs whose deadlines are not later than that of the path precede it.
 std::optional<std::int64_t> GraphBusyWindow::bound_by_deadline(TaskId root, TaskId to, bool works,
                                                                PathParts* parts) const {
-  const Level& in = level(order_.rank[root]);
-  if (largest_rank(root, to) == kNoRank || !in.window) return std::nullopt;
-  const Task& task = topology_.set()[root];
-  Query q;
-  q.level = &in;
-  q.root = root;
-  q.target = to;
-  q.works = works;
-  // A window behind the longest job is no longer than one with that job in it twice.
-  q.blocker.work = blocking_behind(-overheads_.lateness - 1);
-  Query whole = q;
-  whole.target = kNoTask;
-  whole.root = kNoTask;
-  const auto until = end_of_work(whole, 0);
-  if (!until) return std::nullopt;
-  const std::vector<std::int64_t> steps = deadline_steps(root, *until);
+  const auto& steps = deadline_steps(root);
+  if (largest_rank(root, to) == kNoRank || !steps) return std::nullopt;
   std::int64_t largest = 0;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const std::int64_t last = i + 1 < steps.size() ? steps[i + 1] - 1 : *until;
-    q.deadline = add(last, task.deadline.count());
-    q.later_root_jobs = false;
-    q.root_jobs = last / task.period.count() + 1;
-    q.blocker.work = blocking_behind(add(steps[i], task.deadline.count()) - overheads_.lateness);
-    q.closed = q.blocker.work == 0 || !order_.releases_first;
-    const std::int64_t known = largest - overheads_.lateness + steps[i] - own_work(q);
+  for (const DeadlineStep& step : *steps) {
+    if (step.end - step.first + overheads_.lateness <= largest) continue;
+    Query q = query(root, step);
+    q.target = to;
+    q.works = works;
+    const std::int64_t known = largest - overheads_.lateness + step.first - own_work(q);
     if (known >= 0 && overheads_.release == 0 && work(q, known) <= known) continue;
     const auto start = end_of_work(q, 0);
     if (!start) return std::nullopt;
-    const std::int64_t response = response_to(q, *start, steps[i]);
+    const std::int64_t response = response_to(q, *start, step.first);
     if (response <= largest) continue;
     largest = response;
     work(q, *start);
     if (parts != nullptr) *parts = parts_of(q);
   }
   return largest;
+}
+
+/// Whether all is done by `next`, when the next job of query.root is released; it is in the same window
+/// otherwise.
+bool GraphBusyWindow::window_ends_by(const Query& q, std::int64_t next) const {
+  const auto [entry, is_new] = ends_.try_emplace({q.level->rank, q.root, q.blocker.task, q.root_jobs});
+  if (is_new) {
+    Query rest = q;
+    rest.target = kNoTask;
+    rest.later_root_jobs = false;
+    entry->second = work(rest, next) <= next;
+  }
+  return entry->second;
 }
 
 /// Largest time from a timestamp of query.root to the target's end, over all its jobs in the window.
@@ -374,15 +351,8 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::in
       *parts = parts_of(q);
     }
     largest = std::max(largest, response);
-    // The next job is in the same window if it is released before all the rest is done.
     const std::int64_t next = add(released, period) - overheads_.lateness;
-    if (*q.level->window <= next) return largest;
-    Query rest = q;
-    rest.target = kNoTask;
-    rest.later_root_jobs = false;
-    const auto end = end_of_work(rest, 0);
-    if (!end) return std::nullopt;
-    if (*end <= next) return largest;
+    if (*q.level->window <= next || window_ends_by(q, next)) return largest;
   }
   return std::nullopt;
 }
@@ -392,12 +362,16 @@ PathParts GraphBusyWindow::parts_of(const Query& q) const {
   PathParts parts;
   parts.blocking = q.blocker.work;
   parts.blocker = q.blocker.longest;
-  for (const Member& m : q.level->members) {
-    std::int64_t sum = multiply(q.jobs[m.id], m.work);
-    if (const auto* join = topology_.join_of(m.id); join && join->inputs.front() == m.id) {
-      const bool own = topology_.join_index(q.target) == topology_.join_index(m.id);
-      const std::int64_t outputs = q.outputs[topology_.join_index(m.id)] + (own ? 1 : 0);
-      sum = add(sum, multiply(outputs, topology_.join_work(topology_.join_index(m.id))));
+  const BusyLevel& in = *q.level;
+  for (std::size_t i = 0; i < in.members.size(); ++i) {
+    const BusyLevel::Member& m = in.members[i];
+    const CallbackGraph::Join* join = topology_.join_of(m.id);
+    std::int64_t sum = multiply(add(q.jobs[i], m.id == q.target && join == nullptr ? 1 : 0), m.work);
+    if (join != nullptr && join->inputs.front() == m.id) {
+      const auto j = std::ranges::find(in.joins, topology_.join_index(m.id), &BusyLevel::Join::index);
+      const bool own = topology_.join_index(q.target) == j->index;
+      const std::int64_t outputs = q.outputs[static_cast<std::size_t>(j - in.joins.begin())] + (own ? 1 : 0);
+      sum = add(sum, multiply(outputs, j->work));
     }
     if (sum > 0) parts.work.emplace_back(m.id, sum);
   }
@@ -422,7 +396,7 @@ std::optional<std::int64_t> GraphBusyWindow::find_bound(TaskId root, TaskId to, 
   if (order_.by_deadline) return bound_by_deadline(root, to, works, parts);
   const std::int64_t rank = largest_rank(root, to);
   if (rank == kNoRank) return std::nullopt;
-  const Level& in = level(rank);
+  const BusyLevel& in = level(rank);
   if (!in.window) return std::nullopt;
   std::int64_t largest = 0;
   std::vector<std::int64_t> starts;

@@ -88,7 +88,13 @@ std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
   std::vector<TimerChainBound> bounds;
   for (const Response& r : kResponses) {
     if ((present & ~(r.covers | kCosts | kAnyPhases | also_covers)) != 0) continue;
-    const OverheadAwareResponse response = timer_responses(system, r.analysis);
+    OverheadAwareResponse response;
+    try {
+      response = timer_responses(system, r.analysis);
+    } catch (const AnalysisError& error) {
+      bounds.push_back({r.name, std::nullopt, error.what()});
+      continue;
+    }
     const TaskChain chain = task_chain(response.tasks, names, Revisits::allowed);
     for (const EndToEnd& e : kEndToEnd) {
       const std::uint32_t missing = present & kAnyPhases & ~(e.covers | also_covers);

@@ -2,11 +2,10 @@
 #include "hotpath/analysis/waters_experiment.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
-#include <mutex>
-#include <thread>
+#include <cstdio>
+#include <numeric>
+#include <sstream>
 
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davare_2007.hpp"
@@ -15,6 +14,7 @@
 #include "hotpath/analysis/guenzel_2023.hpp"
 #include "hotpath/analysis/kloda_2018.hpp"
 #include "hotpath/analysis/teper_2024.hpp"
+#include "hotpath/campaign/crew.hpp"
 
 namespace hotpath {
 
@@ -23,11 +23,6 @@ namespace {
 /// Streams of one task set; the phases have their own, so that no other draw depends on whether they are
 /// needed.
 enum Stream : std::uint64_t { kTasksAndChains, kPhases };
-
-struct OneSet {
-  WatersSet set;
-  std::vector<WatersRow> rows;
-};
 
 std::int64_t end_to_end(WatersMethod method, const PeriodicTasks& tasks, const PeriodicTasks& phased,
                         const ResponseTimes& bounds, const TaskChain& chain) {
@@ -45,7 +40,8 @@ std::int64_t end_to_end(WatersMethod method, const PeriodicTasks& tasks, const P
   return 0;
 }
 
-OneSet evaluate(const WatersOptions& options, std::uint32_t level, std::uint32_t index) {
+/// One task set.
+WatersResult evaluate(const WatersOptions& options, std::uint32_t level, std::uint32_t index) {
   // The utilisation itself, not its position, so that a level's sets are the same whichever others are run.
   const double utilisation = options.utilisations[level];
   const auto place = static_cast<std::uint64_t>(std::llround(utilisation * 1e9));
@@ -53,21 +49,22 @@ OneSet evaluate(const WatersOptions& options, std::uint32_t level, std::uint32_t
   const PeriodicTasks tasks = waters_task_set(utilisation, random);
   const std::vector<TaskChain> chains = waters_chains(tasks, random);
 
-  OneSet one;
-  one.set = {.level = level,
-             .set = index,
-             .tasks = static_cast<std::uint32_t>(tasks.size()),
-             .chains = static_cast<std::uint32_t>(chains.size())};
+  WatersResult one;
+  one.sets = {{.level = level,
+               .set = index,
+               .tasks = static_cast<std::uint32_t>(tasks.size()),
+               .chains = static_cast<std::uint32_t>(chains.size())}};
+  WatersSet& set = one.sets.front();
   const ResponseTimes theorem1 = brueggen_2015(tasks);
-  one.set.schedulable_brueggen = schedulable(tasks, theorem1);
+  set.schedulable_brueggen = schedulable(tasks, theorem1);
   const bool needs_davis = std::any_of(options.methods.begin(), options.methods.end(),
                                        [](WatersMethod m) { return m != WatersMethod::brueggen_davare; });
   ResponseTimes exact_times;
   if (needs_davis) {
     exact_times = davis_2007(tasks);
-    one.set.schedulable_davis = schedulable(tasks, exact_times);
+    set.schedulable_davis = schedulable(tasks, exact_times);
   }
-  if (!one.set.schedulable_brueggen && !one.set.schedulable_davis) return one;
+  if (!set.schedulable_brueggen && !set.schedulable_davis) return one;
 
   PeriodicTasks phased;
   if (std::find(options.methods.begin(), options.methods.end(), WatersMethod::davis_guenzel) !=
@@ -88,7 +85,7 @@ OneSet evaluate(const WatersOptions& options, std::uint32_t level, std::uint32_t
     for (const std::size_t i : chains[c]) row.default_bound += latency[i];
     for (std::size_t m = 0; m < options.methods.size(); ++m) {
       const bool first_theorem = options.methods[m] == WatersMethod::brueggen_davare;
-      const bool accepted = first_theorem ? one.set.schedulable_brueggen : one.set.schedulable_davis;
+      const bool accepted = first_theorem ? set.schedulable_brueggen : set.schedulable_davis;
       row.bound[m] = accepted ? end_to_end(options.methods[m], tasks, phased,
                                            first_theorem ? theorem1 : exact_times, chains[c])
                               : -1;
@@ -96,6 +93,15 @@ OneSet evaluate(const WatersOptions& options, std::uint32_t level, std::uint32_t
     one.rows.push_back(row);
   }
   return one;
+}
+
+/// What ranks must agree on.
+std::string name_of(const WatersOptions& options) {
+  std::ostringstream name;
+  name << "waters " << options.seed << " " << options.sets;
+  for (const double u : options.utilisations) name << " " << u;
+  for (const WatersMethod m : options.methods) name << " " << to_string(m);
+  return name.str();
 }
 
 void check(const WatersOptions& options) {
@@ -110,48 +116,27 @@ void check(const WatersOptions& options) {
 
 }  // namespace
 
-WatersResult waters_share(const WatersOptions& options, std::uint32_t rank, std::uint32_t ranks) {
+WatersResult run_waters(const WatersOptions& options, Crew& crew) {
   check(options);
-  if (rank >= ranks) {
-    throw AnalysisError("rank " + std::to_string(rank) + " does not exist among " + std::to_string(ranks));
-  }
-  const std::uint64_t total = std::uint64_t{options.sets} * options.utilisations.size();
-  const std::uint64_t mine = total / ranks + (rank < total % ranks);
-  std::vector<OneSet> done(mine);
-
-  std::atomic<std::uint64_t> next{0};
-  std::exception_ptr failure;
-  std::mutex failure_lock;
-  const auto work = [&] {
-    try {
-      for (std::uint64_t i = next++; i < mine; i = next++) {
-        const std::uint64_t number = rank + i * ranks;
-        done[i] = evaluate(options, static_cast<std::uint32_t>(number / options.sets),
-                           static_cast<std::uint32_t>(number % options.sets));
-      }
-    } catch (...) {
-      next = mine;
-      const std::lock_guard lock(failure_lock);
-      failure = std::current_exception();
-    }
+  std::vector<WatersResult> done;
+  Campaign campaign;
+  campaign.name = name_of(options);
+  campaign.cells.resize(std::uint64_t{options.sets} * options.utilisations.size());
+  std::iota(campaign.cells.begin(), campaign.cells.end(), 0);
+  campaign.work = [&options](std::uint64_t number) {
+    return pack_waters(evaluate(options, static_cast<std::uint32_t>(number / options.sets),
+                                static_cast<std::uint32_t>(number % options.sets)));
   };
-  const unsigned threads =
-      options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
-  {
-    std::vector<std::jthread> helpers;
-    for (unsigned t = 1; t < threads; ++t) helpers.emplace_back(work);
-    work();
-  }
-  if (failure) std::rethrow_exception(failure);
-
-  WatersResult result;
-  for (OneSet& one : done) {
-    result.sets.push_back(one.set);
-    result.rows.insert(result.rows.end(), one.rows.begin(), one.rows.end());
-  }
-  return result;
+  campaign.gather = [&done](std::uint64_t, const std::string& bytes) {
+    done.push_back(unpack_waters(bytes));
+  };
+  for (const std::string& note : crew.run(campaign)) std::fprintf(stderr, "note: %s\n", note.c_str());
+  return join_waters(done);
 }
 
-WatersResult run_waters(const WatersOptions& options) { return waters_share(options, 0, 1); }
+WatersResult run_waters(const WatersOptions& options) {
+  Crew crew({.threads = options.threads});
+  return run_waters(options, crew);
+}
 
 }  // namespace hotpath

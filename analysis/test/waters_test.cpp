@@ -112,16 +112,15 @@ TEST(WatersExperiment, ResultsDoNotDependOnTheNumberOfThreads) {
   EXPECT_GT(one.rows.size(), 100U);
 }
 
-TEST(WatersExperiment, SharesOfSeveralMachinesJoinToTheWhole) {
-  const WatersOptions options = small(10);
-  std::vector<WatersResult> shares;
-  for (std::uint32_t rank = 0; rank < 4; ++rank) {
-    shares.push_back(unpack_waters(pack_waters(waters_share(options, rank, 4))));
-  }
-  EXPECT_TRUE(join_waters(shares) == run_waters(options));
-  EXPECT_THROW(waters_share(options, 4, 4), AnalysisError);
+TEST(WatersExperiment, PartsInAnyOrderJoinToTheWhole) {
+  const WatersResult whole = run_waters(small(10));
+  std::vector<WatersResult> parts(3);
+  for (const WatersSet& set : whole.sets) parts[2 - set.set % 3].sets.push_back(set);
+  for (const WatersRow& row : whole.rows) parts[2 - row.set % 3].rows.push_back(row);
+  for (WatersResult& part : parts) part = unpack_waters(pack_waters(part));
+  EXPECT_TRUE(join_waters(parts) == whole);
   EXPECT_THROW(unpack_waters("no share"), AnalysisError);
-  EXPECT_THROW(unpack_waters(pack_waters(shares[0]) + "x"), AnalysisError);
+  EXPECT_THROW(unpack_waters(pack_waters(parts[0]) + "x"), AnalysisError);
 }
 
 TEST(WatersExperiment, ALevelsSetsDoNotDependOnTheOtherLevels) {

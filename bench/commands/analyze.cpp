@@ -85,6 +85,8 @@ class Analysis {
     trace_->check([&] {
       const nlohmann::json load = facts.value("load_given", nlohmann::json());
       if (load.is_number()) options_.load_percent = load.get<double>();
+      if (facts.contains("rate_percent")) options_.rate_percent = facts["rate_percent"].get<double>();
+      options_.copies = facts.value("copies", 1U);
       options_.rule = *parse<SubscriptionRule>(facts.at("rule").get<std::string>());
       options_.ties = *parse<Ties>(facts.at("ties").get<std::string>());
       options_.entity_order = facts.value("entity_order", options_.entity_order);
@@ -278,9 +280,7 @@ void add_analyze_command(CLI::App& app) {
       .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
       ->delimiter(',')
       ->default_str("default,events-ro,rm-ro,edf-ro, or those of --trace");
-  CLI::Option* const load =
-      add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
-                 "Work of all nodes in percent of one core; by default\nwhat the graph says");
+  CLI::Option* const load = add_scaling_options(command, o);
   add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the phases of that executor's first repetition");

@@ -2,13 +2,22 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 
 namespace hotpath {
+
+struct SimulateOptions;
 
 /// Each adds one subcommand, whose callback does the work and throws UsageError or RunError.
 void add_run_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
+/// With something else to do once the options are parsed.
+void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run);
+/// All of its options but --no-trace and --output; `options` must outlive the parse.
+void add_simulate_options(CLI::App& command, SimulateOptions& options);
+void add_sweep_command(CLI::App& app);
+void add_capacity_command(CLI::App& app);
 void add_timeline_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
 void add_validate_command(CLI::App& app);
@@ -20,6 +29,7 @@ void add_experiment_command(CLI::App& app);
 void add_machine_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_summarize_command(CLI::App& app);
+void add_recover_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_compare_results_command(CLI::App& app);
 void add_import_command(CLI::App& app);

@@ -22,8 +22,7 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
   command.option_defaults()->group(kWhatRuns);
   add_text(command, "--graph", o.graph, "GRAPH",
            "A name (`hotpath list graphs`), or the path of a YAML file");
-  add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
-             "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
+  add_scaling_options(command, o);
   add_choice(command, "--work", o.work,
              "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the "
              "graph says");
@@ -42,6 +41,29 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
            "Order in which wait sets, and no other executors, scan\n"
            "tasks: with rclcpp that of addresses in memory; FILE has\na task's name in each line");
   add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first");
+}
+
+CLI::Option* add_scaling_options(CLI::App& command, CommonOptions& o) {
+  CLI::Option* const load =
+      add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
+                 "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
+  add_number(command, "--rate", o.rate_percent, {0.001, 1e6}, "PERCENT",
+             "After that: how often timers are due, in percent of\nwhat the graph says; jobs stay as long");
+  add_number(command, "--copies", o.copies, {1, 1000}, "N",
+             "After that: the whole graph so many times side by side");
+  return load;
+}
+
+std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& without) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    const std::string& name = option->get_lnames().front();
+    if (std::ranges::count(without, name) > 0) continue;
+    words.push_back("--" + name +
+                    (option->get_expected_max() == 0 ? "" : "=" + joined(option->results(), ",")));
+  }
+  return words;
 }
 
 void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <vector>
@@ -9,15 +8,13 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/analysis/waters_statistics.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
+#include "hotpath/campaign/crew.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
-#ifdef HOTPATH_WITH_MPI
-#include "hotpath/analysis/waters_mpi.hpp"
-#endif
 
 namespace hotpath {
 
@@ -135,15 +132,9 @@ void run_waters_experiment(WatersArguments& arguments) {
                                  WatersMethod::davis_duerr, WatersMethod::davis_kloda,
                                  WatersMethod::davis_guenzel};
   }
-#ifdef HOTPATH_WITH_MPI
-  // Only under mpirun: starting MPI costs more than the experiment.
-  if (std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr || std::getenv("PMI_SIZE") != nullptr) {
-    const MpiSession session(nullptr, nullptr);
-    if (const auto result = run_waters_mpi(session, arguments.options)) write_waters(arguments, *result);
-    return;
-  }
-#endif
-  write_waters(arguments, run_waters(arguments.options));
+  Crew crew({.threads = arguments.options.threads});
+  const WatersResult result = run_waters(arguments.options, crew);
+  if (crew.coordinates()) write_waters(arguments, result);
 }
 
 void add_waters_experiment(CLI::App& experiment) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -60,6 +61,7 @@ int main(int argc, char** argv) {
   // A reader that goes away, or a limit on the size of files, is an error of the write that meets it.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+  umask(umask(0) | 077);  // results and shared memory are the user's alone
 
   CLI::App app("How long does data take along the hot path of a robot's node graph, under which executor?",
                "hotpath");
@@ -70,12 +72,15 @@ int main(int argc, char** argv) {
   app.failure_message(wrong_use);
   app.require_subcommand(1);
   using namespace hotpath;
-  for (const auto add :
-       {add_run_command, add_compare_command, add_simulate_command, add_timeline_command, add_replay_command,
-        add_validate_command, add_list_command, add_graph_command, add_analyze_command, add_advise_command,
-        add_experiment_command, add_machine_command, add_bench_command, add_summarize_command,
-        add_report_command, add_compare_results_command, add_import_command, add_export_command})
-    add(app);
+  const std::initializer_list<void (*)(CLI::App&)> commands = {
+      add_run_command,     add_compare_command,         add_simulate_command,
+      add_sweep_command,   add_capacity_command,        add_timeline_command,
+      add_replay_command,  add_validate_command,        add_list_command,
+      add_graph_command,   add_analyze_command,         add_experiment_command,
+      add_machine_command, add_bench_command,           add_summarize_command,
+      add_report_command,  add_compare_results_command, add_advise_command,
+      add_import_command,  add_export_command,          add_recover_command};
+  for (const auto add : commands) add(app);
   try {
     app.parse(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

@@ -87,6 +87,13 @@ CLI::Option* add_number(CLI::App& command, const std::string& option, Value& val
 inline constexpr const char* kWhatRuns = "What runs";
 inline constexpr const char* kHowLong = "How long";
 
+/// Adds --load, which it returns, --rate and --copies.
+CLI::Option* add_scaling_options(CLI::App& command, CommonOptions& options);
+
+/// The options that were given to a command, as words `--NAME=VALUE`, without those named.
+[[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,
+                                                     const std::vector<std::string>& without);
+
 /// Adds --graph, --load, --work, the phases, --rule and --ties; `options` must outlive the parse.
 void add_graph_options(CLI::App& command, CommonOptions& options);
 

@@ -11,6 +11,8 @@ namespace {
 struct Arguments {
   std::vector<std::string> runs;
   std::string before, after, output;
+  bool gate = false;
+  std::string junit, markdown;
 };
 
 void run_tool(const std::string& command, std::vector<std::string> words, const std::string& option,
@@ -35,11 +37,23 @@ void add_compare_results_command(CLI::App& app) {
   auto [command, o] = add_command<Arguments>(
       app, "compare-results", "Which percentiles of NEW differ from those of OLD beyond noise",
       "hotpath compare-results results/paper runs/paper", [](const Arguments& a) {
-        run_tool("compare-results", {a.before, a.after}, "--csv", a.output);
+        std::vector<std::string> words = {a.before, a.after};
+        if (a.gate) words.emplace_back("--gate");
+        if (!a.junit.empty()) words.push_back("--junit=" + a.junit);
+        if (!a.markdown.empty()) words.push_back("--markdown=" + a.markdown);
+        run_tool("compare-results", words, "--csv", a.output);
       });
   command.add_option("OLD", o.before, "Folder of a reproduction, or of a run")->required();
   command.add_option("NEW", o.after, "Folder of the same kind")->required();
-  add_text(command, "--csv", o.output, "FILE", "Also write the table to this file");
+  CLI::Option* const csv = add_text(command, "--csv", o.output, "FILE", "Also write the table to this file");
+  CLI::Option* const gate = command
+                                .add_flag("--gate", o.gate,
+                                          "Decide whether anything became worse, beyond noise and\ncorrected "
+                                          "for many comparisons: exit code 1 if so")
+                                ->excludes(csv);
+  add_text(command, "--junit", o.junit, "FILE", "With --gate: also write test cases for CI")->needs(gate);
+  add_text(command, "--markdown", o.markdown, "FILE", "With --gate: also write a summary for a pull request")
+      ->needs(gate);
 }
 
 }  // namespace hotpath

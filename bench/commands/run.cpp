@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+#include <iostream>
+
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "live/live_run.hpp"
+#include "program/errors.hpp"
+#include "program/python_tool.hpp"
+#include "sweep/child_run.hpp"
 
 namespace hotpath {
 
@@ -14,6 +20,14 @@ struct Arguments {
 
 void add_where_options(CLI::App& command, RunOptions& o) {
   command.option_defaults()->group("Where it runs");
+  command.add_option("--stack", o.stacks,
+                     "hotpath's own executors (native), or the real ROS 2\nstack of a sourced workspace (rclcpp); compare takes both")
+      ->delimiter(',')
+      ->type_name("native|rclcpp")
+      ->check(CLI::IsMember(words<Stack>()).description(""))
+      ->capture_default_str();
+  add_text(command, "--ros2-runner", o.ros2_runner, "FILE",
+           "Program that runs the graph on rclcpp; by default\nHOTPATH_ROS2_RUNNER, or that of a sourced workspace");
   add_choice(command, "--transport", o.plan.transport,
              "What carries messages: DDS, or pointers in one process");
   add_number(command, "--processes", o.plan.processes, {1, 64}, "N",
@@ -77,16 +91,72 @@ void add_run_command(CLI::App& app) {
   add_run_options(run, o.options);
 }
 
+namespace {
+
+struct CompareArguments {
+  RunOptions options;
+  std::string against, junit, markdown;
+};
+
+/// Measures two builds by turns, each repetition in a process and a folder of its own, and lets the gate
+/// judge. `words`: the options of both.
+void compare_builds(const CompareArguments& a, const std::vector<std::string>& words) {
+  const std::filesystem::path folder =
+      a.options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-against" : a.options.output;
+  if (std::filesystem::exists(folder)) {
+    throw UsageError("--output: " + folder.string() + " exists; give a new folder");
+  }
+  if (a.options.repetitions < 3)
+    throw UsageError("--against: a gate needs --repetitions 3 or more, better 20");
+  const auto order = interleaved(a.options.repetitions, 2, a.options.seed);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto [repetition, build] = order[i];
+    const char* const name = build == 0 ? "new" : "old";
+    std::cerr << text("[%zu/%zu] %s build, repetition %u\n", i + 1, order.size(), name, repetition);
+    std::vector<std::string> all = {"compare"};
+    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), {"--repetitions=1", concat("--seed=", a.options.seed + repetition),
+                           concat("--output=", (folder / name / text("%04u", repetition)).string())});
+    try {
+      run_hotpath(all, build == 0 ? "" : a.against);
+    } catch (const UsageError& error) {
+      throw RunError(concat(name, " build, repetition ", repetition, ": ", error.what()));
+    }
+  }
+  std::vector<std::string> gate = {folder / "old", folder / "new", "--gate"};
+  if (!a.junit.empty()) gate.push_back("--junit=" + a.junit);
+  if (!a.markdown.empty()) gate.push_back("--markdown=" + a.markdown);
+  become_python_tool("compare-results", gate);
+}
+
+}  // namespace
+
 void add_compare_command(CLI::App& app) {
-  auto [compare, o] = add_command<RunOptions>(
+  auto self = std::make_shared<const CLI::App*>();
+  auto [compare, arguments] = add_command<CompareArguments>(
       app, "compare", "Measure a graph live under several executors, repetitions interleaved",
-      "hotpath compare --executors default,rm-ro,edf-ro --duration 10", [](RunOptions& options) {
-        options.executors = executors_of(options);
-        run_live(options);
+      "hotpath compare --executors default,rm-ro,edf-ro --duration 10", [self](CompareArguments& a) {
+        if (!a.against.empty()) {
+          const std::vector<std::string> own = {"against",     "junit", "markdown",
+                                                "repetitions", "seed",  "output"};
+          compare_builds(a, given_options(**self, own));
+        }
+        a.options.executors = executors_of(a.options);
+        run_live(a.options);
       });
+  *self = &compare;
+  RunOptions& o = arguments.options;
   add_executors_option(compare, "--executors", o);
   o.repetitions = 3;
   add_run_options(compare, o);
+  compare.option_defaults()->group("Two builds");
+  CLI::Option* const against = add_text(
+      compare, "--against", arguments.against, "HOTPATH",
+      "Another build of this program: repetitions of both by\nturns, then `compare-results --gate` of "
+      "this one\nagainst the other; exit code 1 if anything became worse");
+  add_text(compare, "--junit", arguments.junit, "FILE", "Of the gate: test cases for CI")->needs(against);
+  add_text(compare, "--markdown", arguments.markdown, "FILE", "Of the gate: a summary for a pull request")
+      ->needs(against);
 }
 
 }  // namespace hotpath

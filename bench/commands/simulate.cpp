@@ -12,14 +12,27 @@ constexpr double kLongestSimulation_s = 1e9;
 
 }  // namespace
 
-void add_simulate_command(CLI::App& app) {
+void add_simulate_command(CLI::App& app) { add_simulate_command(app, run_simulated); }
+
+void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run) {
   auto [simulate, o] = add_command<SimulateOptions>(
       app, "simulate", "Run a graph under executors in virtual time: exact, repeatable, fast",
-      "hotpath simulate --executors all --duration 600 --output runs/simulated", [](SimulateOptions options) {
+      "hotpath simulate --executors all --duration 600 --output runs/simulated",
+      [run](SimulateOptions options) {
         options.executors = executors_of(options);
-        run_simulated(options);
+        run(options);
       });
   o.duration_s = 60;
+  add_simulate_options(simulate, o);
+  simulate
+      .add_flag("--no-trace", o.no_trace,
+                "Keep no jobs: no jobs.csv, no quantiles of response\ntimes, and memory that hardly grows "
+                "with time")
+      ->group("Results");
+  add_output_option(simulate, o);
+}
+
+void add_simulate_options(CLI::App& simulate, SimulateOptions& o) {
   add_executors_option(simulate, "--executors,--executor", o);
   add_graph_options(simulate, o);
   add_text(simulate, "--phases-of", o.phases_of, "RUN",
@@ -37,12 +50,6 @@ void add_simulate_command(CLI::App& app) {
   add_number(simulate, "--threads", o.threads, {0, 1024}, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
       ->group("Results");
-  simulate
-      .add_flag("--no-trace", o.no_trace,
-                "Keep no jobs: no jobs.csv, no quantiles of response\ntimes, and memory that hardly grows "
-                "with time")
-      ->group("Results");
-  add_output_option(simulate, o);
 }
 
 }  // namespace hotpath

@@ -34,6 +34,8 @@ def add_commands(commands: Any) -> None:
     add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
     add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
+    add("capacity", "figures.capacity:draw", "levels of `hotpath capacity`", folder={})
+    add("sweep", "figures.sweep:draw", "lines and maps of `hotpath sweep`", folder={})
     add("advice", "figures.advice:draw", "what `hotpath advise` predicts", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
@@ -47,6 +49,9 @@ def add_commands(commands: Any) -> None:
         "compare-results", "pages.compare:compare_results", "what differs beyond noise", old={}, new={}
     )
     compare.add_argument("--csv", metavar="FILE", help="also write the table to this file")
+    compare.add_argument("--gate", action="store_true", help="exit code 1 if anything became worse")
+    for form in ("junit", "markdown"):
+        compare.add_argument(f"--{form}", metavar="FILE", help=f"with --gate: also a report as {form}")
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -1,11 +1,323 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/import_ctf.hpp"
 
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/find_chains.hpp"
+#include "import/ctf_reader.hpp"
+#include "import/import_page.hpp"
+#include "import/interpretation.hpp"
+#include "import/trace_assembler.hpp"
 #include "program/errors.hpp"
+#include "program/progress.hpp"
+#include "program/text.hpp"
+#include "results/run_facts.hpp"
+#include "results/run_folder.hpp"
+#include "results/summary_table.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath {
 
-void import_ctf(const ImportCtfOptions&) { throw RunError("import ctf is not there yet"); }
-void export_ctf(const std::string&, const std::string&) { throw RunError("export ctf is not there yet"); }
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Rows that are sorted and written at once, once the window is full.
+constexpr std::size_t kChunk = 20'000;
+/// Chains that are looked for where none is named.
+constexpr std::size_t kChainsFound = 5;
+/// Share of pairs of tasks that may contradict an order.
+constexpr double kSameOrder = 0.01;
+/// The simulation begins when the recorded executors did, so that everything counts.
+constexpr Duration kWarmUp{};
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
+  return parts;
+}
+
+/// The task of a name on the command line: a task, or a node's timer or only callback.
+TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string& name, bool timer) {
+  std::vector<TaskId> named = tasks_named(graph, tasks, name);
+  if (named.size() > 1)
+    std::erase_if(named, [&](TaskId id) { return (tasks.set[id].kind == TaskKind::timer) != timer; });
+  if (named.size() == 1) return named.front();
+  throw UsageError(
+      concat("--chain: ", name,
+             named.empty() ? " is no node or task of the graph" : " has several such callbacks; name one",
+             "; its tasks are in graph.yaml, for example ", tasks.set[0].name));
+}
+
+/// SOURCE,...:SINK with all tasks that lie between.
+Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& tasks) {
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos) throw UsageError("--chain: `" + text + "` is not SOURCE,...:SINK");
+  Chain chain;
+  chain.name = text.substr(colon + 1);
+  const TaskId sink = named_task(graph, tasks, chain.name, false);
+  std::vector<bool> reaches(tasks.set.size(), false), reached(tasks.set.size(), false);
+  reaches[sink] = true;
+  for (bool changed = true; std::exchange(changed, false);) {
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      const auto next = tasks.downstream(id);
+      if (reaches[id] || std::ranges::none_of(next, [&](TaskId n) { return reaches[n]; })) continue;
+      reaches[id] = changed = true;
+    }
+  }
+  std::vector<TaskId> open;
+  for (const std::string& name : split(text.substr(0, colon), ',')) {
+    const TaskId source = named_task(graph, tasks, name, true);
+    if (tasks.set[source].kind != TaskKind::timer)
+      throw UsageError("--chain: " + name + " is no timer, where data could begin");
+    if (!reaches[source]) throw UsageError("--chain: no data gets from " + name + " to " + chain.name);
+    chain.sources.push_back(tasks.set[source].name);
+    open.push_back(source);
+  }
+  while (!open.empty()) {
+    const TaskId id = open.back();
+    open.pop_back();
+    if (reached[id] || !reaches[id]) continue;
+    reached[id] = true;
+    if (id == sink) continue;
+    for (const TaskId next : tasks.downstream(id)) open.push_back(next);
+  }
+  for (TaskId id = 0; id < tasks.set.size(); ++id)
+    if (reached[id]) chain.nodes.push_back(tasks.set[id].name);
+  chain.sink = tasks.set[sink].name;
+  return chain;
+}
+
+class CtfImport final : public RecordedJobSink {
+ public:
+  explicit CtfImport(const ImportCtfOptions& options)
+      : options_(options),
+        output_(options.output.empty()
+                    ? fs::path("imports") / fs::path(options.trace).lexically_normal().filename()
+                    : fs::path(options.output)),
+        assembler_(*this) {}
+
+  void run() {
+    if (fs::exists(output_ / "graph.yaml"))
+      throw UsageError("the output folder " + output_.string() +
+                       " holds an import already; name another with --output, or remove it");
+    Progress progress(1, Duration::zero());
+    const auto began = std::chrono::steady_clock::now();
+    progress.begin("reading " + options_.trace);
+    const auto tell = [&](double share) {
+      const Duration elapsed = std::chrono::steady_clock::now() - began;
+      const auto all =
+          Duration(static_cast<std::int64_t>(static_cast<double>(elapsed.count()) / std::max(share, 0.001)));
+      progress.update(elapsed, all);
+    };
+    reading_ = read_ctf(options_.trace, assembler_, tell);
+    assembler_.finish();
+    progress.clear();
+    if (!learnt_) learn();
+    write();
+  }
+
+  void ended(RecordedJob&& job) override {
+    jobs_.push_back(std::move(job));
+    if (!learnt_ && jobs_.size() >= options_.jobs) {
+      learn();
+    } else if (learnt_ && jobs_.size() >= kChunk) {
+      append();
+    }
+  }
+
+  void lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) override {
+    lost_.push_back({subscription, sample, queued});
+  }
+
+ private:
+  void learn() {
+    learnt_ = true;
+    const RecordedSystem& system = assembler_.system();
+    if (jobs_.empty()) throw UsageError(no_jobs());
+    std::ranges::sort(jobs_, {}, &RecordedJob::start);
+    const Time last = jobs_.back().ended ? jobs_.back().finish : jobs_.back().start;
+    recording_ = std::make_unique<Recording>(Recording{system,
+                                                       {},
+                                                       {},
+                                                       recorded_executors(system, options_.executor),
+                                                       std::move(jobs_),
+                                                       std::move(lost_),
+                                                       last + Duration(1),
+                                                       cores(),
+                                                       options_.deployment});
+    jobs_.clear();
+    lost_.clear();
+    arrange({});
+    found_ = best_interpretation(*recording_, output_created(), kWarmUp);
+    if (found_.best.precedence.contradicting > kSameOrder) {
+      arrange(service_order(system, recording_->graph, found_.best.precedence));
+      const double contradicting = found_.best.precedence.contradicting;
+      found_.best = interpret(*recording_, std::vector(found_.best.labels),
+                              found_.best.graph.platform.timer_thread, output_, kWarmUp);
+      recording_->graph.notes.push_back(
+          text("Nodes and callbacks are in the order in which the executor served them, which in %.0f %% of "
+               "pairs is not that of "
+               "their creation.",
+               100 * contradicting));
+    }
+    folder_ = std::make_unique<RunFolder>(output_ / "run");
+    append_window();
+  }
+
+  /// The graph with nodes and callbacks in that order.
+  void arrange(const ServiceOrder& order) {
+    Recording& r = *recording_;
+    r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback,
+                                  fs::path(options_.trace).lexically_normal().filename(), order);
+    r.timers = recorded_timers(r.system, r.graph, r.jobs);
+    set_phases();
+    find_the_chains();
+  }
+
+  std::string no_jobs() const {
+    if (assembler_.system().nodes.empty()) {
+      return options_.trace +
+             " has no events of ros2_tracing; record user-space events `ros2:*` (`lttng enable-event -u "
+             "'ros2:*'`, or `ros2 trace`)";
+    }
+    return options_.trace +
+           " has nodes, but no callback runs in it; record for longer, and enable the events "
+           "ros2:callback_start and ros2:callback_end";
+  }
+
+  const fs::path& output_created() const {
+    create_folder(output_);
+    return output_;
+  }
+
+  unsigned cores() const {
+    if (options_.cores > 0) return options_.cores;
+    std::set<std::int32_t> processors;
+    for (const RecordedThread& t : assembler_.system().threads)
+      for (const std::int32_t processor : usual_processors(t)) processors.insert(processor);
+    return std::max<unsigned>(1,
+                              static_cast<unsigned>(std::min<std::size_t>(processors.size(), kMaxWorkers)));
+  }
+
+  void set_phases() {
+    RecordedGraph& graph = recording_->graph;
+    for (TaskId id = 0; id < graph.callback_of.size(); ++id) {
+      const TaskOrigin& origin = graph.tasks.origin[id];
+      Callback& callback = graph.graph.nodes[origin.node].callbacks[origin.callback];
+      if (callback.input) continue;
+      Duration phase = graph.callback_of[id] != kNone ? recording_->timers.first[id] - graph.epoch
+                                                      : *callback.phase - (graph.epoch - Time{});
+      while (phase < Duration::zero()) phase += callback.period;
+      callback.phase = phase;
+      if (graph.callback_of[id] == kNone) recording_->timers.first[id] = graph.epoch + phase;
+    }
+    graph.tasks = make_tasks(graph.graph);
+  }
+
+  void find_the_chains() {
+    RecordedGraph& graph = recording_->graph;
+    for (const std::string& text : options_.chains)
+      graph.graph.chains.push_back(chain_of(text, graph.graph, graph.tasks));
+    if (options_.chains.empty()) graph.graph.chains = find_chains(graph.graph, graph.tasks, kChainsFound);
+  }
+
+  void append_window() {
+    const Trace& trace = found_.best.trace;
+    Trace rows = trace;
+    std::ranges::stable_sort(rows.jobs, {},
+                             [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
+    const Interpretation& best = found_.best;
+    rows.chains = counted_chains(trace, measured_chains(best.graph, best.tasks), Time{} + kWarmUp);
+    folder_->append(best.tasks.set, chain_names(best.graph), rows);
+  }
+
+  /// What comes after the window.
+  void append() {
+    std::ranges::sort(jobs_, {}, &RecordedJob::start);
+    Trace rows;
+    rows.executor = found_.best.trace.executor;
+    rows.epoch = recording_->graph.epoch;
+    for (const RecordedJob& job : jobs_)
+      if (recording_->graph.task(job.ref) != kNoTask) rows.jobs.push_back(found_.best.rows->job(job));
+    for (const Recording::Lost& l : lost_)
+      if (l.subscription < recording_->graph.task_of.size() &&
+          recording_->graph.task_of[l.subscription] != kNoTask)
+        rows.jobs.push_back(found_.best.rows->lost(l.subscription, l.sample, l.queued));
+    later_jobs_ += jobs_.size();
+    jobs_.clear();
+    lost_.clear();
+    folder_->append(found_.best.tasks.set, {}, rows);
+  }
+
+  void write() {
+    if (!jobs_.empty() || !lost_.empty()) append();
+    const Interpretation& best = found_.best;
+    const fs::path graph_file = output_ / "graph.yaml";
+    write_graph(graph_file, best.graph, import_comments(*recording_, best));
+    write_run(*folder_, graph_file, best.trace, "recorded");
+    if (best.check.failure.empty()) {
+      RunFolder simulated(output_ / "simulated");
+      simulated.append(best.tasks.set, chain_names(best.graph), best.check.simulated);
+      write_run(simulated, graph_file, best.check.simulated, "simulated");
+    }
+    const ImportFacts facts{reading_, *recording_, found_, later_jobs_, options_.trace};
+    write_whole_file(output_ / "import.json", "--output", import_json(facts));
+    tell_import(std::cout, facts, output_);
+  }
+
+  void write_run(RunFolder& folder, const fs::path& graph_file, const Trace& trace, const char* kind) {
+    const Interpretation& best = found_.best;
+    CommonOptions common;
+    common.graph = graph_file;
+    common.phases = Phases::given;
+    common.warm_up_s = to_ms(kWarmUp) / 1000;
+    common.duration_s = to_ms(trace.end - Time{} - kWarmUp) / 1000;
+    json facts = common_facts(common, best.graph, best.tasks.set, {*best.executor});
+    facts["kind"] = kind;
+    facts["execution_times"] = "measured";
+    facts["platform"] = platform_json(best.graph.platform);
+    facts["bounds"] = json::array();
+    Repetition repetition;
+    repetition.trace = trace;
+    repetition.trace.chains =
+        counted_chains(trace, measured_chains(best.graph, best.tasks), Time{} + kWarmUp);
+    repetition.accounts = account(best.tasks.set, repetition.trace);
+    json& run =
+        facts["runs"].emplace_back(repetition_json(best.tasks.set, chain_names(best.graph), repetition));
+    run["failure"] = "";
+    folder.write("run.json", facts);
+    folder.finish();
+    const Summary summary = summarize(best.tasks.set, {{trace.executor, {repetition}}},
+                                      summary_options(common, best.graph, best.tasks));
+    folder.write("summary.json", json(summary));
+    facts["complete"] = true;
+    folder.write("run.json", facts);
+  }
+
+  const ImportCtfOptions& options_;
+  const fs::path output_;
+  TraceAssembler assembler_;
+  TraceReading reading_;
+  std::vector<RecordedJob> jobs_;
+  std::vector<Recording::Lost> lost_;
+  bool learnt_ = false;
+  std::unique_ptr<Recording> recording_;
+  Interpretations found_;
+  std::unique_ptr<RunFolder> folder_;
+  std::uint64_t later_jobs_ = 0;
+};
+
+}  // namespace
+
+void import_ctf(const ImportCtfOptions& options) { CtfImport(options).run(); }
 
 }  // namespace hotpath

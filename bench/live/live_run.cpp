@@ -5,11 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "live/publishing_effect.hpp"
+#include "live/rclcpp_process.hpp"
 #include "live/repetition_runner.hpp"
 #include "machine/machine.hpp"
 #include "machine/release_cost.hpp"
@@ -44,6 +48,7 @@ class LiveRun {
     graph_ = graph_to_run(options_);
     plan_.graph = &graph_;
     tasks_ = plan_.tasks = make_tasks(graph_);
+    name_stacks();
     executors_ = executors_to_run(options_, graph_, tasks_);
     counting_ = summary_options(options_, graph_, tasks_);
     for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
@@ -82,6 +87,24 @@ class LiveRun {
 
  private:
   Duration length() const { return seconds(options_.warm_up_s + options_.duration_s); }
+
+  /// An executor that runs on rclcpp is called so; beside each other on several stacks, each is one more.
+  void name_stacks() {
+    std::vector<std::string> labels;
+    for (const std::string& text : options_.stacks) {
+      const bool on_rclcpp = parse<Stack>(text) == Stack::rclcpp;
+      for (const std::string& name : options_.executors) {
+        labels.push_back(on_rclcpp ? concat(name, kOnRclcpp) : name);
+      }
+      if (!on_rclcpp) continue;
+      plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
+                      std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent, options_.work};
+      if (plan_.processes > 1 || !options_.deployments.empty()) {
+        throw UsageError("--stack rclcpp runs one executor in one process; leave --processes and --deployments out");
+      }
+    }
+    options_.executors = labels;
+  }
 
   /// Refuses what cannot run, before anything does.
   void check() {
@@ -202,14 +225,13 @@ class LiveRun {
       partial_ = result.interrupted;
       Trace& trace = result.repetition.trace;
       trace.chains = counted_chains(trace, chains, trace.epoch + counting_.warm_up);
+      // A repetition that failed is on record in run.json and counts for nothing. Rows come before the record
+      // that names them, so that a killed run can be recovered.
+      if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
       note(p, result);
       folder.write("run.json", run_);
       if (result.setup_failed) throw RunError(result.failure);
-      // A repetition that failed is on record in run.json and counts for nothing.
-      if (result.measured) {
-        folder.append(p.tasks.set, counting_.chains, trace);
-        runs_[e].repetitions.push_back(std::move(result.repetition));
-      }
+      if (result.measured) runs_[e].repetitions.push_back(std::move(result.repetition));
     }
     for (ExecutorRuns& r : runs_) {
       std::ranges::sort(r.repetitions, {},
@@ -277,6 +299,7 @@ class LiveRun {
     run_.update({{"kind", "live"},
                  {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
                  {"transport", to_string(plan_.transport)},
+                 {"stacks", options_.stacks},
                  {"network", to_string(plan_.fastdds.network)},
                  {"processes", plan_.processes},
                  {"cpus", plan_.cpus.empty() ? allowed_cpus() : plan_.cpus},

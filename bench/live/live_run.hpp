@@ -16,6 +16,8 @@ struct RunOptions : CommonOptions {
   bool all_interfaces = false;
   std::string cpus;
   std::string executor_policy, timer_policy;
+  std::vector<std::string> stacks = {to_string(Stack::native)};
+  std::string ros2_runner;
   bool live = false, live_alternate = false;
   std::string live_cpus;
 

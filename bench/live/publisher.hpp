@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "hotpath/live/clock.hpp"
-#include "live/channel.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 #include "program/child_process.hpp"
 #include "program/text.hpp"

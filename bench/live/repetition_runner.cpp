@@ -11,6 +11,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "live/publisher.hpp"
+#include "live/rclcpp_process.hpp"
 #include "live/run_process.hpp"
 #include "machine/proc_files.hpp"
 #include "machine/shared_memory_watch.hpp"
@@ -36,33 +37,6 @@ std::vector<std::uint16_t> worker_numbers(const RepetitionPlan& plan, std::uint3
     }
   }
   return numbers;
-}
-
-RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
-  const GraphTasks& tasks = plan.tasks;
-  const std::vector<double> rates = activation_rates(tasks);
-  const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
-  const std::span<const ExecutorSpec> all = parts(plan.executor);
-  std::vector<double> jobs(all.size(), 0);
-  double outputs = 0;
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    double rate = tasks.set[id].kind == TaskKind::timer ? rates[id] : 0;
-    for (TaskId from = 0; from < tasks.set.size(); ++from) {
-      const auto& feeds = tasks.set[from].feeds;
-      rate += rates[from] * static_cast<double>(std::ranges::count(feeds, id));
-    }
-    jobs[plan.executor.deployment ? plan.executor.deployment->plan.executor_of[id] : 0] += rate;
-    for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? rate : 0;
-  }
-  // Room for a third more than the nominal rates, which only a wrong rate could exceed.
-  const double seconds = to_ms(plan.length) / 1000 + 1;
-  RunMemory::Size size;
-  size.tasks = tasks.set.size();
-  size.workers = static_cast<std::uint32_t>(worker_numbers(plan, process).size());
-  size.executors = static_cast<std::uint32_t>(parts_in(plan, process).size());
-  size.jobs = static_cast<std::uint64_t>(std::ranges::max(jobs) * seconds * 4 / 3) + 1024;
-  size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
-  return size;
 }
 
 /// The processes of one repetition as the coordinator sees them.
@@ -100,6 +74,8 @@ class Coordinator {
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
       children_.clear();  // the other processes' channels are not ours to hold open
+      if (plan_.executor.stack == Stack::rclcpp)
+        return become_rclcpp_runner(plan_, memories_[process], coordinator);
       return run_process(plan_, process, process_of_node_, memories_, coordinator);
     });
     if (child.id < 0) {
@@ -197,6 +173,7 @@ class Coordinator {
         usage.peak_memory_kib += message.number[1];
         usage.voluntary_switches += message.number[2];
         usage.involuntary_switches += message.number[3];
+        refused_ += message.number[4];
         break;
       default:
         break;
@@ -299,6 +276,11 @@ class Coordinator {
           concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", what...));
     };
     if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
+    if (refused_ > 0) {
+      add(refused_,
+          " samples of other programs on the topics of this run were left out; give it a DDS domain "
+          "of its own (--domain)");
+    }
     if (!result_.failure.empty()) return;
     for (const TaskAccount& a : result_.repetition.accounts) {
       if (a.balanced()) continue;
@@ -315,12 +297,40 @@ class Coordinator {
   std::vector<Child> children_;
   std::optional<Publisher> publisher_;
   SharedMemoryWatch shared_memory_;
+  std::int64_t refused_ = 0;  // samples of strangers
   bool began_ = false;
   Time epoch_{}, end_{};
   RepetitionResult result_;
 };
 
 }  // namespace
+
+RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
+  const GraphTasks& tasks = plan.tasks;
+  const std::vector<double> rates = activation_rates(tasks);
+  const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
+  const std::span<const ExecutorSpec> all = parts(plan.executor);
+  std::vector<double> jobs(all.size(), 0);
+  double outputs = 0;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    double rate = tasks.set[id].kind == TaskKind::timer ? rates[id] : 0;
+    for (TaskId from = 0; from < tasks.set.size(); ++from) {
+      const auto& feeds = tasks.set[from].feeds;
+      rate += rates[from] * static_cast<double>(std::ranges::count(feeds, id));
+    }
+    jobs[plan.executor.deployment ? plan.executor.deployment->plan.executor_of[id] : 0] += rate;
+    for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? rate : 0;
+  }
+  // Room for a third more than the nominal rates, which only a wrong rate could exceed.
+  const double seconds = to_ms(plan.length) / 1000 + 1;
+  RunMemory::Size size;
+  size.tasks = tasks.set.size();
+  size.workers = static_cast<std::uint32_t>(worker_numbers(plan, process).size());
+  size.executors = static_cast<std::uint32_t>(parts_in(plan, process).size());
+  size.jobs = static_cast<std::uint64_t>(std::ranges::max(jobs) * seconds * 4 / 3) + 1024;
+  size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
+  return size;
+}
 
 std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t process) {
   if (!plan.executor.deployment) return {0};

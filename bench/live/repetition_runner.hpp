@@ -18,6 +18,14 @@ struct Publishing {
   std::string facts;      ///< telemetry::RunInfo::facts.
 };
 
+/// What a repetition on the real ROS 2 stack needs beside.
+struct RclcppPlan {
+  std::string runner;  ///< Path of the program.
+  std::string graph_file;
+  std::optional<double> load_percent;
+  std::optional<WorkMode> work;
+};
+
 /// Everything that one live repetition needs to know.
 struct RepetitionPlan {
   const Graph* graph = nullptr;
@@ -37,6 +45,7 @@ struct RepetitionPlan {
   Duration length{};                             ///< From the epoch to the end, warm-up included.
   Duration time_out = std::chrono::seconds(20);  ///< For set-up, and for answers after the end.
   Calibration calibration;
+  RclcppPlan rclcpp;                     ///< Stack::rclcpp.
   std::optional<Publishing> publishing;  ///< By a separate process; none: nothing is published.
 };
 
@@ -57,6 +66,9 @@ std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t proc
 
 /// Process of each node: contiguous shares of the creation order, of nearly equal size.
 std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes);
+
+/// Records of one process, and how many at most.
+RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process);
 
 /// Runs one repetition in fresh processes that share one epoch. The calling process must have one thread
 /// only. `progress(elapsed)` is called about ten times a second.

@@ -3,7 +3,7 @@
 
 #include <deque>
 
-#include "live/channel.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 
 namespace hotpath {

@@ -10,7 +10,7 @@
 
 #include "hotpath/fastdds/fastdds_transport.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
-#include "live/channel.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "microbench/executor_run.hpp"
 #include "microbench/raw_executor.hpp"
 #include "microbench/raw_graph.hpp"
@@ -30,6 +30,7 @@ struct PayloadTraits {
   using Message = M;
   using PubSubType = P;
   static SampleInfo info(const M& m) { return {from_ns(m.published()), kNever, {0, m.number()}}; }
+  static bool valid(const M&, TaskId) { return true; }
 };
 using Payload4k = PayloadTraits<msg::Payload4k, msg::Payload4kPubSubType>;
 using Payload64k = PayloadTraits<msg::Payload64k, msg::Payload64kPubSubType>;
@@ -64,7 +65,7 @@ class HotpathSide {
     if (plan.path == Path::intra_process) {
       transport_ = std::make_unique<IntraProcessTransport<Message>>();
     } else {
-      transport_ = std::make_unique<FastDdsTransport<Traits>>(plan.fastdds());
+      transport_ = std::make_unique<FastDdsTransport<Traits>>(plan.fastdds(), plan.subscribers);
     }
   }
   ~HotpathSide() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/child_process.hpp"
 
+#include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,6 +9,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 
 #include "program/errors.hpp"
@@ -22,12 +24,13 @@ std::vector<char*> argument_list(std::vector<std::string>& words) {
   return arguments;
 }
 
-ProgramEnd run_program(std::vector<std::string> words) {
+ProgramEnd run_program(std::vector<std::string> words, bool silent) {
   const std::unique_ptr<FILE, int (*)(FILE*)> errors(std::tmpfile(), std::fclose);
   if (!errors) throw RunError(std::string("no temporary file: ") + std::strerror(errno));
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, fileno(errors.get()), STDERR_FILENO);
+  if (silent) posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   pid_t id = -1;
   const int refused =
       posix_spawnp(&id, words.front().c_str(), &files, nullptr, argument_list(words).data(), environ);
@@ -45,6 +48,8 @@ ProgramEnd run_program(std::vector<std::string> words) {
   }
   return end;
 }
+
+std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe"); }
 
 std::string how_it_ended(int status) {
   if (WIFSIGNALED(status)) return std::string("was ended by a signal (") + strsignal(WTERMSIG(status)) + ")";

@@ -15,9 +15,12 @@ struct ProgramEnd {
   std::string errors;
 };
 
-/// Runs a program (found along PATH) with its arguments to its end; its other streams are ours. Throws
-/// RunError when it cannot be started.
-ProgramEnd run_program(std::vector<std::string> words);
+/// Runs a program (found along PATH) with its arguments to its end; its other streams are ours, except what
+/// it prints where `silent`. Throws RunError when it cannot be started.
+ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
+
+/// The path of the running program.
+std::string own_program();
 
 /// `ended in order`, `ended with exit code 3`, or `was ended by a signal (Killed)`, of a status as waitpid()
 /// gives it.

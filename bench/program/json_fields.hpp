@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 /// to_json() of a structure whose members are the keys: NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE without the way
 /// back. A semicolon follows.
@@ -11,6 +13,20 @@
     NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, __VA_ARGS__))   \
   }                                                                            \
   static_assert(true)
+
+namespace hotpath {
+
+/// The number under `key`. Throws nlohmann's exceptions if there is none, std::out_of_range unless it is from
+/// 0 to `most`.
+template <class Number>
+[[nodiscard]] Number number_up_to(Number most, const nlohmann::json& j, const char* key) {
+  const double value = j.at(key).get<double>();
+  if (value >= 0 && value <= static_cast<double>(most)) return j.at(key).get<Number>();
+  throw std::out_of_range(std::string("`") + key + "` is " + j.at(key).dump() + ", and must be from 0 to " +
+                          nlohmann::json(most).dump());
+}
+
+}  // namespace hotpath
 
 /// What is not there is null.
 template <class T>

@@ -38,6 +38,14 @@ void write_row(std::ostream& out, const auto&... fields) {
   out << '\n';
 }
 
+/// Text as one field of a CSV file.
+inline std::string csv_field(const std::string& field) {
+  if (field.find_first_of(",\"\n") == std::string::npos) return field;
+  std::string out = "\"";
+  for (const char c : field) out += c == '"' ? "\"\"" : std::string(1, c);
+  return out + "\"";
+}
+
 /// `-` for what is no finite number.
 inline std::string fixed(double value, int decimals) {
   return std::isfinite(value) ? text("%.*f", decimals, value) : "-";

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/whole_file.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <fstream>
 
@@ -27,7 +30,7 @@ std::string write_and_rename(const fs::path& file, const FileContent& content) {
   out.close();
   std::error_code error(errno, std::generic_category());
   if (out) {
-    fs::rename(part, file, error);
+    error = name_durably(part, file);
   } else if (!error) {
     error = std::make_error_code(std::errc::io_error);
   }
@@ -38,6 +41,23 @@ std::string write_and_rename(const fs::path& file, const FileContent& content) {
 }
 
 }  // namespace
+
+std::error_code await_disk(const fs::path& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return {errno, std::generic_category()};
+  std::error_code error;
+  // EINVAL: of a file system that keeps nothing for later.
+  if (fsync(descriptor) != 0 && errno != EINVAL) error = {errno, std::generic_category()};
+  close(descriptor);
+  return error;
+}
+
+std::error_code name_durably(const fs::path& part, const fs::path& file) {
+  std::error_code error = await_disk(part);
+  if (!error) fs::rename(part, file, error);
+  if (!error) error = await_disk(file.has_parent_path() ? file.parent_path() : fs::path("."));
+  return error;
+}
 
 void write_whole_file(const fs::path& file, const FileContent& content) {
   if (const std::string failure = write_and_rename(file, content); !failure.empty()) throw RunError(failure);

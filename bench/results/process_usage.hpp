@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hotpath/core/time.hpp"
+#include "program/json_fields.hpp"
 
 namespace hotpath {
 
@@ -30,7 +31,8 @@ struct ProcessUsage {
   }
 };
 
-/// Units are the endings of keys. The second throws nlohmann's exceptions for what is none.
+/// Units are the endings of keys. The second throws nlohmann's exceptions, or std::out_of_range, for what is
+/// none.
 inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
   j = {{"cpu_time_ms", to_ms(usage.cpu_time)},
        {"wall_ms", to_ms(usage.wall)},
@@ -45,12 +47,15 @@ inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
   }
 }
 inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
-  usage = {.cpu_time = from_ms(j.at("cpu_time_ms")),
-           .peak_memory_kib = j.at("peak_memory_kib"),
-           .voluntary_switches = j.at("voluntary_context_switches"),
-           .involuntary_switches = j.at("involuntary_context_switches"),
-           .stolen = from_ms(j.at("stolen_ms")),
-           .wall = from_ms(j.at("wall_ms"))};
+  // Such that those of 10000 repetitions can be added: ten days each.
+  constexpr double kMostMs = 9e8;
+  constexpr std::int64_t kMost = 1'000'000'000'000;
+  usage = {.cpu_time = from_ms(number_up_to(kMostMs, j, "cpu_time_ms")),
+           .peak_memory_kib = number_up_to(kMost, j, "peak_memory_kib"),
+           .voluntary_switches = number_up_to(kMost, j, "voluntary_context_switches"),
+           .involuntary_switches = number_up_to(kMost, j, "involuntary_context_switches"),
+           .stolen = from_ms(number_up_to(kMostMs, j, "stolen_ms")),
+           .wall = from_ms(number_up_to(kMostMs, j, "wall_ms"))};
 }
 
 }  // namespace hotpath

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 
+#include "hotpath/core/csv.hpp"
+#include "program/json_fields.hpp"
+
 namespace hotpath {
 
 using nlohmann::json;
@@ -26,8 +29,9 @@ TaskSet tasks_from_json(const json& tasks) {
     task.name = j.at("task").get<std::string>();
     task.kind = j.at("kind") == "timer" ? TaskKind::timer : TaskKind::subscription;
     if (task.kind != TaskKind::timer) continue;
-    task.period = Duration(j.at("period_ns").get<std::int64_t>());
-    task.deadline = Duration(j.at("deadline_ns").get<std::int64_t>());
+    task.period = Duration(number_up_to(kLongest.count(), j, "period_ns"));
+    task.deadline = Duration(number_up_to(kLongest.count(), j, "deadline_ns"));
+    if (task.period == Duration{}) throw std::out_of_range("`period_ns` of " + task.name + " is 0");
   }
   return set;
 }

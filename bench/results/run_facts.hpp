@@ -10,8 +10,8 @@
 namespace hotpath {
 
 /// What run.json keeps of the tasks, so that a run can be read without its graph: an array of
-/// {task, kind, period_ns, deadline_ns}, the latter two for timers. The second throws nlohmann's exceptions
-/// for what is none.
+/// {task, kind, period_ns, deadline_ns}, the latter two for timers. The second throws nlohmann's exceptions,
+/// or std::out_of_range, for what is none.
 [[nodiscard]] nlohmann::json tasks_json(const TaskSet& set);
 [[nodiscard]] TaskSet tasks_from_json(const nlohmann::json& tasks);
 

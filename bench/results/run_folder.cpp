@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results/run_folder.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstring>
 
@@ -32,8 +36,21 @@ RunFolder::RunFolder(const fs::path& path) : path_(path) {
   if (!jobs_ || !chains_) {
     refuse(concat("cannot be written (", std::strerror(errno), "); name another with --output"));
   }
+  lock_ = lock(path_);
+  if (lock_ < 0) refuse("is in use by another run; name another with --output");
   jobs_ << kJobsCsvHeader << '\n';
   chains_ << kChainsCsvHeader << '\n';
+}
+
+RunFolder::~RunFolder() {
+  if (lock_ >= 0) close(lock_);
+}
+
+int RunFolder::lock(const fs::path& path) {
+  const int descriptor = open((path / "jobs.csv.part").c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  close(descriptor);
+  return -1;
 }
 
 void RunFolder::write(const std::string& name, const FileContent& content) const {
@@ -49,6 +66,9 @@ void RunFolder::append(const TaskSet& set, const std::vector<std::string>& chain
   if (!jobs_.flush()) fail("jobs.csv.part", errno);
   write_chains_csv(chains_, chain_names, trace);
   if (!chains_.flush()) fail("chains.csv.part", errno);
+  for (const char* name : {"jobs.csv.part", "chains.csv.part"}) {
+    if (const std::error_code error = await_disk(path_ / name)) fail(name, error.value());
+  }
 }
 
 void RunFolder::finish() {
@@ -57,8 +77,7 @@ void RunFolder::finish() {
   chains_.close();
   if (!chains_) fail("chains.csv.part", errno);
   for (const char* name : {"jobs.csv", "chains.csv"}) {
-    std::error_code error;
-    fs::rename(path_ / (std::string(name) + ".part"), path_ / name, error);
+    const std::error_code error = name_durably(path_ / (std::string(name) + ".part"), path_ / name);
     if (error) fail(name, error.value());
   }
 }

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <ostream>
 
+#include "hotpath/core/csv.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
+#include "program/json_fields.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "results/run_facts.hpp"
@@ -68,8 +70,9 @@ void StoredRun::read_facts() {
   cores_ = facts_.contains("cpus") ? static_cast<unsigned>(facts_.at("cpus").size())
                                    : facts_.at("platform").at("cores").get<unsigned>();
   facts_.at("executors").get_to(executors_);
-  warm_up_ = from_ms(facts_.at("warm_up_s").get<double>() * 1000);
-  length_ = warm_up_ + from_ms(facts_.at("duration_s").get<double>() * 1000);
+  constexpr double kLongestS = 1e9;
+  warm_up_ = from_ms(number_up_to(kLongestS, facts_, "warm_up_s") * 1000);
+  length_ = warm_up_ + from_ms(number_up_to(kLongestS, facts_, "duration_s") * 1000);
   if (!facts_.contains("tasks")) {
     fail("it was written by hotpath " + facts_.at("version").get<std::string>() +
          ", which kept less of a run than this one reads; run it again");
@@ -78,7 +81,9 @@ void StoredRun::read_facts() {
   facts_.at("chains").get_to(chains_);
   for (const json& run : facts_.at("runs")) {
     static_cast<void>(named(run));
-    for (const auto& first : run.at("first_timestamps_ms")) static_cast<void>(first.get<double>());
+    for (const auto& [timer, first] : run.at("first_timestamps_ms").items()) {
+      static_cast<void>(number_up_to(to_ms(kLongest), run.at("first_timestamps_ms"), timer.c_str()));
+    }
   }
 }
 
@@ -171,7 +176,7 @@ SummaryOptions StoredRun::summary_options() const {
   options.chains = chains_;
   options.cyclic_timers = cyclic_timers(tasks_);
   options.warm_up = warm_up_;
-  options.bootstrap.seed = facts_.value("seed", options.bootstrap.seed);
+  options.bootstrap.seed = check([&] { return facts_.value("seed", options.bootstrap.seed); });
   return options;
 }
 

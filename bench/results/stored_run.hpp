@@ -52,16 +52,21 @@ class StoredRun {
   /// Throws UsageError: option, folder, `what`.
   [[noreturn]] void fail(const std::string& what) const;
 
-  /// What `read` reads of a file; its exceptions of nlohmann's become UsageError.
+  /// What `read` reads of a file; nlohmann's exceptions and std::out_of_range become UsageError.
   auto check(const auto& read, const char* file = "run.json") const {
     try {
       return read();
     } catch (const nlohmann::json::exception& error) {
-      fail(std::string("its ") + file + " is not one of `hotpath run`: " + error.what());
+      fail_to_read(file, error.what());
+    } catch (const std::out_of_range& error) {
+      fail_to_read(file, error.what());
     }
   }
 
  private:
+  [[noreturn]] void fail_to_read(const char* file, const std::string& why) const {
+    fail(std::string("its ") + file + " is not one of `hotpath run`: " + why);
+  }
   /// Its entry in run.json.
   const nlohmann::json& run(const std::string& executor, std::uint32_t repetition) const;
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;

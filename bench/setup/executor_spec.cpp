@@ -36,9 +36,11 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
 
 }  // namespace
 
-ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults) {
+ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& defaults) {
+  const bool on_rclcpp = label.ends_with(kOnRclcpp);
+  const std::string text = label.substr(0, label.size() - (on_rclcpp ? kOnRclcpp.size() : 0));
   const std::string name = text.substr(0, text.find(':'));
-  ExecutorSpec spec{text, find_executor(name), defaults, nullptr};
+  ExecutorSpec spec{label, find_executor(name), defaults, nullptr, on_rclcpp ? Stack::rclcpp : Stack::native};
   if (spec.entry == nullptr) {
     throw UsageError("there is no executor `" + name + "`; there are " + joined(all_executor_names()));
   }

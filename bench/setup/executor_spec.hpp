@@ -13,14 +13,25 @@ namespace hotpath {
 
 struct Deployed;
 
+/// On what a graph runs live.
+enum class Stack : std::uint8_t {
+  native,  ///< hotpath's own executors and transports.
+  rclcpp,  ///< The real ROS 2 stack: the program hotpath_rclcpp_runner of a ROS 2 workspace.
+};
+constexpr auto enum_texts(Stack) {
+  return std::to_array<EnumText<Stack>>({{Stack::native, "native"}, {Stack::rclcpp, "rclcpp"}});
+}
+inline constexpr std::string_view kOnRclcpp = "@rclcpp";
+
 /// What runs a graph: an executor, or a deployment of several. An executor as a user names it: `NAME`, or
-/// `NAME:VARIANT[:VARIANT]` with the variants `inherit`, `first` (rule for subscriptions), `lifo`, `fifo`
+/// `NAME:VARIANT[:VARIANT]`, then kOnRclcpp if it is that of the real stack, with the variants `inherit`, `first` (rule for subscriptions), `lifo`, `fifo`
 /// (ties), or a number of threads where there can be several.
 struct ExecutorSpec {
   std::string label;                     ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.
   SchedulerOptions scheduler;
   std::shared_ptr<const Deployed> deployment;
+  Stack stack = Stack::native;
 };
 
 /// A deployment whose executors are known.

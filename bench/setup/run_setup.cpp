@@ -13,6 +13,7 @@
 #include "hotpath/reference_system/chain_limits.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_scaling.hpp"
 #include "program/errors.hpp"
 #include "results/run_facts.hpp"
 
@@ -50,6 +51,12 @@ Graph graph_to_run(const CommonOptions& options) {
     } catch (const std::invalid_argument& error) {
       throw UsageError("--load: " + std::string(error.what()));
     }
+  }
+  if (options.rate_percent) scale_rates(graph, *options.rate_percent);
+  try {
+    make_copies(graph, options.copies);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError("--copies: " + std::string(error.what()));
   }
   return graph;
 }
@@ -134,7 +141,7 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition) {
   if (!options.phases_file.empty()) {
-    return read_phases(options.phases_file, graph, executor.label.substr(0, executor.label.find(':')));
+    return read_phases(options.phases_file, graph, executor.label.substr(0, executor.label.find_first_of(":@")));
   }
   PhaseOptions phase_options;
   if (options.phase_step_ms) phase_options.step = from_ms(*options.phase_step_ms);
@@ -207,29 +214,32 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
     limits = {{{"label", "limit with one core per branch"}, {"ms", to_ms(l.one_core_per_branch)}},
               {{"label", "limit on one thread"}, {"ms", to_ms(l.one_thread)}}};
   }
-  return {{"complete", false},
-          {"partial", false},
-          {"version", HOTPATH_VERSION},
-          {"graph", {{"name", graph.name}, {"nodes", graph.nodes.size()}, {"file", options.graph}}},
-          {"tasks", tasks_json(set)},
-          {"chains", chain_names(graph)},
-          {"executors", labels},
-          {"deployments", deployments},
-          {"rule", to_string(options.rule)},
-          {"ties", to_string(options.ties)},
-          {"entity_order", options.entity_order},
-          {"repetitions", options.repetitions},
-          {"duration_s", options.duration_s},
-          {"warm_up_s", options.warm_up_s},
-          {"seed", options.seed},
-          {"phases", to_string(options.phases)},
-          {"load_percent", std::round(load * 1000) / 1000},
-          {"load_given", options.load_percent ? json(*options.load_percent) : json()},
-          {"work", to_string(graph.work)},
-          {"limits", limits},
-          {"runs", json::array()},
-          {"warnings", json::array()},
-          {"failures", json::array()}};
+  json facts = {{"complete", false},
+                {"partial", false},
+                {"version", HOTPATH_VERSION},
+                {"graph", {{"name", graph.name}, {"nodes", graph.nodes.size()}, {"file", options.graph}}},
+                {"tasks", tasks_json(set)},
+                {"chains", chain_names(graph)},
+                {"executors", labels},
+                {"deployments", deployments},
+                {"rule", to_string(options.rule)},
+                {"ties", to_string(options.ties)},
+                {"entity_order", options.entity_order},
+                {"repetitions", options.repetitions},
+                {"duration_s", options.duration_s},
+                {"warm_up_s", options.warm_up_s},
+                {"seed", options.seed},
+                {"phases", to_string(options.phases)},
+                {"load_percent", std::round(load * 1000) / 1000},
+                {"load_given", options.load_percent ? json(*options.load_percent) : json()},
+                {"work", to_string(graph.work)},
+                {"limits", limits},
+                {"runs", json::array()},
+                {"warnings", json::array()},
+                {"failures", json::array()}};
+  if (options.rate_percent) facts["rate_percent"] = *options.rate_percent;
+  if (options.copies > 1) facts["copies"] = options.copies;
+  return facts;
 }
 
 json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors) {

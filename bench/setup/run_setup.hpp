@@ -23,6 +23,8 @@ struct CommonOptions {
   std::uint32_t repetitions = 1;
   std::uint64_t seed = 1;
   std::optional<double> load_percent;
+  std::optional<double> rate_percent;
+  unsigned copies = 1;
   std::optional<WorkMode> work;
   Phases phases = Phases::creation;
   std::string phases_file;
@@ -49,7 +51,7 @@ std::string time_stamp(const char* format);
 /// Where results go: what --output says, or runs/DATE-GRAPH.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
-/// The graph of a run, with the work and load asked for. Throws InputError, UsageError.
+/// The graph of a run, with the work, load, rate and copies asked for, in this order. Throws InputError, UsageError.
 Graph graph_to_run(const CommonOptions& options);
 
 /// The executors and deployments asked for. Throws InputError, UsageError, also for one named twice.

@@ -54,14 +54,16 @@ class SimulatedRun {
     prepare();
   }
 
-  void run() {
+  Summary summary() {
     simulate_all();
     Summary summary = summarize(tasks_.set, runs_, counting_);
     for (std::size_t i = 0; i < simulations_.size(); ++i) {
       if (options_.no_trace) simulations_[i].totals->add_to(summary.executors[i / options_.repetitions]);
     }
-    write(summary);
+    return summary;
   }
+
+  void run() { write(summary()); }
 
  private:
   struct Simulation {
@@ -172,8 +174,9 @@ class SimulatedRun {
 
   void write(const Summary& summary) {
     RunFolder folder(output_folder(options_, graph_));
-    json facts = describe();
-    folder.write("run.json", facts);
+    json facts = describe(), begun = facts;
+    begun["runs"] = json::array();  // until their rows are there
+    folder.write("run.json", begun);
     for (const Simulation& s : simulations_) {
       folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
     }
@@ -202,5 +205,9 @@ class SimulatedRun {
 }  // namespace
 
 void run_simulated(const SimulateOptions& options) { SimulatedRun(options).run(); }
+
+Summary summary_of_simulation(const SimulateOptions& options) { return SimulatedRun(options).summary(); }
+
+void check_simulation(const SimulateOptions& options) { const SimulatedRun checked(options); }
 
 }  // namespace hotpath

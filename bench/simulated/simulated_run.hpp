@@ -20,4 +20,10 @@ struct SimulateOptions : CommonOptions, PlatformOptions {
 /// cannot be simulated to its end leaves nothing behind.
 void run_simulated(const SimulateOptions& options);
 
+/// What run_simulated() would summarise, and nothing written or printed. Throws as run_simulated().
+[[nodiscard]] Summary summary_of_simulation(const SimulateOptions& options);
+
+/// Throws what keeps run_simulated() from beginning.
+void check_simulation(const SimulateOptions& options);
+
 }  // namespace hotpath

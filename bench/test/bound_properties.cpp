@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <mutex>
+#include <numeric>
 
 #include "bounds/bounds.hpp"
 #include "hotpath/core/simulator.hpp"
@@ -62,6 +63,30 @@ Statistics& statistics() {
   return all;
 }
 
+void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks) {
+  const Phases kinds[] = {Phases::random, Phases::random, Phases::synchronous, Phases::creation};
+  PhaseOptions options;
+  options.seed = random();
+  const std::vector<Duration> first =
+      make_phases(graph, tasks, kinds[static_cast<std::size_t>(draw(random, 0, 3))], options);
+  for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
+}
+
+/// None when the machine cannot keep up: what a bound says of that is not looked at.
+std::optional<Trace> simulated(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+                               const ExecutionTimes& times, std::vector<ChainObservation>* observations) {
+  GraphWorkload workload(graph, tasks, times, observations);
+  SimulationOptions options;
+  options.platform = make_platform(graph, *executor.entry);
+  options.duration = 2s;
+  options.max_backlog = 1000;
+  try {
+    return simulate_trace(tasks.set, *executor.entry, executor.scheduler, workload, options);
+  } catch (const SimulationError&) {
+    return std::nullopt;
+  }
+}
+
 class BoundCase {
  public:
   BoundCase(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers)
@@ -74,13 +99,13 @@ class BoundCase {
 
   CaseResult check() {
     phases_known_ = chance(random_, 25);
-    draw_phases();
+    draw_phases(random_, graph_, tasks_);
     bounds_ = bounds();
     const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return b.refusal.empty(); });
     statistics().asked(executor_.label, !any);
     if (!any) return {};
     for (int run = 0; run < kRuns && result_.wrong.empty(); ++run) {
-      if (!phases_known_ && run > 0) draw_phases();
+      if (!phases_known_ && run > 0) draw_phases(random_, graph_, tasks_);
       simulate_once(run);
     }
     if (result_.wrong.empty()) compare();
@@ -88,15 +113,6 @@ class BoundCase {
   }
 
  private:
-  void draw_phases() {
-    const Phases kinds[] = {Phases::random, Phases::random, Phases::synchronous, Phases::creation};
-    PhaseOptions options;
-    options.seed = random_();
-    const std::vector<Duration> first =
-        make_phases(graph_, tasks_, kinds[static_cast<std::size_t>(draw(random_, 0, 3))], options);
-    for (TaskId id = 0; id < first.size(); ++id) tasks_.set.tasks[id].phase = first[id];
-  }
-
   std::vector<GraphBounds> bounds() {
     callbacks_ = callback_graph(graph_, tasks_, phases_known_);
     const BoundedSystem system = bounded_system(graph_, callbacks_, executor_);
@@ -105,22 +121,14 @@ class BoundCase {
     return all;
   }
 
-  void simulate_once(int run) {
+  void simulate_once(int number) {
     std::vector<ChainObservation> observations;
     const WorstCaseTimes worst(tasks_.set);
     const UniformTimes uniform(tasks_.set, random_());
-    const ExecutionTimes& times = run % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform;
-    GraphWorkload workload(graph_, tasks_, times, &observations);
-    SimulationOptions options;
-    options.platform = make_platform(graph_, *executor_.entry);
-    options.duration = 2s;
-    options.max_backlog = 1000;
-    Trace trace;
-    try {
-      trace = simulate_trace(tasks_.set, *executor_.entry, executor_.scheduler, workload, options);
-    } catch (const SimulationError&) {
-      return;  // overloaded; what a bound says of it is not looked at
-    }
+    const ExecutionTimes& times = number % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform;
+    const std::optional<Trace> run = simulated(graph_, tasks_, executor_, times, &observations);
+    if (!run) return;
+    const Trace& trace = *run;
     result_.jobs += trace.jobs.size();
     tasks_seen_.resize(tasks_.set.size());
     chains_seen_.resize(graph_.chains.size());
@@ -168,7 +176,69 @@ class BoundCase {
   CaseResult result_;
 };
 
+/// Longest time from just after the start of a job of the chain's first timer, whose successor is the next to
+/// read, to the end of the first job of its last one that this reaches: what each writes at its end the next
+/// reads at its start.
+std::int64_t reaction_time(const Trace& trace, const std::vector<TaskId>& chain) {
+  std::vector<std::vector<const JobRecord*>> jobs(chain.size());
+  for (const JobRecord& r : trace.jobs) {
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+      if (r.outcome == Outcome::ran && r.job.task == chain[i]) jobs[i].push_back(&r);
+    }
+  }
+  std::int64_t largest = 0;
+  for (std::size_t first = 0; first + 1 < jobs[0].size(); ++first) {
+    const JobRecord* at = jobs[0][first + 1];
+    for (std::size_t i = 1; i < chain.size() && at != nullptr; ++i) {
+      const auto next = std::ranges::find_if(jobs[i], [&](const auto* r) { return r->start >= at->finish; });
+      at = next == jobs[i].end() ? nullptr : *next;
+    }
+    if (at != nullptr) largest = std::max(largest, (at->finish - jobs[0][first]->start).count());
+  }
+  return largest;
+}
+
 }  // namespace
+
+CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::uint32_t also_covers) {
+  Random random(seed);
+  const Graph graph = random_timers(random);
+  GraphTasks tasks = make_tasks(graph);
+  const ExecutorSpec executor = parse_executor(name, {});
+  std::vector<TaskId> chain(tasks.set.size());
+  std::iota(chain.begin(), chain.end(), 0U);
+  std::shuffle(chain.begin(), chain.end(), random);
+  chain.resize(static_cast<std::size_t>(draw(random, 1, static_cast<std::int64_t>(chain.size()))));
+  std::vector<std::string> names;
+  for (const TaskId id : chain) names.push_back(tasks.set[id].name);
+  const bool phases_known = chance(random, 50);
+  draw_phases(random, graph, tasks);
+  const CallbackGraph callbacks = callback_graph(graph, tasks, phases_known);
+  const auto bounds = timer_chain_bounds(bounded_system(graph, callbacks, executor), names, also_covers);
+  CaseResult result;
+  for (int run = 0; run < kRuns; ++run) {
+    if (!phases_known && run > 0) draw_phases(random, graph, tasks);
+    const WorstCaseTimes worst(tasks.set);
+    const UniformTimes uniform(tasks.set, random());
+    const ExecutionTimes& times = run % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform;
+    const std::optional<Trace> trace = simulated(graph, tasks, executor, times, nullptr);
+    if (!trace) continue;
+    result.jobs += trace->jobs.size();
+    const std::int64_t seen = reaction_time(*trace, chain);
+    for (const TimerChainBound& b : bounds) {
+      if (!b.latency || seen == 0) continue;
+      statistics().pessimism(b.method + ", timers",
+                             static_cast<double>(*b.latency) / static_cast<double>(seen));
+      if (seen <= *b.latency) continue;
+      result.wrong =
+          concat(name, ", ", b.method, ": the chain ", joined(names), " was observed with ", seen,
+                 " ns, above its bound of ", *b.latency, " ns, seed ", seed,
+                 phases_known ? ", phases known" : ", phases unknown", ". Graph:\n", graph_yaml(graph));
+      return result;
+    }
+  }
+  return result;
+}
 
 CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers) {
   return BoundCase(seed, executor, also_covers).check();
@@ -184,6 +254,10 @@ std::vector<Property> properties() {
                                "fp-re",      "edf-re",           "events-re",    "multi:2",     "cbg:2"}) {
     all.push_back({std::string("bounds/") + executor, 150,
                    [name = std::string(executor)](std::uint64_t seed) { return check_bounds(seed, name); }});
+  }
+  for (const std::string name : {"default", "events-ro", "rm-ro", "dm-ro", "fp-ro", "edf-ro", "rm-ro:fifo"}) {
+    all.push_back(
+        {"timer_chains/" + name, 300, [name](std::uint64_t seed) { return check_timer_chain(seed, name); }});
   }
   return all;
 }

@@ -12,5 +12,7 @@ namespace hotpath::test {
 /// times, and compares with every bound that is printed for it. `also_covers`: assumptions that no method
 /// checks.
 CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers = 0);
+/// The same for a chain of timers.
+CaseResult check_timer_chain(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers = 0);
 
 }  // namespace hotpath::test

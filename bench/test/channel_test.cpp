@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "live/channel.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 
 #include <gmock/gmock.h>
 #include <signal.h>

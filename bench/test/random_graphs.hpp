@@ -17,4 +17,7 @@ bool chance(Random& random, int percent);
 /// depths, and in two of five graphs what a platform costs.
 Graph random_graph(Random& random);
 
+/// One to five timers, and the same costs.
+Graph random_timers(Random& random);
+
 }  // namespace hotpath::test

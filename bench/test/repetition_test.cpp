@@ -11,7 +11,7 @@
 #include <fstream>
 #include <map>
 
-#include "live/channel.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 #include "machine/shared_memory_watch.hpp"
 

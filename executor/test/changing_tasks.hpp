@@ -20,6 +20,7 @@ class ChangingTasks {
                         static_cast<int>(uniform(random_, 0, 5)), 1);
     SchedulerOptions options;
     options.workers = static_cast<unsigned>(uniform(random_, 1, 3));
+    options.release_only_workers = options.workers;
     scheduler_ = entry.make(set_, options);
     workers_.resize(scheduler_->workers().size());
     accounts_.resize(set_.size());

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Looks for a counter-example to the properties of schedules among random task sets and graphs, as many as
-// one has time for.
+// one has time for, on this machine or, started by mpirun, on several.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <mutex>
-#include <optional>
-#include <thread>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <sstream>
 
+#include "hotpath/campaign/crew.hpp"
 #include "properties.hpp"
 
 namespace {
@@ -26,6 +28,30 @@ struct Options {
   std::string program;
 };
 
+/// Sets of one cell: so many that handing it out costs nothing beside them.
+constexpr std::uint64_t kSetsOfACell = 64;
+
+/// What was found in some sets; of two counter-examples the first counts.
+struct Found {
+  std::uint64_t jobs = 0;
+  std::uint64_t set = std::numeric_limits<std::uint64_t>::max();  ///< Of the counter-example.
+  std::string wrong;
+
+  [[nodiscard]] std::string packed() const {
+    return std::to_string(jobs) + " " + std::to_string(set) + " " + wrong;
+  }
+  void add(const std::string& packed) {
+    Found other;
+    std::istringstream in(packed);
+    in >> other.jobs >> other.set;
+    std::getline(in.ignore(), other.wrong, '\0');
+    jobs += other.jobs;
+    if (other.set >= set) return;
+    set = other.set;
+    wrong = other.wrong;
+  }
+};
+
 class Search {
  public:
   Search(const Options& options, std::vector<Property> properties)
@@ -33,70 +59,83 @@ class Search {
 
   /// Exit code: 0 if no counter-example was found.
   int run() {
-    std::vector<std::thread> threads;
-    for (unsigned i = 0; i < options_.threads; ++i) threads.emplace_back([this] { work(); });
-    if (isatty(STDERR_FILENO)) show_progress();
-    for (std::thread& thread : threads) thread.join();
-    const double seconds = elapsed_s();
-    if (found_) {
-      std::printf("%s does not hold: %s\nReproduce: %s --only %s --seed %llu --sets 1\n",
-                  found_->property.c_str(), found_->wrong.c_str(), options_.program.c_str(),
-                  found_->property.c_str(), static_cast<unsigned long long>(found_->seed));
-      return 1;
-    }
-    std::printf("%zu properties hold for %llu random task sets with %llu jobs; %.1f s on %u threads\n",
-                properties_.size(), static_cast<unsigned long long>(options_.sets),
-                static_cast<unsigned long long>(jobs_.load()), seconds, options_.threads);
-    std::fputs(hotpath::test::findings().c_str(), stdout);
-    return 0;
+    hotpath::Crew crew({.threads = options_.threads});
+    hotpath::Campaign campaign;
+    campaign.name = options_.only + " " + std::to_string(options_.sets) + " " + std::to_string(options_.seed);
+    campaign.cells.resize((options_.sets + kSetsOfACell - 1) / kSetsOfACell);
+    std::iota(campaign.cells.begin(), campaign.cells.end(), 0);
+    campaign.work = [this](std::uint64_t cell) { return look_at(cell).packed(); };
+    campaign.gather = [&](std::uint64_t cell, const std::string& packed) {
+      found_.add(packed);
+      done_.insert(cell);
+      show_progress(campaign.cells.size());
+    };
+    campaign.stopped = [this] { return first_is_known(); };
+    for (const std::string& note : crew.run(campaign)) std::fprintf(stderr, "note: %s\n", note.c_str());
+    return crew.coordinates() ? report(crew) : 0;
   }
 
  private:
-  struct CounterExample {
-    std::uint64_t set;
-    std::string property, wrong;
-    std::uint64_t seed;
-  };
-
   double elapsed_s() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   }
 
-  /// The sets go round the properties. Every set before the first counter-example is looked at, so that the
-  /// one reported does not depend on the number of threads.
-  void work() {
-    for (std::uint64_t set = next_++; set < limit_; set = next_++) {
-      const Property& property = properties_[set % properties_.size()];
-      const std::uint64_t seed = options_.seed + set / properties_.size();
-      const CaseResult result = property.check(seed);
-      jobs_ += result.jobs;
-      ++done_;
+  const Property& property_of(std::uint64_t set) const { return properties_[set % properties_.size()]; }
+  std::uint64_t seed_of(std::uint64_t set) const { return options_.seed + set / properties_.size(); }
+
+  /// The sets go round the properties.
+  Found look_at(std::uint64_t cell) const {
+    Found found;
+    const std::uint64_t end = std::min(options_.sets, (cell + 1) * kSetsOfACell);
+    for (std::uint64_t set = cell * kSetsOfACell; set < end; ++set) {
+      const CaseResult result = property_of(set).check(seed_of(set));
+      found.jobs += result.jobs;
       if (result.wrong.empty()) continue;
-      const std::lock_guard lock(mutex_);
-      if (found_ && found_->set < set) continue;
-      found_ = CounterExample{set, property.name, result.wrong, seed};
-      limit_ = set;
+      found.set = set;
+      found.wrong = result.wrong;
+      break;
     }
+    return found;
   }
 
-  void show_progress() const {
-    while (done_ < limit_) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(500));
-      const std::uint64_t done = done_;
-      if (done == 0) continue;
-      const double left = elapsed_s() * (static_cast<double>(options_.sets) / static_cast<double>(done) - 1);
-      std::fprintf(stderr, "\r%llu of %llu sets, %.0f s left   ", static_cast<unsigned long long>(done),
-                   static_cast<unsigned long long>(options_.sets), left);
+  /// Whether every set before the counter-example was looked at, so that the one reported does not depend on
+  /// threads or ranks.
+  bool first_is_known() const {
+    if (found_.wrong.empty()) return false;
+    const std::uint64_t cell = found_.set / kSetsOfACell;
+    return std::distance(done_.begin(), done_.lower_bound(cell)) == static_cast<std::ptrdiff_t>(cell);
+  }
+
+  int report(const hotpath::Crew& crew) const {
+    using Number = unsigned long long;
+    if (!found_.wrong.empty()) {
+      const std::string& name = property_of(found_.set).name;
+      std::printf("%s does not hold: %s\nReproduce: %s --only %s --seed %llu --sets 1\n", name.c_str(),
+                  found_.wrong.c_str(), options_.program.c_str(), name.c_str(), Number{seed_of(found_.set)});
+      return 1;
     }
-    std::fprintf(stderr, "\r\033[K");
+    std::printf(
+        "%zu properties hold for %llu random task sets with %llu jobs; %.1f s on %u threads of %u ranks\n",
+        properties_.size(), Number{options_.sets}, Number{found_.jobs}, elapsed_s(), crew.threads(),
+        crew.ranks());
+    std::fputs(hotpath::test::findings().c_str(), stdout);
+    return 0;
+  }
+
+  void show_progress(std::size_t cells) {
+    if (isatty(STDERR_FILENO) == 0 || elapsed_s() - shown_s_ < 0.5) return;
+    shown_s_ = elapsed_s();
+    const double left = shown_s_ * (static_cast<double>(cells) / static_cast<double>(done_.size()) - 1);
+    std::fprintf(stderr, "\r%.0f %% of the sets, %.0f s left   ",
+                 100 * static_cast<double>(done_.size()) / static_cast<double>(cells), left);
   }
 
   const Options options_;
   const std::vector<Property> properties_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::atomic<std::uint64_t> next_ = 0, done_ = 0, jobs_ = 0, limit_ = options_.sets;
-  std::mutex mutex_;
-  std::optional<CounterExample> found_;
+  double shown_s_ = 0;
+  Found found_;
+  std::set<std::uint64_t> done_;  // cells
 };
 
 }  // namespace
@@ -130,7 +169,6 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  if (options.threads == 0) options.threads = std::max(1U, std::thread::hardware_concurrency());
   if (!options.only.empty()) {
     std::erase_if(properties, [&](const Property& p) { return p.name != options.only; });
   }

@@ -2,10 +2,12 @@
 #include "hotpath/reference_system/run_memory.hpp"
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <new>
 #include <system_error>
+#include <utility>
 
 namespace hotpath {
 
@@ -16,14 +18,25 @@ constexpr std::size_t aligned(std::size_t n) { return (n + kAlignment - 1) / kAl
 
 }  // namespace
 
-RunMemory::RunMemory(const Size& size) {
+RunMemory::RunMemory(const Size& size) : descriptor_(memfd_create("hotpath_run", MFD_CLOEXEC)) {
+  map(size, true);
+}
+
+RunMemory::RunMemory(const Size& size, int descriptor) : descriptor_(descriptor) {
+  map(size, false);
+  close(std::exchange(descriptor_, -1));
+}
+
+void RunMemory::map(const Size& size, bool create) {
   const std::size_t counters = aligned(size.tasks * sizeof(std::atomic<std::uint64_t>));
   const std::size_t job_log = aligned(RecordLog<JobRecord>::bytes(size.jobs));
   const std::size_t chain_log = aligned(RecordLog<ChainObservation>::bytes(size.chains));
   bytes_ = counters + (size.workers + size.executors) * job_log + size.workers * chain_log;
 
   // Shared with processes forked later. Populated now: page faults do not belong on the job path.
-  memory_ = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  const bool sized = descriptor_ >= 0 && (!create || ftruncate(descriptor_, static_cast<off_t>(bytes_)) == 0);
+  memory_ = sized ? mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, descriptor_, 0)
+                  : MAP_FAILED;
   if (memory_ == MAP_FAILED) {
     throw std::system_error(
         errno, std::generic_category(),
@@ -31,18 +44,23 @@ RunMemory::RunMemory(const Size& size) {
   }
   char* next = static_cast<char*>(memory_);
   auto* counter = reinterpret_cast<std::atomic<std::uint64_t>*>(next);
-  for (std::uint32_t i = 0; i < size.tasks; ++i) new (counter + i) std::atomic<std::uint64_t>(0);
+  for (std::uint32_t i = 0; create && i < size.tasks; ++i) new (counter + i) std::atomic<std::uint64_t>(0);
   published_ = {counter, size.tasks};
   next += counters;
   for (std::uint32_t i = 0; i < size.workers + size.executors; ++i, next += job_log) {
-    jobs_.push_back(RecordLog<JobRecord>::create(next, size.jobs));
+    using Log = RecordLog<JobRecord>;
+    jobs_.push_back(create ? Log::create(next, size.jobs) : Log::open(next));
   }
   for (std::uint32_t i = 0; i < size.workers; ++i, next += chain_log) {
-    chains_.push_back(RecordLog<ChainObservation>::create(next, size.chains));
+    using Log = RecordLog<ChainObservation>;
+    chains_.push_back(create ? Log::create(next, size.chains) : Log::open(next));
   }
 }
 
-RunMemory::~RunMemory() { munmap(memory_, bytes_); }
+RunMemory::~RunMemory() {
+  munmap(memory_, bytes_);
+  if (descriptor_ >= 0) close(descriptor_);
+}
 
 std::uint64_t published_for(const std::deque<RunMemory>& memories, TaskId subscription) {
   std::uint64_t published = 0;

@@ -20,6 +20,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "hotpath/fastdds/guarded_type.hpp"
 #include "hotpath/fastdds/participant.hpp"
 
 namespace hotpath {
@@ -102,7 +103,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
   void read(
       Readers& into, dds::Subscriber& from, const std::string& topic, const dds::DataReaderQos& qos,
       Enqueue enqueue, std::function<void(std::int32_t)> writers = [](std::int32_t) {}) {
-    dds::TypeSupport type(new PubSubType);
+    dds::TypeSupport type(new GuardedType<PubSubType>);
     type->auto_fill_type_information(false);
     type->auto_fill_type_object(false);
     type.register_type(participant);

@@ -18,6 +18,7 @@ from hotpath_report.paper.storage import (
     TIMERS_FILE,
     read_samples,
 )
+from hotpath_report.run import Run
 from hotpath_report.samples import group_of, samples_by
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
 from hotpath_report.tables import read_json, read_table, text_table
@@ -38,6 +39,35 @@ def with_keys(frame: pd.DataFrame, quantity: str) -> pd.DataFrame:
     return frame.assign(quantity=quantity, tasks=tasks, setting=frame["setting"].map(lambda s: f"{s:g} %"))
 
 
+def parts_of(folder: Path) -> list[Path]:
+    """The folders of a build's repetitions that `hotpath compare --against` measured one by one."""
+    return [] if (folder / "run.json").exists() else sorted(p.parent for p in folder.glob("*/run.json"))
+
+
+def joined(parts: list[dict[Key, Samples]]) -> dict[Key, Samples]:
+    """The repetitions of all parts together."""
+    keys = dict.fromkeys(key for part in parts for key in part)
+    return {k: Samples(r for part in parts if k in part for r in part[k].repetitions) for k in keys}
+
+
+def losses(folder: Path) -> dict[Key, list[float]]:
+    """Skipped timestamps and overwritten samples of each repetition, by the keys of read()."""
+    if (folder / "data" / TIMERS_FILE).exists():
+        rows = read_table(folder / "data" / TIMERS_FILE).rename(columns=IN_FRAMES)
+        rows = with_keys(rows, "lost").assign(tasks="")
+        sums = rows.groupby([*KEYS, "repetition"])["skipped"].sum()
+        return {key: list(counts) for key, counts in sums.groupby(level=KEYS)}
+    found: dict[Key, list[float]] = {}
+    for part in parts_of(folder) or [folder]:
+        run = Run(part)
+        jobs = read_table(part / "jobs.csv", ["executor", "repetition", "outcome"])
+        lost = jobs["outcome"].isin(["skipped", "overwritten"])
+        for (executor, _), count in lost.groupby([jobs["executor"], jobs["repetition"]]).sum().items():
+            key = ("lost", run["graph.name"], run.source, f"{run['load_percent']:g} %", str(executor), "")
+            found.setdefault(key, []).append(float(count))
+    return found
+
+
 def read(folder: Path) -> dict[Key, Samples]:
     """Samples of a reproduction's data/, or of a run. Raises InputError."""
     if (folder / "data" / HOT_PATH_FILE).exists():
@@ -45,6 +75,9 @@ def read(folder: Path) -> dict[Key, Samples]:
         responses = read_samples(folder / "data" / RESPONSES_FILE)
         found = samples_by(with_keys(hot_path, "hot path"), KEYS, "hot_path_ms")
         return found | samples_by(with_keys(responses, "response"), KEYS, "response_ms")
+    parts = parts_of(folder)
+    if parts:
+        return joined([read(part) for part in parts])
     if not (folder / "run.json").exists():
         raise InputError(
             f"{folder}: neither a reproduction (data/{HOT_PATH_FILE}) nor a run (run.json); give a folder of"
@@ -117,8 +150,13 @@ def table_of(rows: pd.DataFrame) -> Iterator[str]:
     yield "\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles"
 
 
-def compare_results(old: str, new: str, csv: str | None) -> None:
-    """Prints what differs, and writes the table as CSV where that was asked for. Raises InputError."""
+def compare_results(old: str, new: str, csv: str | None, gate: bool, **outputs: str | None) -> int:
+    """Prints what differs, and writes the table as CSV where that was asked for; with `gate`, what became worse (see
+    gate.py). Raises InputError."""
+    if gate:
+        from hotpath_report.pages.gate import gate as judge
+
+        return judge(old, new, outputs)
     folders = Path(old), Path(new)
     before, after = map(read, folders)
     rows = compare(before, after)
@@ -133,3 +171,4 @@ def compare_results(old: str, new: str, csv: str | None) -> None:
         alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
         if alone:
             print(f"only in {folder}: {', '.join(alone)}")
+    return 0

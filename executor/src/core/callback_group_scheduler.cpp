@@ -47,14 +47,14 @@ Joined CallbackGroupScheduler::add_task(const JoiningTask& joining, Time now) {
   groups_.resize(set_.groups.size());
   ready_groups_.resize(set_.groups.size());
   timer_index_.push_back(static_cast<std::uint32_t>(timers_.size()));
-  if (set_[id].kind == TaskKind::subscription) return {id, {}};
+  if (set_[id].kind == TaskKind::subscription || !set_[id].local) return {id, {}};
   timers_.emplace_back(id, set_[id], now);
   waiting_.reserve(timers_.size());
   return {id, manage(timer_index_[id]) ? WorkerSet::of(timer_manager()) : WorkerSet{}};
 }
 
 void CallbackGroupScheduler::remove_task(TaskId task, Time now, const Visitor& dropped) {
-  if (set_[task].kind == TaskKind::timer) {
+  if (set_[task].kind == TaskKind::timer && set_[task].local) {
     const std::uint32_t timer = timer_index_[task];
     visit_due(timers_[timer], now, dropped);
     timers_[timer].cancel();

@@ -98,6 +98,12 @@ bool CsvReader::read_line() {
   }
 }
 
+Duration CsvReader::nanoseconds(std::size_t column) const {
+  const Duration value(number<std::int64_t>(column));
+  if (value > kLongest || value < -kLongest) fail_number(column, "whole number");
+  return value;
+}
+
 void CsvReader::fail(const std::string& problem, const std::string& remedy) const {
   throw InputError(name_, line_, problem, remedy);
 }

@@ -2,11 +2,25 @@
 #include "hotpath/core/events_scheduler.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace hotpath {
 
-EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events)
-    : events_(std::move(events)), set_(set), unread_(set) {}
+EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, unsigned executors)
+    : events_(std::move(events)),
+      roles_(executors, WorkerRole::executor),
+      set_(set),
+      unread_(set),
+      busy_(set.groups.size(), false) {
+  assert(executors >= 1 && executors < kMaxWorkers);
+  roles_.push_back(WorkerRole::timer_management);
+}
+
+WorkerSet EventsScheduler::executors() const {
+  WorkerSet all;
+  for (Worker w = 0; w < timer_management(); ++w) all.insert(w);
+  return all;
+}
 
 void EventsScheduler::begin(Time epoch) { timers_.begin(set_, epoch); }
 
@@ -14,12 +28,14 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
   UnreadSamples::Added added = unread_.add(task, sample);
   added.job.release = now;
   events_->push(added.job);
-  return {WorkerSet::of(kExecutor), added.overwritten};
+  return {executors(), added.overwritten};
 }
 
 Decision EventsScheduler::next_event() {
   if (events_->empty()) return {};
-  Job job = events_->pop();
+  const std::optional<Job> first = timer_management() == 1 ? events_->pop() : next_of_free_group();
+  if (!first) return {};
+  Job job = *first;
   if (unread_.is_subscription(job.task)) {
     // The event is for any sample: it takes what there is, at the moment it runs. After an overwriting
     // that may be a younger sample than the one that brought the event.
@@ -34,17 +50,33 @@ Decision EventsScheduler::next_event() {
   return {job, kNever, {}};
 }
 
+std::optional<Job> EventsScheduler::next_of_free_group() {
+  std::optional<Job> job = events_->pop_first([this](const Job& j) { return !busy_[set_[j.task].group]; });
+  if (job) {
+    const std::uint32_t group = set_[job->task].group;
+    busy_[group] = set_.groups[group] == CallbackGroup::mutually_exclusive;
+  }
+  return job;
+}
+
+Effect EventsScheduler::finished(Worker worker, const Job& job, Time) {
+  if (timer_management() == 1 || worker == timer_management()) return {};
+  busy_[set_[job.task].group] = false;
+  return events_->empty() ? Effect{} : Effect{executors()};
+}
+
 Joined EventsScheduler::add_task(const JoiningTask& joining, Time now) {
   const TaskId id = join(set_, joining);
   unread_.add_task(set_[id]);
+  busy_.resize(set_.groups.size(), false);
   for_each_queue([this](EventsQueue& queue) { queue.tasks_changed(set_); });
-  if (set_[id].kind == TaskKind::subscription) return {id, {}};
+  if (set_[id].kind == TaskKind::subscription || !set_[id].local) return {id, {}};
   timers_.add(id, set_[id], now);
-  return {id, WorkerSet::of(kTimerManagement)};
+  return {id, WorkerSet::of(timer_management())};
 }
 
 void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped) {
-  const bool timer = set_[task].kind == TaskKind::timer;
+  const bool timer = set_[task].kind == TaskKind::timer && set_[task].local;
   leave(set_, task);
   for_each_queue([&](EventsQueue& queue) {
     queue.erase(task, [&](const Job& job) {
@@ -55,6 +87,13 @@ void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped)
   if (timer) visit_due(timers_.remove(task), now, dropped);
   visit_unread(unread_, task, dropped);
   unread_.clear(task);
+}
+
+void EventsScheduler::change_task(TaskId task, const std::optional<std::int64_t>& priority,
+                                  const std::vector<TaskId>& feeds) {
+  set_.tasks[task].priority = priority;
+  set_.tasks[task].feeds = feeds;
+  for_each_queue([this](EventsQueue& queue) { queue.tasks_changed(set_); });
 }
 
 void EventsScheduler::unfinished(Time now, const Visitor& visit) const {

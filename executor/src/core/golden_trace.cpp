@@ -15,6 +15,10 @@ namespace {
 
 constexpr char kHeaderMark = '#';
 
+bool within_limits(std::initializer_list<std::int64_t> ns) {
+  return std::ranges::all_of(ns, [](std::int64_t n) { return n >= 0 && Duration(n) <= kLongest; });
+}
+
 /// Of a header line.
 Task read_task(const std::string& line, const std::string& file, std::size_t number) {
   std::istringstream words(line.substr(1));
@@ -22,7 +26,7 @@ Task read_task(const std::string& line, const std::string& file, std::size_t num
   std::string keys[3];
   std::int64_t period = 0, wcet = 0, first = 0;
   words >> task.name >> keys[0] >> period >> keys[1] >> wcet >> keys[2] >> first;
-  if (!words || keys[2] != "first_release_ns" || period <= 0) {
+  if (!words || keys[2] != "first_release_ns" || period <= 0 || !within_limits({period, wcet, first})) {
     throw InputError(file, static_cast<std::int64_t>(number), "this is no header line of a golden trace",
                      "give `# TASK period_ns N wcet_ns N first_release_ns N`");
   }
@@ -66,8 +70,12 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
     if (id == ids.end()) {
       jobs.fail("task " + std::string(jobs.text(0)) + " is not in the header", "give it a line `# TASK ...`");
     }
-    const auto instant = [&](std::size_t column) { return from_ns(jobs.number<std::int64_t>(column)); };
+    const auto instant = [&](std::size_t column) { return Time{} + jobs.nanoseconds(column); };
     GoldenJob job{id->second, jobs.number<std::uint64_t>(1), instant(2), instant(3), {}, 0};
+    if (job.count > static_cast<std::uint64_t>(kLongest / trace.set[job.task].period)) {
+      jobs.fail("job " + std::to_string(job.count) + " would be released after more than 36 years",
+                "give the number of jobs of the task before it");
+    }
     if (has_worker) {
       job.worker = jobs.number<Worker>(4);
     } else {

@@ -34,6 +34,20 @@ Job PriorityEventsQueue::pop() {
   return slots_[slot];
 }
 
+std::optional<Job> PriorityEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
+  auto first = heap_.end();
+  for (auto entry = heap_.begin(); entry != heap_.end(); ++entry) {
+    const bool earlier = first == heap_.end() || entry->key < first->key;
+    if (earlier && may_run(slots_[entry->slot])) first = entry;
+  }
+  if (first == heap_.end()) return std::nullopt;
+  const std::uint32_t slot = first->slot;
+  heap_.erase(first);
+  std::make_heap(heap_.begin(), heap_.end(), runs_later);
+  free_.push_back(slot);
+  return slots_[slot];
+}
+
 void PriorityEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {
   std::erase_if(heap_, [&](const Entry& e) {
     if (slots_[e.slot].task != task) return false;

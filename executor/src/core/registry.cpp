@@ -51,9 +51,9 @@ Made make_cbg(const TaskSet& set, const Options& options) {
   return std::make_unique<CallbackGroupScheduler>(set, multi_workers(options, kMaxWorkers - 1));
 }
 
-Made make_stock_ro(const TaskSet& set, const Options&) {
+Made make_stock_ro(const TaskSet& set, const Options& options) {
   return std::make_unique<ReleaseOnlyScheduler>(set, std::make_unique<SimpleEventsQueue>(),
-                                                ReleaseOnlyScheduler::Release::one_by_one);
+                                                ReleaseOnlyScheduler::Release::one_by_one, options.release_only_workers);
 }
 
 Made make_stock_re(const TaskSet& set, const Options&) {
@@ -68,7 +68,8 @@ std::unique_ptr<EventsQueue> make_queue(const TaskSet& set, const Options& optio
 template <Policy policy>
 Made make_ro(const TaskSet& set, const Options& options) {
   return std::make_unique<ReleaseOnlyScheduler>(set, make_queue<policy>(set, options),
-                                                ReleaseOnlyScheduler::Release::all_due);
+                                                ReleaseOnlyScheduler::Release::all_due,
+                                                options.release_only_workers);
 }
 
 template <Policy policy>
@@ -187,6 +188,8 @@ std::span<const ExecutorEntry> executors() { return kExecutors; }
 
 std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& options) {
   const std::uint32_t timer_managers = entry.traits.timers == TimerHandling::polled ? 0 : 1;
+  if (entry.traits.timers == TimerHandling::release_only)
+    return timer_managers + options.release_only_workers;
   return timer_managers +
          (entry.traits.many_workers ? multi_workers(options, most_threads(entry.traits)) : 1);
 }

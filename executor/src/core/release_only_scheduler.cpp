@@ -5,18 +5,18 @@ namespace hotpath {
 
 Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
   Effect effect;
-  if (worker != kTimerManagement) return effect;
+  if (worker != timer_management()) return effect;
   while (timers_.due(now)) {
     events_->push(timers_.call_head(now));
     ++effect.released;
     if (release_ == Release::one_by_one) break;
   }
-  if (effect.released > 0) effect.wake = WorkerSet::of(kExecutor);
+  if (effect.released > 0) effect.wake = executors();
   return effect;
 }
 
 Decision ReleaseOnlyScheduler::decide(Worker worker, Time) {
-  if (worker == kExecutor) return next_event();
+  if (worker != timer_management()) return next_event();
   return {std::nullopt, timers_.next_call(), {}};
 }
 

@@ -6,6 +6,8 @@
 
 namespace hotpath {
 
+void Scheduler::change_task(TaskId, const std::optional<std::int64_t>&, const std::vector<TaskId>&) {}
+
 void Scheduler::visit_due(const Timer& timer, Time now, const Visitor& visit) {
   if (!timer.is_ready(now)) return;
   Timer at_the_end = timer;

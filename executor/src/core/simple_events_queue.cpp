@@ -24,6 +24,15 @@ Job SimpleEventsQueue::pop() {
   return job;
 }
 
+std::optional<Job> SimpleEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
+  std::optional<Job> first;
+  for (std::size_t left = count_; left > 0; --left) {
+    const Job job = pop();
+    !first && may_run(job) ? static_cast<void>(first = job) : push(job);
+  }
+  return first;
+}
+
 void SimpleEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {
   for (std::size_t left = count_; left > 0; --left) {
     const Job job = pop();

@@ -7,7 +7,7 @@ namespace hotpath {
 
 TaskId join(TaskSet& set, const JoiningTask& joining) {
   const TaskId id = set.size();
-  assert(joining.task.local && joining.task.group <= set.groups.size());
+  assert(joining.task.group <= set.groups.size());
   if (joining.task.group == set.groups.size()) set.groups.push_back(joining.new_group);
   set.tasks.push_back(joining.task);
   for (const TaskId publisher : joining.fed_by) set.tasks[publisher].feeds.push_back(id);

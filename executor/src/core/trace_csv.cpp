@@ -81,6 +81,8 @@ class TaskNames {
     growing_->tasks.emplace_back().name = name;
     return growing_->size() - 1;
   }
+  /// 0: it is not known yet.
+  Duration period(TaskId id) const { return (*set_)[id].period; }
   void check_kind(const CsvReader& in, std::size_t column, TaskId id) {
     const bool timer = in.text(column) == to_string(TaskKind::timer);
     if (growing_ != nullptr) growing_->tasks[id].kind = timer ? TaskKind::timer : TaskKind::subscription;
@@ -114,7 +116,7 @@ Outcome outcome_of(const CsvReader& in, std::size_t column) {
   in.fail("unknown outcome `" + std::string(in.text(column)) + "`", "docs/results.md lists them");
 }
 
-Time instant(const RowIn& row, std::size_t column) { return from_ns(row.in.number<std::int64_t>(column)); }
+Time instant(const RowIn& row, std::size_t column) { return Time{} + row.in.nanoseconds(column); }
 
 enum class Field { required, may_be_empty };
 
@@ -155,7 +157,7 @@ constexpr JobColumn kJobColumns[] = {
      [](RowIn& i, std::size_t c) { i.r.finish = instant(i, c); }},
     {"cpu_ns", Field::may_be_empty,
      [](const RowOut& o) { o.number_if(o.r.cpu_time.count() >= 0, o.r.cpu_time.count()); },
-     [](RowIn& i, std::size_t c) { i.r.cpu_time = Duration(i.in.number<std::int64_t>(c)); }},
+     [](RowIn& i, std::size_t c) { i.r.cpu_time = i.in.nanoseconds(c); }},
     {"deadline_ns", Field::may_be_empty,
      [](const RowOut& o) { o.instant_if(o.r.job.deadline != kNever, o.r.job.deadline); },
      [](RowIn& i, std::size_t c) { i.r.job.deadline = instant(i, c); }},
@@ -252,7 +254,14 @@ void add_skipped(const RowIn& row, Trace& trace) {
     row.in.fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence",
                 "keep the order of the rows");
   }
-  ++trace.jobs.back().job.skipped;
+  Job& job = trace.jobs.back().job;
+  ++job.skipped;
+  // Its timestamp is not kept: it follows from the job's.
+  const Duration period = row.tasks.period(job.task), after = row.r.job.timestamp - job.timestamp;
+  if (period > Duration{} && (after / period != job.skipped || after % period != Duration{})) {
+    row.in.fail("a `skipped` timestamp is not a whole number of periods after its job's",
+                "is this another graph's trace?");
+  }
 }
 
 Trace& trace_for(const RowIn& row, std::vector<Trace>& traces) {
@@ -330,8 +339,8 @@ std::vector<ChainRow> read_chains_csv(std::istream& stream, const std::string& f
     row.chain = in.text(2);
     row.record.chain = chains.emplace(row.chain, static_cast<std::uint32_t>(chains.size())).first->second;
     row.record.sequence = in.number<std::uint64_t>(3);
-    row.record.hot_path_latency = Duration(in.number<std::int64_t>(4));
-    if (!in.text(5).empty()) row.record.end_to_end_latency = Duration(in.number<std::int64_t>(5));
+    row.record.hot_path_latency = in.nanoseconds(4);
+    if (!in.text(5).empty()) row.record.end_to_end_latency = in.nanoseconds(5);
   }
   return rows;
 }

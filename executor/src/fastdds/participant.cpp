@@ -88,6 +88,10 @@ class FastDdsParticipant::Partners final : public dds::DomainParticipantListener
     const std::lock_guard lock(mutex_);
     run_.insert(prefix);
   }
+  bool contains(const fastrtps::GuidPrefix_t& prefix) const {
+    const std::lock_guard lock(mutex_);
+    return run_.count(prefix) != 0;
+  }
   std::int32_t of(const dds::DomainEntity* endpoint) const {
     const std::lock_guard lock(mutex_);
     const auto found = count_.find(endpoint);
@@ -200,6 +204,11 @@ dds::DataReader* FastDdsParticipant::add_reader(const std::string& topic_name, s
   reader->set_listener(listener, dds::StatusMask::data_available());
   readers_.push_back({reader, topic_name, static_cast<std::int32_t>(writers)});
   return reader;
+}
+
+bool FastDdsParticipant::is_of_run(const dds::InstanceHandle_t& writer) const {
+  const fastrtps::GuidPrefix_t prefix = fastrtps::iHandle2GUID(writer).guidPrefix;
+  return prefix == participant_->guid().guidPrefix || partners_->contains(prefix);
 }
 
 void FastDdsParticipant::wait_until_matched(Time deadline) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <tuple>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "hotpath/analysis/path_bounds.hpp"
 
 namespace hotpath {
+
+struct BusyLevel;
 
 /// The order in which one executor thread runs what is pending: jobs of the smaller rank first.
 struct GraphOrder {
@@ -35,6 +38,7 @@ class GraphBusyWindow : public PathBounds {
   /// The topology must outlive it. It does not cover delays of delivery, for which samples on their way would
   /// have to count.
   GraphBusyWindow(const GraphTopology& topology, GraphOrder order, const GraphOverheads& overheads);
+  ~GraphBusyWindow() override;
 
   std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
@@ -42,48 +46,32 @@ class GraphBusyWindow : public PathBounds {
   PathParts parts(TaskId root, TaskId to) const override;
 
  private:
-  /// What may run when a window begins: a job outside of it.
-  struct Blocker {
-    TaskId task = kNoTask;     ///< None: none that activates something in the window.
-    TaskId longest = kNoTask;  ///< Whose `work` it is; none: no job's.
-    std::int64_t work = 0;
-  };
-  /// A task of a level, with what work() asks for.
-  struct Member {
-    TaskId id = kNoTask;
-    std::int64_t period = 0;  ///< 0: a subscription.
-    std::int64_t work = 0;    ///< Of each job; of a join's inputs without that of the jobs that complete it.
-    std::vector<TaskId> publishers;  ///< Of the level, without joins.
-    std::vector<std::size_t> joins;  ///< That publish to it.
-  };
-  /// The jobs of a rank or before.
-  struct Level {
-    std::int64_t rank = 0;
-    std::vector<Member> members;     ///< Each behind those that activate it.
-    std::vector<std::size_t> joins;  ///< Of which some input is a member.
-    std::vector<Blocker> blockers;
-    std::optional<std::int64_t> window;  ///< Its longest window; none: it has no end.
-  };
   struct Query;
+  /// Timestamps of a root behind the window's start, and the longest job with a later deadline that may have
+  /// started before.
+  struct DeadlineStep {
+    std::int64_t first, last, blocking;
+    std::int64_t end;  ///< At which all that precedes or equals these deadlines is done.
+  };
 
-  const Level& level(std::int64_t rank) const;
-  std::vector<Blocker> blockers(std::int64_t rank) const;
-  double utilisation(const Level& level) const;
-  bool inside(TaskId id, std::int64_t rank) const { return order_.rank[id] <= rank; }
+  const BusyLevel& level(std::int64_t rank) const;
   std::int64_t largest_rank(TaskId root, TaskId to) const;
   std::int64_t job_work(TaskId id) const;
   std::int64_t releases_work(std::int64_t t) const;
   std::int64_t arrivals(std::int64_t period, std::int64_t t, bool closed) const;
-  Member member(TaskId id, std::int64_t rank) const;
-  std::int64_t join_output(std::size_t join, const std::vector<std::int64_t>& jobs, std::int64_t rank) const;
+  std::int64_t outputs(const Query& query, std::size_t join) const;
+  std::int64_t released(const Query& query, std::size_t member) const;
   std::int64_t work(Query& query, std::int64_t t) const;
   std::optional<std::int64_t> end_of_work(Query& query, std::int64_t from) const;
   std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works) const;
   std::optional<std::int64_t> find_bound(TaskId root, TaskId to, bool works, PathParts* parts) const;
   std::optional<std::int64_t> bound_by_deadline(TaskId root, TaskId to, bool works, PathParts* parts) const;
   std::int64_t blocking_behind(std::int64_t deadline) const;
-  std::vector<std::int64_t> deadline_steps(TaskId root, std::int64_t until) const;
+  const std::optional<std::vector<DeadlineStep>>& deadline_steps(TaskId root) const;
+  std::vector<std::int64_t> deadline_starts(TaskId root, std::int64_t until) const;
+  Query query(TaskId root, const DeadlineStep& step) const;
   std::int64_t own_work(const Query& query) const;
+  bool window_ends_by(const Query& query, std::int64_t next) const;
   std::int64_t response_to(const Query& query, std::int64_t start, std::int64_t released) const;
   PathParts parts_of(const Query& query) const;
   std::optional<std::int64_t> bound(Query& query, std::vector<std::int64_t>& starts, PathParts* parts) const;
@@ -94,11 +82,14 @@ class GraphBusyWindow : public PathBounds {
   const GraphOrder order_;
   const GraphOverheads overheads_;
   // Filled when asked for.
-  mutable std::map<std::int64_t, Level> levels_;
+  mutable std::map<std::int64_t, std::unique_ptr<BusyLevel>> levels_;
+  mutable std::map<TaskId, std::optional<std::vector<DeadlineStep>>> steps_;
   mutable std::map<std::tuple<TaskId, TaskId, bool>, std::optional<std::int64_t>> known_;
   /// By rank, target, whether it works, and blocker: the start of the first job, where it is that of every
   /// root.
   mutable std::map<std::tuple<std::int64_t, TaskId, bool, TaskId>, std::optional<std::int64_t>> first_starts_;
+  /// By rank, root, blocker and job of the root: whether the window ends before the root's next job.
+  mutable std::map<std::tuple<std::int64_t, TaskId, TaskId, std::int64_t>, bool> ends_;
 };
 
 }  // namespace hotpath

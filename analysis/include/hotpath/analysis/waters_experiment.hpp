@@ -8,6 +8,8 @@
 
 namespace hotpath {
 
+class Crew;
+
 /// Response time analysis and end-to-end method, against the default executor's bound (teper_2024).
 enum class WatersMethod : std::uint8_t {
   brueggen_davare,  ///< The paper's: Theorem 1 and Equation (6).
@@ -66,15 +68,15 @@ struct WatersResult {
   friend bool operator==(const WatersResult&, const WatersResult&) = default;
 };
 
-/// The whole experiment, or the part of one machine: share `rank` of `ranks`. Both in order of level, set,
-/// chain.
-WatersResult waters_share(const WatersOptions& options, std::uint32_t rank, std::uint32_t ranks);
+/// The whole experiment in order of level, set, chain, by the threads of this process.
 WatersResult run_waters(const WatersOptions& options);
+/// By a crew, whose threads count. Ranks that do not coordinate get nothing.
+WatersResult run_waters(const WatersOptions& options, Crew& crew);
 
-/// Joins the shares of all ranks into what one machine would have computed.
+/// Joins parts, in whatever order, into the whole.
 WatersResult join_waters(const std::vector<WatersResult>& shares);
 
-/// A share as bytes and back, for machines of one architecture. Throws AnalysisError for bytes that are no
+/// A part as bytes and back, for machines of one architecture. Throws AnalysisError for bytes that are no
 /// share.
 std::string pack_waters(const WatersResult& share);
 WatersResult unpack_waters(const std::string& bytes);

@@ -13,8 +13,13 @@
 #include <vector>
 
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/core/time.hpp"
 
 namespace hotpath {
+
+/// The longest duration, and the latest instant, that a file may tell: 36 years, so that sums of a few of
+/// them are no overflow.
+inline constexpr Duration kLongest{std::int64_t{1} << 60};
 
 enum class CsvLayout : std::uint8_t {
   written,  ///< By a program: every line is a row, every character counts.
@@ -69,6 +74,9 @@ class CsvReader {
   [[nodiscard]] Number number(std::string_view name) const {
     return number<Number>(column(name));
   }
+
+  /// A field of nanoseconds, at most kLongest in size.
+  [[nodiscard]] Duration nanoseconds(std::size_t column) const;
 
   /// Throws InputError for the current line.
   [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const;

@@ -14,6 +14,8 @@ class EventsQueue {
   virtual void push(const Job& job) = 0;
   /// Removes the job that runs next. The queue must not be empty.
   [[nodiscard]] virtual Job pop() = 0;
+  /// Removes the first job, in the order in which they would run, that `may_run`; none: there is none. O(n).
+  [[nodiscard]] virtual std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) = 0;
   [[nodiscard]] virtual bool empty() const = 0;
   [[nodiscard]] virtual std::size_t size() const = 0;
   /// Removes the jobs of a task and visits them, in no particular order.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <memory>
+#include <vector>
 
 #include "hotpath/core/events_queue.hpp"
 #include "hotpath/core/scheduler.hpp"
@@ -11,26 +11,32 @@
 
 namespace hotpath {
 
-/// What the events executors share: an events queue served by the executor worker, edge-triggered by arriving
+/// What the events executors share: an events queue served by the executor workers, edge-triggered by arriving
 /// samples, one event each. A subscription's event takes the oldest unread sample when it runs, or finds
-/// none.
+/// none. One executor worker (rclcpp's, the paper's) takes the head of the queue; of several each takes the
+/// first event whose callback group is reentrant, or in which no other of them runs a job.
 class EventsScheduler : public Scheduler {
  public:
   static constexpr Worker kExecutor = 0;
-  static constexpr Worker kTimerManagement = 1;
+  static constexpr Worker kTimerManagement = 1;  ///< With one executor worker; else after the last of them.
 
-  [[nodiscard]] std::span<const WorkerRole> workers() const final { return kRoles; }
+  [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
   void begin(Time epoch) final;
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) final;
-  Effect finished(Worker, const Job&, Time) final { return {}; }
+  Effect finished(Worker worker, const Job& job, Time now) final;
   [[nodiscard]] std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
   void unfinished(Time now, const Visitor& visit) const override;
   Joined add_task(const JoiningTask& joining, Time now) final;
   void remove_task(TaskId task, Time now, const Visitor& dropped) final;
+  void change_task(TaskId task, const std::optional<std::int64_t>& priority,
+                   const std::vector<TaskId>& feeds) final;
 
  protected:
-  EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events);
-  /// The executor worker's decision: the head of the events queue.
+  /// `executors` in [1, kMaxWorkers - 1].
+  EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, unsigned executors = 1);
+  [[nodiscard]] Worker timer_management() const { return static_cast<Worker>(roles_.size() - 1); }
+  [[nodiscard]] WorkerSet executors() const;
+  /// An executor worker's decision.
   Decision next_event();
   /// The events queue, and what a derived class has beside it.
   virtual void for_each_queue(const std::function<void(EventsQueue&)>& visit) { visit(*events_); }
@@ -39,9 +45,12 @@ class EventsScheduler : public Scheduler {
   TimersManager timers_;
 
  private:
-  static constexpr std::array kRoles = {WorkerRole::executor, WorkerRole::timer_management};
+  [[nodiscard]] std::optional<Job> next_of_free_group();
+
+  std::vector<WorkerRole> roles_;
   TaskSet set_;
   UnreadSamples unread_;
+  std::vector<bool> busy_;  // callback groups, with several executor workers
 };
 
 }  // namespace hotpath

@@ -18,6 +18,7 @@ class PriorityEventsQueue final : public EventsQueue {
   }
   void push(const Job& job) override;
   Job pop() override;
+  std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) override;
   bool empty() const override { return heap_.empty(); }
   std::size_t size() const override { return heap_.size(); }
   void erase(TaskId task, const std::function<void(const Job&)>& erased) override;

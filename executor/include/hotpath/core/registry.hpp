@@ -22,6 +22,8 @@ struct SchedulerOptions {
   /// start; empty: that of creation. With rclcpp it follows addresses in memory (Humble's maps of weak
   /// pointers, Jazzy's hash maps).
   std::vector<TaskId> entity_order = {};
+  /// Release-only: executor workers, in [1, kMaxWorkers - 1]; rclcpp and the paper have one.
+  unsigned release_only_workers = 1;
 };
 
 /// Which design of rclcpp an executor follows.

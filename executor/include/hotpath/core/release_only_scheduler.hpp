@@ -5,15 +5,16 @@
 
 namespace hotpath {
 
-/// Release-only (RO): the timer management worker turns due timers into events; the executor worker runs all
+/// Release-only (RO): the timer management worker turns due timers into events; the executor workers run all
 /// jobs.
 class ReleaseOnlyScheduler final : public EventsScheduler {
  public:
   /// one_by_one: one timer per call and one wake-up each (stock, timers_manager.cpp); all_due: all timers
   /// that are due under one lock with one wake-up (the paper's).
   enum class Release : std::uint8_t { one_by_one, all_due };
-  ReleaseOnlyScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, Release release)
-      : EventsScheduler(set, std::move(events)), release_(release) {}
+  ReleaseOnlyScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, Release release,
+                       unsigned executors = 1)
+      : EventsScheduler(set, std::move(events), executors), release_(release) {}
 
   Effect release_timers(Worker worker, Time now) override;
   Decision decide(Worker worker, Time now) override;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "hotpath/core/job.hpp"
 #include "hotpath/core/worker.hpp"
@@ -78,13 +79,19 @@ class Scheduler {
   virtual void unfinished(Time now, const Visitor& visit) const = 0;
 
   /// A task joins the schedule, after begin(). Its id is the number of tasks so far, removed ones included. A
-  /// timer's first timestamp is `now` plus its phase.
+  /// timer's first timestamp is `now` plus its phase; one that is not local is never released, but hands its
+  /// priority down (events schedulers only).
   virtual Joined add_task(const JoiningTask& joining, Time now) = 0;
 
   /// A task leaves: no job of it starts any more and no sample may arrive for it; one that runs still ends
   /// with finished(). Visits what was released, due or unread, as unfinished() does. Time grows with the
   /// number of tasks and of queued jobs.
   virtual void remove_task(TaskId task, Time now, const Visitor& dropped) = 0;
+
+  /// The given priority of a task, or whom it feeds, is another: jobs that are released from now on are ordered
+  /// by that. Nothing happens where the order does not follow from it.
+  virtual void change_task(TaskId task, const std::optional<std::int64_t>& priority,
+                           const std::vector<TaskId>& feeds);
 
  protected:
   static void visit_due(const Timer& timer, Time now, const Visitor& visit);

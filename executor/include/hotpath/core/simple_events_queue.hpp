@@ -14,6 +14,7 @@ class SimpleEventsQueue final : public EventsQueue {
   explicit SimpleEventsQueue(std::size_t capacity = 64) : ring_(capacity) {}
   void push(const Job& job) override;
   Job pop() override;
+  std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) override;
   bool empty() const override { return count_ == 0; }
   std::size_t size() const override { return count_; }
   void erase(TaskId task, const std::function<void(const Job&)>& erased) override;

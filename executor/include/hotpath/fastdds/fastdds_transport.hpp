@@ -11,6 +11,7 @@
 #include <mutex>
 #include <vector>
 
+#include "hotpath/fastdds/guarded_type.hpp"
 #include "hotpath/fastdds/participant.hpp"
 #include "hotpath/live/transport.hpp"
 
@@ -19,7 +20,8 @@ namespace hotpath {
 /// eProsima Fast DDS with loaned samples on both sides; types of variable size, which Fast DDS lends to
 /// readers only, are written from messages of our own. `Traits` names the generated type: `Message`,
 /// `PubSubType`, and `static hotpath::SampleInfo info(const Message&)`, which reads what the publisher wrote
-/// into the message.
+/// into the message, and `static bool valid(const Message&, TaskId tasks)`, whether a graph of so many tasks
+/// may publish it. Samples of strangers, and such as are not valid, are counted and go no further.
 ///
 /// A reader's listener takes each arriving sample at once, as a loan and without a copy, and hands it to the
 /// sink, which only enqueues: the listener runs inside the publisher's write(), where a nested publication
@@ -30,9 +32,10 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   using Message = typename Traits::Message;
   using typename Transport<Message>::WriterId;
 
-  explicit FastDdsTransport(
-      const FastDdsOptions& options, PrepareMessage<Message> prepare = [](Message&) {})
-      : prepare_(std::move(prepare)), participant_(options) {
+  /// `tasks`: how many the graph has.
+  FastDdsTransport(
+      const FastDdsOptions& options, TaskId tasks, PrepareMessage<Message> prepare = [](Message&) {})
+      : tasks_(tasks), prepare_(std::move(prepare)), participant_(options) {
     const eprosima::fastdds::dds::TypeSupport type(new PreparedType(prepare_));
     loans_ = type->is_plain();
     participant_.register_type(type);
@@ -46,13 +49,15 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
 
   void add_reader(const std::string& topic, TaskId task, std::uint32_t depth, std::uint32_t writers,
                   SampleSink& sink) override {
-    Reader& reader = readers_.emplace_back(task, sink, static_cast<SampleOwner&>(*this));
+    Reader& reader = readers_.emplace_back(task, sink, *this);
     // Unread, in a job, in a node's slot, and one that is arriving.
     reader.reserve(depth + 3);
     reader.endpoint = participant_.add_reader(topic, depth, writers, &reader);
   }
 
   void wait_until_matched(Time deadline) override { participant_.wait_until_matched(deadline); }
+
+  std::uint64_t refused() const override { return refused_.load(std::memory_order_relaxed); }
 
   Message& borrow(WriterId writer) override {
     if (!loans_) return unused_message();
@@ -76,7 +81,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   struct Reader;
 
   /// Fast DDS makes the messages that it lends to readers.
-  struct PreparedType final : Traits::PubSubType {
+  struct PreparedType final : GuardedType<typename Traits::PubSubType> {
     explicit PreparedType(const PrepareMessage<Message>& p) : prepare(p) {}
     void* createData() override {
       void* const message = Traits::PubSubType::createData();
@@ -95,7 +100,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   };
 
   struct Reader final : eprosima::fastdds::dds::DataReaderListener {
-    Reader(TaskId t, SampleSink& s, SampleOwner& o) : task(t), sink(s), owner(o) {}
+    Reader(TaskId t, SampleSink& s, FastDdsTransport& o) : task(t), sink(s), owner(o) {}
 
     void reserve(std::uint32_t count) {
       const std::lock_guard lock(mutex);
@@ -118,6 +123,10 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
           continue;
         }
         const Message& message = loan->data[i];
+        if (!owner.accepts(loan->infos[i], message)) {
+          release(loan);
+          continue;
+        }
         sink.deliver(task, Traits::info(message),
                      Sample(&message, owner, reinterpret_cast<std::uintptr_t>(loan)));
       }
@@ -151,12 +160,18 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
 
     const TaskId task;
     SampleSink& sink;
-    SampleOwner& owner;
+    FastDdsTransport& owner;
     eprosima::fastdds::dds::DataReader* endpoint = nullptr;
     std::mutex mutex;
     std::deque<Loan> loans;
     std::vector<Loan*> free;
   };
+
+  bool accepts(const eprosima::fastdds::dds::SampleInfo& info, const Message& message) {
+    const bool ours = participant_.is_of_run(info.publication_handle) && Traits::valid(message, tasks_);
+    if (!ours) refused_.fetch_add(1, std::memory_order_relaxed);
+    return ours;
+  }
 
   void give_back(const void*, std::uintptr_t token) noexcept override {
     Loan* loan = reinterpret_cast<Loan*>(token);
@@ -179,7 +194,9 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
     prepare_(*unused_.back());
   }
 
+  const TaskId tasks_;
   const PrepareMessage<Message> prepare_;
+  std::atomic<std::uint64_t> refused_{0};
   // The readers outlive the participant, which calls them.
   std::deque<Reader> readers_;
   FastDdsParticipant participant_;

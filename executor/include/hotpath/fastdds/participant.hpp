@@ -62,6 +62,10 @@ class FastDdsParticipant {
                                                  std::uint32_t writers,
                                                  eprosima::fastdds::dds::DataReaderListener* listener);
 
+  /// Whether a writer, as samples name it, belongs to this run: to this participant, or to one of this class
+  /// with the same partition.
+  [[nodiscard]] bool is_of_run(const eprosima::fastdds::dds::InstanceHandle_t& writer) const;
+
   /// Waits until every endpoint has met its partners in the participants of this class with the same
   /// partition; others that listen or publish there do not count. Throws TransportError that names one
   /// that has not by `deadline`.

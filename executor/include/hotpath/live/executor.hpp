@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <latch>
 #include <memory>
 #include <string>
 #include <thread>
@@ -9,6 +10,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/core/sample_rings.hpp"
 #include "hotpath/core/trace.hpp"
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/parker.hpp"
 #include "hotpath/live/pi_mutex.hpp"
 #include "hotpath/live/record_log.hpp"
@@ -39,19 +41,32 @@ struct ExecutorOptions {
 /// SCHED_FIFO 90 above the executor thread; the stock ones run under the ordinary policy.
 [[nodiscard]] ExecutorOptions default_options(const ExecutorEntry& entry);
 
+/// Threads, clock and what synchronises them: the system's. Tests put their own in its place, where they
+/// decide which thread goes on.
+struct SystemSync {
+  using Mutex = PiMutex;
+  using Parker = hotpath::Parker;
+  using Thread = std::thread;
+  using Latch = std::latch;
+  static Time now() { return hotpath::now(); }
+  /// Makes the calling thread ready for its role; see apply_thread_policy().
+  static ThreadPolicy prepare_thread(WorkerRole role, const ThreadPolicyRequest& request);
+};
+
 /// Drives one scheduler with real threads and the real clock, one thread for each of the scheduler's workers.
 /// Which of rclcpp's executors it is follows from the scheduler.
 ///
 /// All workers share one lock, under which only the scheduler, the inbox of samples and the records of
 /// arrivals are touched; jobs, publications and the return of samples happen outside of it.
-class Executor final : public SampleSink {
+template <class Sync>
+class BasicExecutor final : public SampleSink {
  public:
   /// Logs for the records of one run: one for each worker, and one more for what arrivals overwrite.
   using Logs = std::vector<RecordLog<JobRecord>>;
 
-  Executor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler, Logs logs,
-           const ExecutorOptions& options);
-  ~Executor();
+  BasicExecutor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler, Logs logs,
+                const ExecutorOptions& options);
+  ~BasicExecutor();
 
   /// Starts the threads; timers count from `epoch`, no job starts at or after `end`. Blocks until every
   /// thread has its policy; throws ThreadSetupError when a required one was refused.
@@ -78,9 +93,9 @@ class Executor final : public SampleSink {
 
  private:
   struct Lane {
-    Parker parker;
+    typename Sync::Parker parker;
     bool parked = false;
-    std::thread thread;
+    typename Sync::Thread thread;
   };
   void prepare(Worker worker);
   void work(Worker worker);
@@ -94,7 +109,7 @@ class Executor final : public SampleSink {
   Logs logs_;
   const ExecutorOptions options_;
 
-  mutable PiMutex mutex_;
+  mutable typename Sync::Mutex mutex_;
   Time epoch_{}, end_{kNever};
   bool closed_ = false;
   SampleRings<Sample> inbox_;  // the same samples as the scheduler's unread ones
@@ -104,5 +119,8 @@ class Executor final : public SampleSink {
   std::vector<WorkerThread> workers_;
   std::string setup_error_;
 };
+
+extern template class BasicExecutor<SystemSync>;
+using Executor = BasicExecutor<SystemSync>;
 
 }  // namespace hotpath

@@ -49,6 +49,10 @@ class Transport {
   /// by then.
   virtual void wait_until_matched(Time deadline) = 0;
 
+  /// Samples that came from outside of the run, or that nobody in it can have published, and were left out.
+  /// Any thread.
+  [[nodiscard]] virtual std::uint64_t refused() const { return 0; }
+
   /// A message to fill, whose content is undefined; goes back by publish().
   virtual Message& borrow(WriterId writer) = 0;
   /// Returns when the sample has been handed over (synchronous publishing).

@@ -7,6 +7,7 @@
 #include "hotpath/fastdds/participant.hpp"
 #include "hotpath/live/executor.hpp"
 #include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/live_nodes.hpp"
 #include "hotpath/reference_system/number_cruncher.hpp"
 #include "hotpath/reference_system/run_memory.hpp"
 
@@ -33,16 +34,6 @@ struct LiveOptions {
   Calibration calibration;
 };
 
-/// The nodes of a graph that live in this process (`tasks.set[id].local`), on a transport: what jobs do.
-class LiveNodes : public JobHandler {
- public:
-  virtual ~LiveNodes() = default;
-  /// Creates the endpoints; samples go to `sink`. Throws TransportError.
-  virtual void connect(SampleSink& sink) = 0;
-  /// See Transport.
-  virtual void wait_until_matched(Time deadline) = 0;
-};
-
 /// The nodes of a graph that live in this process, driven by one executor or several. Their messages are
 /// upstream's, or, if the graph has nodes of type `callbacks`, TaskMessage. First timestamps are the phases
 /// in `tasks`.
@@ -63,6 +54,8 @@ class LiveSystem : private SampleSink {
   void close();
   [[nodiscard]] std::uint64_t arrived(TaskId task) const { return executor_of(task).arrived(task); }
   [[nodiscard]] std::vector<WorkerThread> workers() const;
+  /// See Transport.
+  [[nodiscard]] std::uint64_t refused() const { return nodes_->refused(); }
 
  private:
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override {

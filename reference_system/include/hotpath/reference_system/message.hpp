@@ -91,10 +91,26 @@ inline void complete(msg::Message4kb& m, const SampleInfo& info, std::int64_t re
   m.data()[4] = static_cast<std::int64_t>(info.parent.sequence);
 }
 
+/// Whether a node of a graph with so many tasks may have published it.
+inline bool is_message_of(const msg::Message4kb& m, TaskId tasks) {
+  const auto instant = [](std::int64_t ns) { return ns >= 0; };
+  if (m.size() == 0 || m.size() > Message4kbHistory::kCapacity) return false;
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    if (!instant(static_cast<std::int64_t>(m.stats()[i].timestamp()))) return false;
+  }
+  return instant(m.data()[1]) && instant(m.data()[2]) && m.data()[3] >= 0 && m.data()[3] < tasks;
+}
+
 inline SampleInfo read_info(const msg::Message4kb& m) {
   return {from_ns(m.data()[1]),
           from_ns(m.data()[2]),
           {static_cast<TaskId>(m.data()[3]), static_cast<std::uint64_t>(m.data()[4])}};
 }
+
+namespace msg {
+// For templates, which look for them beside the message.
+using hotpath::is_message_of;
+using hotpath::read_info;
+}  // namespace msg
 
 }  // namespace hotpath

@@ -13,7 +13,7 @@
 namespace hotpath {
 
 /// Where one process of a run records, sized before the run starts and shared with the process that collects:
-/// what a process has recorded survives its death. Backed by an anonymous memory file, so nothing is left
+/// what a process has recorded survives its death. Backed by a memory file without a name, so nothing is left
 /// behind anywhere.
 class RunMemory {
  public:
@@ -27,9 +27,14 @@ class RunMemory {
 
   /// Throws std::system_error when there is not enough memory.
   explicit RunMemory(const Size& size);
+  /// What another process made with this size, by its memory file, which is closed.
+  RunMemory(const Size& size, int descriptor);
   ~RunMemory();
   RunMemory(const RunMemory&) = delete;
   RunMemory& operator=(const RunMemory&) = delete;
+
+  /// The memory file; another program takes it over when it is not closed before (FD_CLOEXEC).
+  [[nodiscard]] int descriptor() const { return descriptor_; }
 
   /// Of each worker, then, of each executor, for what arrivals overwrite.
   [[nodiscard]] const Executor::Logs& jobs() const { return jobs_; }
@@ -38,6 +43,9 @@ class RunMemory {
   [[nodiscard]] std::span<std::atomic<std::uint64_t>> published() const { return published_; }
 
  private:
+  void map(const Size& size, bool create);
+
+  int descriptor_ = -1;
   void* memory_ = nullptr;
   std::size_t bytes_ = 0;
   std::span<std::atomic<std::uint64_t>> published_;

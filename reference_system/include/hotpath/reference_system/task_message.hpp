@@ -3,6 +3,8 @@
 
 #include <TaskMessage.h>
 
+#include <algorithm>
+
 #include "hotpath/core/job.hpp"
 #include "hotpath/reference_system/task_history.hpp"
 
@@ -35,9 +37,25 @@ inline void complete(msg::TaskMessage& m, const SampleInfo& info, std::int64_t r
   m.result(result);
 }
 
+/// Whether a task of a graph with so many may have published it.
+inline bool is_message_of(const msg::TaskMessage& m, TaskId tasks) {
+  const auto instant = [](std::int64_t ns) { return ns >= 0; };
+  const auto known = [&](const msg::Contribution& entry) {
+    return entry.task() < tasks && instant(static_cast<std::int64_t>(entry.start()));
+  };
+  return !m.history().empty() && instant(m.published()) && instant(m.deadline()) &&
+         std::all_of(m.history().begin(), m.history().end(), known);
+}
+
 inline SampleInfo read_info(const msg::TaskMessage& m) {
   const msg::Contribution& publisher = m.history().back();
   return {from_ns(m.published()), from_ns(m.deadline()), {publisher.task(), publisher.job()}};
 }
+
+namespace msg {
+// For templates, which look for them beside the message.
+using hotpath::is_message_of;
+using hotpath::read_info;
+}  // namespace msg
 
 }  // namespace hotpath

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "live/channel.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -34,6 +35,11 @@ std::array<Channel, 2> Channel::make_pair() {
     throw std::system_error(errno, std::generic_category(), "cannot create a socket pair");
   }
   return {Channel(ends[0]), Channel(ends[1])};
+}
+
+int Channel::for_program() const {
+  fcntl(descriptor_, F_SETFD, 0);
+  return descriptor_;
 }
 
 bool Channel::send(const ChannelMessage& message) const {

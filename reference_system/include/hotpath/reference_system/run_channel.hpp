@@ -53,6 +53,9 @@ class Channel {
   /// Two connected ends. Throws std::system_error.
   static std::array<Channel, 2> make_pair();
 
+  /// For a program that this process becomes: the descriptor, which it takes over.
+  [[nodiscard]] int for_program() const;
+
   /// False when the other end is gone.
   bool send(const ChannelMessage& message) const;
   /// The next message, which is `closed` when the other end is gone; none when `until` passes or a signal

@@ -7,18 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "hotpath/fastdds/fastdds_transport.hpp"
 #include "hotpath/live/clock.hpp"
-#include "hotpath/live/intra_process_transport.hpp"
-#include "hotpath/reference_system/live_system.hpp"
+#include "hotpath/live/transport.hpp"
+#include "hotpath/reference_system/live_nodes.hpp"
 #include "hotpath/reference_system/node_logic.hpp"
 #include "hotpath/reference_system/observe.hpp"
+#include "hotpath/reference_system/run_memory.hpp"
 #include "hotpath/reference_system/work.hpp"
 
 namespace hotpath {
 
-/// Samples on a live transport. `H` is the sample management, `P` the generated type support of its message.
-template <class H, class P>
+/// Samples on a live transport. `H` is the sample management, `P` the generated type support of its message,
+/// if it has one.
+template <class H, class P = void>
 struct LiveMessages {
   using History = H;
   using Message = typename H::Message;
@@ -28,6 +29,7 @@ struct LiveMessages {
   static const Message& message(const Sample& held) { return held.as<Message>(); }
   static Sample share(const Sample& held) { return held.share(); }
   static SampleInfo info(const Message& m) { return read_info(m); }
+  static bool valid(const Message& m, TaskId tasks) { return is_message_of(m, tasks); }
 };
 
 template <class Messages>
@@ -36,8 +38,8 @@ class TypedLiveNodes final : public LiveNodes {
   using History = typename Messages::History;
   using Message = typename Messages::Message;
 
-  TypedLiveNodes(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options, RunMemory& memory,
-                 const History& history)
+  TypedLiveNodes(const Graph& graph, const GraphTasks& tasks, const Calibration& calibration,
+                 RunMemory& memory, const History& history, std::unique_ptr<Transport<Message>> transport)
       : graph_(graph),
         tasks_(tasks),
         history_(history),
@@ -45,18 +47,13 @@ class TypedLiveNodes final : public LiveNodes {
         memory_(memory),
         chain_logs_(memory.chains()),
         ends_(tasks.set.size()),
+        transport_(std::move(transport)),
         local_(tasks.set.size(), nullptr),
         jobs_(chain_logs_.size()) {
-    const auto reserve = [this](Message& message) { History::reserve(message, tasks_.set.size()); };
-    if (options.transport == TransportKind::intra_process) {
-      transport_ = std::make_unique<IntraProcessTransport<Message>>(reserve);
-    } else {
-      transport_ = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, reserve);
-    }
     for (std::uint32_t c = 0; c < chains_.size(); ++c) {
       for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
     }
-    const CrunchScale scale(options.calibration);
+    const CrunchScale scale(calibration);
     for (const Callback& callback : tasks_.callbacks) work_.emplace_back(graph.work, callback.worst, scale);
   }
 
@@ -86,6 +83,8 @@ class TypedLiveNodes final : public LiveNodes {
   }
 
   void wait_until_matched(Time deadline) override { transport_->wait_until_matched(deadline); }
+
+  std::uint64_t refused() const override { return transport_->refused(); }
 
   void run(const Job& job, Time start, Sample sample, Worker worker) override {
     Local& node = *local_[job.task];

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which levels each executor carries, as `hotpath capacity` tried them."""
+
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.axes import Axes
+
+from hotpath_report import style
+from hotpath_report.errors import InputError
+from hotpath_report.style import FAINT, INK, WARNING
+from hotpath_report.tables import read_table
+
+ANALYSIS = "analysis"
+
+
+def carried(rows: pd.DataFrame, over: str) -> float | None:
+    """The highest level below the first that fails."""
+    fails = rows[rows["holds"] == 0][over]
+    held = rows[(rows["holds"] == 1) & (rows[over] < (fails.min() if len(fails) else float("inf")))][over]
+    return float(held.max()) if len(held) else None
+
+
+def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
+    """A bar up to the capacity, a dot for each level that holds, a cross for each that fails, a triangle for theory."""
+    measured = rows[rows["source"] != ANALYSIS]
+    capacity, colour = carried(measured, over), style.colour_of(executor)
+    if capacity is not None:
+        axes.barh(y, capacity, height=0.5, color=colour, alpha=0.3, linewidth=0)
+        style.note(axes, f"{capacity:g}", (capacity, y - 0.33), (0, 0), ha="right")
+    for holds, look in ((1, {"color": colour, "marker": "o"}), (0, {"color": WARNING, "marker": "x"})):
+        levels = measured[measured["holds"] == holds][over]
+        axes.plot(levels, [y] * len(levels), linestyle="", markersize=4, **look)
+    bound = carried(rows[rows["source"] == ANALYSIS], over)
+    if bound is not None:
+        axes.plot([bound], [y + 0.36], marker="^", color=INK, markersize=6, linestyle="")
+
+
+def draw(folder: str) -> None:
+    """Writes capacity.svg and capacity.png. Raises InputError."""
+    path = Path(folder) / "levels.csv"
+    rows = read_table(path, ["executor", "source", "holds"])
+    if rows.empty:
+        raise InputError(f"{path}: no rows, there is nothing to draw")
+    over = rows.columns[2]
+    executors = list(rows["executor"].unique())
+    figure, (axes,) = style.new_figure(style.WIDE, 0.9 + 0.5 * len(executors))
+    style.rows_of_labels(axes, executors, xlabel=over)
+    for y, executor in enumerate(executors):
+        draw_row(axes, y, executor, rows[rows["executor"] == executor], over)
+    axes.set_xlim(left=0)
+    style.add_key(
+        figure,
+        [
+            style.patch("carried", alpha=0.3),
+            style.dot("holds", color=FAINT),
+            style.dot("fails", "x", color=WARNING),
+            style.dot("largest that an analysis accepts", "^"),
+        ],
+        4,
+    )
+    source = "live" if (rows["source"] == "live").any() else "simulated"
+    style.add_title(
+        figure,
+        f"The highest {over} that each executor carries",
+        f"{source}; each mark is a level that was tried",
+    )
+    style.save(figure, folder, "capacity")

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lines with intervals, heat maps and small multiples of the table that `hotpath sweep` writes."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+
+from hotpath_report import style
+from hotpath_report.errors import InputError
+from hotpath_report.figures.maps import dashes
+from hotpath_report.statistics import Estimate, Samples
+from hotpath_report.style import FAINT, GRID, INK
+from hotpath_report.tables import read_json, read_table
+
+MOST_PANELS = 9  # small multiples
+MOST_NUMBERED = 20  # columns of a map whose cells still have room for a number
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A column of the table, and the quantile over repetitions that stands for a point."""
+
+    column: str
+    title: str
+    over_repetitions: float = 0.5
+
+
+OF_CHAINS = [
+    Measure("hot_path_p50_ms", "median hot-path latency (ms)"),
+    Measure("hot_path_max_ms", "worst hot-path latency (ms)", 1.0),
+    Measure("lost", "lost: skipped and overwritten", 1.0),
+]
+OF_TIMERS = [
+    Measure("response_share_max", "worst response time / deadline", 1.0),
+    Measure("deadline_overruns", "deadline overruns", 1.0),
+    Measure("lost", "lost: skipped and overwritten", 1.0),
+]
+
+
+class Table:
+    """table.csv: rows of one chain, or of timers where there is none."""
+
+    def __init__(self, folder: Path) -> None:
+        self.rows = read_table(folder / "table.csv", ["executor"])
+        facts = read_json(folder / "sweep.json", "hotpath sweep")
+        chains = self.rows["chain"].dropna().unique() if "chain" in self.rows else []
+        self.chain = str(chains[0]) if len(chains) else ""
+        if self.chain:
+            self.rows = self.rows[(self.rows["chain"] == self.chain) | self.rows["failure"].notna()]
+        self.measures = OF_CHAINS if self.chain else OF_TIMERS
+        self.repetitions: int = facts["repetitions"]
+        self.axes = [a for a in facts["axes"] if a in self.rows and self.rows[a].nunique() > 1]
+        numeric = [a for a in self.axes if pd.api.types.is_numeric_dtype(self.rows[a])]
+        if not numeric:
+            raise InputError(f"{folder / 'table.csv'}: no axis of numbers to draw over")
+        self.x = numeric[0]
+        self.others = [a for a in self.axes if a != self.x]
+        self.executors = list(self.rows["executor"].unique())
+        self.failed = int(self.rows["failure"].notna().sum())
+
+    def points(self, rows: pd.DataFrame, measure: Measure) -> dict[float, Estimate]:
+        """Over x the quantile of the repetitions, with its interval."""
+        found = {}
+        for x, at in rows.groupby(self.x):
+            values = at[measure.column].dropna()
+            if len(values):
+                found[float(x)] = Samples([v] for v in values).estimate(measure.over_repetitions)
+        return found
+
+    def subtitle(self) -> str:
+        """What was swept."""
+        cells = f"{self.rows['cell'].nunique()} cells, {self.repetitions} repetitions"
+        chain = f"chain {self.chain} · " if self.chain else ""
+        fails = f" · {self.failed} cells could not be run (overload)" if self.failed else ""
+        return f"{chain}over {', '.join(self.axes)} · {cells}{fails}"
+
+
+def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -> None:
+    """A line for each executor, with the interval of each point as a band."""
+    for executor in table.executors:
+        points = table.points(rows[rows["executor"] == executor], measure)
+        if not points:
+            continue
+        colour, x = style.colour_of(executor), list(points)
+        low = [e.low if e.has_interval else e.value for e in points.values()]
+        high = [e.high if e.has_interval else e.value for e in points.values()]
+        axes.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0)
+        look: Any = {"linestyle": dashes(executor), "marker": "o" if len(x) < 30 else ""}
+        axes.plot(x, [e.value for e in points.values()], color=colour, markersize=2.8, **look)
+    axes.set(xlabel=table.x)
+    if measure.column.endswith("_ms") and axes.get_ylim()[1] > 8 * max(axes.get_ylim()[0], 1e-9):
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_minor_locator(NullLocator())
+        axes.yaxis.set_major_formatter("{x:g}")
+
+
+def key(figure: Figure, table: Table) -> None:
+    """The executors' lines."""
+    names = table.executors
+    handles = [style.line(e, color=style.colour_of(e), linestyle=dashes(e)) for e in names]
+    style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
+
+
+def lines(table: Table) -> Figure:
+    """Median and worst case over x; all other axes together."""
+    figure, panels = style.new_figure(style.WIDE, 3.6, 1, 2)
+    for axes, measure in zip(panels, table.measures):
+        draw_lines(axes, table, table.rows, measure)
+        axes.set_title(measure.title)
+    key(figure, table)
+    return figure
+
+
+def multiples(table: Table, measure: Measure) -> Figure:
+    """A small panel for each value of the second axis."""
+    axis = table.others[0]
+    values = list(table.rows[axis].unique())[:MOST_PANELS]
+    columns = min(3, len(values))
+    figure, panels = style.new_figure(style.WIDE, 2.4, math.ceil(len(values) / columns), columns, True)
+    for axes, value in zip(panels, values):
+        draw_lines(axes, table, table.rows[table.rows[axis] == value], measure)
+        axes.set_title(f"{axis} {value}", fontsize=10)
+    for axes in panels[len(values) :]:
+        axes.set_visible(False)
+    key(figure, table)
+    return figure
+
+
+def number_text(value: float) -> str:
+    """At most four characters."""
+    if value >= 9999:
+        return f"{value / 1000:.0f}k"
+    return f"{value:.1f}" if 0 < value < 10 and value != round(value) else f"{value:.0f}"
+
+
+def draw_map(axes: Axes, table: Table, measure: Measure) -> None:
+    """Executors down, x to the right; grey: could not be run."""
+    xs = sorted(table.rows[table.x].unique())
+    grid = np.full((len(table.executors), len(xs)), np.nan)
+    for i, executor in enumerate(table.executors):
+        points = table.points(table.rows[table.rows["executor"] == executor], measure)
+        for x, estimate in points.items():
+            grid[i, xs.index(x)] = estimate.value
+    positive = grid[np.isfinite(grid) & (grid > 0)]
+    axes.set_facecolor(GRID)
+    norm: Any = LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)) if len(positive) else None
+    colours = plt.get_cmap("YlOrRd").with_extremes(under="white")  # for nothing at all
+    shown = np.where(grid <= 0, positive.min() / 2 if len(positive) else 0, grid)
+    axes.imshow(shown, aspect="auto", cmap=colours if len(positive) else "Greys", norm=norm)
+    axes.grid(False)
+    if len(xs) <= MOST_NUMBERED:
+        write_numbers(axes, grid, norm)
+    step = math.ceil(len(xs) / 16)
+    axes.set_xticks(range(0, len(xs), step), [f"{x:g}" for x in xs[::step]])
+    axes.set_yticks(range(len(table.executors)), table.executors)
+    axes.tick_params(length=0)
+    axes.set_title(measure.title)
+
+
+def write_numbers(axes: Axes, grid: Any, norm: Any) -> None:
+    """The value of each cell, legible on its colour."""
+    for (i, j), value in np.ndenumerate(grid):
+        if math.isnan(value):
+            continue
+        dark = norm is not None and value > 0 and norm(value) > 0.7
+        axes.text(
+            j, i, number_text(value), ha="center", va="center", fontsize=7.5, color="white" if dark else INK
+        )
+
+
+def heat_map(table: Table) -> Figure:
+    """Median, worst and losses over x and executor."""
+    rows = 0.5 + 0.27 * len(table.executors)
+    figure, panels = style.new_figure(style.WIDE, rows, len(table.measures))
+    for axes, measure in zip(panels, table.measures):
+        draw_map(axes, table, measure)
+    panels[-1].set_xlabel(table.x)
+    if table.failed:
+        style.add_key(
+            figure,
+            [style.patch("could not be run to its end: overloaded", facecolor=GRID, edgecolor=FAINT)],
+            1,
+        )
+    return figure
+
+
+def draw(folder: str) -> None:
+    """Writes sweep_lines, sweep_map and, where there is a second axis, sweep_multiples. Raises InputError."""
+    table = Table(Path(folder))
+    what = ("Latency", "Median, worst case") if table.chain else ("Response times", "Responses, overruns")
+    drawn = [
+        ("sweep_lines", f"{what[0]} over {table.x}", lines(table)),
+        ("sweep_map", f"{what[1]} and losses over {table.x} and executor", heat_map(table)),
+    ]
+    if table.others:
+        measure = table.measures[1] if table.chain else table.measures[0]
+        title = f"{measure.title.capitalize()}, by {table.others[0]}"
+        drawn.append(("sweep_multiples", title, multiples(table, measure)))
+    for name, title, figure in drawn:
+        style.add_title(figure, title, table.subtitle())
+        style.save(figure, folder, name)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of sweeps and capacities from made-up tables: which points they show."""
+
+import json
+import tempfile
+import unittest
+from pathlib import Path
+
+from hotpath_report.errors import InputError
+from hotpath_report.figures import capacity, sweep
+
+COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
+COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_overruns"
+
+
+class SweepFigures(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def write(self, chain="path", axes=("load", "phases")):
+        rows, cell = [COLUMNS], 0
+        for load in (20, 40, 60):
+            for executor in ("default", "rm-ro"):
+                for repetition in range(3):
+                    failed = load == 60 and executor == "default"
+                    value = load / 2 + repetition
+                    measures = [value, 2 * value, load - 20, 0.5, 0]
+                    row = [cell, load, "random", repetition, 1, "overloaded" if failed else "", executor]
+                    row += [""] * 6 if failed else [chain, *measures]
+                    rows.append(",".join(map(str, row)))
+                    cell += 1
+        rows = [r[:-1] if r.endswith(",,,,,") else r for r in rows]
+        (self.folder / "table.csv").write_text("\n".join(rows) + "\n")
+        (self.folder / "sweep.json").write_text(json.dumps({"axes": axes, "repetitions": 3}))
+
+    def test_a_point_is_the_median_of_its_repetitions_and_the_worst_case_their_largest(self):
+        self.write()
+        table = sweep.Table(self.folder)
+        rows = table.rows[table.rows["executor"] == "rm-ro"]
+        median, worst = (table.points(rows, m) for m in table.measures[:2])
+        self.assertEqual({x: e.value for x, e in median.items()}, {20: 11, 40: 21, 60: 31})
+        self.assertEqual(worst[60].value, 64)
+        self.assertTrue(median[20].has_interval)
+
+    def test_overloaded_cells_are_counted_and_have_no_point(self):
+        self.write()
+        table = sweep.Table(self.folder)
+        self.assertEqual(table.failed, 3)
+        points = table.points(table.rows[table.rows["executor"] == "default"], table.measures[0])
+        self.assertEqual(list(points), [20, 40])
+
+    def test_all_figures_are_drawn(self):
+        self.write()
+        sweep.draw(str(self.folder))
+        self.write(chain="", axes=("load",))
+        sweep.draw(str(self.folder))
+        names = {p.name for p in self.folder.glob("*.svg")}
+        self.assertEqual(names, {"sweep_lines.svg", "sweep_map.svg"})
+
+    def test_without_numbers_there_is_nothing_to_draw_over(self):
+        self.write(axes=("phases",))
+        with self.assertRaisesRegex(InputError, "no axis of numbers"):
+            sweep.draw(str(self.folder))
+
+    def test_capacity_is_the_level_below_the_first_that_fails(self):
+        lines = ["executor,source,load,holds,why"]
+        lines += [f"rm-ro,simulated,{load},{int(load != 30)}," for load in (10, 20, 30, 40)] + [
+            "rm-ro,analysis,10,1,"
+        ]
+        (self.folder / "levels.csv").write_text("\n".join(lines) + "\n")
+        capacity.draw(str(self.folder))
+        rows = sweep.read_table(self.folder / "levels.csv")
+        self.assertEqual(capacity.carried(rows[rows["source"] == "simulated"], "load"), 20)
+        self.assertTrue((self.folder / "capacity.png").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

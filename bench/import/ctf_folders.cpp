@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/ctf_folders.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+
+#include "program/errors.hpp"
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class Format { ctf_1, ctf_2, other };
+
+/// CTF 1.8, section 7.1: metadata is text, or packets that begin with a magic number, of which bytes 35 and
+/// 36 are the version. CTF 2: a sequence of JSON texts, each behind a record separator.
+Format format_of(const fs::path& metadata) {
+  std::ifstream file(metadata, std::ios::binary);
+  std::array<char, 37> head{};
+  file.read(head.data(), head.size());
+  const auto size = static_cast<std::size_t>(file.gcount());
+  constexpr std::array<unsigned char, 4> kMagic = {0x57, 0x1d, 0xd1, 0x75};  // 0x75d11d57
+  std::array<unsigned char, 4> first{}, last{};
+  std::memcpy(first.data(), head.data(), first.size());
+  std::reverse_copy(first.begin(), first.end(), last.begin());
+  if (size == head.size() && (first == kMagic || last == kMagic)) {
+    return head[35] == 2 ? Format::ctf_2 : Format::ctf_1;
+  }
+  if (size > 0 && (head[0] == '\x1e' || head[0] == '{')) return Format::ctf_2;
+  return std::strncmp(head.data(), "/* CTF 1", 8) == 0 ? Format::ctf_1 : Format::other;
+}
+
+}  // namespace
+
+std::vector<fs::path> ctf_folders(const fs::path& folder) {
+  const auto refuse = [&](const std::string& why) { throw UsageError(folder.string() + " " + why); };
+  if (!fs::is_directory(folder)) refuse("is not a folder; name the folder of a trace");
+  std::vector<fs::path> found;
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
+    if (entry.path().filename() != "metadata" || !entry.is_regular_file()) continue;
+    const Format format = format_of(entry.path());
+    if (format == Format::ctf_2) {
+      refuse(
+          "holds a trace in CTF 2, which libbabeltrace2 2.0 cannot read; record with `lttng create "
+          "--trace-format=ctf-1.8`, or convert it with babeltrace2 2.1: `babeltrace2 TRACE --component "
+          "sink.ctf.fs --params='path=\"NEW\",ctf-version=\"1\"'`");
+    }
+    if (format == Format::other)
+      refuse("has a file `metadata` that is none of CTF; name the folder of a trace");
+    found.push_back(entry.path().parent_path());
+  }
+  if (found.empty()) {
+    refuse(
+        "holds no CTF trace: there is no file `metadata` in it or below it; name the folder that "
+        "`lttng create --output` or `ros2 trace` wrote");
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+}  // namespace hotpath

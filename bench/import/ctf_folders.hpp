@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace hotpath {
+
+/// The folders at or below `folder` that hold a CTF 1.8 trace each. Throws UsageError where there is none, or
+/// one of another format, with what to do.
+[[nodiscard]] std::vector<std::filesystem::path> ctf_folders(const std::filesystem::path& folder);
+
+}  // namespace hotpath

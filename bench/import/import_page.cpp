@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/import_page.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "hotpath/analysis/statistics.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using nlohmann::json;
+
+std::string rule_text(const Recording& recording, const InferredRule& rule) {
+  const auto topics = [&] {
+    std::vector<std::string> names;
+    for (const std::uint32_t c : rule.of)
+      names.push_back(recording.system.topics[recording.system.callbacks[c].topic].name);
+    return joined(names, ", ");
+  };
+  switch (rule.rule) {
+    case PublishRule::always:
+      return "with every job";
+    case PublishRule::every:
+      return concat("with every ", rule.n, ". job");
+    case PublishRule::all_new:
+      return "when all are new: " + topics();
+    case PublishRule::last_of:
+      return "with every job, with the last of " + topics() + " (assumed)";
+  }
+  return {};
+}
+
+json rules_json(const Recording& recording) {
+  json rules = json::array();
+  for (const InferredRule& rule : recording.graph.rules) {
+    json publishers = json::array();
+    for (const std::uint32_t c : rule.publishers)
+      publishers.push_back(recording.graph.tasks.set[recording.graph.task_of[c]].name);
+    rules.push_back({{"topic", recording.system.topics[rule.topic].name},
+                     {"publishers", publishers},
+                     {"rule", rule_text(recording, rule)},
+                     {"jobs", rule.jobs},
+                     {"explained", rule.explained},
+                     {"as_good", rule.as_good},
+                     {"most_in_a_job", rule.most_in_a_job}});
+  }
+  return rules;
+}
+
+json cost_json(const MeasuredCost& cost) {
+  return {{"n", cost.n}, {"median_us", to_us(cost.median)}, {"p90_us", to_us(cost.p90)}};
+}
+
+json executors_json(const ImportFacts& facts) {
+  json executors = json::array();
+  for (std::size_t e = 0; e < facts.recording.executors.executors.size(); ++e) {
+    const RecordedExecutor& executor = facts.recording.executors.executors[e];
+    const RecordedCosts& costs = facts.found.best.costs[e];
+    json threads = json::array();
+    for (const std::uint32_t t : executor.threads) {
+      const RecordedThread& thread = facts.recording.system.threads[t];
+      threads.push_back(
+          {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
+    }
+    executors.push_back({{"name", executor.name},
+                         {"process", executor.process},
+                         {"executor", facts.found.best.labels[e]},
+                         {"why", executor.why},
+                         {"threads", threads},
+                         {"dispatch", cost_json(costs.dispatch)},
+                         {"wait", cost_json(costs.wait)},
+                         {"wake_up", cost_json(costs.wake_up)},
+                         {"delivery", cost_json(costs.delivery)}});
+  }
+  return executors;
+}
+
+/// Of each task what the trace has of it.
+json tasks_json(const ImportFacts& facts) {
+  const RecordedGraph& graph = facts.recording.graph;
+  std::vector<std::vector<double>> durations(graph.tasks.set.size());
+  for (const RecordedJob& job : facts.recording.jobs) {
+    const TaskId task = graph.task(job.ref);
+    if (task != kNoTask && job.ended) durations[task].push_back(to_us(job.finish - job.start));
+  }
+  json tasks = json::array();
+  for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
+    if (graph.callback_of[id] == kNone) continue;
+    const RecordedCallback& seen = facts.recording.system.callbacks[graph.callback_of[id]];
+    const Quantiles q = quantiles(durations[id]);
+    json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
+                                         {"kind", to_string(graph.tasks.set[id].kind)},
+                                         {"node", facts.recording.system.nodes[seen.node].name},
+                                         {"jobs", seen.jobs},
+                                         {"never_ended", seen.never_ended},
+                                         {"threads", seen.threads.size()},
+                                         {"published", json::object()}});
+    if (q.n > 0) task["duration_us"] = {{"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
+    for (const auto& [topic, messages] : seen.published)
+      task["published"][facts.recording.system.topics[topic].name] = messages;
+    if (graph.tasks.set[id].kind == TaskKind::timer) {
+      task["period_ms"] = to_ms(seen.period);
+      task["created_ns"] = to_ns(seen.created);
+    } else {
+      task["topic"] = facts.recording.system.topics[seen.topic].name;
+      task["samples"] = seen.samples;
+      task["strangers"] = seen.strangers;
+    }
+  }
+  return tasks;
+}
+
+/// Callbacks that every node has and no graph: how much they ran.
+json housekeeping_json(const ImportFacts& facts) {
+  std::uint64_t callbacks = 0, jobs = 0;
+  Duration busy{};
+  for (std::uint32_t c = 0; c < facts.recording.system.callbacks.size(); ++c) {
+    const RecordedCallback& seen = facts.recording.system.callbacks[c];
+    if (c < facts.recording.graph.task_of.size() && facts.recording.graph.task_of[c] != kNoTask) continue;
+    ++callbacks;
+    jobs += seen.jobs;
+    busy += seen.busy;
+  }
+  return {{"callbacks", callbacks}, {"jobs", jobs}, {"busy_ms", to_ms(busy)}};
+}
+
+std::vector<std::string> warnings(const ImportFacts& facts) {
+  std::vector<std::string> all;
+  const TraceReading& r = facts.reading;
+  if (!r.broken_off.empty())
+    all.push_back("The trace breaks off: " + r.broken_off + ". What lies before is used.");
+  if (r.discarded_events + r.discarded_packets > 0) {
+    all.push_back(concat(
+        "The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
+        " packets; jobs, messages and losses are too few or do not fit together. Record with larger buffers "
+        "(`--subbuf-size`, `--num-subbuf`)."));
+  }
+  if (r.backward_steps > 0)
+    all.push_back(concat("The clock of the trace jumps back ", r.backward_steps,
+                         " times; times near these are wrong."));
+  const RecordedSystem& system = facts.recording.system;
+  if (system.reused_handles > 0)
+    all.push_back(concat(
+        system.reused_handles,
+        " addresses of callbacks were used again after their callback had gone; each counts by its time."));
+  if (system.ends_without_start > 0)
+    all.push_back(concat(system.ends_without_start, " ends of callbacks have no start."));
+  std::uint64_t never_ended = 0;
+  for (const RecordedCallback& c : system.callbacks) never_ended += c.never_ended;
+  if (never_ended > 0)
+    all.push_back(concat(never_ended, " jobs have no end in the trace; they count as running."));
+  for (const std::string& note : facts.recording.graph.notes) all.push_back(note);
+  return all;
+}
+
+}  // namespace
+
+GraphComments import_comments(const Recording& recording, const Interpretation& best) {
+  GraphComments comments;
+  comments.header = concat(
+      "Imported from a trace of ros2_tracing; import.json and import.md say how.\n"
+      "Recorded executor: ",
+      best.executor->label, ".");
+  for (const InferredRule& rule : recording.graph.rules) {
+    for (const std::uint32_t c : rule.publishers) {
+      std::string& text = comments.of[recording.graph.tasks.set[recording.graph.task_of[c]].name];
+      if (!text.empty()) text += "; ";
+      text += concat(recording.system.topics[rule.topic].name, " ", rule_text(recording, rule), ": explains ",
+                     rule.explained, " of ", rule.jobs, " jobs");
+    }
+  }
+  return comments;
+}
+
+json import_json(const ImportFacts& facts) {
+  const Interpretation& best = facts.found.best;
+  json tried = json::array();
+  for (const auto& [label, similarity] : facts.found.tried)
+    tried.push_back({{"executor", label}, {"similarity", similarity}});
+  return {{"trace", facts.trace},
+          {"version", HOTPATH_VERSION},
+          {"events", facts.reading.events},
+          {"all_events", facts.reading.all_events},
+          {"duration_s", static_cast<double>(facts.reading.last_ns - facts.reading.first_ns) / 1e9},
+          {"jobs", facts.recording.jobs.size() + facts.later_jobs},
+          {"window_jobs", facts.recording.jobs.size()},
+          {"warnings", warnings(facts)},
+          {"processes", facts.recording.system.processes.size()},
+          {"rcl_version", facts.recording.system.rcl_version},
+          {"executors", executors_json(facts)},
+          {"tried", tried},
+          {"entity_order_contradicts_creation", best.precedence.contradicting},
+          {"tasks", tasks_json(facts)},
+          {"rules", rules_json(facts.recording)},
+          {"left_out", housekeeping_json(facts)},
+          {"self_check", best.check}};
+}
+
+void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
+  const Interpretation& best = facts.found.best;
+  out << text("%llu events in %.1f s: %zu nodes, %u tasks, %zu jobs; executor %s\n",
+              static_cast<unsigned long long>(facts.reading.all_events),
+              static_cast<double>(facts.reading.last_ns - facts.reading.first_ns) / 1e9,
+              best.graph.nodes.size(), best.tasks.set.size(), facts.recording.jobs.size() + facts.later_jobs,
+              best.executor->label.c_str());
+  for (const std::string& warning : warnings(facts)) out << "warning: " << warning << '\n';
+  const SelfCheck& check = best.check;
+  out << text("Self-check: %s (order of jobs %.3f similar)\n", to_string(check.light),
+              check.schedule.similarity);
+  for (const auto& chain : check.chains) {
+    out << text("  %s: median %.2f ms recorded, %.2f simulated (%+.1f %%); p99 %.2f, %.2f (%+.1f %%)\n",
+                chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50,
+                chain.median_error_percent, chain.recorded_ms.p99, chain.simulated_ms.p99,
+                chain.p99_error_percent);
+  }
+  out << text("  lost: %.2f %% recorded, %.2f %% simulated\n", check.lost_recorded_percent,
+              check.lost_simulated_percent);
+  for (const std::string& reason : check.reasons) out << "  " << reason << '\n';
+  out << "\nResults: " << output.string() << " (graph.yaml, run/, import.json)\n";
+}
+
+}  // namespace hotpath

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/interpretation.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "import/recorded_chains.hpp"
+#include "program/text.hpp"
+#include "program/whole_file.hpp"
+#include "setup/run_setup.hpp"
+
+namespace hotpath {
+
+namespace {
+
+const ExecutorEntry& entry_of(const std::string& label) { return *parse_executor(label, {}).entry; }
+
+class Interpreter {
+ public:
+  Interpreter(const Recording& recording, const std::vector<std::string>& labels, TimerThread timer_thread)
+      : recording_(recording) {
+    made_.labels = labels;
+    made_.graph = recording.graph.graph;
+    made_.graph.platform.timer_thread = timer_thread;
+  }
+
+  Interpretation interpret(const std::filesystem::path& folder, Duration warm_up) {
+    make_records();
+    measure_costs();
+    made_.tasks = make_tasks(made_.graph);
+    make_trace();
+    set_times();
+    made_.tasks = make_tasks(made_.graph);
+    choose_executor(folder);
+    std::vector<ChainObservation> seen = recorded_chains(recording_.system, recording_.graph, window());
+    for (ChainObservation& o : seen) {
+      o.sink_start -= recording_.graph.epoch - Time{};
+      o.latest_source_start -= recording_.graph.epoch - Time{};
+    }
+    made_.trace.chains = join_chains(made_.graph, made_.tasks, made_.trace, seen);
+    made_.check = self_check(made_.graph, made_.tasks, *made_.executor, made_.trace, warm_up);
+    return std::move(made_);
+  }
+
+ private:
+  RecordedWindow window() const { return {recording_.jobs, made_.records}; }
+
+  /// The executor of a task; the first one's where nothing of the task's node ran.
+  std::uint32_t executor_of(TaskId id) const {
+    const auto& of_callback = recording_.executors.of_callback;
+    const std::uint32_t c = recording_.graph.callback_of[id];
+    if (c != kNone && of_callback[c] != kNone) return of_callback[c];
+    for (TaskId other = 0; other < recording_.graph.callback_of.size(); ++other) {
+      const std::uint32_t o = recording_.graph.callback_of[other];
+      const bool same_node =
+          recording_.graph.tasks.origin[other].node == recording_.graph.tasks.origin[id].node;
+      if (same_node && o != kNone && of_callback[o] != kNone) return of_callback[o];
+    }
+    return 0;
+  }
+
+  void make_records() {
+    const TaskId count = recording_.graph.tasks.set.size();
+    std::vector<bool> release_only;
+    for (TaskId id = 0; id < count; ++id) {
+      release_only.push_back(entry_of(made_.labels[executor_of(id)]).traits.timers ==
+                             TimerHandling::release_only);
+    }
+    made_.rows = std::make_unique<RecordedTrace>(recording_.system, recording_.graph, recording_.timers,
+                                                 std::move(release_only));
+    for (const RecordedJob& job : recording_.jobs) {
+      const bool in_graph = recording_.graph.task(job.ref) != kNoTask;
+      made_.records.push_back(in_graph ? made_.rows->job(job) : JobRecord{});
+    }
+    displacement_ = recorded_displacement(recording_.system, window());
+    if (recording_.executors.executors.size() > 1) {
+      for (std::size_t i = 0; i < made_.records.size(); ++i)
+        if (made_.records[i].outcome == Outcome::ran) made_.records[i].cpu_time = displacement_.own[i];
+    }
+    const bool wait_sets = entry_of(made_.labels.front()).traits.family == Family::wait_set;
+    made_.precedence = recorded_precedence(recording_.graph, window(), wait_sets);
+  }
+
+  void measure_costs() {
+    GraphPlatform& platform = made_.graph.platform;
+    platform.cores = recording_.cores;
+    platform.execution_times = ExecutionTimeModel::measured;
+    double dispatch = 0, wait = 0, wake_up = 0, delivery = 0, jobs = 0;
+    for (std::size_t e = 0; e < made_.labels.size(); ++e) {
+      const RecordedExecutor& executor = recording_.executors.executors[e];
+      const RecordedCosts costs =
+          recorded_costs(recording_.graph, window(), executor, entry_of(made_.labels[e]));
+      made_.costs.push_back(costs);
+      double weight = 0;
+      for (const std::uint32_t t : executor.threads)
+        weight += static_cast<double>(recording_.system.threads[t].jobs);
+      const auto add = [&](double& sum, const MeasuredCost& cost) {
+        sum += weight * static_cast<double>(cost.median.count());
+      };
+      add(dispatch, costs.dispatch);
+      add(wait, costs.wait);
+      // A timer's releaser wakes the thread that runs its job: two wake-ups.
+      const TimerHandling timers = entry_of(made_.labels[e]).traits.timers;
+      const bool two = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
+      wake_up += weight * static_cast<double>(costs.wake_up.median.count()) / (two ? 2 : 1);
+      add(delivery, costs.delivery);
+      jobs += weight;
+    }
+    const auto mean = [&](double sum) {
+      return Duration(static_cast<std::int64_t>(jobs > 0 ? sum / jobs : 0));
+    };
+    platform.dispatch_cost = mean(dispatch);
+    platform.wait_cost = mean(wait);
+    platform.wake_up = mean(wake_up);
+    platform.delivery_delay = mean(delivery);
+  }
+
+  void make_trace() {
+    Trace& trace = made_.trace;
+    const Duration epoch = recording_.graph.epoch - Time{};
+    trace.end = recording_.end - epoch;
+    trace.published.resize(made_.tasks.set.size());
+    const auto add = [&](JobRecord r) {
+      if (r.outcome == Outcome::ran || r.outcome == Outcome::running) r.start -= epoch;
+      if (r.outcome == Outcome::ran) r.finish -= epoch;
+      r.job.timestamp -= epoch;
+      r.job.release -= epoch;
+      if (r.job.deadline != kNever) r.job.deadline -= epoch;
+      if (made_.tasks.set[r.job.task].kind == TaskKind::subscription) ++trace.published[r.job.task];
+      trace.jobs.push_back(r);
+    };
+    for (const JobRecord& r : made_.records)
+      if (r.job.task != kNoTask) add(r);
+    for (const Recording::Lost& lost : recording_.lost)
+      if (recording_.graph.task_of[lost.subscription] != kNoTask)
+        add(made_.rows->lost(lost.subscription, lost.sample, lost.queued));
+    for (const JobRecord& r : made_.rows->due(recording_.end)) add(r);
+  }
+
+  /// Of the jobs that really worked, in the order in which they ran.
+  void set_times() {
+    std::vector<std::vector<Duration>> times(made_.tasks.set.size());
+    for (const JobRecord& r : working_jobs(made_.tasks, made_.trace).jobs)
+      times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.finish - r.start);
+    for (TaskId id = 0; id < times.size(); ++id) {
+      if (times[id].empty()) continue;
+      const TaskOrigin& origin = made_.tasks.origin[id];
+      Callback& callback = made_.graph.nodes[origin.node].callbacks[origin.callback];
+      const auto [least, most] = std::ranges::minmax(times[id]);
+      callback.best = least;
+      callback.worst = most;
+      callback.measured = std::make_shared<const std::vector<Duration>>(std::move(times[id]));
+    }
+  }
+
+  void choose_executor(const std::filesystem::path& folder) {
+    const SchedulerOptions scheduling;
+    std::string deployment = recording_.deployment;
+    if (deployment.empty() && made_.labels.size() == 1) {
+      made_.executor = parse_executor(made_.labels.front(), scheduling);
+    } else {
+      if (deployment.empty()) {
+        deployment = folder / "deployment.yaml";
+        made_.deployment_yaml = deployment_yaml();
+        write_whole_file(deployment, made_.deployment_yaml);
+      }
+      made_.executor = deploy(deployment, made_.graph, made_.tasks, scheduling);
+    }
+    made_.trace.executor = made_.executor->label;
+  }
+
+  std::string deployment_yaml() const {
+    std::vector<std::set<std::string>> owns(made_.labels.size());
+    for (std::uint32_t n = 0; n < made_.graph.nodes.size(); ++n) {
+      const Node& node = made_.graph.nodes[n];
+      for (TaskId id = 0; id < made_.tasks.set.size(); ++id) {
+        if (made_.tasks.origin[id].node != n) continue;
+        const Callback& callback = node.callbacks[made_.tasks.origin[id].callback];
+        const bool named = callback.group < node.group_names.size();
+        owns[executor_of(id)].insert(named ? concat(node.name, "/", node.group_names[callback.group])
+                                           : node.name);
+      }
+    }
+    std::string yaml =
+        "# Threads as they were recorded. Processors are those on which a thread was seen, if not all. A "
+        "trace has no\n"
+        "# policies: fifo stands for threads that displaced others and were not displaced by them. Correct "
+        "what you know.\n"
+        "name: recorded\nexecutors:\n";
+    for (std::size_t e = 0; e < made_.labels.size(); ++e) {
+      const RecordedExecutor& executor = recording_.executors.executors[e];
+      if (owns[e].empty()) continue;
+      std::set<std::int32_t> processors;
+      int level = 0;
+      for (const std::uint32_t t : executor.threads) {
+        for (const std::int32_t p : usual_processors(recording_.system.threads[t])) processors.insert(p);
+        level = std::max(level, displacement_.level[t]);
+      }
+      yaml += concat("  - {name: ", executor.name, ", executor: \"", made_.labels[e], "\"");
+      if (level > 0) yaml += concat(", policy: \"fifo:", 10 * level, "\"");
+      const bool bound = !processors.empty() && processors.size() < recording_.cores &&
+                         *processors.begin() >= 0 &&
+                         static_cast<unsigned>(*processors.rbegin()) < recording_.cores;
+      if (bound) yaml += concat(", processors: [", joined(processors), "]");
+      if (recording_.system.processes.size() > 1) yaml += concat(", process: \"", executor.process, "\"");
+      yaml += concat(", owns: [", joined(owns[e]), "]}\n");
+    }
+    return yaml;
+  }
+
+  const Recording& recording_;
+  Displacement displacement_;
+  Interpretation made_;
+};
+
+}  // namespace
+
+Interpretation interpret(const Recording& recording, const std::vector<std::string>& labels,
+                         TimerThread timer_thread, const std::filesystem::path& folder, Duration warm_up) {
+  return Interpreter(recording, labels, timer_thread).interpret(folder, warm_up);
+}
+
+Interpretations best_interpretation(const Recording& recording, const std::filesystem::path& folder,
+                                    Duration warm_up) {
+  std::vector<std::string> labels;
+  for (const RecordedExecutor& e : recording.executors.executors) labels.push_back(e.candidates.front());
+  Interpretations found{interpret(recording, labels, TimerThread::by_executor, folder, warm_up), {}};
+  const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
+  const auto attempt = [&](const std::vector<std::string>& with, TimerThread timer_thread,
+                           const std::string& what) {
+    Interpretation made = interpret(recording, with, timer_thread, folder, warm_up);
+    found.tried.emplace_back(what, similarity(made));
+    if (similarity(made) > similarity(found.best)) found.best = std::move(made);
+  };
+  for (std::size_t e = 0; e < labels.size(); ++e) {
+    const std::vector<std::string>& candidates = recording.executors.executors[e].candidates;
+    if (candidates.size() > 1) found.tried.emplace_back(candidates.front(), similarity(found.best));
+    for (std::size_t c = 1; c < candidates.size(); ++c) {
+      std::vector<std::string> other = found.best.labels;
+      other[e] = candidates[c];
+      attempt(other, TimerThread::by_executor, candidates[c]);
+    }
+  }
+  // Linux lets a thread that has slept displace a busy one at once, mostly.
+  const bool releases = std::ranges::any_of(found.best.labels, [](const std::string& label) {
+    return entry_of(label).traits.timers != TimerHandling::polled;
+  });
+  if (releases) attempt(std::vector(found.best.labels), TimerThread::raised, "raised timer thread");
+  return found;
+}
+
+}  // namespace hotpath

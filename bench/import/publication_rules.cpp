@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/publication_rules.hpp"
+
+#include <algorithm>
+#include <set>
+
+namespace hotpath {
+
+namespace {
+
+using Callbacks = std::vector<std::uint32_t>;
+
+/// With more candidates for a set only all of them, and each alone, are tried.
+constexpr std::size_t kMostSubsets = 6;
+
+/// One job of a node, as far as one topic is concerned.
+struct Seen {
+  std::uint32_t callback;
+  std::uint64_t messages;
+};
+
+bool contains(const Callbacks& all, std::uint32_t one) { return std::ranges::find(all, one) != all.end(); }
+
+class TopicOfNode {
+ public:
+  TopicOfNode(const RecordedSystem& system, const Callbacks& callbacks, std::uint32_t topic,
+              const std::vector<const RecordedJob*>& jobs)
+      : system_(system), topic_(topic) {
+    std::set<std::uint32_t> publishers;
+    for (const RecordedJob* job : jobs) {
+      const auto messages =
+          static_cast<std::uint64_t>(std::ranges::count(job->published, topic, &RecordedPublication::topic));
+      seen_.push_back({job->ref.callback, messages});
+      if (messages > 0) publishers.insert(job->ref.callback);
+      if (messages < job->published.size()) has_others_.insert(job->ref.callback);
+      most_ = std::max(most_, messages);
+    }
+    publishers_.assign(publishers.begin(), publishers.end());
+    for (const std::uint32_t c : callbacks) {
+      if (system.callbacks[c].kind == RecordedKind::subscription && !contains(publishers_, c))
+        other_inputs_.push_back(c);
+    }
+  }
+
+  InferredRule best() {
+    add({.rule = PublishRule::always}, always());
+    if (publishers_.size() == 1) add_every();
+    const bool subscriptions_only = std::ranges::all_of(publishers_, [&](std::uint32_t c) {
+      return system_.callbacks[c].kind == RecordedKind::subscription;
+    });
+    if (subscriptions_only) add_sets();
+    const auto most = std::ranges::max(candidates_, {}, &InferredRule::explained).explained;
+    InferredRule best;
+    bool found = false;
+    std::vector<std::string> others;
+    for (const InferredRule& c : candidates_) {
+      if (c.explained != most) continue;
+      if (!found || worth(c) > worth(best)) {
+        if (found) others.push_back(text_of(best));
+        best = c;
+        found = true;
+      } else {
+        others.push_back(text_of(c));
+      }
+    }
+    best.as_good = std::move(others);
+    return best;
+  }
+
+ private:
+  /// Among equals the larger set; but an input whose jobs publish something else is not kept for this topic.
+  std::ptrdiff_t worth(const InferredRule& rule) const {
+    const bool foreign = std::ranges::any_of(
+        rule.of, [&](std::uint32_t c) { return has_others_.contains(c) && !contains(publishers_, c); });
+    return foreign ? -1 : static_cast<std::ptrdiff_t>(rule.of.size());
+  }
+
+  void add(InferredRule rule, std::uint64_t explained) {
+    rule.topic = topic_;
+    rule.publishers = publishers_;
+    rule.jobs = seen_.size();
+    rule.explained = explained;
+    rule.most_in_a_job = most_;
+    candidates_.push_back(std::move(rule));
+  }
+
+  std::uint64_t always() const {
+    return static_cast<std::uint64_t>(std::ranges::count_if(
+        seen_, [&](const Seen& s) { return (s.messages > 0) == contains(publishers_, s.callback); }));
+  }
+
+  void add_every() {
+    std::uint64_t jobs = 0, published = 0;
+    for (const Seen& s : seen_) {
+      if (s.callback != publishers_.front()) continue;
+      ++jobs;
+      published += s.messages > 0;
+    }
+    const std::uint64_t n = published == 0 ? 0 : (jobs + published / 2) / published;
+    if (n < 2) return;
+    // A trace may begin anywhere between two messages.
+    std::uint64_t best = 0;
+    for (std::uint64_t offset = 0; offset < n; ++offset) {
+      std::uint64_t explained = 0, number = 0;
+      for (const Seen& s : seen_) {
+        const bool due = s.callback == publishers_.front() && number++ % n == offset;
+        explained += due == (s.messages > 0);
+      }
+      best = std::max(best, explained);
+    }
+    add({.rule = PublishRule::every, .n = static_cast<std::uint32_t>(n)}, best);
+  }
+
+  void add_sets() {
+    const std::size_t others = other_inputs_.size();
+    if (others <= kMostSubsets) {
+      for (std::uint32_t chosen = 0; chosen < 1U << others; ++chosen) {
+        Callbacks set = publishers_;
+        for (std::size_t i = 0; i < others; ++i)
+          if (chosen >> i & 1U) set.push_back(other_inputs_[i]);
+        add_set(std::move(set));
+      }
+      return;
+    }
+    for (const std::uint32_t other : other_inputs_) {
+      Callbacks set = publishers_;
+      set.push_back(other);
+      add_set(std::move(set));
+    }
+    Callbacks set = publishers_;
+    set.insert(set.end(), other_inputs_.begin(), other_inputs_.end());
+    add_set(std::move(set));
+  }
+
+  void add_set(Callbacks set) {
+    if (set.size() < 2) return;
+    std::ranges::sort(set);
+    std::set<std::uint32_t> fresh;
+    std::uint64_t explained = 0;
+    for (const Seen& s : seen_) {
+      bool complete = false;
+      if (contains(set, s.callback)) {
+        fresh.insert(s.callback);
+        complete = fresh.size() == set.size();
+        if (complete || s.messages > 0) fresh.clear();
+      }
+      explained += complete == (s.messages > 0);
+    }
+    add({.rule = PublishRule::all_new, .of = std::move(set)}, explained);
+  }
+
+  std::string text_of(const InferredRule& rule) const {
+    switch (rule.rule) {
+      case PublishRule::every:
+        return "every " + std::to_string(rule.n);
+      case PublishRule::all_new: {
+        std::string text = "all_new of";
+        for (const std::uint32_t c : rule.of) text += " " + system_.topics[system_.callbacks[c].topic].name;
+        return text;
+      }
+      default:
+        return "always";
+    }
+  }
+
+  const RecordedSystem& system_;
+  const std::uint32_t topic_;
+  std::vector<Seen> seen_;
+  Callbacks publishers_, other_inputs_;
+  std::set<std::uint32_t> has_others_;  // publish other topics, too
+  std::vector<InferredRule> candidates_;
+  std::uint64_t most_ = 0;
+};
+
+/// Subscriptions whose samples are kept go into what the node's timers publish with every job, or else into
+/// what its other subscriptions do.
+void keep_samples(const RecordedSystem& system, const Callbacks& callbacks, std::span<InferredRule> rules) {
+  Callbacks kept;
+  for (const std::uint32_t c : callbacks) {
+    const auto has_part = [&](const InferredRule& r) {
+      return contains(r.publishers, c) || contains(r.of, c);
+    };
+    if (system.callbacks[c].kind == RecordedKind::subscription && std::ranges::none_of(rules, has_part))
+      kept.push_back(c);
+  }
+  if (kept.empty()) return;
+  const auto is_timer = [&](const InferredRule& r) {
+    return system.callbacks[r.publishers.front()].kind == RecordedKind::timer;
+  };
+  const bool timers = std::ranges::any_of(rules, is_timer);
+  for (InferredRule& rule : rules) {
+    if (rule.rule != PublishRule::always || is_timer(rule) != timers) continue;
+    rule.rule = PublishRule::last_of;
+    rule.of = kept;
+  }
+}
+
+}  // namespace
+
+std::vector<InferredRule> infer_rules(const RecordedSystem& system, std::span<const RecordedJob> jobs,
+                                      const std::vector<bool>& is_task) {
+  std::vector<Callbacks> callbacks(system.nodes.size());
+  for (std::uint32_t c = 0; c < is_task.size(); ++c)
+    if (is_task[c]) callbacks[system.callbacks[c].node].push_back(c);
+  std::vector<std::vector<const RecordedJob*>> of_node(system.nodes.size());
+  for (const RecordedJob& job : jobs)
+    if (job.ended && job.ref.callback < is_task.size() && is_task[job.ref.callback])
+      of_node[system.callbacks[job.ref.callback].node].push_back(&job);
+  std::vector<InferredRule> rules;
+  for (std::uint32_t node = 0; node < system.nodes.size(); ++node) {
+    std::set<std::uint32_t> topics;
+    for (const RecordedJob* job : of_node[node])
+      for (const RecordedPublication& p : job->published) topics.insert(p.topic);
+    const std::size_t before = rules.size();
+    for (const std::uint32_t topic : topics)
+      rules.push_back(TopicOfNode(system, callbacks[node], topic, of_node[node]).best());
+    keep_samples(system, callbacks[node], std::span(rules).subspan(before));
+  }
+  return rules;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/recorded_graph.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+
+#include "program/errors.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// Of a name of ROS, without its leading slash; nodes of a namespace have dots, since names of tasks have
+/// slashes.
+std::string graph_name(std::string name, bool is_node) {
+  if (name.starts_with('/')) name.erase(0, 1);
+  for (char& c : name) {
+    if (std::isspace(static_cast<unsigned char>(c)) ||
+        std::string_view(",\"'`").find(c) != std::string_view::npos)
+      c = '_';
+    if (is_node && c == '/') c = '.';
+  }
+  return name.empty() ? "unnamed" : name;
+}
+
+class Builder {
+ public:
+  Builder(const RecordedSystem& system, std::span<const RecordedJob> jobs,
+          const std::vector<std::uint32_t>& executor_of, const std::string& name, ServiceOrder order)
+      : system_(system), jobs_(jobs), executor_of_(executor_of), order_(std::move(order)) {
+    made_.graph.name = name;
+    if (!order_.nodes.empty()) return;
+    for (std::uint32_t n = 0; n < system.nodes.size(); ++n) order_.nodes.push_back(n);
+    for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) order_.callbacks.push_back(c);
+  }
+
+  RecordedGraph build() {
+    name_nodes();
+    choose_tasks();
+    made_.rules = infer_rules(system_, jobs_, is_task_);
+    drop_silent_inputs();
+    find_overlaps();
+    for (const std::uint32_t n : order_.nodes) add_node(n);
+    add_outside();
+    if (made_.graph.nodes.empty())
+      throw UsageError("the trace has no timer and no subscription that a graph could be made of");
+    cut_cycles();
+    index_tasks();
+    return std::move(made_);
+  }
+
+ private:
+  void note(const auto&... parts) { made_.notes.push_back(concat(parts...)); }
+  const RecordedCallback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
+  const std::string& topic_of(std::uint32_t c) const { return system_.topics[callback(c).topic].name; }
+
+  void name_nodes() {
+    std::set<std::string> used;
+    for (const RecordedNode& node : system_.nodes) {
+      const std::string plain = graph_name(node.name, true);
+      std::string name = plain;
+      for (int i = 2; !used.insert(name).second; ++i) name = concat(plain, "_", i);
+      if (name != plain)
+        note("There are several nodes ", node.name, "; one of them is called ", name, " here.");
+      made_.node_names.push_back(name);
+    }
+  }
+
+  void choose_tasks() {
+    is_task_.assign(system_.callbacks.size(), false);
+    std::uint64_t unknown = 0, jobs_of_unknown = 0;
+    std::set<std::pair<std::uint32_t, std::uint32_t>> subscribed;
+    for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
+      const RecordedCallback& seen = callback(c);
+      if (seen.kind == RecordedKind::unknown || (seen.kind != RecordedKind::service && seen.node == kNone)) {
+        ++unknown;
+        jobs_of_unknown += seen.jobs;
+        continue;
+      }
+      if (seen.kind == RecordedKind::service) continue;
+      if (seen.kind == RecordedKind::subscription) {
+        if (is_housekeeping(topic_of(c))) continue;
+        if (!subscribed.emplace(seen.node, seen.topic).second) {
+          note("Node ", made_.node_names[seen.node], " subscribes to ", topic_of(c),
+               " twice; one of the two is left out.");
+          continue;
+        }
+      }
+      is_task_[c] = true;
+    }
+    if (unknown > 0) {
+      note(unknown, " callbacks with ", jobs_of_unknown,
+           " jobs have no initialisation event in the trace and are left out; "
+           "start the recording before the nodes.");
+    }
+    if (std::ranges::count(is_task_, true) == 0) {
+      throw UsageError(
+          jobs_of_unknown > 0
+              ? "the trace has callbacks but no initialisation events (ros2:rcl_node_init and others), so "
+                "that nobody "
+                "knows whose they are; start the recording before the nodes, and keep all events `ros2:*`"
+              : "the trace has no callback of a node; record user-space events `ros2:*` while the nodes "
+                "start and run");
+    }
+  }
+
+  /// What one input never brings a sample of is no input of a graph.
+  void drop_silent_inputs() {
+    for (const InferredRule& rule : made_.rules) published_.insert(rule.topic);
+    for (std::uint32_t c = 0; c < is_task_.size(); ++c) {
+      if (!is_task_[c] || callback(c).kind != RecordedKind::subscription ||
+          published_.contains(callback(c).topic))
+        continue;
+      if (callback(c).jobs > 0) {
+        outside_.insert(callback(c).topic);
+        continue;
+      }
+      is_task_[c] = false;
+      note("Nobody published ", topic_of(c), ", to which node ", made_.node_names[callback(c).node],
+           " subscribes; the subscription is left out.");
+    }
+    for (InferredRule& rule : made_.rules)
+      std::erase_if(rule.of, [&](std::uint32_t c) { return !is_task_[c]; });
+  }
+
+  /// Callbacks of one node that ran at the same time cannot share a mutually exclusive group.
+  void find_overlaps() {
+    overlaps_.assign(system_.callbacks.size(), false);
+    reentrant_.assign(system_.callbacks.size(), false);
+    std::map<std::uint32_t, std::vector<const RecordedJob*>> open;  // by node
+    for (const RecordedJob& job : jobs_) {
+      const std::uint32_t c = job.ref.callback;
+      if (!job.ended || c >= is_task_.size() || !is_task_[c]) continue;
+      auto& others = open[callback(c).node];
+      std::erase_if(others, [&](const RecordedJob* o) { return o->finish <= job.start; });
+      for (const RecordedJob* other : others) {
+        if (other->thread == job.thread) continue;
+        overlaps_[c] = overlaps_[other->ref.callback] = true;
+        if (other->ref.callback == c) reentrant_[c] = true;
+      }
+      others.push_back(&job);
+    }
+  }
+
+  void add_node(std::uint32_t n) {
+    Node node;
+    node.name = made_.node_names[n];
+    node.type = NodeType::callbacks;
+    node.group = {};
+    std::vector<std::uint32_t> own;
+    for (const std::uint32_t c : order_.callbacks)
+      if (is_task_[c] && callback(c).node == n) own.push_back(c);
+    if (own.empty()) return;
+    std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
+    for (const std::uint32_t c : own) {
+      if (callback(c).kind != RecordedKind::subscription) continue;
+      input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
+      node.inputs.push_back({graph_name(topic_of(c), false), std::max(1U, callback(c).depth), {}});
+    }
+    std::map<std::string, std::uint32_t> groups;
+    for (const std::uint32_t c : own) {
+      Callback made;
+      const auto input = input_of.find(c);
+      if (input != input_of.end()) made.input = input->second;
+      made.task = concat(node.name, "/", made.input ? node.inputs[*made.input].topic : timer_name(c, own));
+      made.period = made.deadline = callback(c).period;
+      if (!made.input) made.phase = Duration::zero();
+      add_publications(c, input_of, node, made);
+      group(c, node, groups, made);
+      made_.callback_of.push_back(c);
+      node.callbacks.push_back(std::move(made));
+    }
+    if (node.group_names == std::vector<std::string>{"default"}) node.group_names.clear();
+    made_.graph.nodes.push_back(std::move(node));
+  }
+
+  std::string timer_name(std::uint32_t timer, const std::vector<std::uint32_t>& own) const {
+    std::vector<std::uint32_t> timers;
+    for (const std::uint32_t c : own)
+      if (callback(c).kind == RecordedKind::timer) timers.push_back(c);
+    if (timers.size() == 1) return "timer";
+    return concat("timer_", 1 + (std::ranges::find(timers, timer) - timers.begin()));
+  }
+
+  void add_publications(std::uint32_t c, const std::map<std::uint32_t, std::uint32_t>& input_of, Node& node,
+                        Callback& made) const {
+    for (const InferredRule& rule : made_.rules) {
+      if (is_housekeeping(system_.topics[rule.topic].name)) continue;
+      const bool set = rule.rule == PublishRule::all_new;
+      const std::vector<std::uint32_t>& who = set ? rule.of : rule.publishers;
+      if (std::ranges::find(who, c) == who.end()) continue;
+      Publication p;
+      p.topic = graph_name(system_.topics[rule.topic].name, false);
+      p.rule = rule.rule;
+      p.n = rule.n;
+      for (const std::uint32_t from : rule.of) p.of.push_back(input_of.at(from));
+      std::ranges::sort(p.of);
+      if (p.rule == PublishRule::last_of && p.of.empty()) p.rule = PublishRule::always;
+      if (std::ranges::find(node.outputs, p.topic) == node.outputs.end()) node.outputs.push_back(p.topic);
+      made.publishes.push_back(std::move(p));
+    }
+  }
+
+  /// All of one node in one group, as by default in rclcpp, unless the trace proves that it cannot be so.
+  void group(std::uint32_t c, Node& node, std::map<std::string, std::uint32_t>& groups,
+             Callback& made) const {
+    std::set<std::uint32_t> executors;
+    for (std::uint32_t other = 0; other < is_task_.size(); ++other)
+      if (is_task_[other] && callback(other).node == callback(c).node && executor_of_[other] != kNone)
+        executors.insert(executor_of_[other]);
+    std::string key;
+    if (executors.size() > 1)
+      key = concat("e", executor_of_[c] == kNone ? *executors.begin() : executor_of_[c]);
+    if (overlaps_[c]) key = concat("own_", made.task.substr(node.name.size() + 1));
+    std::ranges::replace(key, '/', '.');
+    const auto [at, is_new] = groups.try_emplace(key, static_cast<std::uint32_t>(node.groups.size()));
+    made.group = at->second;
+    if (!is_new) return;
+    node.groups.push_back(reentrant_[c] ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive);
+    node.group_names.push_back(key.empty() ? "default" : key);
+  }
+
+  /// Topics that no callback publishes come from a timer without work, at the rate of their samples.
+  void add_outside() {
+    if (outside_.empty()) return;
+    Node node;
+    node.name = "outside";
+    node.type = NodeType::callbacks;
+    node.groups = {CallbackGroup::mutually_exclusive};
+    for (const std::uint32_t topic : outside_) {
+      std::vector<Time> at;
+      const std::uint32_t reader = *std::ranges::find_if(
+          system_.topics[topic].subscriptions,
+          [&](std::uint32_t c) { return c < is_task_.size() && is_task_[c] && callback(c).jobs > 0; });
+      for (const RecordedJob& job : jobs_)
+        if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
+      if (at.size() < 2) at = {Time{}, Time{} + std::chrono::hours(1)};
+      std::ranges::sort(at);
+      Callback made;
+      const std::string name = graph_name(system_.topics[topic].name, false);
+      made.task = concat(node.name, "/", graph_name(system_.topics[topic].name, true));
+      made.period = made.deadline =
+          std::max(Duration(1000), (at.back() - at.front()) / static_cast<std::int64_t>(at.size() - 1));
+      made.phase = at.front() - Time{};
+      made.publishes.emplace_back().topic = name;
+      node.outputs.push_back(name);
+      note("Topic ", system_.topics[topic].name,
+           " is not published by any callback of the trace; a timer of ", fixed(to_ms(made.period), 1),
+           " ms without work stands for it.");
+      made_.callback_of.push_back(kNone);
+      node.callbacks.push_back(std::move(made));
+    }
+    made_.graph.nodes.push_back(std::move(node));
+  }
+
+  /// Subscriptions that lead to each other for ever cannot be simulated: the publication to the one with the
+  /// fewest jobs goes.
+  void cut_cycles() {
+    for (;;) {
+      const GraphTasks tasks = make_tasks(made_.graph);
+      std::vector<int> state(tasks.set.size(), 0);
+      std::vector<TaskId> path, cycle;
+      for (TaskId id = 0; id < tasks.set.size() && cycle.empty(); ++id) visit(tasks, id, state, path, cycle);
+      if (cycle.empty()) return;
+      const auto jobs_of = [&](TaskId id) { return callback(made_.callback_of[id]).jobs; };
+      const TaskId to = *std::ranges::min_element(cycle, {}, jobs_of);
+      const TaskOrigin& origin = tasks.origin[to];
+      const std::string topic = made_.graph.nodes[origin.node].inputs[*origin.input].topic;
+      const auto at = std::ranges::find(cycle, to) - cycle.begin();
+      const TaskId from = cycle[(static_cast<std::size_t>(at) + cycle.size() - 1) % cycle.size()];
+      Node& node = made_.graph.nodes[tasks.origin[from].node];
+      std::erase_if(node.callbacks[tasks.origin[from].callback].publishes,
+                    [&](const Publication& p) { return p.topic == topic; });
+      note("Data goes round in a cycle without a timer; ", tasks.set[from].name, " does not publish ", topic,
+           " here.");
+    }
+  }
+
+  static void visit(const GraphTasks& tasks, TaskId id, std::vector<int>& state, std::vector<TaskId>& path,
+                    std::vector<TaskId>& cycle) {
+    if (state[id] == 2 || !cycle.empty()) return;
+    if (state[id] == 1) {
+      cycle.assign(std::ranges::find(path, id), path.end());
+      return;
+    }
+    state[id] = 1;
+    path.push_back(id);
+    for (const TaskId next : tasks.set[id].feeds) visit(tasks, next, state, path, cycle);
+    path.pop_back();
+    state[id] = 2;
+  }
+
+  void index_tasks() {
+    made_.tasks = make_tasks(made_.graph);
+    made_.task_of.assign(system_.callbacks.size(), kNoTask);
+    Time epoch = kNever;
+    for (TaskId id = 0; id < made_.callback_of.size(); ++id) {
+      const std::uint32_t c = made_.callback_of[id];
+      if (c == kNone) continue;
+      made_.task_of[c] = id;
+      if (callback(c).kind == RecordedKind::timer) epoch = std::min(epoch, callback(c).created);
+    }
+    made_.epoch = epoch != kNever ? epoch : jobs_.empty() ? Time{} : jobs_.front().start;
+  }
+
+  const RecordedSystem& system_;
+  const std::span<const RecordedJob> jobs_;
+  const std::vector<std::uint32_t>& executor_of_;
+  ServiceOrder order_;
+  RecordedGraph made_;
+  std::vector<bool> is_task_, overlaps_, reentrant_;  // by callback
+  std::set<std::uint32_t> published_, outside_;       // topics
+};
+
+}  // namespace
+
+bool is_housekeeping(const std::string& topic) { return topic == "/rosout" || topic == "/parameter_events"; }
+
+RecordedGraph make_recorded_graph(const RecordedSystem& system, std::span<const RecordedJob> jobs,
+                                  const std::vector<std::uint32_t>& executor_of, const std::string& name,
+                                  const ServiceOrder& order) {
+  return Builder(system, jobs, executor_of, name, order).build();
+}
+
+}  // namespace hotpath

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/graph_writer.hpp"
+#include "import/publication_rules.hpp"
+#include "import/recorded_system.hpp"
+
+namespace hotpath {
+
+/// The graph of a recorded system, and which callback of the trace became which of its tasks.
+struct RecordedGraph {
+  Graph graph;  ///< Execution times, chains and platform are not filled in yet.
+  GraphTasks tasks;
+  GraphComments comments;
+  std::vector<TaskId> task_of;  ///< By callback; kNoTask: not in the graph.
+  std::vector<std::uint32_t>
+      callback_of;  ///< By task; kNone: stands for what publishes outside of callbacks.
+  std::vector<InferredRule> rules;
+  Time epoch{};                    ///< Creation of the first timer: phases count from here.
+  std::vector<std::string> notes;  ///< What is not in the graph, or otherwise than it was; whole sentences.
+
+  /// Names of nodes as in the graph, by node of the trace.
+  std::vector<std::string> node_names;
+
+  [[nodiscard]] TaskId task(const RecordedRef& ref) const {
+    return ref.callback < task_of.size() ? task_of[ref.callback] : kNoTask;
+  }
+};
+
+/// The order in which executors served nodes and callbacks where that was not the order of creation: all of
+/// its tasks, or none for that of creation.
+struct ServiceOrder {
+  std::vector<std::uint32_t> nodes, callbacks;
+};
+
+/// `jobs` are by start. Callbacks that overlapped, or whose `executor_of` (by callback, kNone: unknown)
+/// differs, are in different callback groups. Throws UsageError where nothing is left to make a graph of.
+[[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& system,
+                                                std::span<const RecordedJob> jobs,
+                                                const std::vector<std::uint32_t>& executor_of,
+                                                const std::string& name, const ServiceOrder& order = {});
+
+/// Whether a topic belongs to every node and to no graph: /rosout, /parameter_events.
+[[nodiscard]] bool is_housekeeping(const std::string& topic);
+
+}  // namespace hotpath

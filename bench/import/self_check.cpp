@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/self_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "program/text.hpp"
+#include "results/measures.hpp"
+#include "setup/run_setup.hpp"
+#include "simulated/simulated_system.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// Beyond so many times of what is green, red.
+constexpr double kRed = 3;
+
+/// When the executors began: nodes and their timers are there before.
+Duration first_start(const Trace& recorded) {
+  Duration first = recorded.end - Time{} - Duration(1);
+  for (const JobRecord& r : recorded.jobs)
+    if (r.outcome == Outcome::ran) first = std::min(first, r.start - Time{});
+  return std::max(first, Duration::zero());
+}
+
+Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+                        const Trace& recorded) {
+  Trace own = recorded;
+  for (JobRecord& r : own.jobs)
+    if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
+  const ReplayedTimes times(tasks.set, working_jobs(tasks, own));
+  const SimulatedSystem system(executor, graph, tasks);
+  std::vector<ChainObservation> observations;
+  GraphWorkload workload(graph, tasks, times, &observations);
+  SimulationOptions options;
+  options.platform = make_platform(graph, *parts(executor).front().entry);
+  options.duration = recorded.end - Time{};
+  options.start = first_start(recorded);
+  options.max_backlog = 1000 * tasks.set.size();
+  Trace trace;
+  TraceRecorder recorder(trace);
+  const SimulationSummary summary =
+      simulate(tasks.set, system.executors(), system.executor_of(), workload, options, &recorder);
+  trace.end = summary.end;
+  trace.published = summary.published;
+  trace.chains = join_chains(graph, tasks, trace, observations);
+  return trace;
+}
+
+std::vector<double> latencies(const Graph& graph, const GraphTasks& tasks, const Trace& trace,
+                              std::size_t chain, Time from) {
+  std::vector<double> all;
+  for (const ChainRecord& r : counted_chains(trace, measured_chains(graph, tasks), from))
+    if (r.chain == chain) all.push_back(to_ms(r.hot_path_latency));
+  return all;
+}
+
+struct Losses {
+  std::uint64_t all = 0, lost = 0;
+  [[nodiscard]] double percent() const {
+    return all == 0 ? 0 : 100 * static_cast<double>(lost) / static_cast<double>(all);
+  }
+};
+
+/// By task, and of all at the end.
+std::vector<Losses> losses(const TaskSet& set, const Trace& trace, Time from) {
+  std::vector<Losses> losses(set.size() + 1);
+  for (const JobRecord& r : trace.jobs) {
+    if (r.job.timestamp < from || r.outcome == Outcome::empty) continue;
+    for (Losses* l : {&losses[r.job.task], &losses.back()}) {
+      l->all += 1 + r.job.skipped;
+      l->lost += r.job.skipped + (r.outcome == Outcome::overwritten);
+    }
+  }
+  return losses;
+}
+
+class Judge {
+ public:
+  explicit Judge(SelfCheck& check) : check_(check) {}
+  /// `off` beyond `green` is not green any more.
+  void see(double off, double green, const std::string& what) {
+    if (!(off > green)) return;
+    const Light light = off > kRed * green ? Light::red : Light::yellow;
+    check_.light = std::max(check_.light, light);
+    check_.reasons.push_back(what);
+  }
+
+ private:
+  SelfCheck& check_;
+};
+
+}  // namespace
+
+SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+                     const Trace& recorded, Duration warm_up) {
+  SelfCheck check;
+  Trace simulated;
+  try {
+    simulated = simulate_recorded(graph, tasks, executor, recorded);
+  } catch (const SimulationError& error) {
+    check.failure = error.what();
+    check.light = Light::red;
+    check.reasons.push_back(concat("The simulation stops: ", check.failure, "."));
+    return check;
+  }
+  Judge judge(check);
+  check.schedule = compare_schedules(schedule_of(tasks.set, recorded), schedule_of(tasks.set, simulated));
+  const Time from = Time{} + warm_up;
+  for (std::size_t c = 0; c < graph.chains.size(); ++c) {
+    const std::vector<double> seen = latencies(graph, tasks, recorded, c, from);
+    const std::vector<double> told = latencies(graph, tasks, simulated, c, from);
+    if (seen.empty()) continue;
+    SelfCheck::ChainCheck& chain = check.chains.emplace_back();
+    chain.chain = graph.chains[c].name;
+    chain.recorded_ms = latency_quantiles(seen);
+    chain.simulated_ms = latency_quantiles(told);
+    chain.median_error_percent = 100 * (chain.simulated_ms.p50 / chain.recorded_ms.p50 - 1);
+    chain.p99_error_percent = 100 * (chain.simulated_ms.p99 / chain.recorded_ms.p99 - 1);
+    judge.see(std::abs(chain.median_error_percent), kMedianError_percent,
+              text("The median of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
+                   chain.simulated_ms.p50, chain.recorded_ms.p50));
+    judge.see(std::abs(chain.p99_error_percent), kP99Error_percent,
+              text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
+                   chain.simulated_ms.p99, chain.recorded_ms.p99));
+  }
+  const auto seen = losses(tasks.set, recorded, from), told = losses(tasks.set, simulated, from);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (seen[id].lost + told[id].lost > 0)
+      check.losses.push_back({tasks.set[id].name, seen[id].percent(), told[id].percent()});
+  }
+  const auto difference = [](const SelfCheck::LossCheck& l) {
+    return std::abs(l.simulated_percent - l.recorded_percent);
+  };
+  std::ranges::sort(check.losses, std::ranges::greater{}, difference);
+  check.lost_recorded_percent = seen.back().percent();
+  check.lost_simulated_percent = told.back().percent();
+  judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
+            text("Of all timestamps and samples %.2f %% are lost simulated and %.2f %% recorded.",
+                 check.lost_simulated_percent, check.lost_recorded_percent));
+  simulated.executor = recorded.executor;
+  check.simulated = std::move(simulated);
+  return check;
+}
+
+namespace {
+
+nlohmann::json json_of(const LatencyQuantiles& q) {
+  const auto number = [](double v) { return std::isfinite(v) ? nlohmann::json(v) : nlohmann::json(); };
+  return {{"n", q.n.value_or(0)},
+          {"p50", number(q.p50)},
+          {"p90", number(q.p90)},
+          {"p99", number(q.p99)},
+          {"max", number(q.max)}};
+}
+
+}  // namespace
+
+void to_json(nlohmann::json& j, const SelfCheck& check) {
+  using nlohmann::json;
+  const auto number = [](double v) { return std::isfinite(v) ? json(v) : json(); };
+  json chains = json::array(), losses = json::array();
+  for (const auto& c : check.chains) {
+    chains.push_back({{"chain", c.chain},
+                      {"recorded_ms", json_of(c.recorded_ms)},
+                      {"simulated_ms", json_of(c.simulated_ms)},
+                      {"median_error_percent", number(c.median_error_percent)},
+                      {"p99_error_percent", number(c.p99_error_percent)}});
+  }
+  for (const auto& l : check.losses) {
+    losses.push_back({{"task", l.task},
+                      {"recorded_percent", l.recorded_percent},
+                      {"simulated_percent", l.simulated_percent}});
+  }
+  const ScheduleComparison& s = check.schedule;
+  j = {{"light", to_string(check.light)},
+       {"reasons", check.reasons},
+       {"similarity", s.similarity},
+       {"first_difference", s.first_difference ? json{{"at_ms", s.first_difference->at_ms},
+                                                      {"recorded", s.first_difference->measured},
+                                                      {"simulated", s.first_difference->other}}
+                                               : json()},
+       {"response_p50_ms",
+        {{"recorded", number(s.measured.response_ms.p50)}, {"simulated", number(s.other.response_ms.p50)}}},
+       {"response_p99_ms",
+        {{"recorded", number(s.measured.response_ms.p99)}, {"simulated", number(s.other.response_ms.p99)}}},
+       {"chains", chains},
+       {"losses", losses},
+       {"lost_percent",
+        {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
+}
+
+}  // namespace hotpath

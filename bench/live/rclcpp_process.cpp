@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live/rclcpp_process.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "program/child_process.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using nlohmann::json;
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
+  const RunMemory::Size size = memory_size(plan, 0);
+  const std::string& label = plan.executor.label;
+  const bool manages_timers = plan.executor.entry->traits.timers != TimerHandling::polled;
+  json phases = json::array();
+  for (const Task& task : plan.tasks.set.tasks) phases.push_back(task.phase.count());
+  fcntl(memory.descriptor(), F_SETFD, 0);
+  json all = {{"graph", plan.rclcpp.graph_file},
+              {"executor", label.substr(0, label.size() - kOnRclcpp.size())},
+              {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},
+              {"phases_ns", phases},
+              {"divisions_per_us", plan.calibration.divisions_per_us},
+              {"namespace", "/hotpath_" + std::to_string(getppid())},
+              {"cpus", plan.cpus},
+              {"lock_memory", plan.lock_memory},
+              {"time_out_ns", plan.time_out.count()},
+              {"channel", coordinator.for_program()},
+              {"memory",
+               {{"descriptor", memory.descriptor()},
+                {"tasks", size.tasks},
+                {"workers", size.workers},
+                {"jobs", size.jobs},
+                {"chains", size.chains},
+                {"executors", size.executors}}}};
+  if (plan.rclcpp.load_percent) all["load"] = *plan.rclcpp.load_percent;
+  if (plan.rclcpp.work) all["work"] = to_string(*plan.rclcpp.work);
+  if (plan.executor_policy) all["executor_policy"] = to_string(*plan.executor_policy);
+  if (plan.timer_policy) all["timer_policy"] = to_string(*plan.timer_policy);
+  return all;
+}
+
+}  // namespace
+
+std::string find_rclcpp_runner(const std::string& given) {
+  const std::string path = given.empty() ? environment("HOTPATH_ROS2_RUNNER") : given;
+  if (environment("ROS_DISTRO").empty()) {
+    throw UsageError("--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
+                     "workspace with hotpath_rclcpp_system (launch_scripts/ros2_build.sh)");
+  }
+  if (!path.empty()) {
+    if (access(path.c_str(), X_OK) == 0) return path;
+    throw UsageError(concat("there is no program ", path, " to run the graph on rclcpp"));
+  }
+  std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
+  for (std::string prefix; std::getline(prefixes, prefix, ':');) {
+    const std::filesystem::path found =
+        std::filesystem::path(prefix) / "lib/hotpath_rclcpp_system/hotpath_rclcpp_runner";
+    if (access(found.c_str(), X_OK) == 0) return found;
+  }
+  throw UsageError("no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
+                   "and source its setup.bash, or name the program with --ros2-runner");
+}
+
+int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
+  std::vector<std::string> words = {plan.rclcpp.runner, plan_json(plan, memory, coordinator).dump()};
+  // This run's alone: rclcpp has no partitions, so the namespace and the machine keep others out.
+  setenv("ROS_DOMAIN_ID", std::to_string(plan.fastdds.domain).c_str(), 1);
+  setenv("ROS_LOCALHOST_ONLY", "1", 1);
+  execv(words.front().c_str(), argument_list(words).data());
+  coordinator.send({ChannelMessage::Kind::failed, {}, concat(words.front(), " cannot be started: ", std::strerror(errno))});
+  return 1;
+}
+
+}  // namespace hotpath

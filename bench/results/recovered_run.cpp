@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/recovered_run.hpp"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "program/whole_file.hpp"
+#include "results/run_folder.hpp"
+#include "results/stored_run.hpp"
+
+namespace hotpath {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+/// `EXECUTOR,REPETITION,`, as the rows of a repetition begin.
+using Beginnings = std::set<std::string>;
+
+Beginnings measured_repetitions(const StoredRun& run) {
+  return run.check([&] {
+    Beginnings found;
+    for (const json& r : run.facts().at("runs")) {
+      if (!r.at("failure").get<std::string>().empty()) continue;
+      found.insert(r.at("executor").get<std::string>() + "," +
+                   std::to_string(r.at("repetition").get<std::uint32_t>()) + ",");
+    }
+    return found;
+  });
+}
+
+/// Copies the header and the rows that begin like one of these. A last line without its end is none.
+void copy_rows(const fs::path& from, const Beginnings& kept, std::ostream& out) {
+  std::ifstream in(from, std::ios::binary);
+  std::string line;
+  for (bool header = true; std::getline(in, line) && !in.eof(); header = false) {
+    const std::size_t end = line.find(',', line.find(',') + 1);
+    if (header || (end != std::string::npos && kept.contains(line.substr(0, end + 1)))) out << line << '\n';
+  }
+  if (!in.eof()) out.setstate(std::ios::badbit);
+}
+
+}  // namespace
+
+Summary recover_run(const fs::path& folder) {
+  StoredRun killed(folder, "recover");
+  const bool grows = fs::exists(folder / "jobs.csv.part") || fs::exists(folder / "chains.csv.part");
+  if (!grows && fs::exists(folder / "summary.json")) {
+    killed.fail("all that was measured is there; `hotpath summarize` reads it");
+  }
+  const int lock = RunFolder::lock(folder);
+  if (lock < 0 && fs::exists(folder / "jobs.csv.part")) {
+    killed.fail("the run still goes on; end it with Ctrl-C");
+  }
+  const Beginnings kept = measured_repetitions(killed);
+  if (kept.empty()) killed.fail("it was killed before its first repetition had ended; run it again");
+
+  for (const char* name : {"jobs.csv", "chains.csv"}) {
+    const fs::path whole = folder / name, grown = whole.string() + ".part";
+    if (!fs::exists(grown)) continue;  // killed after it had got its name
+    // Not under `.part`, which is what another attempt starts from.
+    const fs::path copy = whole.string() + ".recovered";
+    write_whole_file(copy, [&](std::ostream& out) { copy_rows(grown, kept, out); });
+    fs::rename(copy, whole);
+    fs::remove(grown);
+  }
+  if (lock >= 0) close(lock);
+
+  StoredRun run(folder, "recover");
+  run.load();
+  Summary summary = summarize(run.tasks(), run.runs(), run.summary_options());
+  write_whole_file(folder / "summary.json", json(summary));
+  json facts = run.facts();
+  facts["partial"] = true;
+  facts["warnings"].push_back("The run was killed: what it had stored until then was recovered.");
+  write_whole_file(folder / "run.json", facts);
+  return summary;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sweep/capacity.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "program/errors.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+std::size_t Levels::count() const { return static_cast<std::size_t>((high - low) / step + 1e-9) + 1; }
+
+std::vector<std::size_t> Capacity::again() const {
+  std::vector<std::size_t> levels;
+  bool failed = false;
+  for (const auto& [level, why] : tried) {
+    failed = failed || !why.empty();
+    if (failed && why.empty()) levels.push_back(level);
+  }
+  return levels;
+}
+
+Capacity find_capacity(const Levels& levels, std::size_t coarse,
+                       const std::function<std::string(double)>& failure) {
+  Capacity found;
+  const auto holds = [&](std::size_t level) {
+    const auto [at, added] = found.tried.try_emplace(level);
+    if (added) at->second = failure(levels.at(level));
+    return at->second.empty();
+  };
+  const std::size_t last = levels.count() - 1;
+  std::optional<std::size_t> below, above;  // the last that held before the first that failed
+  for (std::size_t i = 0; i < std::max<std::size_t>(coarse, 2); ++i) {
+    const std::size_t level = i * last / (std::max<std::size_t>(coarse, 2) - 1);
+    if (!holds(level)) {
+      if (!above) above = level;
+    } else if (!above) {
+      below = level;
+    }
+  }
+  while (below && above && *above - *below > 1) {
+    const std::size_t middle = *below + (*above - *below) / 2;
+    (holds(middle) ? below : above) = middle;
+  }
+  found.highest = below;
+  return found;
+}
+
+Requirement Requirement::parse(const std::vector<std::string>& words) {
+  Requirement r;
+  for (const std::string& word : words) {
+    const std::string latency = "latency:";
+    if (word == "no-loss") {
+      r.no_loss = true;
+    } else if (word == "deadlines") {
+      r.deadlines = true;
+    } else if (double ms = 0; word.starts_with(latency)) {
+      const char* const end = word.data() + word.size();
+      const auto parsed = std::from_chars(word.data() + latency.size(), end, ms);
+      if (parsed.ec != std::errc{} || parsed.ptr != end || !(ms > 0)) {
+        throw UsageError("--require: `" + word + "` is no latency; write latency:60 for 60 ms");
+      }
+      r.latency_ms = ms;
+    } else {
+      throw UsageError("--require: `" + word + "` is none of no-loss, deadlines and latency:MS");
+    }
+  }
+  return r;
+}
+
+std::string Requirement::failure(const std::vector<MeasuredRow>& rows, const std::string& executor) const {
+  bool measured = false;
+  for (const MeasuredRow& row : rows) {
+    if (row.executor != executor) continue;
+    measured = true;
+    if (no_loss && row.lost() > 0) {
+      return concat(row.skipped, " timestamps skipped, ", row.overwritten, " samples overwritten");
+    }
+    if (deadlines && row.deadline_overruns > 0) return concat(row.deadline_overruns, " deadlines missed");
+    if (row.starved > 0) return concat(row.starved, " tasks never ran");
+    if (!latency_ms || row.chain.empty()) continue;
+    if (!row.hot_path_max_ms) return "no output of chain " + row.chain;
+    if (*row.hot_path_max_ms > *latency_ms) return text("latency %.1f ms", *row.hot_path_max_ms);
+  }
+  return measured ? "" : "nothing was measured";
+}
+
+}  // namespace hotpath

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sweep/child_run.hpp"
+
+#include <cstdlib>
+
+#include "program/child_process.hpp"
+#include "program/errors.hpp"
+#include "results/stored_run.hpp"
+
+namespace hotpath {
+
+void run_hotpath(std::vector<std::string> words, const std::string& program) {
+  words.insert(words.begin(), program.empty() ? own_program() : program);
+  setenv("HOTPATH_FIGURES", "none", 1);
+  auto [status, errors] = run_program(std::move(words), true);
+  if (exited_with(status, 0)) return;
+  while (errors.ends_with('\n')) errors.pop_back();
+  errors = errors.substr(errors.rfind('\n') + 1);
+  throw UsageError(errors.empty() ? how_it_ended(status) : errors);
+}
+
+Summary summary_of_folder(const std::filesystem::path& folder) {
+  StoredRun run(folder, "a run");
+  run.load();
+  return summarize(run.tasks(), run.runs(), run.summary_options());
+}
+
+}  // namespace hotpath

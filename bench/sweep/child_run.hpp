@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "results/summary.hpp"
+
+namespace hotpath {
+
+/// Runs this program, or another build of it, with these words in a process of its own, silently and without
+/// figures. Throws UsageError with the last that it said where it fails.
+void run_hotpath(std::vector<std::string> words, const std::string& program = "");
+
+/// The measures of a finished run.
+[[nodiscard]] Summary summary_of_folder(const std::filesystem::path& folder);
+
+}  // namespace hotpath

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "results/summary.hpp"
+
+namespace hotpath {
+
+/// What a table says of an executor and one chain; of a graph without chains there is one row without.
+struct MeasuredRow {
+  std::string executor, chain;
+  std::size_t samples = 0;
+  std::optional<double> hot_path_p50_ms, hot_path_p99_ms, hot_path_max_ms, end_to_end_p50_ms,
+      end_to_end_max_ms;
+  std::uint64_t drops = 0;  ///< On the way along the chain.
+  // Of the executor, whatever the chain:
+  std::uint64_t callbacks = 0, skipped = 0, overwritten = 0, deadline_overruns = 0;
+  /// The largest response time of a timer divided by its deadline.
+  std::optional<double> response_share_max;
+  double longest_wait_ms = 0;
+  std::uint64_t starved = 0;  ///< Tasks that had work and never ran.
+
+  /// Timestamps and samples that no job ever used; the column `lost`.
+  [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
+};
+
+[[nodiscard]] std::vector<MeasuredRow> measured_rows(const Summary& summary);
+
+/// The columns of csv_of(), beginning with `executor`.
+extern const char* const kMeasuredColumns;
+/// A line without its break; what could not be measured is empty.
+[[nodiscard]] std::string csv_of(const MeasuredRow& row);
+
+}  // namespace hotpath

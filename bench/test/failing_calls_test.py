@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One system call fails: the command succeeds all the same, or ends with one clear sentence; nothing stays behind.
+
+Every kind of call that failing_calls.cpp knows fails at every place of a short simulation and a short live run, or, with
+`HOTPATH_FAULTS` (default 4), at so many places of each kind and each error, spread over the run. The places are those that
+a run without a fault counts, so there are as many as the program has calls.
+"""
+
+import errno
+import json
+import os
+import pathlib
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from hotpath_command import HOTPATH, left_behind, shared_memory_files
+
+LIBRARY = os.environ.get("FAILING_CALLS", "")
+PLACES = int(os.environ.get("HOTPATH_FAULTS", "4"))
+TIME_LIMIT_S = 60
+# Kinds in the order of failing_calls.cpp, with the errors that the system gives; 0: a short write.
+KINDS = {
+    "malloc": [errno.ENOMEM],
+    "fork": [errno.EAGAIN, errno.ENOMEM],
+    "mmap": [errno.ENOMEM],
+    "open": [errno.EMFILE],
+    "fopen": [errno.EMFILE],
+    "write": [errno.ENOSPC, errno.EINTR, 0],
+    "writev": [errno.ENOSPC],
+    "rename": [errno.ENOSPC],
+    "fsync": [errno.EIO, errno.ENOSPC],
+    "mkdir": [errno.ENOSPC],
+    "socketpair": [errno.EMFILE],
+    "send": [errno.EINTR, errno.ENOBUFS],
+    "recv": [errno.EINTR],
+    "ppoll": [errno.EINTR, errno.ENOMEM],
+    "waitpid": [errno.EINTR],
+    "posix_spawnp": [errno.EAGAIN],
+    "pthread_create": [errno.EAGAIN],
+    "pthread_mutex_init": [errno.ENOMEM],
+    "socket": [errno.EMFILE],
+    "bind": [errno.EADDRINUSE],
+    "setsockopt": [errno.ENOBUFS],
+    "shm_open": [errno.EMFILE],
+    "sched_setscheduler": [errno.EPERM],
+    "sched_getaffinity": [errno.EINVAL],
+    "ftruncate": [errno.ENOSPC],
+    "flock": [errno.EWOULDBLOCK],
+}
+COMMANDS = {
+    "simulate": ["simulate", "--executors", "default,rm-ro", "--duration", "0.2", "--warm-up", "0"],
+    "run": ["run", "--load", "1", "--duration", "0.1", "--warm-up", "0", "--time-out", "2"],
+}
+
+
+class Run:
+    """The command with a fault, in a session of its own."""
+
+    def __init__(self, folder, arguments, fault=None):
+        calls = folder / "calls"
+        calls.write_bytes(bytes(8 * len(KINDS)))
+        self.output = folder / "run"
+        # Figures take long: Python finds no matplotlib.
+        broken = folder / "without_matplotlib"
+        broken.mkdir()
+        (broken / "matplotlib.py").write_text("raise ImportError('not for this test')\n")
+        environment = dict(os.environ, LD_PRELOAD=LIBRARY, HOTPATH_CALLS=str(calls), PYTHONPATH=str(broken))
+        if fault:
+            environment["HOTPATH_FAIL"] = " ".join(map(str, fault))
+        process = subprocess.Popen(
+            [HOTPATH, *arguments, "--output", self.output],
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace", env=environment, cwd=folder, start_new_session=True,
+        )  # fmt: skip
+        try:
+            self.errors = process.communicate(timeout=TIME_LIMIT_S)[1]
+            self.hung = False
+        except subprocess.TimeoutExpired:
+            self.hung = True
+            os.killpg(process.pid, signal.SIGKILL)
+            self.errors = process.communicate()[1]
+        self.code = process.returncode
+        self.left = self.processes_left(process.pid)
+        self.counts = dict(zip(KINDS, struct.unpack(f"{len(KINDS)}Q", calls.read_bytes())))
+
+    @staticmethod
+    def processes_left(session):
+        """Processes of the session; a moment after the command has ended there must be none."""
+        limit = time.monotonic() + 10
+        while True:
+            left = []
+            for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+                try:
+                    fields = stat.read_text().rpartition(")")[2].split()
+                except OSError:
+                    continue
+                if int(fields[3]) == session and fields[0] != "Z":
+                    left.append(stat.parent.name)
+            if not left or time.monotonic() > limit:
+                return left
+            time.sleep(0.05)
+
+    def facts(self):
+        file = self.output / "run.json"
+        return json.loads(file.read_text()) if file.exists() else {}
+
+    def defect(self):
+        """What is wrong with how it ended; empty: nothing."""
+        sentences = [line for line in self.errors.splitlines() if line.startswith("hotpath: ")]
+        if self.hung:
+            return "it did not end"
+        if self.left:
+            return f"processes {self.left} live on"
+        if self.code not in (0, 1, 2):
+            return f"it ended with {self.code}: {self.errors[-300:]}"
+        for sign in ("terminate called", "what():", "core dumped", "Traceback", "runtime error"):
+            if sign in self.errors:
+                return f"it says {sign}: {self.errors[-300:]}"
+        if self.code == 0:
+            whole = self.facts().get("complete") and (self.output / "summary.json").exists()
+            return "" if whole else f"it succeeds without a result: {self.errors[-300:]}"
+        if len(sentences) != 1:
+            return f"{len(sentences)} sentences: {self.errors[-300:]}"
+        if self.facts().get("complete") and "standard output" not in sentences[0]:
+            return f"it fails with a result that looks whole: {sentences[0]}"
+        return ""
+
+
+def places(count):
+    """Numbers of calls, from the first to the last."""
+    if PLACES == 0 or count <= PLACES:
+        return range(1, count + 1)
+    return sorted({1 + round(i * (count - 1) / (PLACES - 1)) for i in range(PLACES)})
+
+
+class FailingCalls(unittest.TestCase):
+    def setUp(self):
+        before = shared_memory_files()
+        self.addCleanup(lambda: self.assertEqual(left_behind(before), set(), "in /dev/shm"))
+
+    def run_with(self, arguments, fault=None):
+        with tempfile.TemporaryDirectory(prefix="hotpath_faults_") as folder:
+            run = Run(pathlib.Path(folder), arguments, fault)
+            return run, run.defect()
+
+    def inject(self, name):
+        whole, defect = self.run_with(COMMANDS[name])
+        self.assertEqual((whole.code, defect), (0, ""), whole.errors)
+        injected = 0
+        for kind, errors in KINDS.items():
+            for number in places(whole.counts[kind]):
+                for error in errors:
+                    fault = (kind, number, error)
+                    with self.subTest(command=name, fault=fault):
+                        _, defect = self.run_with(COMMANDS[name], fault)
+                        self.assertEqual(defect, "")
+                    injected += 1
+        print(f"{name}: {injected} faults injected", file=sys.stderr)
+        self.assertGreater(injected, len(KINDS) // 2)
+
+    def test_simulate(self):
+        self.inject("simulate")
+
+    def test_run(self):
+        self.inject("run")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Payloads as they come from the network, of the graph's two messages (the first byte says which): what the
+// transport and a node's history do with them.
+#include <Message4kbPubSubTypes.h>
+#include <TaskMessagePubSubTypes.h>
+
+#include "fuzz.hpp"
+#include "hotpath/fastdds/guarded_type.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/message.hpp"
+#include "hotpath/reference_system/task_message.hpp"
+
+namespace {
+
+using namespace hotpath;
+
+/// What a transport hands on, a node reads and copies.
+template <class History, class PubSubType>
+void receive(eprosima::fastrtps::rtps::SerializedPayload_t& payload, const Graph& graph) {
+  const GraphTasks tasks = make_tasks(graph);
+  const History history(graph, tasks);
+  GuardedType<PubSubType> type;
+  typename PubSubType::type message, output;
+  if (!type.deserialize(&payload, &message) || !is_message_of(message, tasks.set.size())) return;
+  static_cast<void>(read_info(message));
+  History::clear(output);
+  History::merge(output, message);
+  History::merge(output, message);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    history.find(output, std::span(&id, 1), [](const Stat&) {});
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Graph autoware = load_graph(find_graph("autoware")),
+                     callbacks = load_graph(find_graph("callbacks"));
+  if (size == 0) return 0;
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size));
+  payload.length = static_cast<std::uint32_t>(size - 1);
+  std::copy_n(data + 1, size - 1, payload.data);
+  if (data[0] % 2 == 0) {
+    receive<Message4kbHistory, msg::Message4kbPubSubType>(payload, autoware);
+  } else {
+    receive<TaskMessageHistory, msg::TaskMessagePubSubType>(payload, callbacks);
+  }
+  return 0;
+}

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fuzz.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/phases.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace hotpath;
+  static fuzz::InputFile file;
+  static const Graph graph = load_graph(find_graph("autoware"));
+  return fuzz::read_or_refuse(
+      [&] { static_cast<void>(read_phases(file.hold(data, size), graph, "default")); });
+}

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "hotpath/core/input_error.hpp"
+#include "program/errors.hpp"
+#include "sweep/capacity.hpp"
+#include "sweep/design.hpp"
+#include "sweep/journal.hpp"
+
+namespace hotpath {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class SweepTest : public testing::Test {
+ protected:
+  SweepTest() { fs::create_directories(folder_); }
+  ~SweepTest() override { fs::remove_all(folder_); }
+
+  SweepDesign design(const std::string& text) {
+    std::ofstream(folder_ / "sweep.yaml") << text;
+    return load_sweep(folder_ / "sweep.yaml");
+  }
+  std::string refusal(const std::string& text) {
+    try {
+      (void)design(text);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  static std::string values(const SweepDesign& d, std::uint64_t cell) {
+    std::string all;
+    for (const SweepOption& option : d.coordinates(cell)) all += option.name + "=" + option.value + " ";
+    return all;
+  }
+
+  const fs::path folder_ = fs::path(testing::TempDir()) / ("sweep_test_" + std::to_string(getpid()));
+};
+
+constexpr const char* kGrid =
+    "command: simulate\n"
+    "fixed: {graph: autoware, deployments: [a, b]}\n"
+    "axes:\n"
+    "  load: {from: 20, to: 20.5, step: 0.1}\n"
+    "  phases: [creation, random]\n"
+    "repetitions: 3\n";
+
+TEST_F(SweepTest, AGridHasEachPointAndRepetitionOnceTheLastAxisFastest) {
+  const SweepDesign d = design(kGrid);
+  EXPECT_EQ(d.cells(), 6U * 2 * 3);
+  EXPECT_EQ(values(d, 0), "load=20 phases=creation ");
+  EXPECT_EQ(values(d, 3), "load=20 phases=random ");
+  EXPECT_EQ(values(d, 35), "load=20.5 phases=random ");
+  EXPECT_EQ(d.repetition(35), 2U);
+  EXPECT_EQ(d.fixed.back().value, "a,b");
+}
+
+TEST_F(SweepTest, SeedsFollowFromCoordinatesWithoutTheExecutor) {
+  const std::string axes = "command: simulate\naxes: {load: [20, 30], executors: [default, rm-ro]}\n";
+  const SweepDesign d = design(axes);
+  EXPECT_EQ(d.seed_of(0), d.seed_of(1));  // another executor
+  EXPECT_NE(d.seed_of(0), d.seed_of(2));  // another load
+  const SweepDesign swapped =
+      design("command: simulate\naxes: {executors: [default, rm-ro], load: [20, 30]}\n");
+  EXPECT_EQ(d.seed_of(2), swapped.seed_of(1));  // whatever the order of axes
+  const SweepDesign larger = design("command: simulate\naxes: {load: [10, 20, 30], executors: [rm-ro]}\n");
+  EXPECT_EQ(d.seed_of(0), larger.seed_of(1));  // and whatever else is swept
+  EXPECT_NE(design(axes + "seed: 2\n").seed_of(0), d.seed_of(0));
+}
+
+TEST_F(SweepTest, ARandomDesignDrawsWithinItsAxesAndIsRepeatable) {
+  const std::string text =
+      "command: simulate\naxes: {load: {from: 20, to: 30}, phases: [creation, random]}\n"
+      "design: {random: 50}\nrepetitions: 2\n";
+  const SweepDesign d = design(text), again = design(text);
+  EXPECT_EQ(d.cells(), 100U);
+  for (std::uint64_t cell = 0; cell < 100; ++cell) {
+    const double load = std::stod(d.coordinates(cell)[0].value);
+    EXPECT_GE(load, 20);
+    EXPECT_LT(load, 30);
+    EXPECT_EQ(values(d, cell), values(again, cell));
+  }
+  EXPECT_EQ(values(d, 0), values(d, 1));  // repetitions of one point
+  EXPECT_NE(values(d, 0), values(d, 2));
+}
+
+TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
+  EXPECT_THAT(refusal("command: simulate\nfixd: {}\naxes: {load: [1]}\n"), HasSubstr("sweep.yaml:2"));
+  EXPECT_THAT(refusal("command: simulate\nfixed: {load: 1}\naxes:\n  load: [1]\n"),
+              HasSubstr("sweep.yaml:4: axis load contradicts the fixed load in line 2"));
+  EXPECT_THAT(refusal("command: simulate\naxes:\n  executors: [rm-ro]\n  deployments: [cie]\n"),
+              HasSubstr("sweep.yaml:4: axis deployments contradicts axis executors"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 1]}\n"), HasSubstr("has 1 twice"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2}}\n"), HasSubstr("has no step"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0}}\n"), HasSubstr("no grid"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {output: [a]}\n"), HasSubstr("decides itself"));
+  EXPECT_THAT(refusal("command: fly\naxes: {load: [1]}\n"), HasSubstr("simulate"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 9e5, step: 1}, rate: {from: 1, to: 9e5, "
+                      "step: 1}}\n"),
+              HasSubstr("100 million are the most"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 2]}\nkeep: [{load: 3}]\n"),
+              HasSubstr("no value `3`"));
+}
+
+TEST_F(SweepTest, KeepsTheCellsThatMatch) {
+  const SweepDesign d =
+      design("command: simulate\naxes: {load: [1, 2], phases: [creation, random]}\nkeep: [{load: 2}]\n");
+  EXPECT_THAT((std::vector<bool>{d.keeps(0), d.keeps(1), d.keeps(2), d.keeps(3)}),
+              ElementsAre(false, false, true, true));
+}
+
+TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
+  const SweepDesign d = design(kGrid);
+  const fs::path folder = folder_ / "out";
+  {
+    SweepJournal journal(folder, d);
+    journal.add(4, "four\n");
+    journal.add(1, "one,\"a\"\n");
+    journal.flush();
+  }
+  std::ofstream(folder / "cells.journal", std::ios::app) << "[7,\"sev";
+  SweepJournal journal(folder, d);
+  EXPECT_EQ(journal.done(), 2U);
+  EXPECT_EQ(journal.missing().size(), 34U);
+  journal.add(0, "zero\n");
+  journal.flush();
+  journal.write_table("header");
+  std::ostringstream table;
+  table << std::ifstream(folder / "table.csv").rdbuf();
+  EXPECT_EQ(table.str(), "header\nzero\none,\"a\"\nfour\n");
+}
+
+TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
+  const SweepDesign d = design(kGrid);
+  SweepJournal(folder_ / "out", d);
+  SweepDesign other = d;
+  other.text += "seed: 3\n";
+  EXPECT_THROW(SweepJournal(folder_ / "out", other), UsageError);
+  fs::create_directories(folder_ / "full" / "of");
+  EXPECT_THROW(SweepJournal(folder_ / "full", d), UsageError);
+  std::ofstream(folder_ / "out" / "sweep.json") << R"({"version": "0.1.0", "build": 1})";
+  EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
+  std::ofstream(folder_ / "out" / "sweep.json") << "{";
+  EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
+}
+
+TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
+  const SweepDesign d = design(kGrid);
+  SweepJournal first(folder_ / "out", d);
+  first.add(0, "zero\n");
+  first.flush();
+  fs::remove(folder_ / "out" / "cells.journal");
+  fs::create_symlink("/dev/full", folder_ / "out" / "cells.journal");
+  // The file says that it is full when it is written to.
+  EXPECT_THROW(
+      {
+        SweepJournal full(folder_ / "out", d);
+        full.add(1, "one\n");
+        full.flush();
+      },
+      RunError);
+}
+
+TEST(CapacityTest, FindsTheLastLevelBelowTheFirstFailure) {
+  const Capacity c = find_capacity({0, 100, 0.5}, 6, [](double level) { return level > 73.2 ? "no" : ""; });
+  EXPECT_EQ(c.highest, 146U);
+  EXPECT_THAT(c.again(), IsEmpty());
+  EXPECT_LT(c.tried.size(), 15U);
+}
+
+TEST(CapacityTest, ShowsWhereItHoldsAgain) {
+  const Capacity c =
+      find_capacity({0, 100, 1}, 11, [](double level) { return level > 35 && level < 65 ? "no" : ""; });
+  EXPECT_EQ(c.highest, 35U);
+  EXPECT_THAT(c.again(), ElementsAre(70U, 80U, 90U, 100U));
+}
+
+TEST(CapacityTest, NoLevelAndEveryLevel) {
+  EXPECT_EQ(find_capacity({5, 9, 1}, 3, [](double) { return "no"; }).highest, std::nullopt);
+  EXPECT_EQ(find_capacity({5, 9, 1}, 3, [](double) { return ""; }).highest, 4U);
+  EXPECT_EQ(find_capacity({5, 5, 1}, 3, [](double) { return ""; }).highest, 0U);
+}
+
+TEST(CapacityTest, RequirementsAreJudgedPerExecutor) {
+  MeasuredRow good, bad;
+  good.executor = "rm-ro";
+  good.chain = bad.chain = "c";
+  good.hot_path_max_ms = 20;
+  bad.executor = "default";
+  bad.overwritten = 3;
+  bad.hot_path_max_ms = 70;
+  const Requirement r = Requirement::parse({"no-loss", "latency:60"});
+  EXPECT_EQ(r.failure({good, bad}, "rm-ro"), "");
+  EXPECT_THAT(r.failure({good, bad}, "default"), HasSubstr("3 samples overwritten"));
+  EXPECT_EQ(Requirement::parse({"latency:60"}).failure({bad}, "default"), "latency 70.0 ms");
+  EXPECT_EQ(r.failure({good}, "static"), "nothing was measured");
+  for (const char* wrong : {"fast", "latency:", "latency:-1", "latency:1s"}) {
+    EXPECT_THROW((void)Requirement::parse({wrong}), UsageError) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace hotpath

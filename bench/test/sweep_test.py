@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath sweep` and `hotpath capacity` as a user starts them: the same bytes whatever does the work, resumption, faults,
+wrong use."""
+
+import csv
+import os
+import shutil
+import signal
+import subprocess
+import unittest
+
+from hotpath_command import HOTPATH, CommandTest
+
+SWEEP = """command: simulate
+fixed: {graph: autoware, duration: 2, warm-up: 0.5, phases: random}
+axes:
+  load: [40, 80, 300]
+  executors: [default, rm-ro]
+repetitions: 4
+"""
+MPIRUN = shutil.which("mpirun")
+
+
+class SweepTest(CommandTest):
+    def sweep_file(self, text=SWEEP):
+        (self.folder / "sweep.yaml").write_text(text)
+        return "sweep.yaml"
+
+    def table(self, folder):
+        return (self.folder / folder / "table.csv").read_bytes()
+
+    def rows(self, folder):
+        with open(self.folder / folder / "table.csv", newline="") as file:
+            return list(csv.DictReader(file, strict=True))
+
+    def sweep(self, output, *arguments, text=SWEEP):
+        return self.accepted("sweep", self.sweep_file(text), "--output", output, *arguments)
+
+    def mpirun(self, ranks, *words, wait=True):
+        options = ["--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "--enable-recovery"]
+        command = [MPIRUN, *options, "-n", str(ranks), *map(str, words)]
+        process = subprocess.Popen(
+            command, cwd=self.folder, env=self.environment, text=True, stdout=-1, stderr=-1
+        )
+        return self.finish(process) if wait else process
+
+
+class Sweeps(SweepTest):
+    def test_the_table_does_not_depend_on_threads(self):
+        said = self.sweep("one", "--threads", 1)
+        self.assertRegex(said, r"20 cells of `simulate` to do, about .* s on 1 rank\(s\) with 1 thread")
+        self.sweep("seven", "--threads", 7)
+        self.assertEqual(self.table("one"), self.table("seven"))
+        rows = self.rows("one")
+        self.assertEqual(len(rows), 24)
+        self.assertEqual([int(row["cell"]) for row in rows], list(range(24)))
+        self.assertEqual({row["executor"] for row in rows}, {"default", "rm-ro"})
+
+    def test_a_cell_is_what_simulate_says_of_it_and_overload_is_a_row(self):
+        self.sweep("out")
+        rows = self.rows("out")
+        row = next(
+            r for r in rows if r["load"] == "80" and r["executor"] == "rm-ro" and r["repetition"] == "2"
+        )
+        words = (
+            "--graph autoware --duration 2 --warm-up 0.5 --phases random --load 80 --executors rm-ro".split()
+        )
+        run = self.measure("simulate", *words, "--seed", row["seed"])
+        chain = run.summary()["executors"][0]["chains"][0]
+        self.assertAlmostEqual(float(row["hot_path_p50_ms"]), chain["hot_path_ms"]["p50"])
+        self.assertAlmostEqual(float(row["end_to_end_max_ms"]), chain["end_to_end_ms"]["max"])
+        overloaded = [r for r in rows if r["load"] == "300" and r["executor"] == "rm-ro"]
+        self.assertTrue(all(r["failure"] or int(r["deadline_overruns"]) > 0 for r in overloaded))
+
+    def test_an_interrupted_sweep_goes_on_with_the_same_result(self):
+        text = SWEEP.replace("repetitions: 4", "repetitions: 200")
+        self.sweep("whole", text=text)
+        process = self.start("sweep", self.sweep_file(text), "--output", "cut", "--threads", "1")
+        journal = self.folder / "cut" / "cells.journal"
+        self.wait_for(lambda: journal.exists() and journal.stat().st_size > 0, "no cell is done")
+        process.send_signal(signal.SIGKILL)
+        self.finish(process)
+        said = self.accepted("sweep", "sweep.yaml", "--output", "cut")
+        self.assertRegex(said, r"\d+ of 1200 cells are in cut already")
+        self.assertEqual(self.table("cut"), self.table("whole"))
+        self.accepted("sweep", "sweep.yaml", "--output", "cut")  # nothing is left to do
+        refused = self.command("sweep", self.sweep_file(), "--output", "cut")
+        self.assertEqual(refused[0], 2)
+        self.assertIn("results of another sweep", refused[2])
+
+    def test_kept_folders_and_analyses(self):
+        self.sweep("kept", text=SWEEP.replace("300", "20") + "keep: [{load: 20, executors: rm-ro}]\n")
+        folders = sorted(p.name for p in (self.folder / "kept" / "cells").iterdir())
+        self.assertEqual(len(folders), 4)
+        self.assertTrue((self.folder / "kept" / "cells" / folders[0] / "jobs.csv").exists())
+        self.sweep("plain", text=SWEEP.replace("300", "20"))
+        self.assertEqual(self.table("kept"), self.table("plain"))
+        self.sweep(
+            "bounds",
+            text="command: analyze\nfixed: {graph: timers_only_60, executors: [rm-ro]}\naxes: {load: [50, 60]}\n",
+        )
+        rows = self.rows("bounds")
+        self.assertEqual({row["load"] for row in rows}, {"50", "60"})
+        self.assertTrue(any(row["bound_ns"] for row in rows))
+
+    def test_live_cells(self):
+        text = "command: run\nfixed: {graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process}\naxes: {executor: [default, rm-ro]}\n"
+        self.sweep("live", text=text)
+        rows = self.rows("live")
+        self.assertEqual([row["executor"] for row in rows], ["default", "rm-ro"])
+        self.assertTrue(all(row["failure"] == "" and int(row["callbacks"]) > 0 for row in rows))
+
+    def test_wrong_use_names_file_and_line(self):
+        for wrong, said in (
+            (("load: [40, 80, 300]", "laod: [40]"), "sweep.yaml:4: `simulate` has no option --laod"),
+            (("load: [40, 80, 300]", "load: [40, -1]"), "sweep.yaml:4: --load"),
+            (("rm-ro]", "rm-or]"), "sweep.yaml:5: there is no executor `rm-or`"),
+            (("autoware,", "autoware, seed: 3,"), "sweep.yaml:2: `seed` of a cell follows"),
+        ):
+            code, _, err = self.command("sweep", self.sweep_file(SWEEP.replace(*wrong)), "--output", "wrong")
+            self.assertEqual(code, 2, err)
+            self.assertIn(said, err)
+            self.assertFalse((self.folder / "wrong").exists())
+
+    def test_a_long_sweep_asks_before_it_begins(self):
+        text = SWEEP.replace("repetitions: 4", "repetitions: 10000").replace("duration: 2", "duration: 3000")
+        code, out, err = self.command(
+            "sweep", self.sweep_file(text.replace("300]", "90]")), "--output", "long"
+        )
+        self.assertEqual(code, 2)
+        self.assertIn("59996 cells of `simulate` to do, about", out)
+        self.assertIn("--yes", err)
+
+    @unittest.skipUnless(MPIRUN, "no mpirun")
+    def test_two_ranks_make_the_same_table(self):
+        self.sweep("alone")
+        code, _, err = self.mpirun(2, HOTPATH, "sweep", "sweep.yaml", "--output", "ranks", "--threads", "1")
+        self.assertEqual(code, 0, err)
+        self.assertEqual(self.table("ranks"), self.table("alone"))
+
+    @unittest.skipUnless(MPIRUN, "no mpirun")
+    def test_a_rank_that_dies_costs_nothing_but_its_time(self):
+        text = SWEEP.replace("repetitions: 4", "repetitions: 100").replace("duration: 2", "duration: 20")
+        self.sweep_file(text)
+        doomed = f'if [ $OMPI_COMM_WORLD_RANK = 1 ]; then echo $$ > doomed; fi; exec "{HOTPATH}" "$@"'
+        words = ["sweep", "sweep.yaml", "--output", "ranks", "--threads", "1", "--rank-time-out", "1"]
+        process = self.mpirun(2, "sh", "-c", doomed, "sh", *words, wait=False)
+        journal = self.folder / "ranks" / "cells.journal"
+        self.wait_for(lambda: journal.exists() and journal.read_text().count("\n") > 20, "no cell is done")
+        os.kill(int((self.folder / "doomed").read_text()), signal.SIGKILL)
+        code, _, err = self.finish(process)
+        self.assertEqual(code, 0, err)
+        self.assertRegex(err, r"Rank 1 \(.*\) has not been heard of for 1000 ms; others do its \d+ cells")
+        self.assertEqual(len(self.rows("ranks")), 600)
+
+
+class Capacities(SweepTest):
+    def capacity(self, *arguments):
+        words = ["capacity", "--duration", "2", "--repetitions", "3", "--output", "capacity", *arguments]
+        out = self.accepted(*words)
+        with open(self.folder / "capacity" / "levels.csv", newline="") as file:
+            return out, list(csv.DictReader(file, strict=True))
+
+    def test_rm_ro_carries_what_the_analysis_accepts(self):
+        out, levels = self.capacity("--graph", "timers_only_80", "--executors", "rm-ro", "--from", 40)
+        held = {
+            s: [float(r["load"]) for r in levels if r["source"] == s and r["holds"] == "1"]
+            for s in ("simulated", "analysis")
+        }
+        self.assertGreaterEqual(max(held["simulated"]), max(held["analysis"]))
+        self.assertGreater(max(held["analysis"]), 60)
+        self.assertIn(
+            "3 of 3 repetitions of 2 s must hold: with 95 % confidence 36.8 % of all such runs do", out
+        )
+
+    def test_rates_and_copies_multiply_the_load(self):
+        _, levels = self.capacity(
+            "--load", 30, "--executors", "rm-ro", "--over", "copies", "--from", 1, "--to", 5
+        )
+        self.assertEqual(
+            [r["holds"] for r in levels if r["source"] == "simulated"], ["1", "1", "1", "0", "0"]
+        )
+        shutil.rmtree(self.folder / "capacity")
+        _, levels = self.capacity(
+            "--load",
+            40,
+            "--executors",
+            "rm-ro",
+            "--over",
+            "rate",
+            "--from",
+            50,
+            "--to",
+            400,
+            "--resolution",
+            10,
+        )
+        most = max(float(r["rate"]) for r in levels if r["source"] == "simulated" and r["holds"] == "1")
+        self.assertGreater(most, 150)
+        self.assertLessEqual(most, 250)
+
+    def test_wrong_use(self):
+        for words, said in (
+            (("--require", "fast"), "--require: `fast`"),
+            (("--over", "copies", "--from", "0.5"), "whole numbers"),
+            (("--from", "9", "--to", "5"), "--from lies above --to"),
+            (("--live", "--cores", "2"), "--cores is of simulations"),
+            (("--executors", "rm-or"), "there is no executor `rm-or`"),
+        ):
+            code, _, err = self.command("capacity", *words)
+            self.assertEqual(code, 2, err)
+            self.assertIn(said, err)
+
+
+class TwoBuilds(CommandTest):
+    def test_compare_against_the_same_build(self):
+        words = "--executors default --graph timers_only_60 --transport intra_process --duration 0.3 --warm-up 0".split()
+        reports = ["--junit", "gate.xml", "--markdown", "gate.md"]
+        code, out, err = self.command(
+            "compare", *words, "--repetitions", 3, "--against", HOTPATH, "--output", "ab", *reports
+        )
+        self.assertIn(code, (0, 1), err)  # noise decides on so short a run
+        self.assertIn("measures became worse", out)
+        self.assertEqual(err.count("old build"), 3)
+        self.assertEqual(len(list((self.folder / "ab" / "old").iterdir())), 3)
+        self.assertIn("<testsuite ", (self.folder / "gate.xml").read_text())
+        self.assertIn("| measure | old | new |", (self.folder / "gate.md").read_text())
+
+    def test_another_program_that_is_none(self):
+        code, _, err = self.command("compare", "--against", "/nonexistent", "--output", "ab")
+        self.assertEqual(code, 1)
+        self.assertIn("/nonexistent", err)
+
+
+if __name__ == "__main__":
+    unittest.main()

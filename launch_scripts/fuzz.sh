@@ -1,0 +1,9 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# fuzz.sh [MINUTES] [--replay] [--publish] [--only TARGET,...]: builds the fuzz targets and runs them on all processors,
+# for MINUTES altogether (default: 1). Exit code 1 after a finding; see tools/fuzz.py.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export PATH="/usr/bin:$PATH"
+{ cmake --preset fuzz && cmake --build --preset fuzz; } >build-fuzz.log 2>&1 || { tail -40 build-fuzz.log; exit 1; }
+exec /usr/bin/python3 -B tools/fuzz.py "$@"

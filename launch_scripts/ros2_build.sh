@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Builds the packages of ros2/ and what they need with colcon, into build_ros2/DISTRO/: for the ROS 2 that is sourced, or,
+# if none is, for each in /opt/ros. With --test first, also their tests, which it runs. --distro NAME: that one. Further
+# arguments go to CMake.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+root=$PWD
+export PATH="/usr/bin:$PATH"
+
+test=OFF
+distros=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    --test) test=ON && shift ;;
+    --distro) distros+=("$2") && shift 2 ;;
+    *) break ;;
+  esac
+done
+if [ ${#distros[@]} -eq 0 ]; then
+  if [ -n "${ROS_DISTRO:-}" ]; then
+    distros=("$ROS_DISTRO")
+  else
+    for setup in /opt/ros/*/setup.bash; do
+      [ -f "$setup" ] && distros+=("$(basename "$(dirname "$setup")")")
+    done
+  fi
+fi
+if [ ${#distros[@]} -eq 0 ]; then
+  echo "ros2_build.sh: no ROS 2 is sourced and there is none in /opt/ros: left out hotpath_rclcpp and its tests" >&2
+  exit 0
+fi
+
+# build DISTRO: in a subshell, since each distribution has an environment of its own.
+build() {
+  local base=build_ros2/$1 cmake=(--cmake-args -G Ninja -DHOTPATH_FASTDDS=OFF -DPython3_EXECUTABLE=/usr/bin/python3)
+  shift
+  run() {
+    local testing=$1 folders=()
+    shift
+    while [ "$1" != -- ]; do folders+=("$1") && shift; done
+    shift
+    colcon --log-base "$base/log" build --build-base "$base/build" --install-base "$base/install" \
+      --base-paths "${folders[@]}" --executor sequential --event-handlers console_direct- \
+      "${cmake[@]}" -DBUILD_TESTING="$testing" "$@"
+  }
+  run OFF executor reference_system ros2/hotpath_rclcpp_interfaces -- "$@"
+  . "$base/install/local_setup.bash"
+  run "$test" ros2/hotpath_rclcpp -- "$@"
+  . "$base/install/local_setup.bash"
+  run OFF ros2/hotpath_rclcpp_system -- "$@"
+  [ "$test" = OFF ] && return
+  . "$base/install/local_setup.bash"
+  # A domain of their own, so that no other program's nodes are among them.
+  ROS_LOCALHOST_ONLY=1 ROS_DOMAIN_ID=$((100 + $$ % 100)) \
+    ctest --test-dir "$base/build/hotpath_rclcpp" --output-on-failure
+}
+
+for distro in "${distros[@]}"; do
+  echo "== ROS 2 $distro"
+  (
+    set +u  # ROS 2's scripts ask for variables that may not be set
+    if [ "${ROS_DISTRO:-}" != "$distro" ]; then . "/opt/ros/$distro/setup.bash"; fi
+    cd "$root"
+    build "$distro" "$@"
+  )
+done

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hotpath/live/executor.hpp"
+
+namespace hotpath {
+
+/// The nodes of a graph that live in this process (`tasks.set[id].local`), on a transport: what jobs do.
+class LiveNodes : public JobHandler {
+ public:
+  virtual ~LiveNodes() = default;
+  /// Creates the endpoints; samples go to `sink`. Throws TransportError.
+  virtual void connect(SampleSink& sink) = 0;
+  /// See Transport.
+  virtual void wait_until_matched(Time deadline) = 0;
+  [[nodiscard]] virtual std::uint64_t refused() const = 0;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/resource.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "hotpath/live/clock.hpp"
+#include "hotpath/live/thread_setup.hpp"
+#include "hotpath/reference_system/run_channel.hpp"
+#include "hotpath/reference_system/run_memory.hpp"
+
+namespace hotpath {
+
+/// The coordinator of a run is gone: end in order.
+struct CoordinatorGone {};
+
+/// A process of a run, from its matched endpoints to its end, as it talks to the coordinator.
+class RunLife {
+ public:
+  explicit RunLife(const Channel& coordinator) : coordinator_(coordinator) {}
+
+  /// `System` is LiveSystem, or what has the same functions. `settle` waits, for a bounded time, until all
+  /// samples that were published for this process have arrived. Throws what they throw, and CoordinatorGone.
+  template <class System>
+  void live_through(System& system, Time match_limit, const std::function<void()>& settle) const {
+    system.wait_until_matched(match_limit);
+    tell(Kind::matched);
+    const ChannelMessage begin = expect(Kind::begin);
+    const Time epoch = from_ns(begin.number[0]), end = from_ns(begin.number[1]);
+    system.start(epoch, end);
+    tell({Kind::begun, {timers_are_ordinary(system.workers())}, as_text(system.workers())});
+    const bool goes_on = wait(epoch, system);
+    const rusage before = own_usage();
+    if (goes_on) wait(end, system);
+    const Time ended = system.join();
+    const rusage after = own_usage();
+    tell({Kind::stopped, {to_ns(ended)}});
+
+    expect(Kind::settle);
+    settle();
+    system.close();
+    std::int64_t refused = 0;
+    if constexpr (requires { system.refused(); }) refused = static_cast<std::int64_t>(system.refused());
+    tell({Kind::done,
+          {(cpu_time(after) - cpu_time(before)).count(), after.ru_maxrss, after.ru_nvcsw - before.ru_nvcsw,
+           after.ru_nivcsw - before.ru_nivcsw, refused}});
+  }
+
+ private:
+  using Kind = ChannelMessage::Kind;
+
+  /// Until `end`, or, which returns false, until the coordinator asks for an earlier one.
+  template <class System>
+  bool wait(Time end, System& system) const {
+    while (now() < end) {
+      const auto message = receive(end);
+      if (message && message->kind == Kind::stop) {
+        system.stop();
+        return false;
+      }
+    }
+    return true;
+  }
+
+  [[nodiscard]] std::optional<ChannelMessage> receive(Time limit) const;
+  [[nodiscard]] ChannelMessage expect(Kind kind) const;
+  void tell(const ChannelMessage& message) const;
+
+  static rusage own_usage();
+  static Duration cpu_time(const rusage& usage);
+  static std::string as_text(const std::vector<WorkerThread>& workers);
+  /// The timer management thread runs under the ordinary policy.
+  static bool timers_are_ordinary(const std::vector<WorkerThread>& workers);
+
+  const Channel& coordinator_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/graph_scaling.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// One copy of a graph's parts, with other names.
+class Renamed {
+ public:
+  Renamed(const Graph& graph, unsigned number) : graph_(graph), suffix_("_" + std::to_string(number)) {}
+
+  Node node(Node n) const {
+    for (Callback& callback : n.callbacks) {
+      callback.task = task(callback.task);
+      for (Publication& publication : callback.publishes) publication.topic += suffix_;
+    }
+    n.name += suffix_;
+    if (n.name.size() > kMaxNameBytes) {
+      throw std::invalid_argument("the name " + n.name + " would have more than " +
+                                  std::to_string(kMaxNameBytes) + " bytes");
+    }
+    for (Input& input : n.inputs) input.topic += suffix_;
+    for (std::string& output : n.outputs) output += suffix_;
+    return n;
+  }
+
+  Chain chain(Chain c) const {
+    c.name += suffix_;
+    for (std::string& name : c.nodes) name = task(name);
+    for (std::string& name : c.sources) name = task(name);
+    c.sink = task(c.sink);
+    return c;
+  }
+
+ private:
+  /// `Node`, `Node/topic` or, of a node of type callbacks, `Node/callback`, whose last part is not a topic.
+  std::string task(const std::string& name) const {
+    const std::size_t slash = name.find('/');
+    if (slash == std::string::npos) return name + suffix_;
+    const Node* const node = graph_.find(name.substr(0, slash));
+    const bool callbacks = node != nullptr && node->type == NodeType::callbacks;
+    return name.substr(0, slash) + suffix_ + name.substr(slash) + (callbacks ? "" : suffix_);
+  }
+
+  const Graph& graph_;
+  const std::string suffix_;
+};
+
+}  // namespace
+
+void scale_rates(Graph& graph, double percent) {
+  const auto scale = [percent](Duration& d) {
+    if (d == Duration::zero()) return;
+    d = std::max(Duration(1), Duration(std::llround(static_cast<double>(d.count()) * 100 / percent)));
+  };
+  const auto scale_one = [&](auto& timer) {
+    scale(timer.period);
+    scale(timer.deadline);
+    if (timer.phase) scale(*timer.phase);
+  };
+  for (Node& node : graph.nodes) {
+    scale_one(node);
+    for (Callback& callback : node.callbacks) scale_one(callback);
+  }
+}
+
+void make_copies(Graph& graph, unsigned copies) {
+  const Graph one = graph;
+  for (unsigned n = 2; n <= copies; ++n) {
+    const Renamed renamed(one, n);
+    for (const Node& node : one.nodes) graph.nodes.push_back(renamed.node(node));
+    for (const Chain& chain : one.chains) graph.chains.push_back(renamed.chain(chain));
+  }
+}
+
+}  // namespace hotpath

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <rclcpp/rclcpp.hpp>
+#include <rclcpp/version.h>
+
+#include <memory>
+#include <type_traits>
+
+/// Everything in which the versions of rclcpp from Humble to Rolling differ for this package.
+namespace hotpath::versions {
+
+/// How Executor::add_node() and its kin take a pointer: by value, from Lyrical on by reference.
+template <class Pointer, class = void>
+struct Passed {
+  using Type = const Pointer&;
+};
+template <class Pointer>
+struct Passed<Pointer, std::void_t<decltype(static_cast<void (rclcpp::Executor::*)(Pointer, bool)>(
+                           &rclcpp::Executor::remove_node))>> {
+  using Type = Pointer;
+};
+using NodeBase = rclcpp::node_interfaces::NodeBaseInterface;
+using NodeBaseArgument = Passed<NodeBase::SharedPtr>::Type;
+using NodeArgument = Passed<std::shared_ptr<rclcpp::Node>>::Type;
+using GroupArgument = std::conditional_t<std::is_reference_v<NodeBaseArgument>,
+                                         const rclcpp::CallbackGroup::SharedPtr&,
+                                         rclcpp::CallbackGroup::SharedPtr>;
+
+/// Iron on: a timer tells of its reset.
+#define HOTPATH_TIMERS_TELL_OF_RESETS RCLCPP_VERSION_GTE(21, 0, 0)
+
+inline constexpr bool kTimersTellOfResets = HOTPATH_TIMERS_TELL_OF_RESETS;
+
+/// `callback` may be empty, which clears it.
+inline void on_reset(rclcpp::TimerBase& timer, const std::function<void(std::size_t)>& callback) {
+#if HOTPATH_TIMERS_TELL_OF_RESETS
+  callback ? timer.set_on_reset_callback(callback) : timer.clear_on_reset_callback();
+#else
+  static_cast<void>(timer);
+  static_cast<void>(callback);
+#endif
+}
+
+/// Calls the timer and runs its callback; false: it is cancelled and nothing ran.
+template <class Timer>
+bool run_timer(Timer& timer) {
+  if constexpr (std::is_same_v<decltype(timer.call()), bool>) {  // to Iron
+    if (!timer.call()) return false;
+    timer.execute_callback();
+  } else {
+    const std::shared_ptr<void> data = timer.call();
+    if (!data) return false;
+    timer.execute_callback(data);
+  }
+  return true;
+}
+
+inline void run(rclcpp::Waitable& waitable, int entity) {
+  std::shared_ptr<void> data = waitable.take_data_by_entity_id(static_cast<std::size_t>(entity));
+#if RCLCPP_VERSION_GTE(28, 0, 0)
+  waitable.execute(std::as_const(data));
+#else
+  waitable.execute(data);
+#endif
+}
+
+/// Whether an intra-process subscription has a message, which it knows without a wait set.
+inline bool has_message(rclcpp::experimental::SubscriptionIntraProcessBase& subscription) {
+#if RCLCPP_VERSION_GTE(28, 0, 0)
+  return subscription.is_ready(rcl_get_zero_initialized_wait_set());
+#else
+  return subscription.is_ready(nullptr);
+#endif
+}
+
+/// What is triggered when the node, or the group, has got another entity.
+inline rclcpp::GuardCondition& changes_of(NodeBase& node) {
+#if RCLCPP_VERSION_GTE(21, 0, 0)
+  return *node.get_shared_notify_guard_condition();
+#else
+  return node.get_notify_guard_condition();
+#endif
+}
+inline rclcpp::GuardCondition::SharedPtr changes_of(rclcpp::CallbackGroup& group,
+                                                    const rclcpp::Context::SharedPtr& context) {
+#if RCLCPP_VERSION_GTE(21, 0, 0)
+  static_cast<void>(context);
+  return group.get_notify_guard_condition();
+#else
+  return group.get_notify_guard_condition(context);
+#endif
+}
+
+inline rclcpp::GuardCondition& reference(rclcpp::GuardCondition& condition) { return condition; }
+inline rclcpp::GuardCondition& reference(const rclcpp::GuardCondition::SharedPtr& condition) {
+  return *condition;
+}
+
+/// The clock of a timer, which has no accessor for it.
+inline rclcpp::Clock::SharedPtr clock_of(const rclcpp::TimerBase& timer) {
+  struct Access : rclcpp::TimerBase {
+    static rclcpp::Clock::SharedPtr rclcpp::TimerBase::*member() { return &Access::clock_; }
+  };
+  return timer.*Access::member();
+}
+
+}  // namespace hotpath::versions

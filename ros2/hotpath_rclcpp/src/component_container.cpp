@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// component_container under PriorityExecutor. Parameters: `executor` (by default rm-ro), `threads` (1), `priorities`
+// and `graph` (files; none), `learn` (true), `timer_thread` and `executor_threads` (policies asked for; none).
+#include <rclcpp_components/component_manager.hpp>
+
+#include "hotpath_rclcpp/priority_executor.hpp"
+
+namespace {
+
+hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
+  hotpath::PriorityExecutorOptions options;
+  options.executor = node.declare_parameter("executor", options.executor);
+  options.threads = static_cast<unsigned>(node.declare_parameter("threads", 1));
+  options.priorities = node.declare_parameter("priorities", options.priorities);
+  options.graph = node.declare_parameter("graph", options.graph);
+  options.learn = node.declare_parameter("learn", options.learn);
+  const std::string timer_thread = node.declare_parameter("timer_thread", "");
+  const std::string executor_threads = node.declare_parameter("executor_threads", "");
+  if (!timer_thread.empty()) options.timer_thread = timer_thread;
+  if (!executor_threads.empty()) options.executor_threads = executor_threads;
+  return options;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  rclcpp::init(argc, argv);
+  int code = 0;
+  try {
+    const auto manager = std::make_shared<rclcpp_components::ComponentManager>();
+    const auto executor = std::make_shared<hotpath::PriorityExecutor>(declare_options(*manager));
+    manager->set_executor(executor);
+    executor->add_node(manager);
+    executor->spin();
+  } catch (const std::exception& error) {
+    RCLCPP_FATAL(rclcpp::get_logger("component_container_hotpath"), "%s", error.what());
+    code = 1;
+  }
+  rclcpp::shutdown();
+  return code;
+}

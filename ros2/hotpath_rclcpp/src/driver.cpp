@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace hotpath {
+
+namespace {
+
+/// No publication is new for that long: everything is known.
+constexpr Duration kLeastLearning = std::chrono::seconds(2);
+
+}  // namespace
+
+WorkerSet ExecutorDriver::claim(WorkerSet wake) {
+  WorkerSet claimed;
+  while (!wake.empty()) {
+    const Worker w = wake.pop_first();
+    if (std::exchange(lanes_[w].parked, false)) claimed.insert(w);
+  }
+  return claimed;
+}
+
+void ExecutorDriver::unpark(WorkerSet claimed) {
+  while (!claimed.empty()) lanes_[claimed.pop_first()].parker.unpark();
+}
+
+WorkerSet ExecutorDriver::everybody() const {
+  WorkerSet all;
+  for (Worker w = 0; w < lanes_.size(); ++w) all.insert(w);
+  return all;
+}
+
+void ExecutorDriver::wake_all() {
+  WorkerSet claimed;
+  {
+    const std::lock_guard lock(mutex_);
+    claimed = claim(everybody());
+  }
+  unpark(claimed);
+}
+
+void ExecutorDriver::note_change() {
+  changed_.store(true);
+  wake_all();
+}
+
+void ExecutorDriver::shut_down() {
+  shut_down_.store(true);
+  wake_all();
+}
+
+std::size_t ExecutorDriver::queued() {
+  const std::lock_guard lock(mutex_);
+  return schedule_.queued(now());
+}
+
+void ExecutorDriver::sleep(Lock& lock, Worker worker, Time until) {
+  Lane& lane = lanes_[worker];
+  const std::uint32_t ticket = lane.parker.ticket();
+  lane.parked = true;
+  lock.unlock();
+  lane.parker.park_until(ticket, until);
+  lock.lock();
+  lane.parked = false;
+}
+
+bool ExecutorDriver::look_after(Lock& lock, Time now, const Refresh& refresh) {
+  if (changed_.exchange(false)) {
+    lock.unlock();
+    refresh();
+    lock.lock();
+    return true;
+  }
+  if (now >= poll_at_) {
+    lock.unlock();
+    poll_cancelled();
+    lock.lock();
+    return true;
+  }
+  if (learnt_at_ && now - *learnt_at_ > std::max(kLeastLearning, 2 * longest_period_)) {
+    learnt_at_.reset();
+    lock.unlock();
+    log_order("Learnt who publishes in whose callback");
+    lock.lock();
+    return true;
+  }
+  return false;
+}
+
+void ExecutorDriver::unpark(Lock& lock, WorkerSet claimed) {
+  if (claimed.empty()) return;
+  lock.unlock();
+  unpark(claimed);
+  lock.lock();
+}
+
+bool ExecutorDriver::run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed) {
+  const std::shared_ptr<Entry> entry = schedule_.entry(job.task);
+  if (entry->kind == EntryKind::timer && entry->clock != TimerClock::simulated) {
+    entry->next_release = job.timestamp + entry->task.period * (1 + static_cast<std::int64_t>(job.skipped));
+  }
+  entry->pending = false;
+  ++running_;
+  lock.unlock();
+  unpark(claimed);
+  bool ran = false;
+  std::exception_ptr error;
+  try {
+    ran = execute(entry, job);
+  } catch (...) {
+    error = std::current_exception();
+  }
+  lock.lock();
+  --running_;
+  unpark(lock, claim(schedule_.scheduler().finished(worker, job, now()).wake));
+  if (error) std::rethrow_exception(error);
+  return ran;
+}
+
+void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refresh& refresh) {
+  Lock lock(mutex_);
+  while (goes_on(spinning)) {
+    const Time now = hotpath::now();
+    if (worker == 0 && look_after(lock, now, refresh)) continue;
+    const Turn turn = take_turn(schedule_.scheduler(), worker, now);
+    const WorkerSet claimed = claim(turn.decision.wake);
+    if (turn.decision.job) {
+      run_job(lock, worker, *turn.decision.job, claimed);
+    } else if (!claimed.empty()) {
+      unpark(lock, claimed);  // the lock was let go: look again before sleeping
+    } else if (worker == 0 && running_ == 0 && schedule_.compact(now)) {
+      unpark(lock, claim(everybody()));
+    } else {
+      const Time until = worker == 0 ? std::min(turn.decision.wake_at, poll_at_) : turn.decision.wake_at;
+      if (until > now) sleep(lock, worker, until);
+    }
+  }
+}
+
+void ExecutorDriver::spin(std::atomic_bool& spinning, const Refresh& refresh) {
+  error_ = nullptr;
+  const auto guarded = [&](Worker worker) {
+    try {
+      prepare(worker);
+      work(worker, spinning, refresh);
+    } catch (...) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (!error_) error_ = std::current_exception();
+      }
+      spinning.store(false);
+    }
+    wake_all();  // whoever ends, for whatever reason, ends the others, who would sleep on
+  };
+  for (Worker w = 1; w < lanes_.size(); ++w) lanes_[w].thread = std::thread([=] { guarded(w); });
+  guarded(0);
+  spinning.store(false);
+  wake_all();
+  for (Lane& lane : lanes_) {
+    if (lane.thread.joinable()) lane.thread.join();
+  }
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& refresh, std::size_t jobs,
+                                     Time until, Time wait_until) {
+  const auto timer_worker = static_cast<Worker>(lanes_.size() - 1);
+  std::size_t ran = 0;
+  Lock lock(mutex_);
+  while (goes_on(spinning) && ran < jobs) {
+    const Time now = hotpath::now();
+    if (look_after(lock, now, refresh)) continue;
+    Time wake_at = poll_at_;
+    std::optional<std::pair<Worker, Job>> next;
+    for (const Worker worker : {timer_worker, Worker{0}}) {
+      const Turn turn = take_turn(schedule_.scheduler(), worker, now);
+      wake_at = std::min(wake_at, turn.decision.wake_at);
+      if (!turn.decision.job) continue;
+      next.emplace(worker, *turn.decision.job);
+      break;
+    }
+    if (next) {
+      ran += run_job(lock, next->first, next->second, {}) ? 1 : 0;
+    } else if (ran == 0 && now < wait_until) {
+      if (running_ > 0 || !schedule_.compact(now)) sleep(lock, 0, std::min(wake_at, wait_until));
+    } else {
+      break;
+    }
+    if (hotpath::now() >= until) break;
+  }
+  return ran;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "entities.hpp"
+
+#include <algorithm>
+#include <rclcpp/experimental/subscription_intra_process_base.hpp>
+#include <stdexcept>
+
+namespace hotpath {
+
+namespace {
+
+using IntraProcess = rclcpp::experimental::SubscriptionIntraProcessBase;
+
+/// What was announced to one executor and not taken is announced to the next: middleware announces it once.
+class Announced {
+ public:
+  void keep(const std::weak_ptr<void>& entity, std::vector<int> what) {
+    if (what.empty() || entity.expired()) return;
+    const std::lock_guard lock(mutex_);
+    std::erase_if(kept_, [](const auto& item) { return item.first.expired(); });
+    kept_[entity] = std::move(what);
+  }
+  std::vector<int> take(const std::weak_ptr<void>& entity) {
+    const std::lock_guard lock(mutex_);
+    const auto found = kept_.find(entity);
+    if (found == kept_.end()) return {};
+    std::vector<int> what = std::move(found->second);
+    kept_.erase(found);
+    return what;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::weak_ptr<void>, std::vector<int>, std::owner_less<>> kept_;
+};
+Announced announced;
+
+/// Room for what is ready and did not start, per entity. What does not fit is not lost: its event remains.
+constexpr std::uint32_t kMostDepth = 256;
+constexpr std::uint32_t kDepthOfOthers = 16;
+
+std::uint32_t depth(const rclcpp::QoS& qos) {
+  const auto profile = qos.get_rmw_qos_profile();
+  if (profile.history == RMW_QOS_POLICY_HISTORY_KEEP_ALL) return kMostDepth;
+  return static_cast<std::uint32_t>(std::clamp<std::size_t>(profile.depth, 1, kMostDepth));
+}
+
+std::string quoted(const versions::NodeBase& node) {
+  return "'" + std::string(node.get_fully_qualified_name()) + "'";
+}
+
+void set_callback(rclcpp::GuardCondition& condition, const std::function<void(std::size_t)>& callback) {
+  condition.set_on_trigger_callback(callback);
+}
+
+std::shared_ptr<Group> make_group(const rclcpp::CallbackGroup::SharedPtr& group) {
+  const bool reentrant = group->type() == rclcpp::CallbackGroupType::Reentrant;
+  return std::make_shared<Group>(
+      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, std::nullopt, group});
+}
+
+std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& entity,
+                                  const versions::NodeBase::SharedPtr& node,
+                                  const std::shared_ptr<Group>& group) {
+  auto entry = std::make_shared<Entry>();
+  entry->kind = kind;
+  entry->entity = entity;
+  entry->group = group;
+  if (node) entry->node = node->get_name();
+  entry->id = node ? node->get_fully_qualified_name() : "";
+  entry->task.kind = kind == EntryKind::timer ? TaskKind::timer : TaskKind::subscription;
+  entry->task.depth = kDepthOfOthers;
+  return entry;
+}
+
+}  // namespace
+
+Entities::~Entities() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [handle, entry] : entries_) ignore(entry);
+  for (const auto& [handle, of] : groups_) {
+    const auto group = of.group->group.lock();
+    if (!group) continue;
+    if (of.by_hand) set_callback(*versions::changes_of(*group, context_), nullptr);
+    group->get_associated_with_executor_atomic().store(false);
+  }
+  for (const auto& weak : nodes_) {
+    const auto node = weak.lock();
+    if (!node) continue;
+    set_callback(versions::changes_of(*node), nullptr);
+    node->get_associated_with_executor_atomic().store(false);
+  }
+}
+
+void Entities::add_node(const versions::NodeBase::SharedPtr& node) {
+  if (node->get_associated_with_executor_atomic().exchange(true)) {
+    throw std::runtime_error("Node " + quoted(*node) + " has already been added to an executor.");
+  }
+  const std::lock_guard lock(mutex_);
+  nodes_.push_back(node);
+  set_callback(versions::changes_of(*node), [driver = driver_](std::size_t) { driver->note_change(); });
+  refresh_locked();
+}
+
+void Entities::remove_node(const versions::NodeBase::SharedPtr& node) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find_if(nodes_, [&](const auto& weak) { return weak.lock() == node; });
+  if (found == nodes_.end()) {
+    throw std::runtime_error("Node " + quoted(*node) + " needs to be associated with this executor.");
+  }
+  nodes_.erase(found);
+  set_callback(versions::changes_of(*node), nullptr);
+  std::vector<rclcpp::CallbackGroup::SharedPtr> released;
+  std::erase_if(groups_, [&](const auto& item) {
+    const OfGroup& of = item.second;
+    if (of.by_hand || of.node.lock() != node) return false;
+    if (auto group = of.group->group.lock()) released.push_back(std::move(group));
+    return true;
+  });
+  refresh_locked();
+  // Only now may another executor have them.
+  for (const auto& group : released) group->get_associated_with_executor_atomic().store(false);
+  node->get_associated_with_executor_atomic().store(false);
+}
+
+void Entities::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
+                         const versions::NodeBase::SharedPtr& node) {
+  if (group->get_associated_with_executor_atomic().exchange(true)) {
+    throw std::runtime_error("Callback group has already been added to an executor.");
+  }
+  const std::lock_guard lock(mutex_);
+  groups_[group] = {make_group(group), node, true};
+  set_callback(*versions::changes_of(*group, context_),
+               [driver = driver_](std::size_t) { driver->note_change(); });
+  refresh_locked();
+}
+
+void Entities::remove_group(const rclcpp::CallbackGroup::SharedPtr& group) {
+  const std::lock_guard lock(mutex_);
+  const auto found = groups_.find(group);
+  if (found == groups_.end() || !found->second.by_hand) {
+    throw std::runtime_error("Callback group needs to be associated with this executor, by add_callback_group.");
+  }
+  groups_.erase(found);
+  set_callback(*versions::changes_of(*group, context_), nullptr);
+  refresh_locked();
+  group->get_associated_with_executor_atomic().store(false);
+}
+
+std::vector<rclcpp::CallbackGroup::WeakPtr> Entities::groups(Added how) {
+  const std::lock_guard lock(mutex_);
+  collect_groups();
+  std::vector<rclcpp::CallbackGroup::WeakPtr> all;
+  for (const auto& [handle, of] : groups_) {
+    if (how == Added::any || of.by_hand == (how == Added::by_hand)) all.push_back(of.group->group);
+  }
+  return all;
+}
+
+void Entities::collect_groups() {
+  std::erase_if(nodes_, [](const auto& weak) { return weak.expired(); });
+  std::erase_if(groups_, [](const auto& item) {
+    const OfGroup& of = item.second;
+    const auto group = of.group->group.lock();
+    if (group && (of.by_hand || !of.node.expired())) return false;
+    if (group) group->get_associated_with_executor_atomic().store(false);
+    return true;
+  });
+  for (const auto& weak : nodes_) {
+    const auto node = weak.lock();
+    if (!node) continue;
+    node->for_each_callback_group([&](const rclcpp::CallbackGroup::SharedPtr& group) {
+      if (!group->automatically_add_to_executor_with_node()) return;
+      if (group->get_associated_with_executor_atomic().exchange(true)) return;
+      groups_[group] = {make_group(group), node, false};
+    });
+  }
+}
+
+void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& found) {
+  const auto group = of.group->group.lock();
+  const auto node = of.node.lock();
+  if (!group) return;
+  ByHandle<Handle> subscription_of;  // intra-process waitables
+  const auto add = [&](EntryKind kind, const auto& entity, const auto& describe) {
+    if (const auto known = entries_.find(Handle(entity)); known != entries_.end()) {
+      found.insert(*known);
+      return;
+    }
+    const auto entry = make_entry(kind, entity, node, of.group);
+    describe(*entry);
+    found.emplace(Handle(entity), entry);
+  };
+  group->collect_all_ptrs(
+      [&](const rclcpp::SubscriptionBase::SharedPtr& s) {
+        add(EntryKind::subscription, s, [&](Entry& e) {
+          e.topic = s->get_topic_name();
+          e.id += "@Subscription(" + e.topic + ")";
+          e.task.depth = depth(s->get_actual_qos());
+          if (const auto waitable = s->get_intra_process_waitable()) {
+            subscription_of[waitable] = s;
+          }
+        });
+      },
+      [&](const rclcpp::ServiceBase::SharedPtr& s) {
+        add(EntryKind::service, s,
+            [&](Entry& e) { e.id += "@Service(" + std::string(s->get_service_name()) + ")"; });
+      },
+      [&](const rclcpp::ClientBase::SharedPtr& c) {
+        add(EntryKind::client, c,
+            [&](Entry& e) { e.id += "@Client(" + std::string(c->get_service_name()) + ")"; });
+      },
+      [&](const rclcpp::TimerBase::SharedPtr& t) {
+        add(EntryKind::timer, t, [&](Entry& e) {
+          std::int64_t period = 0;
+          if (rcl_timer_get_period(t->get_timer_handle().get(), &period) != RCL_RET_OK) rcl_reset_error();
+          e.id += "@Timer(" + std::to_string(period) + ")";
+          e.task.period = Duration(period);
+        });
+      },
+      [&](const rclcpp::Waitable::SharedPtr& w) {
+        add(EntryKind::waitable, w, [&](Entry& e) {
+          const auto intra_process = std::dynamic_pointer_cast<IntraProcess>(w);
+          e.intra_process = intra_process != nullptr;
+          if (!intra_process) {
+            e.id += "@Waitable";
+            return;
+          }
+          e.topic = intra_process->get_topic_name();
+          e.id += "@Subscription(" + e.topic + ")";
+          e.task.depth = depth(intra_process->get_actual_qos());
+          if (const auto s = subscription_of.find(Handle(w)); s != subscription_of.end()) e.stands_for = s->second;
+        });
+      });
+}
+
+void Entities::refresh() {
+  const std::lock_guard lock(mutex_);
+  refresh_locked();
+}
+
+void Entities::refresh_locked() {
+  collect_groups();
+  ByHandle<std::shared_ptr<Entry>> found;
+  for (const auto& [handle, of] : groups_) collect(of, found);
+  ByHandle<std::shared_ptr<Entry>> before = std::exchange(entries_, std::move(found));
+  for (const auto& [handle, entry] : before) {
+    const auto now = entries_.find(handle);
+    if (now == entries_.end() || now->second != entry) ignore(entry);
+  }
+  std::exception_ptr first_error;
+  std::erase_if(entries_, [&](const auto& item) {
+    if (before.find(item.first) != before.end()) return false;
+    try {
+      listen(item.second);
+      return false;
+    } catch (...) {
+      if (!first_error) first_error = std::current_exception();
+      driver_->leave(item.second);
+      return true;
+    }
+  });
+  if (first_error) std::rethrow_exception(first_error);
+}
+
+void Entities::listen(const std::shared_ptr<Entry>& entry) {
+  driver_->join(entry);
+  if (entry->kind != EntryKind::timer) {
+    for (const int which : announced.take(entry->entity)) driver_->arrived(entry, 1, which);
+  }
+  const auto arrived = [driver = driver_, entry](std::size_t count) { driver->arrived(entry, count, 0); };
+  try {
+    if (const auto s = entry->entity.lock(); !s) return;
+    switch (entry->kind) {
+      case EntryKind::timer: {
+        const auto timer = lock<rclcpp::TimerBase>(*entry);
+        versions::on_reset(*timer, [driver = driver_, entry](std::size_t) { driver->timer_reset(entry); });
+        const auto clock = versions::clock_of(*timer);
+        if (clock->get_clock_type() != RCL_ROS_TIME) return;
+        rcl_jump_threshold_t any{};
+        any.on_clock_change = true;
+        any.min_forward.nanoseconds = 1;
+        any.min_backward.nanoseconds = -1;
+        entry->jumps = clock->create_jump_callback(
+            [] {},
+            [driver = driver_, weak = std::weak_ptr<Entry>(entry)](const rcl_time_jump_t& jump) {
+              const bool changed = jump.clock_change == RCL_ROS_TIME_ACTIVATED ||
+                                   jump.clock_change == RCL_ROS_TIME_DEACTIVATED;
+              if (const auto e = weak.lock()) driver->time_jumped(e, changed);
+            },
+            any);
+        return;
+      }
+      case EntryKind::subscription:
+        return lock<rclcpp::SubscriptionBase>(*entry)->set_on_new_message_callback(arrived);
+      case EntryKind::service:
+        return lock<rclcpp::ServiceBase>(*entry)->set_on_new_request_callback(arrived);
+      case EntryKind::client:
+        return lock<rclcpp::ClientBase>(*entry)->set_on_new_response_callback(arrived);
+      case EntryKind::waitable: {
+        const auto waitable = lock<rclcpp::Waitable>(*entry);
+        waitable->set_on_ready_callback(
+            [driver = driver_, entry](std::size_t count, int which) { driver->arrived(entry, count, which); });
+        return;
+      }
+    }
+  } catch (const std::exception& error) {
+    throw std::runtime_error("PriorityExecutor cannot serve " + entry->id + ": it does not call back when it is "
+                             "ready (" + error.what() + "). Middleware: " + rmw_get_implementation_identifier() +
+                             "; rmw_fastrtps_cpp and rmw_cyclonedds_cpp do, and rclcpp's wait-set executors "
+                             "serve what does not.");
+  }
+}
+
+void Entities::ignore(const std::shared_ptr<Entry>& entry) {
+  entry->jumps.reset();
+  if (const auto alive = entry->entity.lock()) {
+    switch (entry->kind) {
+      case EntryKind::timer:
+        versions::on_reset(*lock<rclcpp::TimerBase>(*entry), nullptr);
+        break;
+      case EntryKind::subscription:
+        lock<rclcpp::SubscriptionBase>(*entry)->clear_on_new_message_callback();
+        break;
+      case EntryKind::service:
+        lock<rclcpp::ServiceBase>(*entry)->clear_on_new_request_callback();
+        break;
+      case EntryKind::client:
+        lock<rclcpp::ClientBase>(*entry)->clear_on_new_response_callback();
+        break;
+      case EntryKind::waitable:
+        lock<rclcpp::Waitable>(*entry)->clear_on_ready_callback();
+        break;
+    }
+  }
+  std::vector<int> left = driver_->leave(entry);
+  if (entry->kind != EntryKind::timer) announced.keep(entry->entity, std::move(left));
+}
+
+}  // namespace hotpath

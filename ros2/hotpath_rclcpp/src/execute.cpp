@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the driver does outside of its lock: arrivals, and the callbacks themselves.
+#include <pthread.h>
+
+#include <mutex>
+#include <rclcpp/experimental/subscription_intra_process_base.hpp>
+
+#include "driver.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// What the calling thread runs; callbacks may spin another executor.
+struct Running {
+  const ExecutorDriver* driver = nullptr;
+  Job job;
+};
+thread_local Running running;
+
+class RunningScope {
+ public:
+  RunningScope(const ExecutorDriver* driver, const Job& job) : outer_(std::exchange(running, {driver, job})) {}
+  ~RunningScope() { running = outer_; }
+  RunningScope(const RunningScope&) = delete;
+  RunningScope& operator=(const RunningScope&) = delete;
+
+ private:
+  const Running outer_;
+};
+
+/// rclcpp's own functions that take and handle one item.
+struct Access : rclcpp::Executor {
+  static void run(const rclcpp::SubscriptionBase::SharedPtr& s) { execute_subscription(s); }
+  static void run(const rclcpp::ServiceBase::SharedPtr& s) { execute_service(s); }
+  static void run(const rclcpp::ClientBase::SharedPtr& c) { execute_client(c); }
+};
+
+template <class Entity>
+bool take_and_run(const Entry& entry) {
+  const auto entity = lock<Entity>(entry);
+  if (entity) Access::run(entity);
+  return entity != nullptr;
+}
+
+const rclcpp::Logger& logger() {
+  static const rclcpp::Logger instance = rclcpp::get_logger("hotpath_rclcpp");
+  return instance;
+}
+
+}  // namespace
+
+std::optional<RunningCallback> ExecutorDriver::running_callback() {
+  if (running.driver == nullptr) return std::nullopt;
+  const Job& job = running.job;
+  return RunningCallback{job.timestamp.time_since_epoch(), job.release.time_since_epoch(), job.sequence,
+                         job.skipped};
+}
+
+void ExecutorDriver::prepare(Worker worker) {
+  const bool timer = schedule_.scheduler().workers()[worker] == WorkerRole::timer_management;
+  const ThreadPolicyRequest& wanted = timer ? setup().timer_thread : setup().executor_threads;
+  if (worker > 0) {
+    pthread_setname_np(pthread_self(), timer ? "hotpath_timers" : "hotpath_worker");
+    minimise_timer_slack();
+  } else if (!wanted.required) {
+    return;  // the thread that calls spin() stays as it is
+  }
+  const ThreadPolicy obtained = apply_thread_policy(wanted);
+  if (obtained == wanted.policy) return;
+  static std::once_flag told;
+  std::call_once(told, [&] {
+    RCLCPP_WARN(logger(),
+                "%s is not permitted: timers are released under the ordinary policy. Give the user an rtprio "
+                "limit, or the program CAP_SYS_NICE.",
+                to_string(wanted.policy).c_str());
+  });
+}
+
+void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t count, int which) {
+  WorkerSet claimed;
+  {
+    const std::lock_guard lock(mutex_);
+    if (entry->number == kNoTask) return;
+    const Time now = hotpath::now();
+    SampleInfo info{now, kNever, {}};
+    // A publication that is delivered during the call that publishes comes from the job of this thread.
+    if (running.driver == this) {
+      info.deadline = running.job.deadline;
+      info.parent = running.job.ref();
+      if (schedule_.learn(running.job.task, *entry)) learnt_at_ = now;
+    }
+    for (; count > 0; --count) {
+      if (entry->kind == EntryKind::waitable) entry->ready.push_back(which);
+      claimed |= claim(schedule_.scheduler().sample_arrived(entry->number, info, now).wake);
+    }
+  }
+  unpark(claimed);
+}
+
+bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Job& job) {
+  const RunningScope scope(this, job);
+  switch (entry->kind) {
+    case EntryKind::timer: {
+      const auto timer = lock<rclcpp::TimerBase>(*entry);
+      if (timer) return execute_timer(entry, *timer);
+      leave(entry);  // nobody told us that it is gone
+      return false;
+    }
+    case EntryKind::subscription:
+      // An event whose sample was overwritten may still find one; then it only looks as if nothing had run.
+      return take_and_run<rclcpp::SubscriptionBase>(*entry) && !job.empty;
+    case EntryKind::service:
+      return take_and_run<rclcpp::ServiceBase>(*entry);
+    case EntryKind::client:
+      return take_and_run<rclcpp::ClientBase>(*entry);
+    case EntryKind::waitable: {
+      const auto waitable = lock<rclcpp::Waitable>(*entry);
+      return waitable && execute_waitable(entry, *waitable);
+    }
+  }
+  return false;
+}
+
+bool ExecutorDriver::execute_waitable(const std::shared_ptr<Entry>& entry, rclcpp::Waitable& waitable) {
+  int which = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    if (entry->ready.empty()) return false;
+    which = entry->ready.front();
+    entry->ready.pop_front();
+  }
+  if (!entry->intra_process) {
+    versions::run(waitable, which);
+    return true;
+  }
+  auto& subscription = static_cast<rclcpp::experimental::SubscriptionIntraProcessBase&>(waitable);
+  if (!versions::has_message(subscription)) return false;
+  versions::run(waitable, which);
+  return true;
+}
+
+void ExecutorDriver::log_order(const char* why) {
+  std::string order;
+  for (const std::string& text : this->order()) order += "\n  " + text;
+  RCLCPP_INFO(logger(), "%s. Executor %s, callbacks from the most urgent on:%s", why, setup().name.c_str(),
+              order.c_str());
+  const std::lock_guard lock(mutex_);
+  for (const std::string& text : schedule_.unmatched()) RCLCPP_WARN(logger(), "%s", text.c_str());
+}
+
+std::vector<std::string> ExecutorDriver::order() {
+  const std::lock_guard lock(mutex_);
+  return schedule_.order();
+}
+
+void ExecutorDriver::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority) {
+  if (!entity) throw std::invalid_argument("set_priority: there is no such entity (a null pointer)");
+  const std::lock_guard lock(mutex_);
+  schedule_.set_priority(entity, priority);
+}
+
+}  // namespace hotpath

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath_rclcpp/priority_executor.hpp"
+
+#include <limits>
+#include <rcpputils/scope_exit.hpp>
+#include <stdexcept>
+
+#include "entities.hpp"
+
+namespace hotpath {
+
+struct PriorityExecutorParts {
+  explicit PriorityExecutorParts(const PriorityExecutorOptions& options, const rclcpp::Context::SharedPtr& context)
+      : driver(std::make_shared<ExecutorDriver>(understand(options))),
+        entities(driver, context),
+        refresh([this] { entities.refresh(); }) {}
+
+  const std::shared_ptr<ExecutorDriver> driver;
+  Entities entities;
+  const ExecutorDriver::Refresh refresh;
+  std::atomic_bool order_logged{false};
+};
+
+namespace {
+
+constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
+
+PriorityExecutorOptions named(const std::string& executor) {
+  PriorityExecutorOptions options;
+  options.executor = executor;
+  return options;
+}
+
+Time after(std::chrono::nanoseconds duration) {
+  const Time now = hotpath::now();
+  return duration < kNever - now ? now + duration : kNever;
+}
+
+}  // namespace
+
+PriorityExecutor::PriorityExecutor(const std::string& executor) : PriorityExecutor(named(executor)) {}
+
+PriorityExecutor::PriorityExecutor(const PriorityExecutorOptions& options,
+                                   const rclcpp::ExecutorOptions& rclcpp_options)
+    : rclcpp::Executor(rclcpp_options),
+      parts_(std::make_unique<PriorityExecutorParts>(options, rclcpp_options.context)) {
+  versions::reference(interrupt_guard_condition_)
+      .set_on_trigger_callback([driver = parts_->driver](std::size_t) { driver->wake_all(); });
+  shutdown_guard_condition_->set_on_trigger_callback(
+      [driver = parts_->driver](std::size_t) { driver->shut_down(); });
+}
+
+PriorityExecutor::~PriorityExecutor() {
+  versions::reference(interrupt_guard_condition_).set_on_trigger_callback(nullptr);
+  shutdown_guard_condition_->set_on_trigger_callback(nullptr);
+}
+
+void PriorityExecutor::begin_to_spin(const char* what) {
+  if (spinning.exchange(true)) {
+    throw std::runtime_error(std::string(what) + " called while already spinning");
+  }
+  parts_->driver->begin(true);
+  if (!rclcpp::ok(context_)) parts_->driver->begin(false);
+}
+
+void PriorityExecutor::spin() {
+  begin_to_spin("spin()");
+  RCPPUTILS_SCOPE_EXIT(spinning.store(false););
+  if (!parts_->order_logged.exchange(true)) {
+    parts_->entities.refresh();
+    parts_->driver->log_order("Spinning");
+  }
+  parts_->driver->spin(spinning, parts_->refresh);
+}
+
+void PriorityExecutor::spin_some(std::chrono::nanoseconds max_duration) {
+  if (max_duration < std::chrono::nanoseconds::zero()) {
+    throw std::invalid_argument("max_duration must be greater than or equal to 0");
+  }
+  begin_to_spin("spin_some()");
+  RCPPUTILS_SCOPE_EXIT(spinning.store(false););
+  if (parts_->driver->changed()) parts_->refresh();
+  const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
+  parts_->driver->run_some(spinning, parts_->refresh, parts_->driver->queued(), until, Time{});
+}
+
+void PriorityExecutor::spin_all(std::chrono::nanoseconds max_duration) {
+  if (max_duration < std::chrono::nanoseconds::zero()) {
+    throw std::invalid_argument("max_duration must be greater than or equal to 0");
+  }
+  begin_to_spin("spin_all()");
+  RCPPUTILS_SCOPE_EXIT(spinning.store(false););
+  if (parts_->driver->changed()) parts_->refresh();
+  const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
+  parts_->driver->run_some(spinning, parts_->refresh, kAny, until, Time{});
+}
+
+void PriorityExecutor::spin_once_impl(std::chrono::nanoseconds timeout) {
+  // Its callers have marked the executor as spinning.
+  parts_->driver->begin(true);
+  if (!rclcpp::ok(context_)) return;
+  const Time until = timeout < std::chrono::nanoseconds::zero() ? kNever : after(timeout);
+  parts_->driver->run_some(spinning, parts_->refresh, 1, kNever, until);
+}
+
+void PriorityExecutor::add_node(versions::NodeBaseArgument node, bool) { parts_->entities.add_node(node); }
+
+void PriorityExecutor::add_node(versions::NodeArgument node, bool) {
+  parts_->entities.add_node(node->get_node_base_interface());
+}
+
+void PriorityExecutor::remove_node(versions::NodeBaseArgument node, bool) { parts_->entities.remove_node(node); }
+
+void PriorityExecutor::remove_node(versions::NodeArgument node, bool) {
+  parts_->entities.remove_node(node->get_node_base_interface());
+}
+
+void PriorityExecutor::add_callback_group(versions::GroupArgument group, versions::NodeBaseArgument node, bool) {
+  parts_->entities.add_group(group, node);
+}
+
+void PriorityExecutor::remove_callback_group(versions::GroupArgument group, bool) {
+  parts_->entities.remove_group(group);
+}
+
+std::vector<rclcpp::CallbackGroup::WeakPtr> PriorityExecutor::get_all_callback_groups() {
+  return parts_->entities.groups(Entities::Added::any);
+}
+
+std::vector<rclcpp::CallbackGroup::WeakPtr> PriorityExecutor::get_manually_added_callback_groups() {
+  return parts_->entities.groups(Entities::Added::by_hand);
+}
+
+std::vector<rclcpp::CallbackGroup::WeakPtr>
+PriorityExecutor::get_automatically_added_callback_groups_from_nodes() {
+  return parts_->entities.groups(Entities::Added::with_node);
+}
+
+void PriorityExecutor::set_priority(const rclcpp::TimerBase::SharedPtr& timer, std::int64_t priority) {
+  parts_->driver->set_priority(timer, priority);
+}
+void PriorityExecutor::set_priority(const rclcpp::SubscriptionBase::SharedPtr& subscription,
+                                    std::int64_t priority) {
+  parts_->driver->set_priority(subscription, priority);
+}
+void PriorityExecutor::set_priority(const rclcpp::ServiceBase::SharedPtr& service, std::int64_t priority) {
+  parts_->driver->set_priority(service, priority);
+}
+void PriorityExecutor::set_priority(const rclcpp::ClientBase::SharedPtr& client, std::int64_t priority) {
+  parts_->driver->set_priority(client, priority);
+}
+void PriorityExecutor::set_priority(const rclcpp::CallbackGroup::SharedPtr& group, std::int64_t priority) {
+  parts_->driver->set_priority(group, priority);
+}
+
+std::vector<std::string> PriorityExecutor::priority_order() const { return parts_->driver->order(); }
+
+std::optional<RunningCallback> PriorityExecutor::running_callback() {
+  return ExecutorDriver::running_callback();
+}
+
+}  // namespace hotpath

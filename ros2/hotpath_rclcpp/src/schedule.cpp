@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "schedule.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::size_t kDeadTasks = 64;  ///< Not worth a new scheduler.
+
+/// A topic of a graph has no namespace.
+bool same_topic(const std::string& topic, const std::string& of_graph) {
+  return topic == of_graph || topic.ends_with("/" + of_graph);
+}
+
+}  // namespace
+
+Schedule::Schedule(Setup setup)
+    : setup_(std::move(setup)),
+      set_(setup_.tasks.set),
+      scheduler_(setup_.executor->make(set_, setup_.scheduler)),
+      entries_(set_.size()) {
+  scheduler_->begin(Time{});
+}
+
+std::optional<TaskId> Schedule::in_graph(const Entry& entry) const {
+  const GraphTasks& tasks = setup_.tasks;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const TaskOrigin& origin = tasks.origin[id];
+    const Node& node = setup_.graph.nodes[origin.node];
+    if (node.name != entry.node) continue;
+    if (entry.kind == EntryKind::timer
+            ? !origin.input && tasks.set[id].period == entry.task.period
+            : origin.input && same_topic(entry.topic, node.inputs[*origin.input].topic)) {
+      return id;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> Schedule::priority_of(const Entry& entry) const {
+  for (const std::weak_ptr<void>& handle :
+       {entry.entity, entry.stands_for, std::weak_ptr<void>(entry.group->group)}) {
+    if (const auto found = by_hand_.find(handle); found != by_hand_.end()) return found->second;
+  }
+  for (const GivenPriority& given : setup_.priorities) {
+    if (given.id == entry.id) return given.priority;
+  }
+  if (const auto ghost = in_graph(entry)) return setup_.tasks.set[*ghost].priority;
+  return std::nullopt;
+}
+
+std::vector<TaskId> Schedule::feeds_of(const Entry& entry) const {
+  std::vector<TaskId> feeds;
+  for (const Entry* fed : entry.feeds) {
+    if (fed->number != kNoTask) feeds.push_back(fed->number);
+  }
+  return feeds;
+}
+
+std::vector<TaskId> Schedule::feeders_of(const Entry& entry) const {
+  std::vector<TaskId> feeders;
+  if (const auto ghost = in_graph(entry)) {
+    for (TaskId id = 0; id < setup_.tasks.set.size(); ++id) {
+      if (std::ranges::count(setup_.tasks.set[id].feeds, *ghost) > 0) feeders.push_back(id);
+    }
+  }
+  for (const std::shared_ptr<Entry>& other : living()) {
+    if (std::ranges::count(other->feeds, &entry) > 0) feeders.push_back(other->number);
+  }
+  return feeders;
+}
+
+Joined Schedule::add(JoiningTask joining, Time now, std::shared_ptr<Entry> entry) {
+  joining.new_group = entry->group->kind;
+  if (!entry->group->index) entry->group->index = static_cast<std::uint32_t>(set_.groups.size());
+  joining.task.group = *entry->group->index;
+  hotpath::join(set_, joining);
+  entries_.push_back(joining.task.local ? std::move(entry) : nullptr);
+  return scheduler_->add_task(joining, now);
+}
+
+WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time now) {
+  JoiningTask joining;
+  joining.task = entry->task;
+  joining.task.priority = priority_of(*entry);
+  joining.task.feeds = feeds_of(*entry);
+  joining.fed_by = feeders_of(*entry);
+  if (entry->kind == EntryKind::timer) {
+    const auto ghost = in_graph(*entry);
+    joining.task.deadline = ghost ? setup_.tasks.set[*ghost].deadline : joining.task.period;
+    joining.task.phase = first - now;
+    entry->next_release = first;
+  }
+  if (entry->clock == TimerClock::simulated) {
+    // Released by samples of simulated time, which a timer that is not local gives its priority.
+    JoiningTask ghost = joining;
+    ghost.task.local = false;
+    ghost.task.feeds.clear();
+    entry->ghost = add(ghost, now, entry).task;
+    joining.task.kind = TaskKind::subscription;
+    joining.task.period = joining.task.phase = {};
+    joining.fed_by = {entry->ghost};
+  }
+  const Joined joined = add(joining, now, entry);
+  entry->number = joined.task;
+  return joined.wake;
+}
+
+std::size_t Schedule::leave(Entry& entry, Time now) {
+  std::size_t dropped = 0;
+  if (entry.number == kNoTask) return dropped;
+  const auto drop = [&](TaskId task) {
+    hotpath::leave(set_, task);
+    entries_[task] = nullptr;
+    scheduler_->remove_task(task, now, [&](const Job&, Outcome) { ++dropped; });
+  };
+  drop(std::exchange(entry.number, kNoTask));
+  if (entry.ghost != kNoTask) drop(std::exchange(entry.ghost, kNoTask));
+  entry.pending = false;
+  return dropped;
+}
+
+void Schedule::forget(const Entry& entry) {
+  for (const std::shared_ptr<Entry>& other : living()) std::erase(other->feeds, &entry);
+}
+
+std::vector<std::shared_ptr<Entry>> Schedule::living() const {
+  std::vector<std::shared_ptr<Entry>> all;
+  std::ranges::copy_if(entries_, std::back_inserter(all), [](const auto& e) { return e != nullptr; });
+  return all;
+}
+
+std::size_t Schedule::queued(Time now) const {
+  std::size_t jobs = 0;
+  scheduler_->unfinished(now, [&](const Job&, Outcome) { ++jobs; });
+  return jobs;
+}
+
+bool Schedule::compact(Time now) {
+  const auto alive = static_cast<std::size_t>(
+      std::ranges::count_if(entries_, [](const auto& e) { return e != nullptr; }));
+  const std::size_t dead = entries_.size() - setup_.tasks.set.size() - alive;
+  if (dead < kDeadTasks + alive || queued(now) > 0) return false;
+  const std::vector<std::shared_ptr<Entry>> entries = living();
+  for (const std::shared_ptr<Entry>& entry : entries) {
+    entry->number = entry->ghost = kNoTask;
+    entry->group->index.reset();
+  }
+  set_ = setup_.tasks.set;
+  entries_.assign(set_.size(), nullptr);
+  scheduler_ = setup_.executor->make(set_, setup_.scheduler);
+  scheduler_->begin(now);
+  for (const std::shared_ptr<Entry>& entry : entries) join(entry, entry->next_release, now);
+  return true;
+}
+
+void Schedule::change(const Entry& entry) {
+  Task& task = set_.tasks[entry.number];
+  task.priority = priority_of(entry);
+  task.feeds = feeds_of(entry);
+  scheduler_->change_task(entry.number, task.priority, task.feeds);
+}
+
+bool Schedule::learn(TaskId from, Entry& to) {
+  if (!setup_.learn || from >= entries_.size() || !entries_[from]) return false;
+  Entry& publisher = *entries_[from];
+  if (std::ranges::count(publisher.feeds, &to) > 0) return false;
+  publisher.feeds.push_back(&to);
+  change(publisher);
+  return true;
+}
+
+void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority) {
+  if (setup_.executor->traits.policy != Policy::fp) {
+    throw std::invalid_argument("set_priority: executor `" + setup_.name +
+                                "` has an order of its own; given priorities are for fp-ro and fp-re");
+  }
+  std::erase_if(by_hand_, [](const auto& given) { return given.first.expired(); });
+  by_hand_[entity] = priority;
+  for (const std::shared_ptr<Entry>& entry : living()) {
+    if (entry->number != kNoTask) change(*entry);
+  }
+}
+
+std::vector<std::string> Schedule::order() const {
+  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  const std::vector<std::int64_t> levels = inherited_levels(set_, policy);
+  std::vector<std::shared_ptr<Entry>> entries = living();
+  const auto level = [&](const std::shared_ptr<Entry>& e) { return levels[e->number]; };
+  const bool fixed = policy != Policy::fifo && policy != Policy::edf;
+  if (fixed) std::ranges::stable_sort(entries, {}, level);
+  std::vector<std::string> texts;
+  for (const std::shared_ptr<Entry>& e : entries) {
+    std::string by = policy == Policy::edf ? "by deadline" : "by arrival";
+    if (fixed && level(e) == std::numeric_limits<std::int64_t>::max()) by = "last";
+    else if (policy == Policy::fp) by = std::to_string(level(e));
+    else if (fixed) by = std::to_string(level(e)) + " ns";
+    texts.push_back(e->id + ": " + by);
+  }
+  return texts;
+}
+
+std::vector<std::string> Schedule::unmatched() const {
+  std::vector<std::string> known, said;
+  for (const std::shared_ptr<Entry>& entry : living()) known.push_back(entry->id);
+  for (const GivenPriority& given : setup_.priorities) {
+    if (std::ranges::count(known, given.id) == 0) {
+      said.push_back(no_such_callback(setup_.priorities_file, given, known));
+    }
+  }
+  return said;
+}
+
+}  // namespace hotpath

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "setup.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <stdexcept>
+
+#include "hotpath/reference_system/graph_file.hpp"
+
+namespace hotpath {
+
+namespace {
+
+bool takes_threads(const ExecutorTraits& traits) {
+  return traits.many_workers || traits.timers == TimerHandling::release_only;
+}
+
+/// Those that rclcpp does not have itself, or that drive a timer thread.
+std::vector<std::string> known_executors() {
+  std::vector<std::string> names;
+  for (const ExecutorEntry& e : executors()) {
+    if (e.traits.family != Family::wait_set) names.emplace_back(e.name);
+  }
+  return names;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+const ExecutorEntry& known(const std::string& name) {
+  const ExecutorEntry* entry = find_executor(name);
+  if (entry == nullptr) {
+    throw std::invalid_argument("there is no executor `" + name + "`; there are " + listed(known_executors()));
+  }
+  if (entry->traits.family == Family::wait_set) {
+    throw std::invalid_argument("executor `" + name + "` is rclcpp's own " + std::string(entry->class_name) +
+                                "; PriorityExecutor has " + listed(known_executors()));
+  }
+  return *entry;
+}
+
+void apply_variant(Setup& setup, const std::string& variant) {
+  const bool ordered = setup.executor->traits.family == Family::priority_events;
+  if (const auto rule = parse<SubscriptionRule>(variant); ordered && rule) {
+    setup.scheduler.rule = *rule;
+  } else if (const auto ties = parse<Ties>(variant); ordered && ties) {
+    setup.scheduler.ties = *ties;
+  } else {
+    throw std::invalid_argument("executor `" + setup.name + "` has no variant `" + variant +
+                                "`; the paper's take first, inherit, fifo, lifo");
+  }
+}
+
+void check_threads(Setup& setup, unsigned threads) {
+  const unsigned most = takes_threads(setup.executor->traits) ? kMaxWorkers - 1 : 1;
+  if (threads >= 1 && threads <= most) {
+    setup.scheduler.workers = setup.scheduler.release_only_workers = threads;
+    return;
+  }
+  throw std::invalid_argument("executor `" + setup.name + "` cannot have " + std::to_string(threads) +
+                              " threads, but 1 to " + std::to_string(most) +
+                              "; take a release-only executor (rm-ro) or cbg for several");
+}
+
+ThreadPolicyRequest policy(const std::optional<std::string>& asked, const ThreadPolicy& otherwise) {
+  if (asked) return {parse_thread_policy(*asked), true, {}};
+  return {otherwise, false, {}};
+}
+
+}  // namespace
+
+Setup understand(const PriorityExecutorOptions& options) {
+  Setup setup;
+  setup.name = options.executor;
+  std::size_t colon = std::min(setup.name.find(':'), setup.name.size());
+  setup.executor = &known(setup.name.substr(0, colon));
+  while (colon < setup.name.size()) {
+    const std::size_t next = std::min(setup.name.find(':', colon + 1), setup.name.size());
+    apply_variant(setup, setup.name.substr(colon + 1, next - colon - 1));
+    colon = next;
+  }
+  check_threads(setup, options.threads);
+  if (!options.graph.empty()) {
+    setup.graph = load_graph(find_graph(options.graph));
+    setup.tasks = make_tasks(setup.graph);
+    for (Task& task : setup.tasks.set.tasks) task.local = false;
+  }
+  if (!options.priorities.empty()) {
+    if (setup.executor->traits.policy != Policy::fp) {
+      throw std::invalid_argument("priorities (" + options.priorities + ") are for fp-ro and fp-re; executor `" +
+                                  setup.name + "` has an order of its own");
+    }
+    setup.priorities = read_priorities(options.priorities);
+    setup.priorities_file = options.priorities;
+  }
+  setup.learn = options.learn && options.graph.empty();
+  setup.executor_threads = policy(options.executor_threads, {});
+  setup.timer_thread = policy(options.timer_thread, setup.executor->traits.raises_timer_thread
+                                                        ? raised_above(setup.executor_threads.policy)
+                                                        : ThreadPolicy{});
+  return setup;
+}
+
+}  // namespace hotpath

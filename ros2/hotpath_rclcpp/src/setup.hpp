@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hotpath/core/registry.hpp"
+#include "hotpath/live/thread_setup.hpp"
+#include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/priorities_file.hpp"
+#include "hotpath_rclcpp/priority_executor.hpp"
+
+namespace hotpath {
+
+/// PriorityExecutorOptions, understood.
+struct Setup {
+  std::string name;  ///< As given.
+  const ExecutorEntry* executor = nullptr;
+  SchedulerOptions scheduler;
+  std::vector<GivenPriority> priorities;
+  std::string priorities_file;
+  Graph graph;
+  GraphTasks tasks;  ///< Of the graph; none is local.
+  bool learn = true;
+  ThreadPolicyRequest executor_threads, timer_thread;
+};
+
+/// Throws std::invalid_argument, InputError.
+[[nodiscard]] Setup understand(const PriorityExecutorOptions& options);
+
+}  // namespace hotpath

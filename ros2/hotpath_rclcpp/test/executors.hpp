@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <rclcpp/rclcpp.hpp>
+#include <rclcpp/version.h>
+#if RCLCPP_VERSION_GTE(21, 0, 0)
+#include <rclcpp/experimental/executors/events_executor/events_executor.hpp>
+#endif
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hotpath_rclcpp/priority_executor.hpp"
+
+namespace hotpath::test {
+
+using namespace std::chrono_literals;
+
+/// Ours, and as the control rclcpp's own: what fails for both is rclcpp's.
+inline std::vector<std::string> executor_names() {
+  return {"rm-ro",     "rm-re", "dm-ro",   "edf-ro", "edf-re", "fp-ro", "fp-re", "events-ro",
+          "events-re", "cbg",   "rm-ro:2", "cbg:2",  "single", "multi", "events"};
+}
+
+inline bool is_ours(const std::string& name) {
+  return name != "single" && name != "multi" && name != "events";
+}
+
+/// `NAME` or `NAME:THREADS`. Null: this version of rclcpp has none.
+inline std::shared_ptr<rclcpp::Executor> make_executor(const std::string& name) {
+  if (name == "single") return std::make_shared<rclcpp::executors::SingleThreadedExecutor>();
+  if (name == "multi") return std::make_shared<rclcpp::executors::MultiThreadedExecutor>();
+#if RCLCPP_VERSION_GTE(21, 0, 0)
+  if (name == "events") return std::make_shared<rclcpp::experimental::executors::EventsExecutor>();
+#endif
+  if (name == "events") return nullptr;
+  PriorityExecutorOptions options;
+  const std::size_t colon = std::min(name.find(':'), name.size());
+  options.executor = name.substr(0, colon);
+  if (colon < name.size()) options.threads = static_cast<unsigned>(std::stoul(name.substr(colon + 1)));
+  return std::make_shared<PriorityExecutor>(options);
+}
+
+/// Spins in a thread of its own until it is cancelled, or goes out of scope.
+class Spinning {
+ public:
+  explicit Spinning(rclcpp::Executor& executor) : executor_(executor), thread_([this] {
+    executor_.spin();
+    ended_ = true;
+  }) {}
+  ~Spinning() { stop(); }
+  void stop() {
+    // spin() may not have begun yet, and then does not notice a cancel().
+    while (thread_.joinable() && !executor_.is_spinning() && !ended_) std::this_thread::sleep_for(1ms);
+    executor_.cancel();
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  rclcpp::Executor& executor_;
+  std::atomic_bool ended_{false};
+  std::thread thread_;
+};
+
+/// Waits until `condition` holds, for long enough for a busy machine.
+template <class Condition>
+bool eventually(Condition condition) {
+  const auto limit = std::chrono::steady_clock::now() + 10s;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > limit) return false;
+    std::this_thread::sleep_for(1ms);
+  }
+  return true;
+}
+
+/// One case per executor; a context of its own for each.
+class EveryExecutor : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    rclcpp::init(0, nullptr);
+    executor = make_executor(GetParam());
+    if (!executor) GTEST_SKIP() << "this version of rclcpp has no such executor";
+    node = std::make_shared<rclcpp::Node>("node");
+  }
+  void TearDown() override {
+    node.reset();
+    executor.reset();
+    rclcpp::shutdown();
+  }
+  [[nodiscard]] PriorityExecutor& ours() const { return dynamic_cast<PriorityExecutor&>(*executor); }
+
+  std::shared_ptr<rclcpp::Executor> executor;
+  rclcpp::Node::SharedPtr node;
+};
+
+inline std::string case_name(const testing::TestParamInfo<std::string>& info) {
+  std::string name = info.param;
+  for (char& c : name) {
+    if (c == '-' || c == ':') c = '_';
+  }
+  return name;
+}
+
+}  // namespace hotpath::test

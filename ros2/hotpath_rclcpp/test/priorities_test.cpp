@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which callback comes first, and what is said of priorities that cannot be.
+#include <algorithm>
+#include <atomic>
+#include <composition_interfaces/srv/list_nodes.hpp>
+#include <std_msgs/msg/int32.hpp>
+
+#include "executors.hpp"
+
+namespace hotpath::test {
+namespace {
+
+using std_msgs::msg::Int32;
+using Service = composition_interfaces::srv::ListNodes;
+
+class Priorities : public testing::Test {
+ protected:
+  void SetUp() override {
+    rclcpp::init(0, nullptr);
+    node = std::make_shared<rclcpp::Node>("node", rclcpp::NodeOptions()
+                                                       .start_parameter_services(false)
+                                                       .start_parameter_event_publisher(false));
+  }
+  void TearDown() override {
+    node.reset();
+    rclcpp::shutdown();
+  }
+  static PriorityExecutorOptions options(const std::string& executor) {
+    PriorityExecutorOptions o;
+    o.executor = executor;
+    return o;
+  }
+  /// Place of this callback in the order.
+  static std::ptrdiff_t place(const PriorityExecutor& executor, const std::string& id) {
+    const std::vector<std::string> order = executor.priority_order();
+    const auto found = std::find_if(order.begin(), order.end(),
+                                    [&](const std::string& text) { return text.rfind(id + ":", 0) == 0; });
+    EXPECT_NE(found, order.end()) << id;
+    return found - order.begin();
+  }
+  /// The order without what has no priority, as the services that rclcpp gives to every node.
+  static std::vector<std::string> given_order(const PriorityExecutor& executor) {
+    std::vector<std::string> order = executor.priority_order();
+    order.erase(std::remove_if(order.begin(), order.end(),
+                               [](const std::string& text) { return text.find(": last") != std::string::npos; }),
+                order.end());
+    return order;
+  }
+  template <class Callback>
+  rclcpp::SubscriptionBase::SharedPtr subscribe(const std::string& topic, Callback callback) {
+    return node->create_subscription<Int32>(topic, 10, callback);
+  }
+
+  rclcpp::Node::SharedPtr node;
+};
+
+TEST_F(Priorities, TheShorterPeriodRunsFirst) {
+  PriorityExecutor executor{"rm-ro"};
+  std::vector<char> ran;
+  // Created in the wrong order, both due at once, before the executor spins.
+  const auto slow = node->create_wall_timer(30ms, [&] { ran.push_back('s'); });
+  const auto fast = node->create_wall_timer(10ms, [&] { ran.push_back('f'); });
+  executor.add_node(node);
+  std::this_thread::sleep_for(40ms);
+  executor.spin_some();
+  ASSERT_GE(ran.size(), 2U);
+  EXPECT_EQ(ran[0], 'f');
+  EXPECT_EQ(ran[1], 's');
+}
+
+TEST_F(Priorities, ASubscriptionLearnsThePriorityOfWhoPublishes) {
+  for (const bool intra_process : {false, true}) {
+    const auto inner = std::make_shared<rclcpp::Node>(
+        intra_process ? "intra" : "inter", rclcpp::NodeOptions().use_intra_process_comms(intra_process));
+    PriorityExecutor executor{"rm-ro"};
+    const auto to_slow = inner->create_publisher<Int32>("of_slow", 10);
+    const auto to_fast = inner->create_publisher<Int32>("of_fast", 10);
+    const auto of_slow = inner->create_subscription<Int32>("of_slow", 10, [](Int32::ConstSharedPtr) {});
+    const auto of_fast = inner->create_subscription<Int32>("of_fast", 10, [](Int32::ConstSharedPtr) {});
+    const auto slow = inner->create_wall_timer(20ms, [&] { to_slow->publish(Int32()); });
+    const auto fast = inner->create_wall_timer(10ms, [&] { to_fast->publish(Int32()); });
+    executor.add_node(inner);
+    ASSERT_TRUE(eventually([&] {
+      executor.spin_some();
+      return to_slow->get_subscription_count() + to_fast->get_subscription_count() == 2;
+    }));
+    std::vector<std::string> order;
+    const std::string name = intra_process ? "/intra" : "/inter";
+    const auto learnt = [&](const std::string& text) {
+      order = executor.priority_order();
+      return std::count(order.begin(), order.end(), name + text) > 0;
+    };
+    EXPECT_TRUE(eventually([&] {
+      executor.spin_once(5ms);
+      return learnt("@Subscription(/of_slow): 20000000 ns") && learnt("@Subscription(/of_fast): 10000000 ns");
+    })) << testing::PrintToString(order);
+  }
+}
+
+TEST_F(Priorities, NothingIsLearntWhenThatIsSwitchedOff) {
+  auto o = options("rm-ro");
+  o.learn = false;
+  PriorityExecutor executor(o);
+  const auto publisher = node->create_publisher<Int32>("topic", 10);
+  int got = 0;
+  const auto subscription = subscribe("topic", [&](Int32::ConstSharedPtr) { ++got; });
+  const auto timer = node->create_wall_timer(2ms, [&] { publisher->publish(Int32()); });
+  executor.add_node(node);
+  ASSERT_TRUE(eventually([&] {
+    executor.spin_once(5ms);
+    return got >= 3;
+  }));
+  const auto order = executor.priority_order();
+  EXPECT_EQ(std::count(order.begin(), order.end(), "/node@Subscription(/topic): last"), 1)
+      << testing::PrintToString(order);
+}
+
+TEST_F(Priorities, AGraphGivesThem) {
+  auto o = options("rm-ro");
+  o.graph = "autoware";
+  PriorityExecutor executor(o);
+  const auto lidar = std::make_shared<rclcpp::Node>("PointsTransformerFront");
+  const auto map = std::make_shared<rclcpp::Node>("PointCloudMapLoader");
+  const auto subscription =
+      lidar->create_subscription<Int32>("FrontLidarDriver", 1, [](Int32::ConstSharedPtr) {});
+  const auto transformer = map->create_subscription<Int32>("PointCloudMap", 1, [](Int32::ConstSharedPtr) {});
+  executor.add_node(lidar);
+  executor.add_node(map);
+  EXPECT_LT(place(executor, "/PointsTransformerFront@Subscription(/FrontLidarDriver)"),
+            place(executor, "/PointCloudMapLoader@Subscription(/PointCloudMap)"));
+}
+
+TEST_F(Priorities, ByHandForEveryKind) {
+  PriorityExecutor executor{"fp-ro"};
+  const auto group = node->create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
+  const auto timer = node->create_wall_timer(1s, [] {});
+  const auto grouped = node->create_wall_timer(2s, [] {}, group);
+  const auto subscription = subscribe("topic", [](Int32::ConstSharedPtr) {});
+  const auto service = node->create_service<Service>(
+      "service", [](Service::Request::SharedPtr, Service::Response::SharedPtr) {});
+  const auto client = node->create_client<Service>("service");
+  executor.set_priority(timer, 5);
+  executor.set_priority(subscription, 4);
+  executor.add_node(node);  // before and after
+  executor.set_priority(std::static_pointer_cast<rclcpp::ServiceBase>(service), 3);
+  executor.set_priority(std::static_pointer_cast<rclcpp::ClientBase>(client), 2);
+  executor.set_priority(group, 1);
+  const std::vector<std::string> expected = {"/node@Timer(2000000000): 1", "/node@Client(/service): 2",
+                                             "/node@Service(/service): 3", "/node@Subscription(/topic): 4",
+                                             "/node@Timer(1000000000): 5"};
+  EXPECT_EQ(given_order(executor), expected);
+  PriorityExecutor other{"rm-ro"};
+  EXPECT_THROW(other.set_priority(timer, 1), std::invalid_argument);
+}
+
+TEST_F(Priorities, AFileGivesThem) {
+  auto o = options("fp-ro");
+  o.priorities = std::string(HOTPATH_TEST_DIR) + "/priorities.yaml";
+  PriorityExecutor executor(o);
+  std::vector<char> ran;
+  const auto ten = node->create_wall_timer(10ms, [&] { ran.push_back('t'); });
+  const auto twenty = node->create_wall_timer(20ms, [&] { ran.push_back('T'); });
+  const auto b = subscribe("b", [](Int32::ConstSharedPtr) {});
+  executor.add_node(node);
+  const std::vector<std::string> expected = {"/node@Timer(20000000): 1", "/node@Subscription(/b): 2",
+                                             "/node@Timer(10000000): 3"};
+  EXPECT_EQ(given_order(executor), expected);
+  std::this_thread::sleep_for(30ms);
+  executor.spin_some();
+  ASSERT_GE(ran.size(), 2U);
+  EXPECT_EQ(ran.front(), 'T');
+}
+
+/// What `make` throws.
+template <class Make>
+std::string refusal(Make make) {
+  try {
+    make();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(Priorities, WhatCannotBeIsRefusedInASentence) {
+  const auto refused = [&](const PriorityExecutorOptions& o) {
+    return refusal([&] { PriorityExecutor executor(o); });
+  };
+  EXPECT_NE(refused(options("rm")).find("there is no executor `rm`; there are"), std::string::npos);
+  EXPECT_NE(refused(options("default")).find("SingleThreadedExecutor"), std::string::npos);
+  EXPECT_NE(refused(options("rm-ro:last")).find("no variant `last`"), std::string::npos);
+  auto o = options("rm-re");
+  o.threads = 2;
+  EXPECT_NE(refused(o).find("cannot have 2 threads"), std::string::npos);
+  o = options("rm-ro");
+  o.priorities = "some.yaml";
+  EXPECT_NE(refused(o).find("fp-ro"), std::string::npos);
+  o = options("fp-ro");
+  o.priorities = "/nowhere/some.yaml";
+  EXPECT_NE(refused(o).find("/nowhere/some.yaml"), std::string::npos);
+  o = options("rm-ro");
+  o.graph = "nonsense";
+  EXPECT_NE(refused(o).find("nonsense"), std::string::npos);
+  o = options("rm-ro");
+  o.timer_thread = "fifo:1000";
+  EXPECT_NE(refused(o), "");
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// What can happen to a timer.
+#include <rcl/time.h>
+#include <rcl/timer.h>
+
+#include <atomic>
+
+
+#include "executors.hpp"
+
+namespace hotpath::test {
+namespace {
+
+INSTANTIATE_TEST_SUITE_P(Executors, EveryExecutor, testing::ValuesIn(executor_names()), case_name);
+
+TEST_P(EveryExecutor, ACancelledTimerRunsNoMoreUntilItIsReset) {
+  std::atomic_int ran{0}, other{0};
+  const auto timer = node->create_wall_timer(2ms, [&] { ++ran; });
+  const auto clock = node->create_wall_timer(2ms, [&] { ++other; });
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  for (int round = 0; round < 3; ++round) {
+    const int before = ran;
+    ASSERT_TRUE(eventually([&] { return ran >= before + 2; })) << round;
+    timer->cancel();
+    std::this_thread::sleep_for(10ms);  // one may be in its callback
+    const int cancelled = ran, tick = other;
+    ASSERT_TRUE(eventually([&] { return other >= tick + 10; }));
+    EXPECT_EQ(ran, cancelled);
+    timer->reset();
+  }
+}
+
+TEST_P(EveryExecutor, ATimerMayCancelItself) {
+  std::atomic_int ran{0}, other{0};
+  rclcpp::TimerBase::SharedPtr timer;
+  timer = node->create_wall_timer(2ms, [&] {
+    ++ran;
+    timer->cancel();
+  });
+  const auto clock = node->create_wall_timer(2ms, [&] { ++other; });
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  ASSERT_TRUE(eventually([&] { return other >= 10; }));
+  EXPECT_EQ(ran, 1);
+}
+
+TEST_P(EveryExecutor, ATimerThatWasCancelledBeforeRunsAfterItsReset) {
+  std::atomic_int ran{0};
+  const auto timer = node->create_wall_timer(2ms, [&] { ++ran; });
+  timer->cancel();
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(ran, 0);
+  timer->reset();
+  EXPECT_TRUE(eventually([&] { return ran >= 2; }));
+}
+
+TEST_P(EveryExecutor, AResetPostponesTheNextCall) {
+  std::atomic_int ran{0};
+  const auto timer = node->create_wall_timer(200ms, [&] { ++ran; });
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  const auto begin = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - begin < 500ms) {
+    timer->reset();
+    std::this_thread::sleep_for(5ms);
+  }
+  EXPECT_LE(ran, 1);  // a machine that stood still for that long may have had time for one
+  EXPECT_TRUE(eventually([&] { return ran >= 2; }));
+}
+
+TEST_P(EveryExecutor, AnotherPeriodCountsFromTheNextCallOn) {
+  if (!is_ours(GetParam()) && GetParam() == "events") GTEST_SKIP() << "sorts by what it read before";
+  std::atomic_int ran{0};
+  const auto timer = node->create_wall_timer(20ms, [&] { ++ran; });
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  ASSERT_TRUE(eventually([&] { return ran >= 1; }));
+  std::int64_t before = 0;
+  ASSERT_EQ(rcl_timer_exchange_period(timer->get_timer_handle().get(), 3'600'000'000'000, &before), RCL_RET_OK);
+  const int changed = ran;
+  std::this_thread::sleep_for(100ms);
+  EXPECT_LE(ran, changed + 2);
+}
+
+TEST_P(EveryExecutor, ATimerThatIsDroppedIsForgotten) {
+  std::atomic_int ran{0}, other{0};
+  auto timer = node->create_wall_timer(1ms, [&] { ++ran; });
+  const auto clock = node->create_wall_timer(2ms, [&] { ++other; });
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  ASSERT_TRUE(eventually([&] { return ran >= 2; }));
+  timer.reset();
+  std::this_thread::sleep_for(10ms);
+  const int dropped = ran, tick = other;
+  ASSERT_TRUE(eventually([&] { return other >= tick + 5; }));
+  EXPECT_EQ(ran, dropped);
+}
+
+/// A clock whose simulated time the test sets.
+class SimulatedClock {
+ public:
+  SimulatedClock() : clock(std::make_shared<rclcpp::Clock>(RCL_ROS_TIME)) {
+    const std::lock_guard lock(clock->get_clock_mutex());
+    if (rcl_enable_ros_time_override(clock->get_clock_handle()) != RCL_RET_OK) std::abort();
+  }
+  void set(std::chrono::nanoseconds now) {
+    const std::lock_guard lock(clock->get_clock_mutex());
+    if (rcl_set_ros_time_override(clock->get_clock_handle(), now.count()) != RCL_RET_OK) std::abort();
+  }
+  const rclcpp::Clock::SharedPtr clock;
+};
+
+TEST_P(EveryExecutor, SimulatedTimeReleasesItsTimers) {
+  if (GetParam() == "events") GTEST_SKIP() << "it sleeps in real time";
+  SimulatedClock simulated;
+  simulated.set(1s);
+  std::atomic_int ran{0};
+  const auto timer = rclcpp::create_timer(node, simulated.clock, rclcpp::Duration(100ms), [&] { ++ran; });
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  std::this_thread::sleep_for(150ms);
+  EXPECT_EQ(ran, 0);  // time stands still
+  for (int i = 1; i <= 5; ++i) {
+    simulated.set(1s + i * 100ms);
+    EXPECT_TRUE(eventually([&] { return ran == i; })) << i;
+  }
+  simulated.set(10s);  // one call stands for all that were missed
+  EXPECT_TRUE(eventually([&] { return ran == 6; }));
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(ran, 6);
+}
+
+TEST_P(EveryExecutor, TimersOfTheSystemsClockRun) {
+  std::atomic_int ran{0};
+  const auto clock = std::make_shared<rclcpp::Clock>(RCL_SYSTEM_TIME);
+  const auto timer = rclcpp::create_timer(node, clock, rclcpp::Duration(2ms), [&] { ++ran; });
+  const auto ros = rclcpp::create_timer(node, node->get_clock(), rclcpp::Duration(2ms), [&] { ++ran; });
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  EXPECT_TRUE(eventually([&] { return ran >= 10; }));
+}
+
+/// Every nominal instant has its callback though the executor is late: release-only queues what rcl skips. Only
+/// instants at which the machine held up the timer thread itself are missing.
+TEST_P(EveryExecutor, ReleaseOnlyLosesNoTimestamp) {
+  if (!is_ours(GetParam()) || GetParam().find("-ro") == std::string::npos) GTEST_SKIP() << "not release-only";
+  std::mutex mutex;
+  std::vector<std::uint64_t> sequences;
+  bool held_up = false;
+  std::uint64_t skipped = 0;
+  const auto timer = node->create_wall_timer(5ms, [&] {
+    const std::lock_guard lock(mutex);
+    const auto running = PriorityExecutor::running_callback();
+    ASSERT_TRUE(running);
+    skipped += running->skipped;
+    sequences.push_back(running->sequence);
+    if (!std::exchange(held_up, true)) std::this_thread::sleep_for(250ms);
+  });
+  executor->add_node(node);
+  {
+    const Spinning spinning(*executor);
+    ASSERT_TRUE(eventually([&] {
+      const std::lock_guard lock(mutex);
+      return sequences.size() >= 60;
+    }));
+  }
+  EXPECT_EQ(sequences.back() + 1, sequences.size() + skipped);
+  EXPECT_LT(skipped, 25U);  // half of what the executor was late
+  EXPECT_FALSE(PriorityExecutor::running_callback());
+}
+
+}  // namespace
+}  // namespace hotpath::test

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// The process of a repetition of `hotpath run --stack rclcpp`: its only argument is the plan, JSON.
+#include <csignal>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/run_life.hpp"
+#include "system.hpp"
+
+namespace hotpath {
+namespace {
+
+using nlohmann::json;
+
+void run(const json& plan, const Channel& coordinator) {
+  Graph graph = load_graph(plan.at("graph"));
+  if (plan.contains("work")) graph.work = *parse<WorkMode>(plan.at("work").get<std::string>());
+  if (plan.contains("load")) scale_to_load(graph, plan.at("load"));
+  GraphTasks tasks = make_tasks(graph);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    tasks.set.tasks[id].phase = Duration(plan.at("phases_ns").at(id).get<std::int64_t>());
+  }
+  if (const std::vector<int> cpus = plan.at("cpus"); !cpus.empty()) pin_to_cpus(cpus);
+  if (plan.at("lock_memory")) lock_memory();
+  const json& size = plan.at("memory");
+  RunMemory memory({size.at("tasks"), size.at("workers"), size.at("jobs"), size.at("chains"), size.at("executors")},
+                   size.at("descriptor"));
+  RclcppSystem system(graph, tasks, plan, memory);
+  const auto settle = [&] {
+    // What has been delivered and was not taken is in the middleware; nothing is on its way within a process.
+  };
+  RunLife(coordinator).live_through(system, now() + Duration(plan.at("time_out_ns").get<std::int64_t>()), settle);
+}
+
+}  // namespace
+}  // namespace hotpath
+
+int main(int argc, char** argv) {
+  using namespace hotpath;
+  if (argc != 2 || argv[1][0] != '{') {
+    std::cerr << "This program is started by `hotpath run --stack rclcpp`, with the plan of a repetition.\n";
+    return 2;
+  }
+  const json plan = json::parse(argv[1]);
+  const Channel coordinator(plan.at("channel").get<int>());
+  // The coordinator answers for the terminal's signals.
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+  int code = 1;
+  try {
+    rclcpp::init(0, nullptr, rclcpp::InitOptions(), rclcpp::SignalHandlerOptions::None);
+    rclcpp::get_logger("hotpath_rclcpp").set_level(rclcpp::Logger::Level::Warn);
+    run(plan, coordinator);
+    code = 0;
+  } catch (const CoordinatorGone&) {
+  } catch (const std::exception& error) {
+    coordinator.send({ChannelMessage::Kind::failed, {}, error.what()});
+  }
+  rclcpp::shutdown();
+  return code;
+}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <rclcpp/rclcpp.hpp>
+#include <thread>
+#include <vector>
+
+#include "hotpath/reference_system/typed_live_nodes.hpp"
+#include "transport.hpp"
+
+namespace hotpath {
+
+/// The nodes of a graph on rclcpp under one executor; as LiveSystem, for RunLife. A job's record is made in its
+/// callback: what the executor does around it is between the records.
+class RclcppSystem : private SampleSink {
+ public:
+  /// `plan` is what hotpath gives the runner. Throws std::runtime_error, InputError.
+  RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nlohmann::json& plan, RunMemory& memory);
+
+  void wait_until_matched(Time deadline) { nodes_->wait_until_matched(deadline); }
+  /// Timers fall due at `epoch` plus their phases.
+  void start(Time epoch, Time end);
+  void stop();
+  Time join();
+  void close();
+  [[nodiscard]] std::uint64_t arrived(TaskId task) const { return tasks_of_run_[task].next; }
+  [[nodiscard]] std::vector<WorkerThread> workers() const;
+
+ private:
+  struct OfTask {
+    std::mutex mutex;
+    std::uint64_t next = 0;          ///< Sequence after that of the last job.
+    std::optional<JobRecord> last;  ///< Timers: not yet written, since what it skips is not yet known.
+    rclcpp::TimerBase::SharedPtr timer;
+    bool one_writer = true;
+  };
+
+  void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
+  void add_timer(TaskId task);
+  void run_timer(TaskId task, std::optional<Time> expected);
+  /// Sequence of the timer's job that starts now.
+  std::uint64_t timer_sequence(TaskId task, std::optional<Time> expected);
+  void run(JobRecord& record, Sample sample);
+  void write(const JobRecord& record);
+  Worker own_worker(bool timer);
+
+  const GraphTasks tasks_;
+  RunMemory& memory_;
+  Executor::Logs logs_;
+  const ExecutorEntry& entry_;
+  RclcppTransport* transport_ = nullptr;  // the nodes'
+  std::unique_ptr<LiveNodes> nodes_;
+  std::deque<OfTask> tasks_of_run_;
+  std::shared_ptr<rclcpp::Executor> executor_;
+  Time epoch_{};
+  std::atomic<Time> end_{kNever};
+  std::atomic<Worker> threads_{0};
+  std::thread thread_;
+  std::exception_ptr error_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,154 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the fuzz targets of build-fuzz/ (launch_scripts/fuzz.sh builds them) on all processors, and says what they tried.
+
+What a target finds is kept in build-fuzz/found/; its input belongs into test/fuzz/corpus/TARGET/ of its package once it
+is mended. `--replay` runs every input that is kept, and nothing else. With `--publish` the executions are added to
+results/reliability/fuzz.json, which docs/reliability.md shows.
+"""
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build-fuzz"
+RESULT = ROOT / "results" / "reliability" / "fuzz.json"
+
+# Target: the shipped files that it starts from.
+SEEDS = {
+    "graph": "reference_system/graphs/*.yaml",
+    "deployment": "reference_system/deployments/*.yaml",
+    "cie": "",
+    "phases": "reference_system/ros2_reference/rclcpp_autoware_phases.csv",
+    "golden_trace": "reference_system/ros2_reference/traces*/*.csv",
+    "sag_csv": "",
+    "run_json": "bench/test/fuzz/run/run.json",
+    "jobs_csv": "bench/test/fuzz/run/jobs.csv",
+    "chains_csv": "bench/test/fuzz/run/chains.csv",
+    "messages": "",
+    "telemetry": "",
+    "parameters": "",
+}
+LONGEST_INPUT = 16384
+# No hang above a second; no allocation beyond 4096 times the longest input, 256 MiB more for all together.
+LIMITS = [f"-max_len={LONGEST_INPUT}", "-timeout=1", "-malloc_limit_mb=64", "-rss_limit_mb=1024"]
+
+
+def corpus(target: str) -> list[Path]:
+    """The inputs that are kept for a target."""
+    return sorted(ROOT.glob(f"*/test/fuzz/corpus/{target}/*"))
+
+
+def run(target: str, arguments: list[str], limit_s: float) -> tuple[int, str]:
+    """Exit code and what the target wrote."""
+    program = BUILD / "fuzz" / f"fuzz_{target}"
+    environment = dict(os.environ, ASAN_OPTIONS="detect_leaks=1:allocator_may_return_null=0")
+    done = subprocess.run(
+        [program, *LIMITS, "-print_final_stats=1", *arguments],
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=limit_s + 300,
+        env=environment,
+        check=False,
+    )
+    return done.returncode, done.stderr
+
+
+def executions(log: str) -> int:
+    """As libFuzzer tells it at its end."""
+    return sum(int(n) for n in re.findall(r"stat::number_of_executed_units: (\d+)", log))
+
+
+def replay(target: str) -> tuple[str, int, list[str]]:
+    """All inputs that are kept: name, executions, what went wrong."""
+    inputs = [str(file) for file in [*corpus(target), *sorted(ROOT.glob(SEEDS[target] or "-"))]]
+    if not inputs:
+        return target, 0, []
+    code, log = run(target, inputs, 60)
+    return target, len(inputs), [] if code == 0 else [f"{target}: {log[-2000:]}"]
+
+
+def fuzz(target: str, seconds: float) -> tuple[str, int, list[str]]:
+    """New inputs for so long; goes on after a finding."""
+    grown, seeds, found = (BUILD / name / target for name in ("corpus", "seeds", "found"))
+    for folder in (grown, seeds, found):
+        folder.mkdir(parents=True, exist_ok=True)
+    for file in [*corpus(target), *ROOT.glob(SEEDS[target] or "-")]:
+        link = seeds / f"{file.parent.name}-{file.name}"
+        if not link.exists():
+            link.symlink_to(file)
+    count, wrong, end = 0, [], time.monotonic() + seconds
+    while (left := end - time.monotonic()) >= 1:
+        options = [f"-max_total_time={int(left)}", f"-artifact_prefix={found}/", str(grown), str(seeds)]
+        code, log = run(target, options, left)
+        count += executions(log)
+        if code != 0:
+            reason = re.search(r"(SUMMARY: .*|.*runtime error.*|terminate called.*\n.*)", log)
+            artifact = re.search(r"Test unit written to (.*)", log)
+            wrong.append(
+                f"{target}: {reason[0] if reason else log[-500:]} ({artifact[1] if artifact else 'no input'})"
+            )
+            if len(wrong) == 5:
+                break
+    return target, count, wrong
+
+
+def publish(results: list[tuple[str, int, list[str]]], seconds: float) -> None:
+    """Adds them to those of earlier runs."""
+    before = (
+        json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {"targets": {}, "seconds": 0}
+    )
+    targets = before["targets"]
+    for target, count, wrong in results:
+        entry = targets.setdefault(target, {"executions": 0, "findings": 0})
+        entry["executions"] += count
+        entry["findings"] += len(wrong)
+        entry["kept"] = len(corpus(target))
+    RESULT.parent.mkdir(parents=True, exist_ok=True)
+    facts = {
+        "date": time.strftime("%Y-%m-%d"),
+        "seconds": round(before["seconds"] + seconds),
+        "targets": targets,
+    }
+    RESULT.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
+
+
+def main() -> int:
+    """The exit code: 1 after a finding."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+    parser.add_argument(
+        "minutes", type=float, nargs="?", default=1, help="for all targets together (default: 1)"
+    )
+    parser.add_argument("--replay", action="store_true", help="only the inputs that are kept")
+    parser.add_argument("--publish", action="store_true", help="add the executions to results/reliability/")
+    parser.add_argument("--only", help="targets, with commas between them")
+    options = parser.parse_args()
+    names = options.only.split(",") if options.only else list(SEEDS)
+    targets = [t for t in names if (BUILD / "fuzz" / f"fuzz_{t}").exists()]
+    if not targets:
+        print("fuzz.py: there are no fuzz targets; build them with launch_scripts/fuzz.sh", file=sys.stderr)
+        return 2
+    processors = len(os.sched_getaffinity(0))
+    seconds = 60 * options.minutes
+    share = max(2.0, seconds * processors / len(targets))
+    with ThreadPoolExecutor(processors) as pool:
+        results = list(pool.map(replay if options.replay else lambda t: fuzz(t, share), targets))
+    for target, count, wrong in results:
+        print(f"{target:<14}{count:>12} executions, {len(wrong)} findings")
+        for sentence in wrong:
+            print(f"  {sentence}")
+    if options.publish:
+        publish(results, share * len(targets))
+    return 1 if any(wrong for _, _, wrong in results) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
