@@ -137,8 +137,8 @@ std::string third_sentence(const Advice& advice) {
     if (!doubt.same_first) shaken += (shaken.empty() ? "" : " and ") + doubt.assumption;
   }
   if (advice.doubts.empty()) return text + ".";
-  return text + (shaken.empty() ? "; it stays first in every doubt below."
-                                : "; another is first with " + shaken + ".");
+  return text + (shaken.empty() ? "; none of the doubts below brings another before it."
+                                : "; another comes before it with " + shaken + ".");
 }
 
 TextTable ranking_table(const Advice& advice) {

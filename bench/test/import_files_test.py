@@ -218,7 +218,7 @@ class ImportFiles(CommandTest):
                 "--deployments",
                 RECORDED / "autoware_universe.yaml",
             ),
-            *("--phases", "random", "--repetitions", 3, "--duration", 30),
+            *("--phases", "random", "--repetitions", 5, "--duration", 40),
         )
         (executor,) = run.summary()["executors"]
         predicted = {c["chain"]: c["end_to_end_latency_ms"] for c in executor["chains"]}
