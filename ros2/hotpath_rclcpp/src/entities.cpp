@@ -56,7 +56,7 @@ void set_callback(rclcpp::GuardCondition& condition, const std::function<void(st
 std::shared_ptr<Group> make_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   const bool reentrant = group->type() == rclcpp::CallbackGroupType::Reentrant;
   return std::make_shared<Group>(
-      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, std::nullopt, group});
+      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, 0, 0, group});
 }
 
 std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& entity,

@@ -14,7 +14,8 @@ namespace hotpath {
 /// A callback group as the scheduler numbers it.
 struct Group {
   CallbackGroup kind{};
-  std::optional<std::uint32_t> index;  ///< Guarded by the driver's lock; none: the scheduler has none of it.
+  std::uint32_t index = 0;       ///< In the scheduler of this generation. Guarded by the driver's lock.
+  std::uint64_t generation = 0;  ///< 0: in none.
   std::weak_ptr<rclcpp::CallbackGroup> group;
 };
 
