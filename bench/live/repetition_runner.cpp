@@ -74,7 +74,8 @@ class Coordinator {
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
       children_.clear();  // the other processes' channels are not ours to hold open
-      if (plan_.executor.stack == Stack::rclcpp) return become_rclcpp_runner(plan_, memories_[process], coordinator);
+      if (plan_.executor.stack == Stack::rclcpp)
+        return become_rclcpp_runner(plan_, memories_[process], coordinator);
       return run_process(plan_, process, process_of_node_, memories_, coordinator);
     });
     if (child.id < 0) {

@@ -38,7 +38,8 @@ void read_callbacks(const YamlMap& map, std::vector<GivenPriority>& priorities) 
 
 std::vector<GivenPriority> read_priorities(const std::string& path) {
   const std::string remedy = std::string("the file is `priorities: ") + kExample + "`";
-  const YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), remedy), "the file", 1), "the file");
+  const YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), remedy), "the file", 1),
+                    "the file");
   map.check_keys({"priorities"});
   std::vector<GivenPriority> priorities;
   for (const YamlValue& value : map.require("priorities", kExample).list("a callback")) {
@@ -51,8 +52,8 @@ std::vector<GivenPriority> read_priorities(const std::string& path) {
 
 std::string no_such_callback(const std::string& path, const GivenPriority& given,
                              std::span<const std::string> known) {
-  return path + ":" + std::to_string(given.line) + ": no callback " + given.id +
-         " so far; " + suggest(given.id, known);
+  return path + ":" + std::to_string(given.line) + ": no callback " + given.id + " so far; " +
+         suggest(given.id, known);
 }
 
 }  // namespace hotpath

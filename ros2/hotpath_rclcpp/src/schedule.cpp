@@ -144,8 +144,8 @@ std::size_t Schedule::queued(Time now) const {
 }
 
 bool Schedule::compact(Time now) {
-  const auto alive = static_cast<std::size_t>(
-      std::ranges::count_if(entries_, [](const auto& e) { return e != nullptr; }));
+  const auto alive =
+      static_cast<std::size_t>(std::ranges::count_if(entries_, [](const auto& e) { return e != nullptr; }));
   const std::size_t dead = entries_.size() - setup_.tasks.set.size() - alive;
   if (dead < kDeadTasks + alive || queued(now) > 0) return false;
   const std::vector<std::shared_ptr<Entry>> entries = living();
@@ -197,9 +197,12 @@ std::vector<std::string> Schedule::order() const {
   std::vector<std::string> texts;
   for (const std::shared_ptr<Entry>& e : entries) {
     std::string by = policy == Policy::edf ? "by deadline" : "by arrival";
-    if (fixed && level(e) == std::numeric_limits<std::int64_t>::max()) by = "last";
-    else if (policy == Policy::fp) by = std::to_string(level(e));
-    else if (fixed) by = std::to_string(level(e)) + " ns";
+    if (fixed && level(e) == std::numeric_limits<std::int64_t>::max())
+      by = "last";
+    else if (policy == Policy::fp)
+      by = std::to_string(level(e));
+    else if (fixed)
+      by = std::to_string(level(e)) + " ns";
     texts.push_back(e->id + ": " + by);
   }
   return texts;

@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// The scheduler of one executor, and what of rclcpp its tasks are. Serialised by the driver's lock. `now` never
-/// decreases.
+/// The scheduler of one executor, and what of rclcpp its tasks are. Serialised by the driver's lock. `now`
+/// never decreases.
 class Schedule {
  public:
   explicit Schedule(Setup setup);
