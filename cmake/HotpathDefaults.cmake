@@ -108,7 +108,7 @@ endfunction()
 # hotpath_fuzz_target(name source libraries...): libFuzzer program fuzz_<name>, one of the target `fuzzers`.
 function(hotpath_fuzz_target name source)
   add_executable(fuzz_${name} ${source})
-  target_include_directories(fuzz_${name} PRIVATE ${CMAKE_SOURCE_DIR}/bench)
+  target_include_directories(fuzz_${name} PRIVATE ${CMAKE_SOURCE_DIR}/bench ${CMAKE_SOURCE_DIR}/analysis/include)
   target_link_libraries(fuzz_${name} PRIVATE ${ARGN})
   target_link_options(fuzz_${name} PRIVATE -fsanitize=fuzzer)
   set_target_properties(fuzz_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fuzz)

@@ -63,7 +63,8 @@ json executors_json(const ImportFacts& facts) {
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
       const RecordedThread& thread = facts.recording.system.threads[t];
-      threads.push_back({{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", thread.processors}});
+      threads.push_back(
+          {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
     executors.push_back({{"name", executor.name},
                          {"process", executor.process},
@@ -192,7 +193,7 @@ json import_json(const ImportFacts& facts) {
           {"rcl_version", facts.recording.system.rcl_version},
           {"executors", executors_json(facts)},
           {"tried", tried},
-          {"entity_order_contradicts_creation", best.order.contradicting},
+          {"entity_order_contradicts_creation", best.precedence.contradicting},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts.recording)},
           {"left_out", housekeeping_json(facts)},

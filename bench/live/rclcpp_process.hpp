@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 
 namespace hotpath {

@@ -42,9 +42,9 @@ def draw(folder: str) -> None:
     style.rows_of_labels(axes, names, xlabel="latency (ms)")
     worst = max(row["worst_ms"]["value"] for row in rows)
     axes.set_xlim(0, 1.05 * worst)
-    key = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
-    key.append(style.dot("bound, end to end", marker=">", color=FAINT))
-    style.add_key(figure, key, 4)
+    marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
+    marks.append(style.dot("bound, end to end", marker=">", color=FAINT))
+    style.add_key(figure, marks, 4)
     subtitle = (
         f"{advice['chain']} of {advice['graph']}, best first by {advice['objective']}; "
         f"{advice['draws']} draws of {advice['seconds']:g} s, {advice['cores']} cores"

@@ -46,8 +46,9 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   [[nodiscard]] std::size_t queued();
 
   void join(const std::shared_ptr<Entry>& entry);
-  /// The entity stays as it is; nothing of it starts any more.
-  void leave(const std::shared_ptr<Entry>& entry);
+  /// The entity stays as it is; nothing of it starts any more. Returns what was ready and did not start, as it
+  /// was announced: for waitables which of their entities, for others zeros.
+  std::vector<int> leave(const std::shared_ptr<Entry>& entry);
 
   /// What the entities' callbacks call.
   void arrived(const std::shared_ptr<Entry>& entry, std::size_t count, int which);

@@ -11,6 +11,30 @@ namespace {
 
 using IntraProcess = rclcpp::experimental::SubscriptionIntraProcessBase;
 
+/// What was announced to one executor and not taken is announced to the next: middleware announces it once.
+class Announced {
+ public:
+  void keep(const std::weak_ptr<void>& entity, std::vector<int> what) {
+    if (what.empty() || entity.expired()) return;
+    const std::lock_guard lock(mutex_);
+    std::erase_if(kept_, [](const auto& item) { return item.first.expired(); });
+    kept_[entity] = std::move(what);
+  }
+  std::vector<int> take(const std::weak_ptr<void>& entity) {
+    const std::lock_guard lock(mutex_);
+    const auto found = kept_.find(entity);
+    if (found == kept_.end()) return {};
+    std::vector<int> what = std::move(found->second);
+    kept_.erase(found);
+    return what;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::weak_ptr<void>, std::vector<int>, std::owner_less<>> kept_;
+};
+Announced announced;
+
 /// Room for what is ready and did not start, per entity. What does not fit is not lost: its event remains.
 constexpr std::uint32_t kMostDepth = 256;
 constexpr std::uint32_t kDepthOfOthers = 16;
@@ -241,6 +265,9 @@ void Entities::refresh_locked() {
 
 void Entities::listen(const std::shared_ptr<Entry>& entry) {
   driver_->join(entry);
+  if (entry->kind != EntryKind::timer) {
+    for (const int which : announced.take(entry->entity)) driver_->arrived(entry, 1, which);
+  }
   const auto arrived = [driver = driver_, entry](std::size_t count) { driver->arrived(entry, count, 0); };
   try {
     if (const auto s = entry->entity.lock(); !s) return;
@@ -274,10 +301,6 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
         const auto waitable = lock<rclcpp::Waitable>(*entry);
         waitable->set_on_ready_callback(
             [driver = driver_, entry](std::size_t count, int which) { driver->arrived(entry, count, which); });
-        // What came before, and was announced to another executor, is announced to nobody again.
-        if (entry->intra_process && versions::has_message(static_cast<IntraProcess&>(*waitable))) {
-          driver_->arrived(entry, entry->task.depth, 0);
-        }
         return;
       }
     }
@@ -310,7 +333,8 @@ void Entities::ignore(const std::shared_ptr<Entry>& entry) {
         break;
     }
   }
-  driver_->leave(entry);
+  std::vector<int> left = driver_->leave(entry);
+  if (entry->kind != EntryKind::timer) announced.keep(entry->entity, std::move(left));
 }
 
 }  // namespace hotpath

@@ -110,16 +110,18 @@ WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time n
   return joined.wake;
 }
 
-void Schedule::leave(Entry& entry, Time now) {
-  if (entry.number == kNoTask) return;
+std::size_t Schedule::leave(Entry& entry, Time now) {
+  std::size_t dropped = 0;
+  if (entry.number == kNoTask) return dropped;
   const auto drop = [&](TaskId task) {
     hotpath::leave(set_, task);
     entries_[task] = nullptr;
-    scheduler_->remove_task(task, now, [](const Job&, Outcome) {});
+    scheduler_->remove_task(task, now, [&](const Job&, Outcome) { ++dropped; });
   };
   drop(std::exchange(entry.number, kNoTask));
   if (entry.ghost != kNoTask) drop(std::exchange(entry.ghost, kNoTask));
   entry.pending = false;
+  return dropped;
 }
 
 void Schedule::forget(const Entry& entry) {

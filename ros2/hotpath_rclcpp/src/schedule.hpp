@@ -22,8 +22,8 @@ class Schedule {
 
   /// The entry, which is in no schedule, gets a task; `first` is a timer's first release.
   WorkerSet join(const std::shared_ptr<Entry>& entry, Time first, Time now);
-  /// No job of it starts any more.
-  void leave(Entry& entry, Time now);
+  /// No job of it starts any more; returns how many were released or unread.
+  std::size_t leave(Entry& entry, Time now);
   /// It will not come back.
   void forget(const Entry& entry);
 

@@ -47,7 +47,7 @@ class Container : public testing::Test {
   typename Service::Response::SharedPtr call(const std::string& name, typename Service::Request::SharedPtr request) {
     const auto client = node->create_client<Service>("/ComponentManager/_container/" + name);
     if (!client->wait_for_service(20s)) return nullptr;
-    const auto answer = client->async_send_request(request);
+    auto answer = client->async_send_request(request);
     if (rclcpp::spin_until_future_complete(node, answer, 20s) != rclcpp::FutureReturnCode::SUCCESS) return nullptr;
     return answer.future.get();
   }

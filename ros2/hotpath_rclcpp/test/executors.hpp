@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <rclcpp/rclcpp.hpp>
+#include <rclcpp/version.h>
 #if RCLCPP_VERSION_GTE(21, 0, 0)
 #include <rclcpp/experimental/executors/events_executor/events_executor.hpp>
 #endif

@@ -38,6 +38,14 @@ class Priorities : public testing::Test {
     EXPECT_NE(found, order.end()) << id;
     return found - order.begin();
   }
+  /// The order without what has no priority, as the services that rclcpp gives to every node.
+  static std::vector<std::string> given_order(const PriorityExecutor& executor) {
+    std::vector<std::string> order = executor.priority_order();
+    order.erase(std::remove_if(order.begin(), order.end(),
+                               [](const std::string& text) { return text.find(": last") != std::string::npos; }),
+                order.end());
+    return order;
+  }
   template <class Callback>
   rclcpp::SubscriptionBase::SharedPtr subscribe(const std::string& topic, Callback callback) {
     return node->create_subscription<Int32>(topic, 10, callback);
@@ -140,7 +148,7 @@ TEST_F(Priorities, ByHandForEveryKind) {
   const std::vector<std::string> expected = {"/node@Timer(2000000000): 1", "/node@Client(/service): 2",
                                              "/node@Service(/service): 3", "/node@Subscription(/topic): 4",
                                              "/node@Timer(1000000000): 5"};
-  EXPECT_EQ(executor.priority_order(), expected);
+  EXPECT_EQ(given_order(executor), expected);
   PriorityExecutor other{"rm-ro"};
   EXPECT_THROW(other.set_priority(timer, 1), std::invalid_argument);
 }
@@ -156,7 +164,7 @@ TEST_F(Priorities, AFileGivesThem) {
   executor.add_node(node);
   const std::vector<std::string> expected = {"/node@Timer(20000000): 1", "/node@Subscription(/b): 2",
                                              "/node@Timer(10000000): 3"};
-  EXPECT_EQ(executor.priority_order(), expected);
+  EXPECT_EQ(given_order(executor), expected);
   std::this_thread::sleep_for(30ms);
   executor.spin_some();
   ASSERT_GE(ran.size(), 2U);

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "hotpath/reference_system/live_nodes.hpp"
+#include "hotpath/reference_system/typed_live_nodes.hpp"
 #include "transport.hpp"
 
 namespace hotpath {
@@ -50,6 +50,7 @@ class RclcppSystem : private SampleSink {
 
   const GraphTasks tasks_;
   RunMemory& memory_;
+  Executor::Logs logs_;
   const ExecutorEntry& entry_;
   RclcppTransport* transport_ = nullptr;  // the nodes'
   std::unique_ptr<LiveNodes> nodes_;

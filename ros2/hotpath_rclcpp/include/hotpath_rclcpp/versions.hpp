@@ -43,15 +43,16 @@ inline void on_reset(rclcpp::TimerBase& timer, const std::function<void(std::siz
 }
 
 /// Calls the timer and runs its callback; false: it is cancelled and nothing ran.
-inline bool run(rclcpp::TimerBase& timer) {
-#if RCLCPP_VERSION_GTE(26, 0, 0)
-  const std::shared_ptr<void> data = timer.call();
-  if (!data) return false;
-  timer.execute_callback(data);
-#else
-  if (!timer.call()) return false;
-  timer.execute_callback();
-#endif
+template <class Timer>
+bool run_timer(Timer& timer) {
+  if constexpr (std::is_same_v<decltype(timer.call()), bool>) {  // to Iron
+    if (!timer.call()) return false;
+    timer.execute_callback();
+  } else {
+    const std::shared_ptr<void> data = timer.call();
+    if (!data) return false;
+    timer.execute_callback(data);
+  }
   return true;
 }
 

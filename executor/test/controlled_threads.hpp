@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// A world of threads for BasicExecutor in which a test decides at each step which one goes on: threads are
+// fibers of one real thread, time stands still but for steps of 1 ns and for jumps to the next instant that
+// somebody waits for.
+#pragma once
+
+#include <ucontext.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hotpath/live/executor.hpp"
+
+namespace hotpath::test {
+
+/// Who decides. `options` >= 2; option 0 lets the thread go on that runs, if `goes_on`, any other preempts
+/// it.
+class Choices {
+ public:
+  virtual ~Choices() = default;
+  virtual std::size_t choose(std::size_t options, bool goes_on) = 0;
+};
+
+/// What is broken on purpose.
+enum class Fault { none, lost_unpark, ticket_ignored };
+
+class World {
+ public:
+  World(Choices& choices, Fault broken) : fault(broken), choices_(choices) {
+    current_world = this;
+    fibers_.push_back(std::make_unique<Fiber>());  // the test itself
+  }
+  ~World() { current_world = nullptr; }
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  static World& current() { return *current_world; }
+  const Fault fault;
+  /// Called when everybody waits, before time jumps.
+  std::function<void()> when_idle = [] {};
+  /// The first thing that went wrong; empty: nothing.
+  std::string defect;
+
+  Time now() { return clock_ += Duration(1); }
+
+  std::size_t start(std::function<void()> body) {
+    Fiber& fiber = *fibers_.emplace_back(std::make_unique<Fiber>());
+    fiber.body = std::move(body);
+    fiber.stack = take_stack();
+    getcontext(&fiber.context);
+    fiber.context.uc_stack.ss_sp = fiber.stack.get();
+    fiber.context.uc_stack.ss_size = kStack;
+    makecontext(&fiber.context, run_current, 0);
+    return fibers_.size() - 1;
+  }
+
+  bool ended(std::size_t fiber) const { return fibers_[fiber]->ended; }
+
+  /// Somebody else may go on here.
+  void step() {
+    wait([] { return true; });
+  }
+
+  /// Until `ready`, or until an instant. `early`: it may end for no reason.
+  void wait(std::function<bool()> ready, Time until = kNever, bool early = false) {
+    Fiber& self = *fibers_[running_];
+    self.ready = std::move(ready);
+    self.until = until;
+    self.early = early;
+    go_on();
+  }
+
+ private:
+  static constexpr std::size_t kStack = 64 << 10;
+  using Stack = std::unique_ptr<char[]>;
+  struct Fiber {
+    ucontext_t context{};
+    Stack stack;
+    std::function<void()> body;
+    std::function<bool()> ready = [] { return true; };
+    Time until = kNever;
+    bool early = false;
+    bool ended = false;
+  };
+
+  static std::vector<Stack>& stacks() {
+    static std::vector<Stack> unused;
+    return unused;
+  }
+  static Stack take_stack() {
+    if (stacks().empty()) return Stack(new char[kStack]);
+    Stack stack = std::move(stacks().back());
+    stacks().pop_back();
+    return stack;
+  }
+
+  static void run_current() {
+    World& world = current();
+    world.fibers_[world.running_]->body();
+    world.fibers_[world.running_]->ended = true;
+    stacks().push_back(
+        std::move(world.fibers_[world.running_]->stack));  // nobody takes it before we have left
+    world.go_on();
+  }
+
+  bool may_go_on(std::size_t f) const {
+    const Fiber& fiber = *fibers_[f];
+    return !fiber.ended && (fiber.until <= clock_ || fiber.ready());
+  }
+
+  /// Next instant that a waiting thread waits for.
+  Time next_instant() const {
+    Time next = kNever;
+    for (std::size_t f = 0; f < fibers_.size(); ++f) {
+      if (!fibers_[f]->ended && !may_go_on(f)) next = std::min(next, fibers_[f]->until);
+    }
+    return next;
+  }
+
+  /// Without memory of its own: a thread that has ended never comes back to give it back.
+  void go_on() {
+    std::array<std::size_t, kMostThreads> able{};
+    std::size_t count = 0;
+    const bool goes_on = may_go_on(running_);
+    if (goes_on) able[count++] = running_;
+    for (std::size_t f = 0; f < fibers_.size(); ++f) {
+      if (f != running_ && may_go_on(f)) able[count++] = f;
+    }
+    const Time next = next_instant();
+    if (count == 0) {
+      when_idle();
+      next == kNever ? break_deadlock() : static_cast<void>(clock_ = next);
+      return go_on();
+    }
+    // Time may pass while somebody could go on.
+    const std::size_t options = count + (next != kNever ? 1 : 0);
+    const std::size_t chosen = options < 2 ? 0 : choices_.choose(options, goes_on);
+    if (chosen == count) {
+      clock_ = next;
+      return go_on();
+    }
+    switch_to(able[chosen]);
+  }
+
+  /// So that the threads of a broken executor can end.
+  void break_deadlock() {
+    if (defect.empty()) defect = "all threads wait for ever";
+    bool broken = false;
+    for (const auto& fiber : fibers_) {
+      if (fiber->ended || !fiber->early) continue;
+      fiber->until = clock_;
+      broken = true;
+    }
+    if (!broken) std::abort();
+  }
+
+  void switch_to(std::size_t next) {
+    const std::size_t before = std::exchange(running_, next);
+    if (before != next) swapcontext(&fibers_[before]->context, &fibers_[next]->context);
+  }
+
+  static constexpr std::size_t kMostThreads = 16;
+  static inline World* current_world = nullptr;
+  Choices& choices_;
+  std::vector<std::unique_ptr<Fiber>> fibers_;
+  std::size_t running_ = 0;
+  Time clock_{};
+};
+
+/// For BasicExecutor.
+struct ControlledSync {
+  struct Mutex {
+    void lock() {
+      World::current().wait([this] { return !held; });
+      held = true;
+    }
+    void unlock() { held = false; }
+    bool held = false;
+  };
+  struct Parker {
+    [[nodiscard]] std::uint32_t ticket() const { return tickets; }
+    void park_until(std::uint32_t ticket, Time until) {
+      World& world = World::current();
+      const std::uint32_t from = world.fault == Fault::ticket_ignored ? (world.step(), tickets) : ticket;
+      world.wait([this, from] { return tickets != from; }, until, true);
+    }
+    void unpark() {
+      World::current().step();
+      if (World::current().fault != Fault::lost_unpark) ++tickets;
+    }
+    std::uint32_t tickets = 0;
+  };
+  struct Thread {
+    Thread() = default;
+    explicit Thread(std::function<void()> body) : fiber(World::current().start(std::move(body))) {}
+    [[nodiscard]] bool joinable() const { return fiber != 0; }
+    void join() {
+      World::current().wait([this] { return World::current().ended(fiber); });
+      fiber = 0;
+    }
+    std::size_t fiber = 0;
+  };
+  struct Latch {
+    explicit Latch(std::ptrdiff_t count) : left(count) {}
+    void count_down() { --left; }
+    void wait() {
+      World::current().wait([this] { return left == 0; });
+    }
+    std::ptrdiff_t left;
+  };
+  static Time now() { return World::current().now(); }
+  static ThreadPolicy prepare_thread(WorkerRole, const ThreadPolicyRequest&) { return {}; }
+};
+
+}  // namespace hotpath::test
