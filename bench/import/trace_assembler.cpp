@@ -65,8 +65,18 @@ void TraceAssembler::visit(const TraceEvent& e) {
       return publish(e, true);
     case K::rmw_publish:
       return stamp(e);
-    case K::rmw_take:
-      return take(e);
+    case K::bind_stamp:
+      return stamp(e);
+    case K::rmw_take: {
+      const auto known = rmw_subscriptions_.find(first);
+      if (known != rmw_subscriptions_.end() && e.number[2] != 0) take(e, known->second, e.number[1]);
+      return;
+    }
+    case K::dispatch_subscription_callback: {
+      const auto known = callbacks_.find(first);
+      if (known != callbacks_.end()) take(e, known->second, e.number[1]);
+      return;
+    }
     case K::buffer_to_ipb:
       ipb_of_buffer_[first] = e.number[1];
       return;
@@ -252,21 +262,18 @@ void TraceAssembler::deliver(const TraceEvent& e, std::uint32_t subscription, co
 /// The timestamp that readers will see.
 void TraceAssembler::stamp(const TraceEvent& e) {
   const Thread& thread = threads_[thread_index(e)];
-  if (thread.topic == kNone || thread.message != e.number[0] || e.number[1] == 0) return;
+  const bool of_message = e.kind == TraceEventKind::bind_stamp || thread.message == e.number[0];
+  if (thread.topic == kNone || !of_message || e.number[1] == 0) return;
   for (const std::uint32_t subscription : system_.topics[thread.topic].subscriptions) {
     if (subscription >= readers_.size() || readers_[subscription].unread.empty()) continue;
     Unread& unread = readers_[subscription].unread.back();
-    if (unread.publication == thread.publication) unread.source_ns = e.number[1];
+    if (unread.publication == thread.publication && unread.source_ns == 0) unread.source_ns = e.number[1];
   }
 }
 
-void TraceAssembler::take(const TraceEvent& e) {
-  const auto known = rmw_subscriptions_.find({e.process, e.number[0]});
-  if (known == rmw_subscriptions_.end() || e.number[2] == 0) return;
-  const std::uint32_t subscription = known->second;
+void TraceAssembler::take(const TraceEvent& e, std::uint32_t subscription, std::uint64_t source_ns) {
   readers_.resize(std::max(readers_.size(), system_.callbacks.size()));
   auto& unread = readers_[subscription].unread;
-  const std::uint64_t source_ns = e.number[1];
   auto found = std::ranges::find(unread, source_ns, &Unread::source_ns);
   if (found == unread.end()) {
     // Humble's publications have no timestamps: the middleware's follows their event at once.

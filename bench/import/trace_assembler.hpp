@@ -78,7 +78,7 @@ class TraceAssembler final : public TraceVisitor {
   void publish(const TraceEvent& e, bool intra_process);
   void deliver(const TraceEvent& e, std::uint32_t subscription, const Thread& thread, bool intra_process);
   void stamp(const TraceEvent& e);
-  void take(const TraceEvent& e);
+  void take(const TraceEvent& e, std::uint32_t subscription, std::uint64_t source_ns);
   void enqueue(const TraceEvent& e);
   void dequeue(const TraceEvent& e);
   void hold(Thread& thread, std::uint32_t subscription, std::deque<Unread>::iterator found);

@@ -35,6 +35,10 @@ std::span<const TraceEventFormat> trace_event_formats() {
       TraceEventFormat{"ros2:rclcpp_intra_publish", K::intra_publish, {"publisher_handle", "message"}},
       TraceEventFormat{
           "ros2:rmw_take", K::rmw_take, {"rmw_subscription_handle", "source_timestamp", "taken"}},
+      TraceEventFormat{"ros2:dispatch_subscription_callback",
+                       K::dispatch_subscription_callback,
+                       {"callback", "source_stamp"}},
+      TraceEventFormat{"ros2_caret:dds_bind_addr_to_stamp", K::bind_stamp, {"addr", "source_stamp"}},
       TraceEventFormat{"ros2:rclcpp_buffer_to_ipb", K::buffer_to_ipb, {"buffer", "ipb"}},
       TraceEventFormat{"ros2:rclcpp_ipb_to_subscription", K::ipb_to_subscription, {"ipb", "subscription"}},
       TraceEventFormat{"ros2:rclcpp_ring_buffer_enqueue", K::ring_buffer_enqueue, {"buffer", "index"}},

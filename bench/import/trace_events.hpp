@@ -12,7 +12,8 @@
 
 namespace hotpath {
 
-/// The events of ros2_tracing (provider `ros2`, versions 4 to 8) that an import looks at.
+/// The events of ros2_tracing (provider `ros2`, versions 2 to 8) that an import looks at, and the one of
+/// CARET that tells source timestamps where the older of these do not.
 enum class TraceEventKind : std::uint8_t {
   rcl_init,
   node_init,
@@ -30,6 +31,8 @@ enum class TraceEventKind : std::uint8_t {
   rmw_publish,
   intra_publish,
   rmw_take,
+  dispatch_subscription_callback,
+  bind_stamp,
   buffer_to_ipb,
   ipb_to_subscription,
   ring_buffer_enqueue,
