@@ -16,6 +16,7 @@
 #include "import/trace_assembler.hpp"
 #include "program/errors.hpp"
 #include "program/progress.hpp"
+#include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
@@ -271,6 +272,7 @@ class CtfImport final : public RecordedJobSink {
     }
     const ImportFacts facts{reading_, *recording_, found_, later_jobs_, options_.trace};
     write_whole_file(output_ / "import.json", "--output", import_json(facts));
+    draw_figure("import-page", output_);
     tell_import(std::cout, facts, output_);
   }
 

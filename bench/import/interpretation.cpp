@@ -14,6 +14,9 @@ namespace hotpath {
 
 namespace {
 
+/// Execution times whose first autocorrelation is above are not independent.
+constexpr double kCorrelated = 0.1;
+
 const ExecutorEntry& entry_of(const std::string& label) { return *parse_executor(label, {}).entry; }
 
 class Interpreter {
@@ -32,6 +35,7 @@ class Interpreter {
     make_trace();
     set_times();
     made_.tasks = make_tasks(made_.graph);
+    if (hang_together()) made_.graph.platform.execution_times = ExecutionTimeModel::replayed;
     choose_executor(folder);
     std::vector<ChainObservation> seen = recorded_chains(recording_.system, recording_.graph, window());
     for (ChainObservation& o : seen) {
@@ -86,7 +90,7 @@ class Interpreter {
     GraphPlatform& platform = made_.graph.platform;
     platform.cores = recording_.cores;
     platform.execution_times = ExecutionTimeModel::measured;
-    double dispatch = 0, wait = 0, wake_up = 0, delivery = 0, jobs = 0;
+    double dispatch = 0, wait = 0, wake_up = 0, jobs = 0;
     for (std::size_t e = 0; e < made_.labels.size(); ++e) {
       const RecordedExecutor& executor = recording_.executors.executors[e];
       const RecordedCosts costs =
@@ -100,11 +104,7 @@ class Interpreter {
       };
       add(dispatch, costs.dispatch);
       add(wait, costs.wait);
-      // A timer's releaser wakes the thread that runs its job: two wake-ups.
-      const TimerHandling timers = entry_of(made_.labels[e]).traits.timers;
-      const bool two = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
-      wake_up += weight * static_cast<double>(costs.wake_up.median.count()) / (two ? 2 : 1);
-      add(delivery, costs.delivery);
+      add(wake_up, costs.wake_up);
       jobs += weight;
     }
     const auto mean = [&](double sum) {
@@ -113,7 +113,6 @@ class Interpreter {
     platform.dispatch_cost = mean(dispatch);
     platform.wait_cost = mean(wait);
     platform.wake_up = mean(wake_up);
-    platform.delivery_delay = mean(delivery);
   }
 
   void make_trace() {
@@ -152,6 +151,26 @@ class Interpreter {
       callback.worst = most;
       callback.measured = std::make_shared<const std::vector<Duration>>(std::move(times[id]));
     }
+  }
+
+  /// Whether a job tells something of the next one of its task: the first autocorrelation, weighted by work.
+  /// Independent draws would lose it.
+  bool hang_together() const {
+    double correlated = 0, work = 0;
+    for (const Callback& callback : made_.tasks.callbacks) {
+      if (!callback.measured || callback.measured->size() < 20) continue;
+      const std::vector<Duration>& times = *callback.measured;
+      double sum = 0, square = 0, next = 0;
+      for (const Duration t : times) sum += to_ms(t);
+      const double mean = sum / static_cast<double>(times.size());
+      for (std::size_t i = 0; i < times.size(); ++i) {
+        square += (to_ms(times[i]) - mean) * (to_ms(times[i]) - mean);
+        if (i > 0) next += (to_ms(times[i]) - mean) * (to_ms(times[i - 1]) - mean);
+      }
+      if (square > 0) correlated += sum * next / square;
+      work += sum;
+    }
+    return correlated > kCorrelated * work;
   }
 
   void choose_executor(const std::filesystem::path& folder) {

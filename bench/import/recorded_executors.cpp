@@ -220,9 +220,17 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   const bool tells_waits = std::ranges::any_of(window.jobs, [&](const RecordedJob& job) {
     return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
   });
+  // A timer's releaser wakes the thread that runs its job.
+  const TimerHandling timers = entry.traits.timers;
+  const bool two_wake_ups = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
+  std::map<std::int32_t, Time> busy_until;        // by processor: by the jobs before the one at hand
   std::map<std::uint32_t, std::size_t> previous;  // by thread
   std::vector<Duration> dispatch, wait, wake_up, delivery;
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
+    if (i > 0 && window.jobs[i - 1].ended) {
+      Time& until = busy_until[window.jobs[i - 1].processor];
+      until = std::max(until, window.jobs[i - 1].finish);
+    }
     const RecordedJob& job = window.jobs[i];
     if (!job.ended || std::ranges::find(executor.threads, job.thread) == executor.threads.end()) continue;
     const auto before = previous.find(job.thread);
@@ -240,15 +248,19 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
       const bool waited = wait_set && (tells_waits ? job.waited : new_round);
       (waited ? wait : dispatch).push_back(gap);
     } else {
+      // Another job on the processor made it wait, not the wake-up.
+      if (busy_until[job.processor] > timestamp) continue;
       const bool timer = graph.tasks.set[task].kind == TaskKind::timer;
-      (timer ? wake_up : delivery).push_back(job.start - timestamp);
+      const Duration late = job.start - timestamp;
+      wake_up.push_back(timer && two_wake_ups ? late / 2 : late);
+      if (!timer) delivery.push_back(late);
     }
   }
   RecordedCosts costs;
   costs.dispatch = cost_of(std::move(dispatch), Duration::zero());
   costs.wait = cost_of(std::move(wait), costs.dispatch.median);
   costs.wake_up = cost_of(std::move(wake_up), costs.dispatch.median);
-  costs.delivery = cost_of(std::move(delivery), costs.dispatch.median + costs.wake_up.median);
+  costs.delivery = cost_of(std::move(delivery), costs.dispatch.median);
   return costs;
 }
 
@@ -265,6 +277,7 @@ Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow&
     }
     together.push_back(task);
   };
+  std::map<std::uint32_t, Time> started;  // by node: its latest job
   const bool snapshots_known = wait_sets && std::ranges::any_of(window.jobs, &RecordedJob::waited);
   std::map<std::uint32_t, std::vector<TaskId>> snapshots;                   // by thread
   std::map<std::pair<TaskId, std::uint64_t>, std::vector<TaskId>> readers;  // by publishing job
@@ -275,8 +288,12 @@ Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow&
       if (window.jobs[i].waited) snapshot.clear();
       if (job.task != kNoTask) in_order(snapshot, job.task);
     } else if (job.task != kNoTask && job.parent.task != kNoTask) {
-      in_order(readers[{job.parent.task, job.parent.sequence}], job.task);
+      // A node that had another job since was in the queue already.
+      const auto last = started.find(graph.tasks.origin[job.task].node);
+      if (last == started.end() || last->second < job.timestamp)
+        in_order(readers[{job.parent.task, job.parent.sequence}], job.task);
     }
+    if (job.task != kNoTask) started[graph.tasks.origin[job.task].node] = window.jobs[i].start;
   }
   if (pairs > 0) found.contradicting = static_cast<double>(contradicting) / static_cast<double>(pairs);
   return found;

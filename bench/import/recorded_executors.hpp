@@ -41,10 +41,8 @@ struct MeasuredCost {
 struct RecordedCosts {
   MeasuredCost dispatch;  ///< End of a job to the start of the next one, ready, of the same snapshot.
   MeasuredCost wait;      ///< The same where it took a new wait, beyond the dispatch.
-  MeasuredCost
-      wake_up;  ///< A timer's instant to the start of its job on an idle thread, beyond the dispatch.
-  MeasuredCost
-      delivery;  ///< Publication to the start of an idle subscriber, beyond the dispatch and the wake-up.
+  MeasuredCost wake_up;   ///< Release of a job to its start on a thread that slept, beyond the dispatch.
+  MeasuredCost delivery;  ///< The same of subscriptions alone, from the publication on.
 };
 
 /// `records` are those of all `jobs` of the graph, parallel; both by start.

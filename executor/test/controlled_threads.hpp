@@ -19,12 +19,12 @@
 
 namespace hotpath::test {
 
-/// Who decides. `options` >= 2; option 0 lets the thread go on that runs, if `goes_on`, any other preempts
-/// it.
+/// Who decides. `options` >= 2, of which the first `free` ones (>= 1) disturb nobody: the thread that runs
+/// goes on, or, if it waits, another one. The others preempt it, or let time pass meanwhile.
 class Choices {
  public:
   virtual ~Choices() = default;
-  virtual std::size_t choose(std::size_t options, bool goes_on) = 0;
+  virtual std::size_t choose(std::size_t options, std::size_t free) = 0;
 };
 
 /// What is broken on purpose.
@@ -140,7 +140,7 @@ class World {
     }
     // Time may pass while somebody could go on.
     const std::size_t options = count + (next != kNever ? 1 : 0);
-    const std::size_t chosen = options < 2 ? 0 : choices_.choose(options, goes_on);
+    const std::size_t chosen = options < 2 ? 0 : choices_.choose(options, goes_on ? 1 : count);
     if (chosen == count) {
       clock_ = next;
       return go_on();

@@ -56,7 +56,7 @@ void set_callback(rclcpp::GuardCondition& condition, const std::function<void(st
 std::shared_ptr<Group> make_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   const bool reentrant = group->type() == rclcpp::CallbackGroupType::Reentrant;
   return std::make_shared<Group>(
-      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, std::nullopt, group});
+      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, 0, 0, group});
 }
 
 std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& entity,
@@ -139,7 +139,8 @@ void Entities::remove_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   const std::lock_guard lock(mutex_);
   const auto found = groups_.find(group);
   if (found == groups_.end() || !found->second.by_hand) {
-    throw std::runtime_error("Callback group needs to be associated with this executor, by add_callback_group.");
+    throw std::runtime_error(
+        "Callback group needs to be associated with this executor, by add_callback_group.");
   }
   groups_.erase(found);
   set_callback(*versions::changes_of(*group, context_), nullptr);
@@ -229,7 +230,8 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
           e.topic = intra_process->get_topic_name();
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(intra_process->get_actual_qos());
-          if (const auto s = subscription_of.find(Handle(w)); s != subscription_of.end()) e.stands_for = s->second;
+          if (const auto s = subscription_of.find(Handle(w)); s != subscription_of.end())
+            e.stands_for = s->second;
         });
       });
 }
@@ -299,14 +301,17 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
         return lock<rclcpp::ClientBase>(*entry)->set_on_new_response_callback(arrived);
       case EntryKind::waitable: {
         const auto waitable = lock<rclcpp::Waitable>(*entry);
-        waitable->set_on_ready_callback(
-            [driver = driver_, entry](std::size_t count, int which) { driver->arrived(entry, count, which); });
+        waitable->set_on_ready_callback([driver = driver_, entry](std::size_t count, int which) {
+          driver->arrived(entry, count, which);
+        });
         return;
       }
     }
   } catch (const std::exception& error) {
-    throw std::runtime_error("PriorityExecutor cannot serve " + entry->id + ": it does not call back when it is "
-                             "ready (" + error.what() + "). Middleware: " + rmw_get_implementation_identifier() +
+    throw std::runtime_error("PriorityExecutor cannot serve " + entry->id +
+                             ": it does not call back when it is "
+                             "ready (" +
+                             error.what() + "). Middleware: " + rmw_get_implementation_identifier() +
                              "; rmw_fastrtps_cpp and rmw_cyclonedds_cpp do, and rclcpp's wait-set executors "
                              "serve what does not.");
   }

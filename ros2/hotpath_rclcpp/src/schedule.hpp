@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// The scheduler of one executor, and what of rclcpp its tasks are. Serialised by the driver's lock. `now` never
-/// decreases.
+/// The scheduler of one executor, and what of rclcpp its tasks are. Serialised by the driver's lock. `now`
+/// never decreases.
 class Schedule {
  public:
   explicit Schedule(Setup setup);
@@ -60,6 +60,7 @@ class Schedule {
 
   const Setup setup_;
   TaskSet set_;
+  std::uint64_t generation_ = 1;  ///< Of the scheduler.
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::shared_ptr<Entry>> entries_;  // by task
   Handles by_hand_;

@@ -179,11 +179,13 @@ TEST_P(EveryExecutor, TakesUpWhatComesWhileItSpins) {
 TEST_P(EveryExecutor, ServesGroupsThatAreAddedByHand) {
   const auto group = node->create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive, false);
   std::atomic_int ran{0}, late{0};
-  const auto timer = node->create_wall_timer(2ms, [&] { ++ran; }, group);
+  const auto timer = node->create_wall_timer(
+      2ms, [&] { ++ran; }, group);
   executor->add_callback_group(group, node->get_node_base_interface());
   const Spinning spinning(*executor);
   EXPECT_TRUE(eventually([&] { return ran >= 2; }));
-  const auto second = node->create_wall_timer(2ms, [&] { ++late; }, group);
+  const auto second = node->create_wall_timer(
+      2ms, [&] { ++late; }, group);
   EXPECT_TRUE(eventually([&] { return late >= 2; }));
   EXPECT_THROW(executor->add_callback_group(group, node->get_node_base_interface()), std::runtime_error);
   executor->remove_callback_group(group);

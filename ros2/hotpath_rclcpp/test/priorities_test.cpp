@@ -17,9 +17,8 @@ class Priorities : public testing::Test {
  protected:
   void SetUp() override {
     rclcpp::init(0, nullptr);
-    node = std::make_shared<rclcpp::Node>("node", rclcpp::NodeOptions()
-                                                       .start_parameter_services(false)
-                                                       .start_parameter_event_publisher(false));
+    node = std::make_shared<rclcpp::Node>(
+        "node", rclcpp::NodeOptions().start_parameter_services(false).start_parameter_event_publisher(false));
   }
   void TearDown() override {
     node.reset();
@@ -41,9 +40,10 @@ class Priorities : public testing::Test {
   /// The order without what has no priority, as the services that rclcpp gives to every node.
   static std::vector<std::string> given_order(const PriorityExecutor& executor) {
     std::vector<std::string> order = executor.priority_order();
-    order.erase(std::remove_if(order.begin(), order.end(),
-                               [](const std::string& text) { return text.find(": last") != std::string::npos; }),
-                order.end());
+    order.erase(
+        std::remove_if(order.begin(), order.end(),
+                       [](const std::string& text) { return text.find(": last") != std::string::npos; }),
+        order.end());
     return order;
   }
   template <class Callback>
@@ -134,7 +134,8 @@ TEST_F(Priorities, ByHandForEveryKind) {
   PriorityExecutor executor{"fp-ro"};
   const auto group = node->create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
   const auto timer = node->create_wall_timer(1s, [] {});
-  const auto grouped = node->create_wall_timer(2s, [] {}, group);
+  const auto grouped = node->create_wall_timer(
+      2s, [] {}, group);
   const auto subscription = subscribe("topic", [](Int32::ConstSharedPtr) {});
   const auto service = node->create_service<Service>(
       "service", [](Service::Request::SharedPtr, Service::Response::SharedPtr) {});

@@ -5,7 +5,6 @@
 
 #include <atomic>
 
-
 #include "executors.hpp"
 
 namespace hotpath::test {
@@ -79,7 +78,8 @@ TEST_P(EveryExecutor, AnotherPeriodCountsFromTheNextCallOn) {
   const Spinning spinning(*executor);
   ASSERT_TRUE(eventually([&] { return ran >= 1; }));
   std::int64_t before = 0;
-  ASSERT_EQ(rcl_timer_exchange_period(timer->get_timer_handle().get(), 3'600'000'000'000, &before), RCL_RET_OK);
+  ASSERT_EQ(rcl_timer_exchange_period(timer->get_timer_handle().get(), 3'600'000'000'000, &before),
+            RCL_RET_OK);
   const int changed = ran;
   std::this_thread::sleep_for(100ms);
   EXPECT_LE(ran, changed + 2);
@@ -143,8 +143,8 @@ TEST_P(EveryExecutor, TimersOfTheSystemsClockRun) {
   EXPECT_TRUE(eventually([&] { return ran >= 10; }));
 }
 
-/// Every nominal instant has its callback though the executor is late: release-only queues what rcl skips. Only
-/// instants at which the machine held up the timer thread itself are missing.
+/// Every nominal instant has its callback though the executor is late: release-only queues what rcl skips.
+/// Only instants at which the machine held up the timer thread itself are missing.
 TEST_P(EveryExecutor, ReleaseOnlyLosesNoTimestamp) {
   if (!is_ours(GetParam()) || GetParam().find("-ro") == std::string::npos) GTEST_SKIP() << "not release-only";
   std::mutex mutex;

@@ -38,11 +38,16 @@ void set_phase(rclcpp::TimerBase& timer, Time first, Duration period) {
 
 RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nlohmann::json& plan,
                            RunMemory& memory)
-    : tasks_(tasks), memory_(memory), logs_(memory.jobs()), entry_(entry_of(plan)), tasks_of_run_(tasks.set.size()) {
+    : tasks_(tasks),
+      memory_(memory),
+      logs_(memory.jobs()),
+      entry_(entry_of(plan)),
+      tasks_of_run_(tasks.set.size()) {
   auto transport = std::make_unique<RclcppTransport>(graph, tasks_, plan.at("namespace"));
   transport_ = transport.get();
-  nodes_ = std::make_unique<TypedLiveNodes<Messages>>(graph, tasks_, Calibration{plan.at("divisions_per_us")},
-                                                      memory, TaskHistory<RclcppMessage>(), std::move(transport));
+  nodes_ =
+      std::make_unique<TypedLiveNodes<Messages>>(graph, tasks_, Calibration{plan.at("divisions_per_us")},
+                                                 memory, TaskHistory<RclcppMessage>(), std::move(transport));
   nodes_->connect(*this);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const auto feeders = std::ranges::count_if(
@@ -146,7 +151,8 @@ std::uint64_t RclcppSystem::timer_sequence(TaskId task, std::optional<Time> expe
   const Task& timer = tasks_.set[task];
   const Time first = epoch_ + timer.phase;
   const auto index = [&](Time nominal) {
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, (nominal - first + timer.period / 2) / timer.period));
+    return static_cast<std::uint64_t>(
+        std::max<std::int64_t>(0, (nominal - first + timer.period / 2) / timer.period));
   };
   if (const auto running = PriorityExecutor::running_callback()) return index(Time(running->timestamp));
   if (expected) return index(*expected);

@@ -14,8 +14,8 @@
 
 namespace hotpath {
 
-/// The nodes of a graph on rclcpp under one executor; as LiveSystem, for RunLife. A job's record is made in its
-/// callback: what the executor does around it is between the records.
+/// The nodes of a graph on rclcpp under one executor; as LiveSystem, for RunLife. A job's record is made in
+/// its callback: what the executor does around it is between the records.
 class RclcppSystem : private SampleSink {
  public:
   /// `plan` is what hotpath gives the runner. Throws std::runtime_error, InputError.
@@ -33,7 +33,7 @@ class RclcppSystem : private SampleSink {
  private:
   struct OfTask {
     std::mutex mutex;
-    std::uint64_t next = 0;          ///< Sequence after that of the last job.
+    std::uint64_t next = 0;         ///< Sequence after that of the last job.
     std::optional<JobRecord> last;  ///< Timers: not yet written, since what it skips is not yet known.
     rclcpp::TimerBase::SharedPtr timer;
     bool one_writer = true;

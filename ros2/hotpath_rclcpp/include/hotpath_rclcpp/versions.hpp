@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <rclcpp/rclcpp.hpp>
 #include <rclcpp/version.h>
+#include <rclcpp/rclcpp.hpp>
 
 #include <memory>
 #include <type_traits>
@@ -23,9 +23,9 @@ struct Passed<Pointer, std::void_t<decltype(static_cast<void (rclcpp::Executor::
 using NodeBase = rclcpp::node_interfaces::NodeBaseInterface;
 using NodeBaseArgument = Passed<NodeBase::SharedPtr>::Type;
 using NodeArgument = Passed<std::shared_ptr<rclcpp::Node>>::Type;
-using GroupArgument = std::conditional_t<std::is_reference_v<NodeBaseArgument>,
-                                         const rclcpp::CallbackGroup::SharedPtr&,
-                                         rclcpp::CallbackGroup::SharedPtr>;
+using GroupArgument =
+    std::conditional_t<std::is_reference_v<NodeBaseArgument>, const rclcpp::CallbackGroup::SharedPtr&,
+                       rclcpp::CallbackGroup::SharedPtr>;
 
 /// Iron on: a timer tells of its reset.
 #define HOTPATH_TIMERS_TELL_OF_RESETS RCLCPP_VERSION_GTE(21, 0, 0)

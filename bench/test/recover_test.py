@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command is killed at random instants, HOTPATH_KILLS (default 6) times: what it had stored becomes a result.
+
+With HOTPATH_RELIABILITY, a folder, the counts are written to its kills.json.
+"""
+
+import json
+import os
+import pathlib
+import random
+import shutil
+import unittest
+
+from hotpath_command import CommandTest, RunFolder
+
+WRONG_USE = 2
+KILLS = int(os.environ.get("HOTPATH_KILLS", "6"))
+RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 4, "--transport", "intra_process",
+       "--load", 1, "--duration", 0.1, "--warm-up", 0)  # fmt: skip
+
+
+def processes_of(session):
+    """Living processes of a session."""
+    found = []
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(stat.parent.name)
+    return found
+
+
+class Recover(CommandTest):
+    def kill_after(self, seconds, output):
+        """A run that is killed; without its children it leaves what it had on disk."""
+        process = self.start(*RUN, "--output", output)
+        try:
+            process.wait(timeout=seconds)
+        except Exception:  # pylint: disable=broad-except
+            process.kill()
+        self.finish(process)
+        self.wait_for(lambda: not processes_of(process.pid), "a process lives on")
+
+    def named_runs(self, folder):
+        file = folder / "run.json"
+        return json.loads(file.read_text())["runs"] if file.exists() else []
+
+    def defect_of(self, folder):
+        """What is wrong with a recovered run; empty: nothing."""
+        run = RunFolder(folder)
+        if run.run["complete"] or not run.run["partial"]:
+            return "it is not marked partial"
+        if {f for f in run.files() if f.endswith((".part", ".recovered"))}:
+            return "parts are left"
+        if set(run.jobs()) != {(r["executor"], r["repetition"]) for r in run.run["runs"]}:
+            return "rows and run.json name other repetitions"
+        if not all(e["loss_equations"]["hold"] for e in run.summary()["executors"]):
+            return "rows are missing"
+        return ""
+
+    def test_killed_at_random_instants(self):
+        instants = random.Random(KILLS)
+        recovered = refused = 0
+        for k in range(KILLS):
+            folder = self.folder / f"run{k}"
+            self.kill_after(instants.uniform(0, 6), folder)
+            if (folder / "run.json").exists() and RunFolder(folder).run["complete"]:
+                continue  # it was faster
+            code, _, err = self.command("recover", folder)
+            if self.named_runs(folder):
+                self.assertEqual((code, self.defect_of(folder)), (0, ""), err)
+                recovered += 1
+            else:
+                self.assertEqual(code, WRONG_USE, err)
+                self.assertIn("hotpath: recover", err)
+                self.assertFalse((folder / "jobs.csv").exists())
+                refused += 1
+        print(f"{recovered} recovered, {refused} killed before anything was stored")
+        if "HOTPATH_RELIABILITY" in os.environ:
+            facts = {"kills": KILLS, "recovered": recovered, "nothing_stored": refused}
+            (pathlib.Path(os.environ["HOTPATH_RELIABILITY"]) / "kills.json").write_text(json.dumps(facts, indent=2) + "\n")
+
+    def killed_copy(self, rows):
+        """A folder as a kill leaves it, of which jobs.csv.part has only the first share of its rows."""
+        whole = self.measure(*RUN)
+        folder = self.folder / "killed"
+        shutil.copytree(whole.path, folder)
+        facts = dict(whole.run, complete=False)
+        (folder / "run.json").write_text(json.dumps(facts))
+        (folder / "summary.json").unlink()
+        text = (folder / "jobs.csv").read_bytes()
+        (folder / "jobs.csv.part").write_bytes(text[: int(len(text) * rows)])
+        (folder / "jobs.csv").unlink()
+        (folder / "chains.csv").rename(folder / "chains.csv.part")
+        return folder
+
+    def test_rows_of_an_unfinished_repetition_are_left_out(self):
+        folder = self.killed_copy(1)
+        with open(folder / "jobs.csv.part", "a", encoding="utf-8") as jobs:
+            jobs.write("rm-ro,99,FrontLidarDriver,timer,0,ran,1,1,1,2,,3,0,0,0,,\nrm-ro,99,Front")
+        self.accepted("recover", folder)
+        self.assertEqual(self.defect_of(folder), "")
+
+    def test_the_check_finds_rows_that_were_not_on_disk(self):
+        """As if run.json named a repetition before its rows were stored."""
+        folder = self.killed_copy(0.9)
+        self.command("recover", folder)
+        self.assertNotEqual(self.defect_of(folder), "")
+
+    def test_nothing_to_recover(self):
+        whole = self.measure(*RUN)
+        code, _, err = self.command("recover", whole.path)
+        self.assertEqual(code, WRONG_USE)
+        self.assertIn("`hotpath summarize`", err)
+        code, _, err = self.command("recover", self.folder)
+        self.assertEqual(code, WRONG_USE)
+        self.assertIn("run.json", err)
+
+    def test_results_are_the_users_alone(self):
+        whole = self.measure(*RUN)
+        for file in [whole.path, *whole.path.iterdir()]:
+            self.assertEqual(file.stat().st_mode & 0o077, 0, file)
+
+
+if __name__ == "__main__":
+    unittest.main()
