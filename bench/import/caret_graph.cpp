@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "hotpath/core/registry.hpp"
+#include "import/caret_parts.hpp"
 #include "import/import_caret.hpp"
 #include "program/text.hpp"
 
@@ -12,7 +12,6 @@ namespace hotpath {
 namespace {
 
 constexpr const char* kExternal = "external";
-constexpr unsigned kMostThreads = 4;
 /// Frequencies that differ by less fit alike.
 constexpr double kSameFrequency = 0.03;
 
@@ -53,7 +52,7 @@ class CaretGraph {
     assign_publications();
     add_external();
     make_nodes();
-    make_chains();
+    add_chains(architecture_, out_);
     deploy();
     say();
   }
@@ -343,135 +342,10 @@ class CaretGraph {
     }
   }
 
-  void make_chains() {
-    const GraphTasks tasks = make_tasks(out_.graph);
-    for (const CaretPath& path : architecture_.paths) {
-      Chain chain;
-      chain.name = path.name;
-      if (const std::string broken = append_steps(path, tasks, chain); !broken.empty()) {
-        out_.missing.push_back(concat("path ", path.name, " is not a chain: ", broken, "."));
-        continue;
-      }
-      chain.sources = {chain.nodes.front()};
-      chain.sink = chain.nodes.back();
-      out_.graph.chains.push_back(std::move(chain));
-    }
-  }
-
-  static void append(Chain& chain, const std::string& task) {
-    if (std::ranges::count(chain.nodes, task) == 0) chain.nodes.push_back(task);
-  }
-
-  /// Returns why the path cannot be followed; empty: it can.
-  std::string append_steps(const CaretPath& path, const GraphTasks& tasks, Chain& chain) const {
-    for (const CaretStep& step : path.steps) {
-      const std::string node = graph_node_name(step.node);
-      if (!step.subscribed.empty()) {
-        const std::string task = node + "/" + graph_topic_name(step.subscribed);
-        if (!find_task(tasks, task)) return concat("node ", node, " does not take ", step.subscribed);
-        append(chain, task);
-      }
-      if (step.published.empty()) continue;
-      const auto publisher = publisher_of(tasks, node, graph_topic_name(step.published));
-      if (!publisher) return concat("no callback of ", node, " publishes ", step.published);
-      append(chain, tasks.set[*publisher].name);
-    }
-    if (chain.nodes.empty()) return "it names no topic";
-    return last_merged(tasks, chain);
-  }
-
-  /// A chain cannot end where a sample is only stored: it ends in the callback that takes it.
-  static std::string last_merged(const GraphTasks& tasks, Chain& chain) {
-    const TaskId sink = *find_task(tasks, chain.nodes.back());
-    if (!tasks.callbacks[sink].stores_only) return "";
-    const std::vector<TaskId> next = tasks.downstream(sink);
-    if (next.empty()) return "its end only stores samples";
-    append(chain, tasks.set[next.front()].name);
-    return "";
-  }
-
-  static std::optional<TaskId> find_task(const GraphTasks& tasks, const std::string& name) {
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      if (tasks.set[id].name == name) return id;
-    }
-    return std::nullopt;
-  }
-
-  std::optional<TaskId> publisher_of(const GraphTasks& tasks, const std::string& node,
-                                     const std::string& topic) const {
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const auto same = [&](const Publication& p) { return p.topic == topic; };
-      if (out_.graph.nodes[tasks.origin[id].node].name == node &&
-          std::ranges::any_of(tasks.callbacks[id].publishes, same)) {
-        return id;
-      }
-    }
-    return std::nullopt;
-  }
-
   void deploy() {
-    std::map<std::string, std::uint32_t> executor_of_group;
-    Deployment& deployment = out_.deployment;
-    deployment.description = "Executors as CARET saw them";
-    for (const CaretExecutor& caret : architecture_.executors) {
-      if (caret.groups.empty()) continue;
-      DeployedExecutor& executor = deployment.executors.emplace_back();
-      executor.name = caret.name;
-      // A thread for each group is as good as more.
-      const auto threads = std::min<std::size_t>(kMostThreads, std::max<std::size_t>(2, caret.groups.size()));
-      executor.executor = caret.multi_threaded ? concat("multi:", threads) : kBaselineExecutor;
-      for (const std::string& group : caret.groups) {
-        executor_of_group[group] = static_cast<std::uint32_t>(deployment.executors.size() - 1);
-      }
-    }
-    if (deployment.executors.empty()) return;
-    give_tasks(executor_of_group);
-  }
-
-  void give_tasks(const std::map<std::string, std::uint32_t>& executor_of_group) {
-    std::map<std::string, std::uint32_t> executor_of_callback;
-    for (const CaretNode& node : architecture_.nodes) {
-      for (const CaretGroup& group : node.groups) {
-        const auto found = executor_of_group.find(group.name);
-        if (found == executor_of_group.end()) continue;
-        for (const std::string& callback : group.callbacks) executor_of_callback[callback] = found->second;
-      }
-    }
-    std::map<std::string, std::uint32_t> executor_of_task;
-    for (const Draft& draft : drafts_) {
-      const auto found = executor_of_callback.find(draft.caret->name);
-      if (found != executor_of_callback.end()) executor_of_task[draft.callback.task] = found->second;
-    }
-    const auto others = static_cast<std::uint32_t>(out_.deployment.executors.size());
-    bool needed = false;
-    const GraphTasks tasks = make_tasks(out_.graph);
-    for (const Task& task : tasks.set.tasks) {
-      const auto found = executor_of_task.find(task.name);
-      needed = needed || found == executor_of_task.end();
-      out_.deployment.executor_of.push_back(found == executor_of_task.end() ? others : found->second);
-    }
-    if (needed) {
-      DeployedExecutor& rest = out_.deployment.executors.emplace_back();
-      rest.name = kExternal;
-      rest.executor = kBaselineExecutor;
-    }
-    leave_out_idle();
-  }
-
-  /// Executors without callbacks that ran.
-  void leave_out_idle() {
-    Deployment& d = out_.deployment;
-    std::vector<DeployedExecutor> busy;
-    std::vector<std::uint32_t> owners = d.executor_of;
-    for (std::uint32_t e = 0; e < d.executors.size(); ++e) {
-      if (std::ranges::count(d.executor_of, e) == 0) continue;
-      for (std::size_t id = 0; id < owners.size(); ++id) {
-        if (d.executor_of[id] == e) owners[id] = static_cast<std::uint32_t>(busy.size());
-      }
-      busy.push_back(d.executors[e]);
-    }
-    d.executors = std::move(busy);
-    d.executor_of = std::move(owners);
+    std::map<std::string, std::string> task_of;
+    for (const Draft& draft : drafts_) task_of[draft.caret->name] = draft.callback.task;
+    out_.deployment = deployment_of(architecture_, task_of, make_tasks(out_.graph));
   }
 
   void say() {

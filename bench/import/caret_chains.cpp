@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <optional>
+
+#include "import/caret_parts.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+class Paths {
+ public:
+  explicit Paths(const Graph& graph) : graph_(graph), tasks_(make_tasks(graph)) {}
+
+  /// Fills in the chain. Returns why the path is none; empty: it is one.
+  std::string follow(const CaretPath& path, Chain& chain) const {
+    std::vector<TaskId> along;
+    const auto append = [&](TaskId id) {
+      if (std::ranges::count(along, id) == 0) along.push_back(id);
+    };
+    for (const CaretStep& step : path.steps) {
+      const std::string node = graph_node_name(step.node);
+      if (!step.subscribed.empty()) {
+        const auto task = task_named(node + "/" + graph_topic_name(step.subscribed));
+        if (!task) return concat("node ", node, " does not take ", step.subscribed);
+        append(*task);
+      }
+      if (step.published.empty()) continue;
+      const auto publisher = publisher_of(node, graph_topic_name(step.published));
+      if (!publisher) return concat("no callback of ", node, " publishes ", step.published);
+      append(*publisher);
+    }
+    if (along.empty()) return "it names no topic";
+    // A chain cannot end where a sample is only stored: it ends in the callback that takes it.
+    if (tasks_.callbacks[along.back()].stores_only) append(tasks_.downstream(along.back()).front());
+    for (std::size_t i = 1; i < along.size(); ++i) {
+      const std::vector<TaskId> next = tasks_.downstream(along[i - 1]);
+      if (std::ranges::count(next, along[i]) == 0) {
+        return concat("data of ", name(along[i - 1]), " does not get into messages of ", name(along[i]));
+      }
+    }
+    for (const TaskId id : along) chain.nodes.push_back(name(id));
+    chain.sources = {chain.nodes.front()};
+    chain.sink = chain.nodes.back();
+    return "";
+  }
+
+ private:
+  const std::string& name(TaskId id) const { return tasks_.set[id].name; }
+
+  std::optional<TaskId> task_named(const std::string& name) const {
+    const auto found = std::ranges::find(tasks_.set.tasks, name, &Task::name);
+    if (found == tasks_.set.tasks.end()) return std::nullopt;
+    return static_cast<TaskId>(found - tasks_.set.tasks.begin());
+  }
+
+  std::optional<TaskId> publisher_of(const std::string& node, const std::string& topic) const {
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      if (graph_.nodes[tasks_.origin[id].node].name != node) continue;
+      if (std::ranges::count(tasks_.callbacks[id].publishes, topic, &Publication::topic) > 0) return id;
+    }
+    return std::nullopt;
+  }
+
+  const Graph& graph_;
+  const GraphTasks tasks_;
+};
+
+}  // namespace
+
+void add_chains(const CaretArchitecture& architecture, ImportedGraph& imported) {
+  const Paths paths(imported.graph);
+  std::vector<Chain> chains;
+  for (const CaretPath& path : architecture.paths) {
+    Chain chain;
+    chain.name = path.name;
+    if (const std::string broken = paths.follow(path, chain); !broken.empty()) {
+      imported.missing.push_back(concat("path ", path.name, " is not a chain: ", broken, "."));
+    } else {
+      chains.push_back(std::move(chain));
+    }
+  }
+  imported.graph.chains = std::move(chains);
+}
+
+}  // namespace hotpath
