@@ -66,7 +66,7 @@ class RunLife {
   }
 
   [[nodiscard]] std::optional<ChannelMessage> receive(Time limit) const;
-  [[nodiscard]] ChannelMessage expect(Kind kind) const;
+  ChannelMessage expect(Kind kind) const;
   void tell(const ChannelMessage& message) const;
 
   static rusage own_usage();
