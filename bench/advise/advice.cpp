@@ -79,7 +79,7 @@ class Adviser {
     advice.ranked = ranked(predictions, objective_);
     advice.now = &*std::ranges::find_if(
         predictions, [&](const Prediction& p) { return p.candidate->name == now_name(candidates); });
-    advice.best = recommended(advice.ranked, *advice.now);
+    advice.best = recommended(advice.ranked, *advice.now, objective_);
     for (const Prediction& p : predictions) {
       advice.draws = std::max(advice.draws, static_cast<std::uint32_t>(p.draws.size()));
     }

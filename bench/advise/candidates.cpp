@@ -18,7 +18,7 @@ constexpr int kMostPriority = 89;   ///< Timer threads are above.
 
 double mean_ms(const Callback& callback, ExecutionTimeModel model) {
   if (model == ExecutionTimeModel::worst) return to_ms(callback.worst);
-  if (model == ExecutionTimeModel::measured && callback.measured) {
+  if (model != ExecutionTimeModel::uniform && callback.measured) {
     const double sum = std::accumulate(callback.measured->begin(), callback.measured->end(), 0.0,
                                        [](double s, Duration d) { return s + to_ms(d); });
     return sum / static_cast<double>(callback.measured->size());

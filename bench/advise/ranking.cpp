@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -93,8 +94,8 @@ std::string first_sentence(const Advice& advice) {
   const Prediction& best = *advice.best;
   const std::string value = value_text(advice.objective, best);
   if (&best == advice.now) {
-    return concat("Keep ", best.candidate->name, ": nothing else that suits makes ", what,
-                  " smaller than its ", value, ".");
+    return concat("Keep ", best.candidate->name, ": nothing that can be recommended makes ", what,
+                  " smaller than its ", value, " beyond noise.");
   }
   return concat("Take ", best.candidate->name, " (", best.candidate->description, "): ", what, " becomes ",
                 value, compared_with_now(advice), ".");
@@ -103,8 +104,9 @@ std::string first_sentence(const Advice& advice) {
 std::string second_sentence(const Advice& advice) {
   const Prediction& best = *advice.best;
   std::string text = concat("That is of ", advice.draws, " draws of phases and execution times");
-  const auto next = std::ranges::find_if(
-      advice.ranked, [&](const Prediction* p) { return p != &best && p->overload.empty(); });
+  const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
+    return p != &best && p->overload.empty() && why_not(*p, *advice.now).empty();
+  });
   if (next != advice.ranked.end()) {
     const auto sure = differs(advice.objective, best, **next);
     text +=
@@ -135,8 +137,8 @@ std::string third_sentence(const Advice& advice) {
     if (!doubt.same_first) shaken += (shaken.empty() ? "" : " and ") + doubt.assumption;
   }
   if (advice.doubts.empty()) return text + ".";
-  return text + (shaken.empty() ? "; it stays first in every doubt below."
-                                : "; another is first with " + shaken + ".");
+  return text + (shaken.empty() ? "; none of the doubts below brings another before it."
+                                : "; another comes before it with " + shaken + ".");
 }
 
 TextTable ranking_table(const Advice& advice) {
@@ -170,6 +172,20 @@ TextTable ranking_table(const Advice& advice) {
   return table;
 }
 
+/// Who cannot keep up, and who is ahead of the recommended one for nothing.
+void write_excluded(std::ostream& out, const Advice& advice) {
+  std::map<std::string, std::vector<std::string>> overloaded;
+  for (const Prediction* p : advice.ranked) {
+    if (!p->overload.empty()) overloaded[p->overload].push_back(p->candidate->name);
+  }
+  for (const auto& [why, names] : overloaded) out << joined(names) << " cannot keep up: " << why << "\n";
+  for (const Prediction* p : advice.ranked) {
+    if (p == advice.best || !p->overload.empty()) break;
+    const std::string why = why_not(*p, *advice.now);
+    if (!why.empty()) out << p->candidate->name << " is not recommended: " << why << "\n";
+  }
+}
+
 }  // namespace
 
 std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
@@ -183,14 +199,19 @@ std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions
   return order;
 }
 
-const Prediction* recommended(const std::vector<const Prediction*>& ranked, const Prediction& now) {
-  const double most_losses =
-      now.overload.empty() ? loss_percent(now.summary) + kMoreLosses_percent : INFINITY;
-  const auto found = std::ranges::find_if(ranked, [&](const Prediction* p) {
-    return p->overload.empty() && never_ran(p->summary) == 0 && loss_percent(p->summary) <= most_losses &&
-           can_be_written(*p->candidate);
-  });
-  return found == ranked.end() ? nullptr : *found;
+std::string why_not(const Prediction& p, const Prediction& now) {
+  if (never_ran(p.summary) > 0) return "some task never runs";
+  const double most = now.overload.empty() ? loss_percent(now.summary) + kMoreLosses_percent : INFINITY;
+  if (loss_percent(p.summary) > most) return "it loses more than today";
+  return can_be_written(*p.candidate) ? "" : "it splits callback groups";
+}
+
+const Prediction* recommended(const std::vector<const Prediction*>& ranked, const Prediction& now,
+                              const Objective& objective) {
+  const auto can_be = [&](const Prediction* p) { return p->overload.empty() && why_not(*p, now).empty(); };
+  const auto found = std::ranges::find_if(ranked, can_be);
+  if (found == ranked.end()) return nullptr;
+  return can_be(&now) && differs(objective, **found, now) == false ? &now : *found;
 }
 
 std::string value_text(const Objective& objective, const Prediction& p) {
@@ -215,9 +236,7 @@ std::vector<std::string> sentences(const Advice& advice) {
 
 void write_ranking(std::ostream& out, const Advice& advice) {
   out << ranking_table(advice) << "\n";
-  for (const Prediction* p : advice.ranked) {
-    if (!p->overload.empty()) out << p->candidate->name << " cannot keep up: " << p->overload << "\n";
-  }
+  write_excluded(out, advice);
   out << "\n";
   for (const std::string& sentence : sentences(advice)) out << sentence << "\n";
   for (const Doubt& doubt : advice.doubts) {

@@ -14,10 +14,14 @@ namespace hotpath {
 [[nodiscard]] std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
                                                     const Objective& objective);
 
-/// The best that can be recommended: every task runs, a file can say it, and it loses no more than what runs
-/// now (`now`, which may not keep up) and one percent. nullptr: there is none.
+/// Why a candidate that keeps up cannot be recommended: a task never runs, it loses more than what runs now
+/// (`now`, which may not keep up) and one percent, or no file can say it. Empty: it can.
+[[nodiscard]] std::string why_not(const Prediction& prediction, const Prediction& now);
+
+/// The best that can be recommended; what runs now, if that can, unless the best is better beyond noise.
+/// nullptr: there is none.
 [[nodiscard]] const Prediction* recommended(const std::vector<const Prediction*>& ranked,
-                                            const Prediction& now);
+                                            const Prediction& now, const Objective& objective);
 
 /// What was predicted once more after a change of what was assumed.
 struct Doubt {

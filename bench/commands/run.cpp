@@ -20,14 +20,17 @@ struct Arguments {
 
 void add_where_options(CLI::App& command, RunOptions& o) {
   command.option_defaults()->group("Where it runs");
-  command.add_option("--stack", o.stacks,
-                     "hotpath's own executors (native), or the real ROS 2\nstack of a sourced workspace (rclcpp); compare takes both")
+  command
+      .add_option("--stack", o.stacks,
+                  "hotpath's own executors (native), or the real ROS 2\nstack of a sourced workspace "
+                  "(rclcpp); compare takes both")
       ->delimiter(',')
       ->type_name("native|rclcpp")
       ->check(CLI::IsMember(words<Stack>()).description(""))
       ->capture_default_str();
   add_text(command, "--ros2-runner", o.ros2_runner, "FILE",
-           "Program that runs the graph on rclcpp; by default\nHOTPATH_ROS2_RUNNER, or that of a sourced workspace");
+           "Program that runs the graph on rclcpp; by default\nHOTPATH_ROS2_RUNNER, or that of a sourced "
+           "workspace");
   add_choice(command, "--transport", o.plan.transport,
              "What carries messages: DDS, or pointers in one process");
   add_number(command, "--processes", o.plan.processes, {1, 64}, "N",

@@ -42,10 +42,11 @@ void add_simulate_options(CLI::App& simulate, SimulateOptions& o) {
       simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
       "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task");
   add_platform_options(simulate, o);
-  add_text(simulate, "--execution-times", o.execution_times, "worst|uniform|measured|replay:RUN",
+  add_text(simulate, "--execution-times", o.execution_times, "worst|uniform|measured|replayed|replay:RUN",
            "worst: as the graph says; uniform: between best and worst\n"
            "case, at random; measured: drawn from measured values that\n"
-           "the graph gives, else uniform; replay:RUN: as measured by a\n"
+           "the graph gives, else uniform; replayed: these in the order\n"
+           "in which they were measured; replay:RUN: as measured by a\n"
            "run of the same executors on the same graph, from its folder");
   add_number(simulate, "--threads", o.threads, {0, 1024}, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")

@@ -122,7 +122,13 @@ class Sweep {
       };
     }
     catch_interrupts();
-    const std::vector<std::string> notes = crew.run(campaign);
+    std::vector<std::string> notes;
+    try {
+      notes = crew.run(campaign);
+    } catch (...) {
+      if (journal) journal->flush();
+      throw;
+    }
     if (!crew.coordinates()) return;
     if (isatty(STDERR_FILENO) != 0) std::cerr << "\r\033[K";
     for (const std::string& note : notes) std::cerr << "note: " << note << "\n";
@@ -213,6 +219,7 @@ class Sweep {
   }
 
   std::string failed(std::uint64_t cell, const std::string& place, const std::string& why) const {
+    if (interrupted() != 0) throw RunError("interrupted; the same command goes on");  // its process was, too
     std::string executor;
     for (const SweepOption& option : design_.coordinates(cell)) {
       if (names_executor(option.name)) executor = option.value;
@@ -311,8 +318,9 @@ class Sweep {
   void finish(SweepJournal& journal) const {
     const std::size_t missing = journal.missing().size();
     if (missing > 0) {
-      throw RunError(concat("interrupted: ", journal.done(), " of ", design_.cells(), " cells are in ",
-                            journal.folder().string(), "; the same command goes on with the others"));
+      std::cerr << concat("interrupted: ", journal.done(), " of ", design_.cells(), " cells are in ",
+                          journal.folder().string(), "; the same command goes on with the others\n");
+      return;
     }
     journal.write_table(header());
     std::cout << "Table: " << (journal.folder() / "table.csv").string() << "\n";

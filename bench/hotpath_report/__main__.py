@@ -33,6 +33,7 @@ def add_commands(commands: Any) -> None:
         add(name, call, about, folders=runs).add_argument("--output", **output)
     add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
     add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
+    add("import-page", "pages.text:write_import", "page of `hotpath import ctf`", folder={})
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
     add("capacity", "figures.capacity:draw", "levels of `hotpath capacity`", folder={})
     add("sweep", "figures.sweep:draw", "lines and maps of `hotpath sweep`", folder={})

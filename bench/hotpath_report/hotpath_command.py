@@ -73,4 +73,4 @@ def registry() -> dict[str, Executor]:
 
 def executor_named(name: str) -> Executor | None:
     """Traits behind the name in a result, which can have options (`rm-ro:first`, `multi:2`)."""
-    return registry().get(name.split(":")[0])
+    return registry().get(name.split(":")[0].split("@")[0])

@@ -116,7 +116,7 @@ class Topology {
     if (const auto hertz = map.find("freq_hz")) {
       const double given = number(*hertz);
       if (!(given > 0)) hertz->fail(concat("a frequency of ", given, " Hz"), "give more than 0");
-      timer.period = Duration(std::llround(1e9 / given));
+      timer.period = std::chrono::microseconds(static_cast<std::int64_t>(1e6 / given));  // as there
     } else {
       timer.period = map.require("period_ms", "100").milliseconds(false);
     }

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "hotpath/analysis/statistics.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -63,7 +62,8 @@ json executors_json(const ImportFacts& facts) {
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
       const RecordedThread& thread = facts.recording.system.threads[t];
-      threads.push_back({{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", thread.processors}});
+      threads.push_back(
+          {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
     executors.push_back({{"name", executor.name},
                          {"process", executor.process},
@@ -90,7 +90,7 @@ json tasks_json(const ImportFacts& facts) {
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
     const RecordedCallback& seen = facts.recording.system.callbacks[graph.callback_of[id]];
-    const Quantiles q = quantiles(durations[id]);
+    std::ranges::sort(durations[id]);
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
                                          {"node", facts.recording.system.nodes[seen.node].name},
@@ -98,7 +98,14 @@ json tasks_json(const ImportFacts& facts) {
                                          {"never_ended", seen.never_ended},
                                          {"threads", seen.threads.size()},
                                          {"published", json::object()}});
-    if (q.n > 0) task["duration_us"] = {{"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
+    if (!durations[id].empty()) {
+      // Durations that were seen, so that whoever reads the trace by other means finds the same.
+      const auto ranked = [&](std::size_t percent) {
+        return durations[id][std::min(durations[id].size() - 1, durations[id].size() * percent / 100)];
+      };
+      task["duration_us"] = {
+          {"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
+    }
     for (const auto& [topic, messages] : seen.published)
       task["published"][facts.recording.system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {
@@ -161,7 +168,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
 GraphComments import_comments(const Recording& recording, const Interpretation& best) {
   GraphComments comments;
   comments.header = concat(
-      "Imported from a trace of ros2_tracing; import.json and import.md say how.\n"
+      "Imported from a trace of ros2_tracing; import.md says how.\n"
       "Recorded executor: ",
       best.executor->label, ".");
   for (const InferredRule& rule : recording.graph.rules) {
@@ -192,7 +199,8 @@ json import_json(const ImportFacts& facts) {
           {"rcl_version", facts.recording.system.rcl_version},
           {"executors", executors_json(facts)},
           {"tried", tried},
-          {"entity_order_contradicts_creation", best.order.contradicting},
+          {"execution_times", to_string(best.graph.platform.execution_times)},
+          {"entity_order_contradicts_creation", best.precedence.contradicting},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts.recording)},
           {"left_out", housekeeping_json(facts)},
@@ -219,7 +227,7 @@ void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesys
   out << text("  lost: %.2f %% recorded, %.2f %% simulated\n", check.lost_recorded_percent,
               check.lost_simulated_percent);
   for (const std::string& reason : check.reasons) out << "  " << reason << '\n';
-  out << "\nResults: " << output.string() << " (graph.yaml, run/, import.json)\n";
+  out << "\nResults: " << output.string() << " (graph.yaml, run/, simulated/, import.md)\n";
 }
 
 }  // namespace hotpath

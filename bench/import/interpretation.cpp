@@ -14,13 +14,18 @@ namespace hotpath {
 
 namespace {
 
+/// Execution times whose first autocorrelation is above are not independent.
+constexpr double kCorrelated = 0.1;
+
 const ExecutorEntry& entry_of(const std::string& label) { return *parse_executor(label, {}).entry; }
 
 class Interpreter {
  public:
-  Interpreter(const Recording& recording, const std::vector<std::string>& labels) : recording_(recording) {
+  Interpreter(const Recording& recording, const std::vector<std::string>& labels, TimerThread timer_thread)
+      : recording_(recording) {
     made_.labels = labels;
     made_.graph = recording.graph.graph;
+    made_.graph.platform.timer_thread = timer_thread;
   }
 
   Interpretation interpret(const std::filesystem::path& folder, Duration warm_up) {
@@ -30,6 +35,7 @@ class Interpreter {
     make_trace();
     set_times();
     made_.tasks = make_tasks(made_.graph);
+    if (hang_together()) made_.graph.platform.execution_times = ExecutionTimeModel::replayed;
     choose_executor(folder);
     std::vector<ChainObservation> seen = recorded_chains(recording_.system, recording_.graph, window());
     for (ChainObservation& o : seen) {
@@ -60,28 +66,35 @@ class Interpreter {
 
   void make_records() {
     const TaskId count = recording_.graph.tasks.set.size();
+    std::vector<bool> release_only;
     for (TaskId id = 0; id < count; ++id) {
-      made_.release_only.push_back(entry_of(made_.labels[executor_of(id)]).traits.timers ==
-                                   TimerHandling::release_only);
+      release_only.push_back(entry_of(made_.labels[executor_of(id)]).traits.timers ==
+                             TimerHandling::release_only);
     }
     made_.rows = std::make_unique<RecordedTrace>(recording_.system, recording_.graph, recording_.timers,
-                                                 made_.release_only);
+                                                 std::move(release_only));
     for (const RecordedJob& job : recording_.jobs) {
       const bool in_graph = recording_.graph.task(job.ref) != kNoTask;
       made_.records.push_back(in_graph ? made_.rows->job(job) : JobRecord{});
     }
-    made_.order = recorded_entity_order(recording_.graph, window());
+    displacement_ = recorded_displacement(recording_.system, window());
+    if (recording_.executors.executors.size() > 1) {
+      for (std::size_t i = 0; i < made_.records.size(); ++i)
+        if (made_.records[i].outcome == Outcome::ran) made_.records[i].cpu_time = displacement_.own[i];
+    }
+    const bool wait_sets = entry_of(made_.labels.front()).traits.family == Family::wait_set;
+    made_.precedence = recorded_precedence(recording_.graph, window(), wait_sets);
   }
 
   void measure_costs() {
     GraphPlatform& platform = made_.graph.platform;
     platform.cores = recording_.cores;
     platform.execution_times = ExecutionTimeModel::measured;
-    double dispatch = 0, wait = 0, wake_up = 0, delivery = 0, jobs = 0;
+    double dispatch = 0, wait = 0, wake_up = 0, jobs = 0;
     for (std::size_t e = 0; e < made_.labels.size(); ++e) {
       const RecordedExecutor& executor = recording_.executors.executors[e];
       const RecordedCosts costs =
-          recorded_costs(recording_.graph, window(), executor, entry_of(made_.labels[e]), made_.order.order);
+          recorded_costs(recording_.graph, window(), executor, entry_of(made_.labels[e]));
       made_.costs.push_back(costs);
       double weight = 0;
       for (const std::uint32_t t : executor.threads)
@@ -92,7 +105,6 @@ class Interpreter {
       add(dispatch, costs.dispatch);
       add(wait, costs.wait);
       add(wake_up, costs.wake_up);
-      add(delivery, costs.delivery);
       jobs += weight;
     }
     const auto mean = [&](double sum) {
@@ -101,7 +113,6 @@ class Interpreter {
     platform.dispatch_cost = mean(dispatch);
     platform.wait_cost = mean(wait);
     platform.wake_up = mean(wake_up);
-    platform.delivery_delay = mean(delivery);
   }
 
   void make_trace() {
@@ -130,7 +141,7 @@ class Interpreter {
   void set_times() {
     std::vector<std::vector<Duration>> times(made_.tasks.set.size());
     for (const JobRecord& r : working_jobs(made_.tasks, made_.trace).jobs)
-      times[r.job.task].push_back(r.finish - r.start);
+      times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.finish - r.start);
     for (TaskId id = 0; id < times.size(); ++id) {
       if (times[id].empty()) continue;
       const TaskOrigin& origin = made_.tasks.origin[id];
@@ -142,8 +153,28 @@ class Interpreter {
     }
   }
 
+  /// Whether a job tells something of the next one of its task: the first autocorrelation, weighted by work.
+  /// Independent draws would lose it.
+  bool hang_together() const {
+    double correlated = 0, work = 0;
+    for (const Callback& callback : made_.tasks.callbacks) {
+      if (!callback.measured || callback.measured->size() < 20) continue;
+      const std::vector<Duration>& times = *callback.measured;
+      double sum = 0, square = 0, next = 0;
+      for (const Duration t : times) sum += to_ms(t);
+      const double mean = sum / static_cast<double>(times.size());
+      for (std::size_t i = 0; i < times.size(); ++i) {
+        square += (to_ms(times[i]) - mean) * (to_ms(times[i]) - mean);
+        if (i > 0) next += (to_ms(times[i]) - mean) * (to_ms(times[i - 1]) - mean);
+      }
+      if (square > 0) correlated += sum * next / square;
+      work += sum;
+    }
+    return correlated > kCorrelated * work;
+  }
+
   void choose_executor(const std::filesystem::path& folder) {
-    const SchedulerOptions scheduling{SubscriptionRule::inherit, Ties::lifo, 0, made_.order.order};
+    const SchedulerOptions scheduling;
     std::string deployment = recording_.deployment;
     if (deployment.empty() && made_.labels.size() == 1) {
       made_.executor = parse_executor(made_.labels.front(), scheduling);
@@ -171,13 +202,26 @@ class Interpreter {
       }
     }
     std::string yaml =
-        "# Threads as they were recorded. Policies and processors are not in a trace: add `policy: "
-        "\"fifo:80\"`\n"
-        "# and `processors: [0]` where you know them.\nname: recorded\nexecutors:\n";
+        "# Threads as they were recorded. Processors are those on which a thread was seen, if not all. A "
+        "trace has no\n"
+        "# policies: fifo stands for threads that displaced others and were not displaced by them. Correct "
+        "what you know.\n"
+        "name: recorded\nexecutors:\n";
     for (std::size_t e = 0; e < made_.labels.size(); ++e) {
       const RecordedExecutor& executor = recording_.executors.executors[e];
       if (owns[e].empty()) continue;
+      std::set<std::int32_t> processors;
+      int level = 0;
+      for (const std::uint32_t t : executor.threads) {
+        for (const std::int32_t p : usual_processors(recording_.system.threads[t])) processors.insert(p);
+        level = std::max(level, displacement_.level[t]);
+      }
       yaml += concat("  - {name: ", executor.name, ", executor: \"", made_.labels[e], "\"");
+      if (level > 0) yaml += concat(", policy: \"fifo:", 10 * level, "\"");
+      const bool bound = !processors.empty() && processors.size() < recording_.cores &&
+                         *processors.begin() >= 0 &&
+                         static_cast<unsigned>(*processors.rbegin()) < recording_.cores;
+      if (bound) yaml += concat(", processors: [", joined(processors), "]");
       if (recording_.system.processes.size() > 1) yaml += concat(", process: \"", executor.process, "\"");
       yaml += concat(", owns: [", joined(owns[e]), "]}\n");
     }
@@ -185,33 +229,43 @@ class Interpreter {
   }
 
   const Recording& recording_;
+  Displacement displacement_;
   Interpretation made_;
 };
 
 }  // namespace
 
 Interpretation interpret(const Recording& recording, const std::vector<std::string>& labels,
-                         const std::filesystem::path& folder, Duration warm_up) {
-  return Interpreter(recording, labels).interpret(folder, warm_up);
+                         TimerThread timer_thread, const std::filesystem::path& folder, Duration warm_up) {
+  return Interpreter(recording, labels, timer_thread).interpret(folder, warm_up);
 }
 
 Interpretations best_interpretation(const Recording& recording, const std::filesystem::path& folder,
                                     Duration warm_up) {
   std::vector<std::string> labels;
   for (const RecordedExecutor& e : recording.executors.executors) labels.push_back(e.candidates.front());
-  Interpretations found{interpret(recording, labels, folder, warm_up), {}};
+  Interpretations found{interpret(recording, labels, TimerThread::by_executor, folder, warm_up), {}};
+  const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
+  const auto attempt = [&](const std::vector<std::string>& with, TimerThread timer_thread,
+                           const std::string& what) {
+    Interpretation made = interpret(recording, with, timer_thread, folder, warm_up);
+    found.tried.emplace_back(what, similarity(made));
+    if (similarity(made) > similarity(found.best)) found.best = std::move(made);
+  };
   for (std::size_t e = 0; e < labels.size(); ++e) {
     const std::vector<std::string>& candidates = recording.executors.executors[e].candidates;
-    if (candidates.size() < 2) continue;
-    found.tried.emplace_back(candidates.front(), found.best.check.schedule.similarity);
+    if (candidates.size() > 1) found.tried.emplace_back(candidates.front(), similarity(found.best));
     for (std::size_t c = 1; c < candidates.size(); ++c) {
       std::vector<std::string> other = found.best.labels;
       other[e] = candidates[c];
-      Interpretation made = interpret(recording, other, folder, warm_up);
-      found.tried.emplace_back(candidates[c], made.check.schedule.similarity);
-      if (made.check.schedule.similarity > found.best.check.schedule.similarity) found.best = std::move(made);
+      attempt(other, TimerThread::by_executor, candidates[c]);
     }
   }
+  // Linux lets a thread that has slept displace a busy one at once, mostly.
+  const bool releases = std::ranges::any_of(found.best.labels, [](const std::string& label) {
+    return entry_of(label).traits.timers != TimerHandling::polled;
+  });
+  if (releases) attempt(std::vector(found.best.labels), TimerThread::raised, "raised timer thread");
   return found;
 }
 

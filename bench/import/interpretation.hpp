@@ -35,11 +35,10 @@ struct Recording {
 /// comes.
 struct Interpretation {
   std::vector<std::string> labels;  ///< By executor.
-  std::vector<bool> release_only;   ///< By task.
   std::unique_ptr<RecordedTrace> rows;
   std::vector<JobRecord> records;    ///< Parallel to the recording's jobs; in the trace's time.
   std::vector<RecordedCosts> costs;  ///< By executor.
-  EntityOrder order;
+  Precedence precedence;
   Graph graph;  ///< With execution times and platform.
   GraphTasks tasks;
   Trace trace;                  ///< Relative to its epoch.
@@ -49,8 +48,10 @@ struct Interpretation {
 };
 
 /// `folder`: where a deployment is written. Throws what reading a given deployment throws.
+/// `timer_thread`: the priority of timer management threads, which no trace tells.
 [[nodiscard]] Interpretation interpret(const Recording& recording, const std::vector<std::string>& labels,
-                                       const std::filesystem::path& folder, Duration warm_up);
+                                       TimerThread timer_thread, const std::filesystem::path& folder,
+                                       Duration warm_up);
 
 /// All labels in question, and the interpretation whose jobs come in the most similar order.
 struct Interpretations {

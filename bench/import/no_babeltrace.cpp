@@ -1,13 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/ctf_reader.hpp"
+#include "import/ctf_writer.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {
 
-TraceReading read_ctf(const std::filesystem::path&, TraceVisitor&, const std::function<void(double)>&) {
+namespace {
+
+[[noreturn]] void refuse() {
   throw RunError(
-      "this hotpath was built without libbabeltrace2, which reads traces; install libbabeltrace2-dev and "
+      "this hotpath was built without libbabeltrace2, which reads and writes traces; install "
+      "libbabeltrace2-dev and "
       "build again");
 }
+
+}  // namespace
+
+TraceReading read_ctf(const std::filesystem::path&, TraceVisitor&, const std::function<void(double)>&) {
+  refuse();
+}
+void write_ctf(const std::filesystem::path&, const WrittenTrace&) { refuse(); }
 
 }  // namespace hotpath

@@ -32,6 +32,7 @@ class TopicOfNode {
           static_cast<std::uint64_t>(std::ranges::count(job->published, topic, &RecordedPublication::topic));
       seen_.push_back({job->ref.callback, messages});
       if (messages > 0) publishers.insert(job->ref.callback);
+      if (messages < job->published.size()) has_others_.insert(job->ref.callback);
       most_ = std::max(most_, messages);
     }
     publishers_.assign(publishers.begin(), publishers.end());
@@ -54,8 +55,7 @@ class TopicOfNode {
     std::vector<std::string> others;
     for (const InferredRule& c : candidates_) {
       if (c.explained != most) continue;
-      // Among equals the larger set; `always` comes first and is left for any set.
-      if (!found || c.of.size() > best.of.size()) {
+      if (!found || worth(c) > worth(best)) {
         if (found) others.push_back(text_of(best));
         best = c;
         found = true;
@@ -68,6 +68,13 @@ class TopicOfNode {
   }
 
  private:
+  /// Among equals the larger set; but an input whose jobs publish something else is not kept for this topic.
+  std::ptrdiff_t worth(const InferredRule& rule) const {
+    const bool foreign = std::ranges::any_of(
+        rule.of, [&](std::uint32_t c) { return has_others_.contains(c) && !contains(publishers_, c); });
+    return foreign ? -1 : static_cast<std::ptrdiff_t>(rule.of.size());
+  }
+
   void add(InferredRule rule, std::uint64_t explained) {
     rule.topic = topic_;
     rule.publishers = publishers_;
@@ -160,6 +167,7 @@ class TopicOfNode {
   const std::uint32_t topic_;
   std::vector<Seen> seen_;
   Callbacks publishers_, other_inputs_;
+  std::set<std::uint32_t> has_others_;  // publish other topics, too
   std::vector<InferredRule> candidates_;
   std::uint64_t most_ = 0;
 };

@@ -24,10 +24,11 @@ struct InferredRule {
 };
 
 /// Tries hypotheses on all jobs of every node: every job publishes, every n-th, whichever completes a set of
-/// inputs with new samples. The one that explains most jobs is taken; among equals the largest set, since
-/// sets say more of when data is ready, then the simplest. Subscriptions that publish nothing and are in no
-/// set are taken to be kept for what the node's timers, or else its other callbacks, publish with every job
-/// (last_of): events do not show whether they are. `is_task` says which callbacks count; `jobs` are by start.
+/// inputs with new samples. The one that explains most jobs is taken; among equals the largest set of
+/// inputs that publish nothing else, since sets say more of when data is ready, then the simplest.
+/// Subscriptions that publish nothing and are in no set are taken to be kept for what the node's timers, or
+/// else its other callbacks, publish with every job (last_of): events do not show whether they are. `is_task`
+/// says which callbacks count; `jobs` are by start.
 [[nodiscard]] std::vector<InferredRule> infer_rules(const RecordedSystem& system,
                                                     std::span<const RecordedJob> jobs,
                                                     const std::vector<bool>& is_task);

@@ -28,6 +28,9 @@ struct RecordedExecutors {
 /// Two callbacks that ran on one thread share an executor. `given`: the executor if the user knows it.
 [[nodiscard]] RecordedExecutors recorded_executors(const RecordedSystem& system, const std::string& given);
 
+/// The processors on which a thread's jobs ended, but for one job in a hundred.
+[[nodiscard]] std::vector<std::int32_t> usual_processors(const RecordedThread& thread);
+
 /// One cost as it was measured.
 struct MeasuredCost {
   std::size_t n = 0;
@@ -38,10 +41,8 @@ struct MeasuredCost {
 struct RecordedCosts {
   MeasuredCost dispatch;  ///< End of a job to the start of the next one, ready, of the same snapshot.
   MeasuredCost wait;      ///< The same where it took a new wait, beyond the dispatch.
-  MeasuredCost
-      wake_up;  ///< A timer's instant to the start of its job on an idle thread, beyond the dispatch.
-  MeasuredCost
-      delivery;  ///< Publication to the start of an idle subscriber, beyond the dispatch and the wake-up.
+  MeasuredCost wake_up;   ///< Release of a job to its start on a thread that slept, beyond the dispatch.
+  MeasuredCost delivery;  ///< The same of subscriptions alone, from the publication on.
 };
 
 /// `records` are those of all `jobs` of the graph, parallel; both by start.
@@ -49,17 +50,29 @@ struct RecordedWindow {
   std::span<const RecordedJob> jobs;   ///< Of all callbacks.
   std::span<const JobRecord> records;  ///< Parallel to jobs; task kNoTask where it is none of the graph's.
 };
-[[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
-                                           const RecordedExecutor& executor, const ExecutorEntry& entry,
-                                           const std::vector<TaskId>& entity_order);
 
-/// The order in which wait sets scanned the tasks of each kind, as the snapshots of executors with events of
-/// their waits show it; empty: that of creation, or nothing shows it. `contradicting` is the share of pairs
-/// in one snapshot that are not in order of creation.
-struct EntityOrder {
-  std::vector<TaskId> order;
-  double contradicting = 0;
+/// What jobs on one processor tell of its threads. A job that lies within another one's, on another thread,
+/// has displaced it; one that was ready and began after it has waited for it.
+struct Displacement {
+  std::vector<Duration> own;  ///< By job: its length without that of the jobs that displaced it.
+  std::vector<int> level;     ///< By thread: its priority in turn; 0: it need not have any.
 };
-[[nodiscard]] EntityOrder recorded_entity_order(const RecordedGraph& graph, const RecordedWindow& window);
+[[nodiscard]] Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window);
+
+[[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
+                                           const RecordedExecutor& executor, const ExecutorEntry& entry);
+
+/// How often one task came before another where an executor's order decided: of one snapshot, where the
+/// executor's waits are events; of the same message's readers, where it queues events.
+struct Precedence {
+  std::vector<std::vector<std::uint32_t>> before;  ///< By task, by task.
+  double contradicting = 0;                        ///< Share of the pairs that is not in order of creation.
+};
+[[nodiscard]] Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow& window,
+                                             bool wait_sets);
+
+/// Nodes and callbacks in the order that agrees with most of these pairs; of equals the first created first.
+[[nodiscard]] ServiceOrder service_order(const RecordedSystem& system, const RecordedGraph& graph,
+                                         const Precedence& precedence);
 
 }  // namespace hotpath

@@ -29,9 +29,12 @@ std::string graph_name(std::string name, bool is_node) {
 class Builder {
  public:
   Builder(const RecordedSystem& system, std::span<const RecordedJob> jobs,
-          const std::vector<std::uint32_t>& executor_of, const std::string& name)
-      : system_(system), jobs_(jobs), executor_of_(executor_of) {
+          const std::vector<std::uint32_t>& executor_of, const std::string& name, ServiceOrder order)
+      : system_(system), jobs_(jobs), executor_of_(executor_of), order_(std::move(order)) {
     made_.graph.name = name;
+    if (!order_.nodes.empty()) return;
+    for (std::uint32_t n = 0; n < system.nodes.size(); ++n) order_.nodes.push_back(n);
+    for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) order_.callbacks.push_back(c);
   }
 
   RecordedGraph build() {
@@ -40,7 +43,7 @@ class Builder {
     made_.rules = infer_rules(system_, jobs_, is_task_);
     drop_silent_inputs();
     find_overlaps();
-    for (std::uint32_t n = 0; n < system_.nodes.size(); ++n) add_node(n);
+    for (const std::uint32_t n : order_.nodes) add_node(n);
     add_outside();
     if (made_.graph.nodes.empty())
       throw UsageError("the trace has no timer and no subscription that a graph could be made of");
@@ -148,7 +151,7 @@ class Builder {
     node.type = NodeType::callbacks;
     node.group = {};
     std::vector<std::uint32_t> own;
-    for (std::uint32_t c = 0; c < is_task_.size(); ++c)
+    for (const std::uint32_t c : order_.callbacks)
       if (is_task_[c] && callback(c).node == n) own.push_back(c);
     if (own.empty()) return;
     std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
@@ -306,6 +309,7 @@ class Builder {
   const RecordedSystem& system_;
   const std::span<const RecordedJob> jobs_;
   const std::vector<std::uint32_t>& executor_of_;
+  ServiceOrder order_;
   RecordedGraph made_;
   std::vector<bool> is_task_, overlaps_, reentrant_;  // by callback
   std::set<std::uint32_t> published_, outside_;       // topics
@@ -316,8 +320,9 @@ class Builder {
 bool is_housekeeping(const std::string& topic) { return topic == "/rosout" || topic == "/parameter_events"; }
 
 RecordedGraph make_recorded_graph(const RecordedSystem& system, std::span<const RecordedJob> jobs,
-                                  const std::vector<std::uint32_t>& executor_of, const std::string& name) {
-  return Builder(system, jobs, executor_of, name).build();
+                                  const std::vector<std::uint32_t>& executor_of, const std::string& name,
+                                  const ServiceOrder& order) {
+  return Builder(system, jobs, executor_of, name, order).build();
 }
 
 }  // namespace hotpath

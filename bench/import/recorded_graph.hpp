@@ -31,12 +31,18 @@ struct RecordedGraph {
   }
 };
 
+/// The order in which executors served nodes and callbacks where that was not the order of creation: all of
+/// its tasks, or none for that of creation.
+struct ServiceOrder {
+  std::vector<std::uint32_t> nodes, callbacks;
+};
+
 /// `jobs` are by start. Callbacks that overlapped, or whose `executor_of` (by callback, kNone: unknown)
 /// differs, are in different callback groups. Throws UsageError where nothing is left to make a graph of.
 [[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& system,
                                                 std::span<const RecordedJob> jobs,
                                                 const std::vector<std::uint32_t>& executor_of,
-                                                const std::string& name);
+                                                const std::string& name, const ServiceOrder& order = {});
 
 /// Whether a topic belongs to every node and to no graph: /rosout, /parameter_events.
 [[nodiscard]] bool is_housekeeping(const std::string& topic);

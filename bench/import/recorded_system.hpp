@@ -50,7 +50,7 @@ struct RecordedTopic {
 struct RecordedThread {
   std::uint32_t process = 0, id = 0;
   std::uint64_t jobs = 0, waits = 0;
-  std::set<std::int32_t> processors;  ///< On which callbacks started or ended.
+  std::map<std::int32_t, std::uint64_t> processors;  ///< Jobs by the processor on which they ended.
 };
 
 /// What a trace says of a running system.

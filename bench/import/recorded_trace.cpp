@@ -24,7 +24,10 @@ std::uint32_t step(Time& next, Time start, Duration period) {
 RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
                                std::span<const RecordedJob> jobs) {
   const TaskId count = graph.tasks.set.size();
-  RecordedTimers timers{std::vector<Time>(count), std::vector<std::uint64_t>(count, 0)};
+  RecordedTimers timers{std::vector<Time>(count), {}, std::vector<std::uint64_t>(count, 0)};
+  const auto first =
+      std::ranges::find_if(jobs, [&](const RecordedJob& j) { return graph.task(j.ref) != kNoTask; });
+  if (first != jobs.end()) timers.begin = first->start;
   std::vector<Time> next(count);
   std::vector<Duration> ahead(count);
   for (TaskId id = 0; id < count; ++id) {
@@ -41,15 +44,19 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
       continue;
     }
     ahead[id] = std::max(ahead[id], early);
-    step(next[id], job.start + kCreationEvent, graph.tasks.set[id].period);
+    step(next[id], job.start, graph.tasks.set[id].period);
   }
   for (TaskId id = 0; id < count; ++id) timers.first[id] -= ahead[id];
   return timers;
 }
 
 RecordedTrace::RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph,
-                             const RecordedTimers& timers, const std::vector<bool>& release_only)
-    : system_(system), graph_(graph), release_only_(release_only), sequences_(graph.tasks.set.size()) {
+                             const RecordedTimers& timers, std::vector<bool> release_only)
+    : system_(system),
+      graph_(graph),
+      release_only_(std::move(release_only)),
+      begin_(timers.begin),
+      sequences_(graph.tasks.set.size()) {
   for (const Time first : timers.first) timers_.push_back({first, 0});
   for (auto& of_task : sequences_) of_task.resize(kRemembered);
 }
@@ -87,7 +94,7 @@ Job RecordedTrace::timer_job(TaskId task, Time start) {
   job.deadline = job.timestamp + of.deadline;
   if (release_only_[task]) {
     job.release = job.timestamp;
-    timer.next += of.period;
+    job.skipped = step(timer.next, timer.sequence == 0 ? begin_ : timer.next, of.period);
   } else {
     job.release = start;
     job.skipped = step(timer.next, start, of.period);

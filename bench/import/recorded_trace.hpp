@@ -14,6 +14,7 @@ namespace hotpath {
 /// First release of each task's timer, and what the jobs say about how it is called.
 struct RecordedTimers {
   std::vector<Time> first;           ///< By task; Time{} for subscriptions.
+  Time begin{};                      ///< Of the first job: executors spin from here on.
   std::vector<std::uint64_t> early;  ///< By task: jobs that began before a polled timer would have been due.
 };
 
@@ -23,13 +24,13 @@ struct RecordedTimers {
                                              std::span<const RecordedJob> jobs);
 
 /// Turns what was recorded into the rows of a run. Timestamps of timers are not in a trace: where a
-/// releaser's thread calls timers, the n-th job has the n-th; else a timer is called when its job starts, and
-/// rcl's rule says which timestamps it skips.
+/// releaser's thread calls timers, the n-th job has the n-th after those skipped when it began; else a timer
+/// is called when its job starts, and rcl's rule says which timestamps it skips.
 class RecordedTrace {
  public:
-  /// `release_only`: by task. The arguments must outlive it.
+  /// `release_only`: by task. System and graph must outlive it.
   RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph, const RecordedTimers& timers,
-                const std::vector<bool>& release_only);
+                std::vector<bool> release_only);
 
   /// Of a job of the graph; jobs come by start. Instants are as in the trace.
   [[nodiscard]] JobRecord job(const RecordedJob& job);
@@ -49,8 +50,9 @@ class RecordedTrace {
 
   const RecordedSystem& system_;
   const RecordedGraph& graph_;
-  const std::vector<bool>& release_only_;
-  std::vector<std::uint16_t> process_of_;              // by thread: position of its process
+  const std::vector<bool> release_only_;
+  std::vector<std::uint16_t> process_of_;  // by thread: position of its process
+  const Time begin_;
   std::vector<TimerState> timers_;                     // by task
   std::vector<std::vector<std::uint64_t>> sequences_;  // by task: of the latest jobs, by number
 };

@@ -18,15 +18,27 @@ namespace {
 /// Beyond so many times of what is green, red.
 constexpr double kRed = 3;
 
+/// When the executors began: nodes and their timers are there before.
+Duration first_start(const Trace& recorded) {
+  Duration first = recorded.end - Time{} - Duration(1);
+  for (const JobRecord& r : recorded.jobs)
+    if (r.outcome == Outcome::ran) first = std::min(first, r.start - Time{});
+  return std::max(first, Duration::zero());
+}
+
 Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
                         const Trace& recorded) {
-  const ReplayedTimes times(tasks.set, working_jobs(tasks, recorded));
+  Trace own = recorded;
+  for (JobRecord& r : own.jobs)
+    if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
+  const ReplayedTimes times(tasks.set, working_jobs(tasks, own));
   const SimulatedSystem system(executor, graph, tasks);
   std::vector<ChainObservation> observations;
   GraphWorkload workload(graph, tasks, times, &observations);
   SimulationOptions options;
   options.platform = make_platform(graph, *parts(executor).front().entry);
   options.duration = recorded.end - Time{};
+  options.start = first_start(recorded);
   options.max_backlog = 1000 * tasks.set.size();
   Trace trace;
   TraceRecorder recorder(trace);
@@ -129,6 +141,8 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
             text("Of all timestamps and samples %.2f %% are lost simulated and %.2f %% recorded.",
                  check.lost_simulated_percent, check.lost_recorded_percent));
+  simulated.executor = recorded.executor;
+  check.simulated = std::move(simulated);
   return check;
 }
 

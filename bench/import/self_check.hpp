@@ -35,7 +35,8 @@ struct SelfCheck {
   double lost_recorded_percent = 0, lost_simulated_percent = 0;  ///< Of all tasks together.
   Light light = Light::green;
   std::vector<std::string> reasons;  ///< Why it is not green; whole sentences.
-  std::string failure;               ///< Why there is no simulation; empty: there is one.
+  Trace simulated;
+  std::string failure;  ///< Why there is no simulation; empty: there is one.
 };
 
 /// What is still green: the bar of a good prediction.

@@ -152,7 +152,6 @@ void TraceAssembler::start(const TraceEvent& e) {
   job.thread = index;
   job.start = from_ns(e.at_ns);
   job.waited = std::exchange(thread.waited, false);
-  system_.threads[index].processors.insert(e.processor);
   if (thread.taken_by == callback) {
     job.has_sample = true;
     job.sample = thread.taken;
@@ -195,7 +194,7 @@ void TraceAssembler::end(const TraceEvent& e) {
   callback.busy += job.finish - job.start;
   ++callback.threads[index];
   ++system_.threads[index].jobs;
-  system_.threads[index].processors.insert(e.processor);
+  ++system_.threads[index].processors[e.processor];
   for (const RecordedPublication& p : job.published) ++callback.published[p.topic];
   sink_.ended(std::move(job));
 }

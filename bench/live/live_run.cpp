@@ -98,9 +98,11 @@ class LiveRun {
       }
       if (!on_rclcpp) continue;
       plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
-                      std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent, options_.work};
+                      std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent,
+                      options_.work};
       if (plan_.processes > 1 || !options_.deployments.empty()) {
-        throw UsageError("--stack rclcpp runs one executor in one process; leave --processes and --deployments out");
+        throw UsageError(
+            "--stack rclcpp runs one executor in one process; leave --processes and --deployments out");
       }
     }
     options_.executors = labels;

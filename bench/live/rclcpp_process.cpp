@@ -33,23 +33,24 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
   json phases = json::array();
   for (const Task& task : plan.tasks.set.tasks) phases.push_back(task.phase.count());
   fcntl(memory.descriptor(), F_SETFD, 0);
-  json all = {{"graph", plan.rclcpp.graph_file},
-              {"executor", label.substr(0, label.size() - kOnRclcpp.size())},
-              {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},
-              {"phases_ns", phases},
-              {"divisions_per_us", plan.calibration.divisions_per_us},
-              {"namespace", "/hotpath_" + std::to_string(getppid())},
-              {"cpus", plan.cpus},
-              {"lock_memory", plan.lock_memory},
-              {"time_out_ns", plan.time_out.count()},
-              {"channel", coordinator.for_program()},
-              {"memory",
-               {{"descriptor", memory.descriptor()},
-                {"tasks", size.tasks},
-                {"workers", size.workers},
-                {"jobs", size.jobs},
-                {"chains", size.chains},
-                {"executors", size.executors}}}};
+  json all = {
+      {"graph", plan.rclcpp.graph_file},
+      {"executor", label.substr(0, label.size() - kOnRclcpp.size())},
+      {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},
+      {"phases_ns", phases},
+      {"divisions_per_us", plan.calibration.divisions_per_us},
+      {"namespace", "/hotpath_" + std::to_string(getppid())},
+      {"cpus", plan.cpus},
+      {"lock_memory", plan.lock_memory},
+      {"time_out_ns", plan.time_out.count()},
+      {"channel", coordinator.for_program()},
+      {"memory",
+       {{"descriptor", memory.descriptor()},
+        {"tasks", size.tasks},
+        {"workers", size.workers},
+        {"jobs", size.jobs},
+        {"chains", size.chains},
+        {"executors", size.executors}}}};
   if (plan.rclcpp.load_percent) all["load"] = *plan.rclcpp.load_percent;
   if (plan.rclcpp.work) all["work"] = to_string(*plan.rclcpp.work);
   if (plan.executor_policy) all["executor_policy"] = to_string(*plan.executor_policy);
@@ -62,8 +63,9 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
 std::string find_rclcpp_runner(const std::string& given) {
   const std::string path = given.empty() ? environment("HOTPATH_ROS2_RUNNER") : given;
   if (environment("ROS_DISTRO").empty()) {
-    throw UsageError("--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
-                     "workspace with hotpath_rclcpp_system (launch_scripts/ros2_build.sh)");
+    throw UsageError(
+        "--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
+        "workspace with hotpath_rclcpp_system (launch_scripts/ros2_build.sh)");
   }
   if (!path.empty()) {
     if (access(path.c_str(), X_OK) == 0) return path;
@@ -75,8 +77,9 @@ std::string find_rclcpp_runner(const std::string& given) {
         std::filesystem::path(prefix) / "lib/hotpath_rclcpp_system/hotpath_rclcpp_runner";
     if (access(found.c_str(), X_OK) == 0) return found;
   }
-  throw UsageError("no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
-                   "and source its setup.bash, or name the program with --ros2-runner");
+  throw UsageError(
+      "no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
+      "and source its setup.bash, or name the program with --ros2-runner");
 }
 
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
@@ -85,7 +88,9 @@ int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, co
   setenv("ROS_DOMAIN_ID", std::to_string(plan.fastdds.domain).c_str(), 1);
   setenv("ROS_LOCALHOST_ONLY", "1", 1);
   execv(words.front().c_str(), argument_list(words).data());
-  coordinator.send({ChannelMessage::Kind::failed, {}, concat(words.front(), " cannot be started: ", std::strerror(errno))});
+  coordinator.send({ChannelMessage::Kind::failed,
+                    {},
+                    concat(words.front(), " cannot be started: ", std::strerror(errno))});
   return 1;
 }
 

@@ -3,12 +3,13 @@
 
 #include <string>
 
+#include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 
 namespace hotpath {
 
-/// The program hotpath_rclcpp_runner: what `given` or HOTPATH_ROS2_RUNNER says, else of the ROS 2 workspaces that
-/// are sourced (AMENT_PREFIX_PATH). Throws UsageError that says what to do.
+/// The program hotpath_rclcpp_runner: what `given` or HOTPATH_ROS2_RUNNER says, else of the ROS 2 workspaces
+/// that are sourced (AMENT_PREFIX_PATH). Throws UsageError that says what to do.
 [[nodiscard]] std::string find_rclcpp_runner(const std::string& given);
 
 /// The calling process becomes the one that runs the repetition on rclcpp; it talks to the coordinator as

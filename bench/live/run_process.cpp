@@ -101,8 +101,9 @@ int run_process(const RepetitionPlan& plan, std::uint32_t process,
       tasks.set.tasks[id].local = process_of_node[tasks.origin[id].node] == process;
     }
     LiveSystem system(*plan.graph, tasks, live_options(plan, process), memories[process]);
-    RunLife(coordinator).live_through(system, now() + plan.time_out,
-                                      [&] { settle(tasks, memories, system); });
+    RunLife(coordinator).live_through(system, now() + plan.time_out, [&] {
+      settle(tasks, memories, system);
+    });
     return 0;
   } catch (const CoordinatorGone&) {
   } catch (const std::system_error& error) {

@@ -24,8 +24,9 @@ constexpr auto enum_texts(Stack) {
 inline constexpr std::string_view kOnRclcpp = "@rclcpp";
 
 /// What runs a graph: an executor, or a deployment of several. An executor as a user names it: `NAME`, or
-/// `NAME:VARIANT[:VARIANT]`, then kOnRclcpp if it is that of the real stack, with the variants `inherit`, `first` (rule for subscriptions), `lifo`, `fifo`
-/// (ties), or a number of threads where there can be several.
+/// `NAME:VARIANT[:VARIANT]`, then kOnRclcpp if it is that of the real stack, with the variants `inherit`,
+/// `first` (rule for subscriptions), `lifo`, `fifo` (ties), or a number of threads where there can be
+/// several.
 struct ExecutorSpec {
   std::string label;                     ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.

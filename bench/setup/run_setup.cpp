@@ -141,7 +141,8 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition) {
   if (!options.phases_file.empty()) {
-    return read_phases(options.phases_file, graph, executor.label.substr(0, executor.label.find(':')));
+    return read_phases(options.phases_file, graph,
+                       executor.label.substr(0, executor.label.find_first_of(":@")));
   }
   PhaseOptions phase_options;
   if (options.phase_step_ms) phase_options.step = from_ms(*options.phase_step_ms);

@@ -62,7 +62,7 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
   if (graph.work == WorkMode::wall) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
-  const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find(':')));
+  const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find_first_of(":@")));
   const auto not_timed = [](const JobRecord& r) {
     return r.outcome == Outcome::ran && r.cpu_time < Duration{};
   };

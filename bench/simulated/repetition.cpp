@@ -39,15 +39,19 @@ Repetition simulate_repetition(const RepetitionPlan& plan, RunTotals* totals) {
 
 std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const GraphTasks& tasks,
                                                    std::uint64_t seed) {
-  switch (graph.platform.execution_times) {
+  const ExecutionTimeModel model = graph.platform.execution_times;
+  switch (model) {
     case ExecutionTimeModel::worst:
       break;
     case ExecutionTimeModel::uniform:
       return std::make_unique<UniformTimes>(tasks.set, seed);
-    case ExecutionTimeModel::measured: {
+    case ExecutionTimeModel::measured:
+    case ExecutionTimeModel::replayed: {
       std::vector<MeasuredTimes::Values> values;
       for (const Callback& callback : tasks.callbacks) values.push_back(callback.measured);
-      return std::make_unique<MeasuredTimes>(tasks.set, std::move(values), seed);
+      return std::make_unique<MeasuredTimes>(
+          tasks.set, std::move(values), seed,
+          model == ExecutionTimeModel::replayed ? Draw::in_order : Draw::independent);
     }
   }
   return std::make_unique<WorstCaseTimes>(tasks.set);

@@ -11,7 +11,8 @@ namespace hotpath {
 
 void run_hotpath(std::vector<std::string> words, const std::string& program) {
   words.insert(words.begin(), program.empty() ? own_program() : program);
-  setenv("HOTPATH_FIGURES", "none", 1);
+  static const int once = setenv("HOTPATH_FIGURES", "none", 1);  // threads read the environment
+  (void)once;
   auto [status, errors] = run_program(std::move(words), true);
   if (exited_with(status, 0)) return;
   while (errors.ends_with('\n')) errors.pop_back();

@@ -32,6 +32,15 @@ TEST(ExecutorSpec, BareNameTakesTheDefaults) {
   EXPECT_EQ(spec.scheduler.workers, 3U);
 }
 
+TEST(ExecutorSpec, SaysOnWhichStackItRuns) {
+  EXPECT_EQ(parse_executor("rm-ro", {}).stack, Stack::native);
+  const ExecutorSpec spec = parse_executor("multi:3@rclcpp", {});
+  EXPECT_EQ(spec.label, "multi:3@rclcpp");
+  EXPECT_EQ(spec.entry->name, "multi");
+  EXPECT_EQ(spec.scheduler.workers, 3U);
+  EXPECT_EQ(spec.stack, Stack::rclcpp);
+}
+
 TEST(ExecutorSpec, VariantsPrevailOverTheDefaultsAndStandInTheLabel) {
   const SchedulerOptions defaults{SubscriptionRule::first, Ties::lifo, 0};
   const ExecutorSpec spec = parse_executor("edf-re:inherit:fifo", defaults);

@@ -154,6 +154,16 @@ class Machine(FaultTest):
     """What this machine or this user does not permit."""
 
     @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
+    def test_ros2_that_is_not_there(self):
+        for name in ("ROS_DISTRO", "AMENT_PREFIX_PATH", "HOTPATH_ROS2_RUNNER"):
+            self.environment.pop(name, None)
+        run = ("run", "--stack", "rclcpp", *BRIEF)
+        self.assert_refused(run, "setup.bash", "ros2_build.sh")
+        self.environment["ROS_DISTRO"] = "jazzy"
+        self.assert_refused(run, "hotpath_rclcpp_system", "--ros2-runner")
+        self.assert_refused((*run, "--ros2-runner", "/no/where"), "no program /no/where")
+        self.assert_refused(("run", "--stack", "ros"), "--stack", "native")
+
     def test_real_time_policy_asked_for_and_refused(self):
         err = self.assert_refused(
             ["run", *BRIEF, "--timer-policy", "fifo:50", "--output", "run"], "fifo:50", "refused",

@@ -68,7 +68,7 @@ class ValidatedRun {
     GraphTasks tasks = tasks_;
     const auto first = measured_.first_timestamps(tasks.set, trace.executor, trace.repetition);
     set_phases(tasks.set, first);
-    if (find_executor(trace.executor.substr(0, trace.executor.find(':'))) == nullptr) {
+    if (find_executor(trace.executor.substr(0, trace.executor.find_first_of(":@"))) == nullptr) {
       throw UsageError(concat(measured_.folder().string(), ": ", trace.executor,
                               " is a deployment; validate compares runs of single executors"));
     }

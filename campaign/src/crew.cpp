@@ -6,6 +6,7 @@
 #include <fstream>
 #include <thread>
 
+#include "message.hpp"
 #include "roles.hpp"
 
 namespace hotpath {
@@ -15,7 +16,11 @@ Crew::Crew(const CrewOptions& options) : options_(options), link_(make_mpi_link(
 }
 
 Crew::~Crew() {
-  if (ran_ || !link_ || link_->rank() != 0) return;
+  if (ran_ || !link_) return;
+  if (link_->rank() != 0) {
+    link_->send(0, pack({.kind = Message::Kind::bye}));
+    return;
+  }
   try {
     coordinate({}, options_, link_.get());  // of nothing: the others wait to be told
   } catch (const CampaignError&) {          // somebody sent what is no message; all end anyway

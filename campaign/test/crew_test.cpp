@@ -148,8 +148,9 @@ TEST_F(CrewTest, ARankThatComesBackIsHeardAndNoCellCountsTwice) {
     for (const std::uint64_t cell : mine) late.results.push_back({cell, c.work(cell), ""});
     one.send(0, pack(late));
     for (bool over = false; !over;) {
-      const auto got = one.receive();
-      over = got && unpack(got->bytes).kind == Message::Kind::stop;
+      one.send(0, pack({.kind = Message::Kind::report}));  // alive
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      while (const auto got = one.receive()) over = unpack(got->bytes).kind == Message::Kind::stop;
     }
     one.send(0, pack({.kind = Message::Kind::bye}));
   });

@@ -46,6 +46,15 @@ TEST(SimpleEventsQueue, IsFirstInFirstOutAcrossGrowthAndWrapAround) {
   EXPECT_EQ(popped, pushed);
 }
 
+TEST(SimpleEventsQueue, GivesTheFirstThatMayRunAndKeepsTheOrderOfTheOthers) {
+  SimpleEventsQueue queue;
+  for (TaskId id = 0; id < 4; ++id) queue.push(job(id));
+  EXPECT_EQ(queue.pop_first([](const Job& j) { return j.task >= 2; })->task, 2U);
+  EXPECT_FALSE(queue.pop_first([](const Job& j) { return j.task > 3; }));
+  const std::vector<JobRef> rest = {{0, 0}, {1, 0}, {3, 0}};
+  EXPECT_EQ(drain(queue), rest);
+}
+
 /// Timers 0 (30 ms), 1 (10 ms), 2 (10 ms); subscriptions 3 (of 0), 4 (of 1), 5 (of 0 and 1), 6 (of nobody).
 class PriorityOrderTest : public testing::Test {
  protected:

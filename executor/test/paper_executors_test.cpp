@@ -31,6 +31,38 @@ TEST_F(PaperExecutor, SectionIVReleaseAndExecuteKeepsTimersInAReadyQueueOfItsOwn
   EXPECT_EQ(next(kReleaser, 1ms)->task, slow);
 }
 
+TEST_F(PaperExecutor, ATaskThatChangesIsOrderedByThatFromItsNextReleaseOn) {
+  const TaskId slow = add_timer(set, 50ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms);
+  const TaskId subscription = add_subscription(set, {}, 0ms);
+  start("rm-ro");
+  const auto release_all = [&](Duration now) {
+    take_turn(*scheduler, kReleaser, at(now));
+    scheduler->sample_arrived(subscription, {}, at(now));
+  };
+  release_all(0ms);  // nobody feeds it: last
+  for (const TaskId expected : {fast, slow, subscription}) EXPECT_EQ(next(kExecutor, 1ms)->task, expected);
+  scheduler->change_task(fast, std::nullopt, {subscription});
+  release_all(50ms);  // as urgent as the timer, and before it
+  for (const TaskId expected : {subscription, fast, slow}) EXPECT_EQ(next(kExecutor, 51ms)->task, expected);
+}
+
+TEST_F(PaperExecutor, SeveralWorkersShareTheQueueAndKeepGroupsApart) {
+  const TaskId slow = add_timer(set, 50ms, 0ms);
+  const TaskId fast = add_timer(set, 10ms, 0ms);
+  const TaskId other = add_timer(set, 90ms, 0ms);
+  set.tasks[fast].group = set.tasks[slow].group;
+  scheduler = find_executor("rm-ro")->make(set, {.release_only_workers = 2});
+  scheduler->begin(Time{});
+  constexpr Worker kTimers = 2;
+  EXPECT_TRUE(take_turn(*scheduler, kTimers, at(0ms)).decision.wake.contains(1));
+  const Job first = *next(0, 0ms);
+  EXPECT_EQ(first.task, fast);
+  EXPECT_EQ(next(1, 0ms)->task, other);  // `slow` is of the group that is busy
+  EXPECT_TRUE(scheduler->finished(0, first, at(1ms)).wake.contains(1));
+  EXPECT_EQ(next(0, 1ms)->task, slow);
+}
+
 TEST_F(PaperExecutor, SectionVAConditionC2AllThatIsDueIsReleasedBeforeEachDecision) {
   const TaskId slow = add_timer(set, 50ms, 0ms);
   const TaskId middle = add_timer(set, 20ms, 0ms);

@@ -252,7 +252,7 @@ TEST(Callbacks, ChainsMayBeginAtASubscription) {
       "  - {name: C, type: command, input: x, execution_time_ms: 1}\n"
       "chains:\n  - {name: c, nodes: [A/S, C], sources: [A/S], sink: C}\n");
   const Simulated s = simulate_graph(g, *find_executor("events-ro"), 95ms);
-  ASSERT_EQ(s.trace.chains.size(), 10U);
+  ASSERT_EQ(s.trace.chains.size(), 9U);
   for (const ChainRecord& c : s.trace.chains) {
     EXPECT_EQ(c.hot_path_latency, 3ms);
     EXPECT_EQ(c.end_to_end_latency, 4ms);  // from the publication of the sensor's sample

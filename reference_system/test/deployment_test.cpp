@@ -58,6 +58,29 @@ TEST_F(Deployments, EveryTaskHasAnExecutorInAllThatShip) {
   }
 }
 
+TEST_F(Deployments, AreWrittenAsTheyAreRead) {
+  for (const char* const name : {"single", "isolated", "cie", "prioritized", "upstream_cbg", "picas"}) {
+    const Deployment d = find(name);
+    const std::string path = testing::TempDir() + "deployment_written.yaml";
+    std::ofstream(path) << deployment_yaml(graph, tasks, d);
+    const Deployment read = find(path);
+    std::filesystem::remove(path);
+    EXPECT_EQ(read.executor_of, d.executor_of) << name;
+    EXPECT_EQ(read.description, d.description) << name;
+    ASSERT_EQ(read.executors.size(), d.executors.size()) << name;
+    for (std::size_t e = 0; e < d.executors.size(); ++e) {
+      EXPECT_EQ(read.executors[e].name, d.executors[e].name);
+      EXPECT_EQ(read.executors[e].executor, d.executors[e].executor);
+      EXPECT_EQ(read.executors[e].policy, d.executors[e].policy);
+      EXPECT_EQ(read.executors[e].processors, d.executors[e].processors);
+    }
+  }
+}
+
+TEST_F(Deployments, ThatSplitACallbackGroupCannotBeWritten) {
+  EXPECT_THROW((void)deployment_yaml(graph, tasks, find("rm-threads")), std::invalid_argument);
+}
+
 TEST_F(Deployments, ListedFilesComeWithDescriptionOrErrorAndPresetsHideThem) {
   const std::filesystem::path folder = testing::TempDir() + "deployment_test";
   std::filesystem::create_directory(folder);

@@ -7,7 +7,7 @@ from typing import Any
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
-from hotpath_report.style import FAINT, INK
+from hotpath_report.style import INK
 
 # What is shown of a row, with its mark.
 MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "worst of all draws", "|"))
@@ -36,15 +36,12 @@ def draw(folder: str) -> None:
             low, high = row[key].get("interval", [row[key]["value"]] * 2)
             axes.plot([low, high], [y, y], color=colour, linewidth=4, alpha=0.45, solid_capstyle="butt")
             axes.plot([row[key]["value"]], [y], mark, color=colour, markersize=6, markeredgewidth=2)
-        if row["bound_ms"] is not None:
-            axes.plot([row["bound_ms"]], [y], ">", color=FAINT, markersize=5)
     names = [row["name"] + (" (now)" if row["name"] == advice["now"] else "") for row in rows]
     style.rows_of_labels(axes, names, xlabel="latency (ms)")
     worst = max(row["worst_ms"]["value"] for row in rows)
     axes.set_xlim(0, 1.05 * worst)
-    key = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
-    key.append(style.dot("bound, end to end", marker=">", color=FAINT))
-    style.add_key(figure, key, 4)
+    marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
+    style.add_key(figure, marks, 3)
     subtitle = (
         f"{advice['chain']} of {advice['graph']}, best first by {advice['objective']}; "
         f"{advice['draws']} draws of {advice['seconds']:g} s, {advice['cores']} cores"

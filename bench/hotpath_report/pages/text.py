@@ -50,3 +50,10 @@ def tell_validation(folder: str) -> None:
     print(environment().get_template("validation.txt.j2").render(result), flush=True)
     draw_if_possible("figures.validation:draw", folder)
     print(f"\nResults: {folder}")
+
+
+def write_import(folder: str) -> None:
+    """Writes import.md, the page of `hotpath import ctf`. Raises InputError."""
+    result: dict[str, Any] = read_json(Path(folder) / "import.json", "hotpath import ctf")
+    page = environment().get_template("import.md.j2").render(result)
+    (Path(folder) / "import.md").write_text(page, encoding="utf-8")

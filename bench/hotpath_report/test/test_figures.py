@@ -314,5 +314,33 @@ class TimersOnly(FigureTest):
         self.assert_refused(self.call("timers-only", *runs), "6 graphs", "at most 5")
 
 
+class Advice(FigureTest):
+    def write_advice(self, text):
+        folder = self.folder / "advice"
+        folder.mkdir()
+        (folder / "advice.json").write_text(text)
+        return folder
+
+    def test_marks_what_runs_today(self):
+        value = {"value": 20.0, "interval": [18.0, 22.0]}
+        rows = [
+            {"name": name, "median_ms": value, "p99_ms": value, "worst_ms": {"value": 30.0}}
+            for name in ("rm-ro", "default")
+        ]
+        facts = {"graph": "tiny", "chain": "c", "objective": "p99 of c", "now": "default", "draws": 3}
+        folder = self.write_advice(
+            json.dumps(facts | {"seconds": 10, "cores": 2, "ranking": [*rows, {"name": "static"}]})
+        )
+        result = self.call("advice", folder)
+        self.assert_drawn(result, folder, "advice")
+        text = (folder / "advice.svg").read_text()
+        self.assertIn("default (now)", text)
+        self.assertNotIn("static", text)
+
+    def test_no_advice(self):
+        self.assert_refused(self.call("advice", self.write_advice("{")), "advice.json")
+        self.assert_refused(self.call("advice", self.folder / "none"), "advice.json")
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -53,7 +53,8 @@ Made make_cbg(const TaskSet& set, const Options& options) {
 
 Made make_stock_ro(const TaskSet& set, const Options& options) {
   return std::make_unique<ReleaseOnlyScheduler>(set, std::make_unique<SimpleEventsQueue>(),
-                                                ReleaseOnlyScheduler::Release::one_by_one, options.release_only_workers);
+                                                ReleaseOnlyScheduler::Release::one_by_one,
+                                                options.release_only_workers);
 }
 
 Made make_stock_re(const TaskSet& set, const Options&) {

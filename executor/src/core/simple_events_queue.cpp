@@ -28,7 +28,7 @@ std::optional<Job> SimpleEventsQueue::pop_first(const std::function<bool(const J
   std::optional<Job> first;
   for (std::size_t left = count_; left > 0; --left) {
     const Job job = pop();
-    !first && may_run(job) ? static_cast<void>(first = job) : push(job);
+    !first&& may_run(job) ? static_cast<void>(first = job) : push(job);
   }
   return first;
 }

@@ -39,6 +39,8 @@ void check_options(const SimulationOptions& options) {
     check(d >= Duration{} && d <= kLongest, "costs, delays and latencies must lie in 0 to 2^60 ns");
   }
   check(options.duration > Duration{}, "the duration must be positive");
+  check(options.start >= Duration{} && options.start < options.duration,
+        "executors must begin within the duration");
   check(options.duration <= kLongest,
         "the duration exceeds 2^60 ns (36 years), beyond which instants would overflow");
 }
@@ -52,6 +54,7 @@ class Simulation {
         executor_of_(executor_of),
         workload_(workload),
         platform_(options.platform),
+        start_(options.start),
         end_(Time{} + options.duration),
         max_backlog_(options.max_backlog),
         sink_(sink),
@@ -75,6 +78,7 @@ class Simulation {
 
   SimulationSummary run() {
     for (const Executor& executor : executors_) executor.scheduler->begin(Time{});
+    now_ = Time{} + start_;
     for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
     take_steps();
     for (;;) {
@@ -362,6 +366,7 @@ class Simulation {
   const std::vector<std::uint32_t>& executor_of_;  // by task
   Workload& workload_;
   const Platform platform_;
+  const Duration start_;
   const Time end_;
   const std::uint64_t max_backlog_;
   JobSink* const sink_;

@@ -51,12 +51,15 @@ Duration UniformTimes::of(const Job& job) const {
   return Duration(range.bcet_ns + static_cast<std::int64_t>(draw(job, range.count)));
 }
 
-MeasuredTimes::MeasuredTimes(const TaskSet& set, std::vector<Values> values, std::uint64_t seed)
-    : values_(std::move(values)), others_(set, seed) {}
+MeasuredTimes::MeasuredTimes(const TaskSet& set, std::vector<Values> values, std::uint64_t seed, Draw draw)
+    : values_(std::move(values)), others_(set, seed), draw_(draw), place_(mix(seed)) {}
 
 Duration MeasuredTimes::of(const Job& job) const {
   const Values& values = values_[job.task];
-  return values ? (*values)[others_.draw(job, values->size())] : others_.of(job);
+  if (!values) return others_.of(job);
+  const std::uint64_t count = values->size();
+  return (*values)[draw_ == Draw::in_order ? (scale(place_, count) + job.sequence) % count
+                                           : others_.draw(job, count)];
 }
 
 ReplayedTimes::ReplayedTimes(const TaskSet& set, const Trace& trace)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// component_container under PriorityExecutor. Parameters: `executor` (by default rm-ro), `threads` (1), `priorities`
-// and `graph` (files; none), `learn` (true), `timer_thread` and `executor_threads` (policies asked for; none).
+// component_container under PriorityExecutor. Parameters: `executor` (by default rm-ro), `threads` (1),
+// `priorities` and `graph` (files; none), `learn` (true), `timer_thread` and `executor_threads` (policies
+// asked for; none).
 #include <rclcpp_components/component_manager.hpp>
 
 #include "hotpath_rclcpp/priority_executor.hpp"

@@ -15,8 +15,8 @@
 namespace hotpath {
 
 /// Drives one scheduler with real threads, the real clock and the entities of rclcpp: the third driver beside
-/// hotpath::Executor and the simulator. Callbacks of middleware, timers and guard conditions only enqueue, under
-/// a lock that is held during no call into rclcpp; they keep the driver alive.
+/// hotpath::Executor and the simulator. Callbacks of middleware, timers and guard conditions only enqueue,
+/// under a lock that is held during no call into rclcpp; they keep the driver alive.
 class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
  public:
   explicit ExecutorDriver(Setup setup) : schedule_(std::move(setup)) {
@@ -46,8 +46,9 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   [[nodiscard]] std::size_t queued();
 
   void join(const std::shared_ptr<Entry>& entry);
-  /// The entity stays as it is; nothing of it starts any more.
-  void leave(const std::shared_ptr<Entry>& entry);
+  /// The entity stays as it is; nothing of it starts any more. Returns what was ready and did not start, as
+  /// it was announced: for waitables which of their entities, for others zeros.
+  std::vector<int> leave(const std::shared_ptr<Entry>& entry);
 
   /// What the entities' callbacks call.
   void arrived(const std::shared_ptr<Entry>& entry, std::size_t count, int which);
@@ -74,8 +75,8 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   void work(Worker worker, std::atomic_bool& spinning, const Refresh& refresh);
   /// The upkeep that the worker with number 0 does; returns whether it had to let the lock go.
   bool look_after(Lock& lock, Time now, const Refresh& refresh);
-  /// Runs the job of a decision outside of the lock, after waking `claimed`; an exception leaves with the lock
-  /// held.
+  /// Runs the job of a decision outside of the lock, after waking `claimed`; an exception leaves with the
+  /// lock held.
   bool run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed);
   void unpark(Lock& lock, WorkerSet claimed);
   bool execute(const std::shared_ptr<Entry>& entry, const Job& job);

@@ -11,6 +11,30 @@ namespace {
 
 using IntraProcess = rclcpp::experimental::SubscriptionIntraProcessBase;
 
+/// What was announced to one executor and not taken is announced to the next: middleware announces it once.
+class Announced {
+ public:
+  void keep(const std::weak_ptr<void>& entity, std::vector<int> what) {
+    if (what.empty() || entity.expired()) return;
+    const std::lock_guard lock(mutex_);
+    std::erase_if(kept_, [](const auto& item) { return item.first.expired(); });
+    kept_[entity] = std::move(what);
+  }
+  std::vector<int> take(const std::weak_ptr<void>& entity) {
+    const std::lock_guard lock(mutex_);
+    const auto found = kept_.find(entity);
+    if (found == kept_.end()) return {};
+    std::vector<int> what = std::move(found->second);
+    kept_.erase(found);
+    return what;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::weak_ptr<void>, std::vector<int>, std::owner_less<>> kept_;
+};
+Announced announced;
+
 /// Room for what is ready and did not start, per entity. What does not fit is not lost: its event remains.
 constexpr std::uint32_t kMostDepth = 256;
 constexpr std::uint32_t kDepthOfOthers = 16;
@@ -32,7 +56,7 @@ void set_callback(rclcpp::GuardCondition& condition, const std::function<void(st
 std::shared_ptr<Group> make_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   const bool reentrant = group->type() == rclcpp::CallbackGroupType::Reentrant;
   return std::make_shared<Group>(
-      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, std::nullopt, group});
+      Group{reentrant ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive, 0, 0, group});
 }
 
 std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& entity,
@@ -115,7 +139,8 @@ void Entities::remove_group(const rclcpp::CallbackGroup::SharedPtr& group) {
   const std::lock_guard lock(mutex_);
   const auto found = groups_.find(group);
   if (found == groups_.end() || !found->second.by_hand) {
-    throw std::runtime_error("Callback group needs to be associated with this executor, by add_callback_group.");
+    throw std::runtime_error(
+        "Callback group needs to be associated with this executor, by add_callback_group.");
   }
   groups_.erase(found);
   set_callback(*versions::changes_of(*group, context_), nullptr);
@@ -205,7 +230,8 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
           e.topic = intra_process->get_topic_name();
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(intra_process->get_actual_qos());
-          if (const auto s = subscription_of.find(Handle(w)); s != subscription_of.end()) e.stands_for = s->second;
+          if (const auto s = subscription_of.find(Handle(w)); s != subscription_of.end())
+            e.stands_for = s->second;
         });
       });
 }
@@ -241,6 +267,9 @@ void Entities::refresh_locked() {
 
 void Entities::listen(const std::shared_ptr<Entry>& entry) {
   driver_->join(entry);
+  if (entry->kind != EntryKind::timer) {
+    for (const int which : announced.take(entry->entity)) driver_->arrived(entry, 1, which);
+  }
   const auto arrived = [driver = driver_, entry](std::size_t count) { driver->arrived(entry, count, 0); };
   try {
     if (const auto s = entry->entity.lock(); !s) return;
@@ -272,18 +301,17 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
         return lock<rclcpp::ClientBase>(*entry)->set_on_new_response_callback(arrived);
       case EntryKind::waitable: {
         const auto waitable = lock<rclcpp::Waitable>(*entry);
-        waitable->set_on_ready_callback(
-            [driver = driver_, entry](std::size_t count, int which) { driver->arrived(entry, count, which); });
-        // What came before, and was announced to another executor, is announced to nobody again.
-        if (entry->intra_process && versions::has_message(static_cast<IntraProcess&>(*waitable))) {
-          driver_->arrived(entry, entry->task.depth, 0);
-        }
+        waitable->set_on_ready_callback([driver = driver_, entry](std::size_t count, int which) {
+          driver->arrived(entry, count, which);
+        });
         return;
       }
     }
   } catch (const std::exception& error) {
-    throw std::runtime_error("PriorityExecutor cannot serve " + entry->id + ": it does not call back when it is "
-                             "ready (" + error.what() + "). Middleware: " + rmw_get_implementation_identifier() +
+    throw std::runtime_error("PriorityExecutor cannot serve " + entry->id +
+                             ": it does not call back when it is "
+                             "ready (" +
+                             error.what() + "). Middleware: " + rmw_get_implementation_identifier() +
                              "; rmw_fastrtps_cpp and rmw_cyclonedds_cpp do, and rclcpp's wait-set executors "
                              "serve what does not.");
   }
@@ -310,7 +338,8 @@ void Entities::ignore(const std::shared_ptr<Entry>& entry) {
         break;
     }
   }
-  driver_->leave(entry);
+  std::vector<int> left = driver_->leave(entry);
+  if (entry->kind != EntryKind::timer) announced.keep(entry->entity, std::move(left));
 }
 
 }  // namespace hotpath

@@ -14,7 +14,8 @@ namespace hotpath {
 /// A callback group as the scheduler numbers it.
 struct Group {
   CallbackGroup kind{};
-  std::optional<std::uint32_t> index;  ///< Guarded by the driver's lock; none: the scheduler has none of it.
+  std::uint32_t index = 0;       ///< In the scheduler of this generation. Guarded by the driver's lock.
+  std::uint64_t generation = 0;  ///< 0: in none.
   std::weak_ptr<rclcpp::CallbackGroup> group;
 };
 
@@ -23,7 +24,8 @@ enum class EntryKind : std::uint8_t { timer, subscription, service, client, wait
 /// Where the instants of a timer come from.
 enum class TimerClock : std::uint8_t {
   steady,     ///< Computed; a reset is told of.
-  checked,    ///< Computed, and compared with rcl's at each expiry: resets or steps of the clock are not told of.
+  checked,    ///< Computed, and compared with rcl's at each expiry: resets or steps of the clock are not told
+              ///< of.
   simulated,  ///< rcl is asked whenever simulated time moves.
 };
 
@@ -38,15 +40,15 @@ struct Entry {
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.
 
-  Task task;               ///< What the scheduler is told of it; timers: the period that it has.
-  TaskId number = kNoTask;  ///< kNoTask: not in the schedule.
-  TaskId ghost = kNoTask;   ///< Simulated time: the task that hands down the timer's priority.
+  Task task;                  ///< What the scheduler is told of it; timers: the period that it has.
+  TaskId number = kNoTask;    ///< kNoTask: not in the schedule.
+  TaskId ghost = kNoTask;     ///< Simulated time: the task that hands down the timer's priority.
   std::vector<Entry*> feeds;  ///< Learnt.
   std::deque<int> ready;      ///< Waitables: what is ready, first come first.
 
   TimerClock clock = TimerClock::steady;
-  bool pending = false;  ///< Simulated time: released and not started.
-  bool removed = false;  ///< From the executor.
+  bool pending = false;        ///< Simulated time: released and not started.
+  bool removed = false;        ///< From the executor.
   Time next_release = kNever;  ///< Timers: nominal instant.
   Time rcl_next = kNever;      ///< Checked timers: rcl's next call when it was last looked at.
   std::shared_ptr<rclcpp::JumpHandler> jumps;  ///< Written with the entities' lock held.

@@ -20,7 +20,8 @@ thread_local Running running;
 
 class RunningScope {
  public:
-  RunningScope(const ExecutorDriver* driver, const Job& job) : outer_(std::exchange(running, {driver, job})) {}
+  RunningScope(const ExecutorDriver* driver, const Job& job)
+      : outer_(std::exchange(running, {driver, job})) {}
   ~RunningScope() { running = outer_; }
   RunningScope(const RunningScope&) = delete;
   RunningScope& operator=(const RunningScope&) = delete;

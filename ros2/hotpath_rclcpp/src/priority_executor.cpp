@@ -10,7 +10,8 @@
 namespace hotpath {
 
 struct PriorityExecutorParts {
-  explicit PriorityExecutorParts(const PriorityExecutorOptions& options, const rclcpp::Context::SharedPtr& context)
+  explicit PriorityExecutorParts(const PriorityExecutorOptions& options,
+                                 const rclcpp::Context::SharedPtr& context)
       : driver(std::make_shared<ExecutorDriver>(understand(options))),
         entities(driver, context),
         refresh([this] { entities.refresh(); }) {}
@@ -109,13 +110,16 @@ void PriorityExecutor::add_node(versions::NodeArgument node, bool) {
   parts_->entities.add_node(node->get_node_base_interface());
 }
 
-void PriorityExecutor::remove_node(versions::NodeBaseArgument node, bool) { parts_->entities.remove_node(node); }
+void PriorityExecutor::remove_node(versions::NodeBaseArgument node, bool) {
+  parts_->entities.remove_node(node);
+}
 
 void PriorityExecutor::remove_node(versions::NodeArgument node, bool) {
   parts_->entities.remove_node(node->get_node_base_interface());
 }
 
-void PriorityExecutor::add_callback_group(versions::GroupArgument group, versions::NodeBaseArgument node, bool) {
+void PriorityExecutor::add_callback_group(versions::GroupArgument group, versions::NodeBaseArgument node,
+                                          bool) {
   parts_->entities.add_group(group, node);
 }
 

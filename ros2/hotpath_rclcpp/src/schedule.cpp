@@ -76,8 +76,11 @@ std::vector<TaskId> Schedule::feeders_of(const Entry& entry) const {
 
 Joined Schedule::add(JoiningTask joining, Time now, std::shared_ptr<Entry> entry) {
   joining.new_group = entry->group->kind;
-  if (!entry->group->index) entry->group->index = static_cast<std::uint32_t>(set_.groups.size());
-  joining.task.group = *entry->group->index;
+  Group& group = *entry->group;
+  if (std::exchange(group.generation, generation_) != generation_) {
+    group.index = static_cast<std::uint32_t>(set_.groups.size());
+  }
+  joining.task.group = group.index;
   hotpath::join(set_, joining);
   entries_.push_back(joining.task.local ? std::move(entry) : nullptr);
   return scheduler_->add_task(joining, now);
@@ -110,16 +113,18 @@ WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time n
   return joined.wake;
 }
 
-void Schedule::leave(Entry& entry, Time now) {
-  if (entry.number == kNoTask) return;
+std::size_t Schedule::leave(Entry& entry, Time now) {
+  std::size_t dropped = 0;
+  if (entry.number == kNoTask) return dropped;
   const auto drop = [&](TaskId task) {
     hotpath::leave(set_, task);
     entries_[task] = nullptr;
-    scheduler_->remove_task(task, now, [](const Job&, Outcome) {});
+    scheduler_->remove_task(task, now, [&](const Job&, Outcome) { ++dropped; });
   };
   drop(std::exchange(entry.number, kNoTask));
   if (entry.ghost != kNoTask) drop(std::exchange(entry.ghost, kNoTask));
   entry.pending = false;
+  return dropped;
 }
 
 void Schedule::forget(const Entry& entry) {
@@ -139,15 +144,13 @@ std::size_t Schedule::queued(Time now) const {
 }
 
 bool Schedule::compact(Time now) {
-  const auto alive = static_cast<std::size_t>(
-      std::ranges::count_if(entries_, [](const auto& e) { return e != nullptr; }));
+  const auto alive =
+      static_cast<std::size_t>(std::ranges::count_if(entries_, [](const auto& e) { return e != nullptr; }));
   const std::size_t dead = entries_.size() - setup_.tasks.set.size() - alive;
   if (dead < kDeadTasks + alive || queued(now) > 0) return false;
   const std::vector<std::shared_ptr<Entry>> entries = living();
-  for (const std::shared_ptr<Entry>& entry : entries) {
-    entry->number = entry->ghost = kNoTask;
-    entry->group->index.reset();
-  }
+  for (const std::shared_ptr<Entry>& entry : entries) entry->number = entry->ghost = kNoTask;
+  ++generation_;
   set_ = setup_.tasks.set;
   entries_.assign(set_.size(), nullptr);
   scheduler_ = setup_.executor->make(set_, setup_.scheduler);
@@ -194,9 +197,12 @@ std::vector<std::string> Schedule::order() const {
   std::vector<std::string> texts;
   for (const std::shared_ptr<Entry>& e : entries) {
     std::string by = policy == Policy::edf ? "by deadline" : "by arrival";
-    if (fixed && level(e) == std::numeric_limits<std::int64_t>::max()) by = "last";
-    else if (policy == Policy::fp) by = std::to_string(level(e));
-    else if (fixed) by = std::to_string(level(e)) + " ns";
+    if (fixed && level(e) == std::numeric_limits<std::int64_t>::max())
+      by = "last";
+    else if (policy == Policy::fp)
+      by = std::to_string(level(e));
+    else if (fixed)
+      by = std::to_string(level(e)) + " ns";
     texts.push_back(e->id + ": " + by);
   }
   return texts;

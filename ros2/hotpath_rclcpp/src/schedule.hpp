@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// The scheduler of one executor, and what of rclcpp its tasks are. Serialised by the driver's lock. `now` never
-/// decreases.
+/// The scheduler of one executor, and what of rclcpp its tasks are. Serialised by the driver's lock. `now`
+/// never decreases.
 class Schedule {
  public:
   explicit Schedule(Setup setup);
@@ -22,8 +22,8 @@ class Schedule {
 
   /// The entry, which is in no schedule, gets a task; `first` is a timer's first release.
   WorkerSet join(const std::shared_ptr<Entry>& entry, Time first, Time now);
-  /// No job of it starts any more.
-  void leave(Entry& entry, Time now);
+  /// No job of it starts any more; returns how many were released or unread.
+  std::size_t leave(Entry& entry, Time now);
   /// It will not come back.
   void forget(const Entry& entry);
 
@@ -60,6 +60,7 @@ class Schedule {
 
   const Setup setup_;
   TaskSet set_;
+  std::uint64_t generation_ = 1;  ///< Of the scheduler.
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::shared_ptr<Entry>> entries_;  // by task
   Handles by_hand_;

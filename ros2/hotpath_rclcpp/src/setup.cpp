@@ -33,7 +33,8 @@ std::string listed(const std::vector<std::string>& names) {
 const ExecutorEntry& known(const std::string& name) {
   const ExecutorEntry* entry = find_executor(name);
   if (entry == nullptr) {
-    throw std::invalid_argument("there is no executor `" + name + "`; there are " + listed(known_executors()));
+    throw std::invalid_argument("there is no executor `" + name + "`; there are " +
+                                listed(known_executors()));
   }
   if (entry->traits.family == Family::wait_set) {
     throw std::invalid_argument("executor `" + name + "` is rclcpp's own " + std::string(entry->class_name) +
@@ -90,8 +91,9 @@ Setup understand(const PriorityExecutorOptions& options) {
   }
   if (!options.priorities.empty()) {
     if (setup.executor->traits.policy != Policy::fp) {
-      throw std::invalid_argument("priorities (" + options.priorities + ") are for fp-ro and fp-re; executor `" +
-                                  setup.name + "` has an order of its own");
+      throw std::invalid_argument("priorities (" + options.priorities +
+                                  ") are for fp-ro and fp-re; executor `" + setup.name +
+                                  "` has an order of its own");
     }
     setup.priorities = read_priorities(options.priorities);
     setup.priorities_file = options.priorities;

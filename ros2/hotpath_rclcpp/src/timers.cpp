@@ -60,11 +60,13 @@ void ExecutorDriver::join(const std::shared_ptr<Entry>& entry) {
   schedule_.join(entry, now, now);  // wakes nobody: nothing has arrived
 }
 
-void ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
+std::vector<int> ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
   const std::lock_guard lock(mutex_);
   entry->removed = true;
-  schedule_.leave(*entry, now());
+  const std::size_t dropped = schedule_.leave(*entry, now());
   schedule_.forget(*entry);
+  if (entry->kind == EntryKind::waitable) return {entry->ready.begin(), entry->ready.end()};
+  return std::vector<int>(dropped, 0);
 }
 
 void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
@@ -154,7 +156,7 @@ bool ExecutorDriver::execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::
   const Duration known = entry->task.period;
   lock.unlock();
   if (clock == TimerClock::checked && was_moved(entry, timer)) return false;
-  const bool ran = versions::run(timer);
+  const bool ran = versions::run_timer(timer);
   after_timer(entry, timer, clock, known);
   return ran;
 }

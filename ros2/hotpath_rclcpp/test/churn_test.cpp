@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes, timers, subscriptions and groups come and go at random while the executor spins; every sample that reached a
-// subscription that stays is accounted for. HOTPATH_CHURN_SECONDS: how long, by default 3.
+// Nodes, timers, subscriptions and groups come and go at random while the executor spins; every sample that
+// reached a subscription that stays is accounted for. HOTPATH_CHURN_SECONDS: how long, by default 3.
 #include <atomic>
 #include <cstdlib>
 #include <random>
@@ -29,15 +29,15 @@ class Churn : public EveryExecutor {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Executors, Churn, testing::Values("rm-ro", "rm-re", "edf-ro", "cbg", "rm-ro:2", "single"),
-                         case_name);
+INSTANTIATE_TEST_SUITE_P(Executors, Churn,
+                         testing::Values("rm-ro", "rm-re", "edf-ro", "cbg", "rm-ro:2", "single"), case_name);
 
 TEST_P(Churn, EveryCallbackIsAccountedFor) {
   std::mt19937 random(1);
   const auto chance = [&](unsigned of) { return std::uniform_int_distribution<unsigned>(0, of - 1)(random); };
   std::atomic_int stayed{0}, ticks{0};
-  const auto subscription = node->create_subscription<Int32>(
-      "stays", rclcpp::QoS(rclcpp::KeepLast(100)), [&](Int32::ConstSharedPtr) { ++stayed; });
+  const auto subscription = node->create_subscription<Int32>("stays", rclcpp::QoS(rclcpp::KeepLast(100)),
+                                                             [&](Int32::ConstSharedPtr) { ++stayed; });
   const auto publisher = node->create_publisher<Int32>("stays", rclcpp::QoS(rclcpp::KeepLast(100)));
   const auto timer = node->create_wall_timer(5ms, [&] { ++ticks; });
   executor->add_node(node);
@@ -75,7 +75,8 @@ TEST_P(Churn, EveryCallbackIsAccountedFor) {
                 chance(2) == 0 ? rclcpp::CallbackGroupType::Reentrant
                                : rclcpp::CallbackGroupType::MutuallyExclusive));
             guest.timers.push_back(guest.node->create_wall_timer(
-                1ms + 1ms * chance(5), [gone = guest.gone] { static_cast<void>(gone); }, guest.groups.back()));
+                1ms + 1ms * chance(5), [gone = guest.gone] { static_cast<void>(gone); },
+                guest.groups.back()));
           } else {
             guest.timers.erase(guest.timers.begin());
             guest.groups.erase(guest.groups.begin());

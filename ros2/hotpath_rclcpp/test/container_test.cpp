@@ -44,11 +44,13 @@ class Container : public testing::Test {
     rclcpp::shutdown();
   }
   template <class Service>
-  typename Service::Response::SharedPtr call(const std::string& name, typename Service::Request::SharedPtr request) {
+  typename Service::Response::SharedPtr call(const std::string& name,
+                                             typename Service::Request::SharedPtr request) {
     const auto client = node->create_client<Service>("/ComponentManager/_container/" + name);
     if (!client->wait_for_service(20s)) return nullptr;
-    const auto answer = client->async_send_request(request);
-    if (rclcpp::spin_until_future_complete(node, answer, 20s) != rclcpp::FutureReturnCode::SUCCESS) return nullptr;
+    auto answer = client->async_send_request(request);
+    if (rclcpp::spin_until_future_complete(node, answer, 20s) != rclcpp::FutureReturnCode::SUCCESS)
+      return nullptr;
     return answer.future.get();
   }
   rclcpp::Node::SharedPtr node;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <rclcpp/version.h>
 #include <rclcpp/rclcpp.hpp>
 #if RCLCPP_VERSION_GTE(21, 0, 0)
 #include <rclcpp/experimental/executors/events_executor/events_executor.hpp>
@@ -46,10 +47,11 @@ inline std::shared_ptr<rclcpp::Executor> make_executor(const std::string& name) 
 /// Spins in a thread of its own until it is cancelled, or goes out of scope.
 class Spinning {
  public:
-  explicit Spinning(rclcpp::Executor& executor) : executor_(executor), thread_([this] {
-    executor_.spin();
-    ended_ = true;
-  }) {}
+  explicit Spinning(rclcpp::Executor& executor)
+      : executor_(executor), thread_([this] {
+          executor_.spin();
+          ended_ = true;
+        }) {}
   ~Spinning() { stop(); }
   void stop() {
     // spin() may not have begun yet, and then does not notice a cancel().

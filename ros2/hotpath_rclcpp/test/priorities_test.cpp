@@ -17,9 +17,8 @@ class Priorities : public testing::Test {
  protected:
   void SetUp() override {
     rclcpp::init(0, nullptr);
-    node = std::make_shared<rclcpp::Node>("node", rclcpp::NodeOptions()
-                                                       .start_parameter_services(false)
-                                                       .start_parameter_event_publisher(false));
+    node = std::make_shared<rclcpp::Node>(
+        "node", rclcpp::NodeOptions().start_parameter_services(false).start_parameter_event_publisher(false));
   }
   void TearDown() override {
     node.reset();
@@ -37,6 +36,15 @@ class Priorities : public testing::Test {
                                     [&](const std::string& text) { return text.rfind(id + ":", 0) == 0; });
     EXPECT_NE(found, order.end()) << id;
     return found - order.begin();
+  }
+  /// The order without what has no priority, as the services that rclcpp gives to every node.
+  static std::vector<std::string> given_order(const PriorityExecutor& executor) {
+    std::vector<std::string> order = executor.priority_order();
+    order.erase(
+        std::remove_if(order.begin(), order.end(),
+                       [](const std::string& text) { return text.find(": last") != std::string::npos; }),
+        order.end());
+    return order;
   }
   template <class Callback>
   rclcpp::SubscriptionBase::SharedPtr subscribe(const std::string& topic, Callback callback) {
@@ -126,7 +134,8 @@ TEST_F(Priorities, ByHandForEveryKind) {
   PriorityExecutor executor{"fp-ro"};
   const auto group = node->create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);
   const auto timer = node->create_wall_timer(1s, [] {});
-  const auto grouped = node->create_wall_timer(2s, [] {}, group);
+  const auto grouped = node->create_wall_timer(
+      2s, [] {}, group);
   const auto subscription = subscribe("topic", [](Int32::ConstSharedPtr) {});
   const auto service = node->create_service<Service>(
       "service", [](Service::Request::SharedPtr, Service::Response::SharedPtr) {});
@@ -140,7 +149,7 @@ TEST_F(Priorities, ByHandForEveryKind) {
   const std::vector<std::string> expected = {"/node@Timer(2000000000): 1", "/node@Client(/service): 2",
                                              "/node@Service(/service): 3", "/node@Subscription(/topic): 4",
                                              "/node@Timer(1000000000): 5"};
-  EXPECT_EQ(executor.priority_order(), expected);
+  EXPECT_EQ(given_order(executor), expected);
   PriorityExecutor other{"rm-ro"};
   EXPECT_THROW(other.set_priority(timer, 1), std::invalid_argument);
 }
@@ -156,7 +165,7 @@ TEST_F(Priorities, AFileGivesThem) {
   executor.add_node(node);
   const std::vector<std::string> expected = {"/node@Timer(20000000): 1", "/node@Subscription(/b): 2",
                                              "/node@Timer(10000000): 3"};
-  EXPECT_EQ(executor.priority_order(), expected);
+  EXPECT_EQ(given_order(executor), expected);
   std::this_thread::sleep_for(30ms);
   executor.spin_some();
   ASSERT_GE(ran.size(), 2U);

@@ -5,7 +5,6 @@
 
 #include <atomic>
 
-
 #include "executors.hpp"
 
 namespace hotpath::test {
@@ -79,7 +78,8 @@ TEST_P(EveryExecutor, AnotherPeriodCountsFromTheNextCallOn) {
   const Spinning spinning(*executor);
   ASSERT_TRUE(eventually([&] { return ran >= 1; }));
   std::int64_t before = 0;
-  ASSERT_EQ(rcl_timer_exchange_period(timer->get_timer_handle().get(), 3'600'000'000'000, &before), RCL_RET_OK);
+  ASSERT_EQ(rcl_timer_exchange_period(timer->get_timer_handle().get(), 3'600'000'000'000, &before),
+            RCL_RET_OK);
   const int changed = ran;
   std::this_thread::sleep_for(100ms);
   EXPECT_LE(ran, changed + 2);
@@ -144,28 +144,31 @@ TEST_P(EveryExecutor, TimersOfTheSystemsClockRun) {
 }
 
 /// Every nominal instant has its callback though the executor is late: release-only queues what rcl skips.
+/// Only instants at which the machine held up the timer thread itself are missing.
 TEST_P(EveryExecutor, ReleaseOnlyLosesNoTimestamp) {
   if (!is_ours(GetParam()) || GetParam().find("-ro") == std::string::npos) GTEST_SKIP() << "not release-only";
   std::mutex mutex;
   std::vector<std::uint64_t> sequences;
   bool held_up = false;
+  std::uint64_t skipped = 0;
   const auto timer = node->create_wall_timer(5ms, [&] {
     const std::lock_guard lock(mutex);
     const auto running = PriorityExecutor::running_callback();
     ASSERT_TRUE(running);
-    EXPECT_EQ(running->skipped, 0U);
+    skipped += running->skipped;
     sequences.push_back(running->sequence);
-    if (!std::exchange(held_up, true)) std::this_thread::sleep_for(50ms);
+    if (!std::exchange(held_up, true)) std::this_thread::sleep_for(250ms);
   });
   executor->add_node(node);
   {
     const Spinning spinning(*executor);
     ASSERT_TRUE(eventually([&] {
       const std::lock_guard lock(mutex);
-      return sequences.size() >= 20;
+      return sequences.size() >= 60;
     }));
   }
-  for (std::size_t i = 1; i < sequences.size(); ++i) EXPECT_EQ(sequences[i], sequences[i - 1] + 1);
+  EXPECT_EQ(sequences.back() + 1, sequences.size() + skipped);
+  EXPECT_LT(skipped, 25U);  // half of what the executor was late
   EXPECT_FALSE(PriorityExecutor::running_callback());
 }
 

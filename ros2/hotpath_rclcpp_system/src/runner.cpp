@@ -24,13 +24,15 @@ void run(const json& plan, const Channel& coordinator) {
   if (const std::vector<int> cpus = plan.at("cpus"); !cpus.empty()) pin_to_cpus(cpus);
   if (plan.at("lock_memory")) lock_memory();
   const json& size = plan.at("memory");
-  RunMemory memory({size.at("tasks"), size.at("workers"), size.at("jobs"), size.at("chains"), size.at("executors")},
-                   size.at("descriptor"));
+  RunMemory memory(
+      {size.at("tasks"), size.at("workers"), size.at("jobs"), size.at("chains"), size.at("executors")},
+      size.at("descriptor"));
   RclcppSystem system(graph, tasks, plan, memory);
   const auto settle = [&] {
     // What has been delivered and was not taken is in the middleware; nothing is on its way within a process.
   };
-  RunLife(coordinator).live_through(system, now() + Duration(plan.at("time_out_ns").get<std::int64_t>()), settle);
+  RunLife(coordinator)
+      .live_through(system, now() + Duration(plan.at("time_out_ns").get<std::int64_t>()), settle);
 }
 
 }  // namespace

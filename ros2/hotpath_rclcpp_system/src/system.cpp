@@ -24,12 +24,12 @@ const ExecutorEntry& entry_of(const nlohmann::json& plan) {
 
 /// rcl's timer falls due at `first`, and each period after it.
 void set_phase(rclcpp::TimerBase& timer, Time first, Duration period) {
-  rcl_timer_t* handle = timer.get_timer_handle().get();
+  const rcl_timer_t* handle = timer.get_timer_handle().get();
   std::int64_t before = 0;
   const Duration until = std::max(first - now(), Duration(1));
-  if (rcl_timer_exchange_period(handle, until.count(), &before) != RCL_RET_OK ||
-      rcl_timer_reset(handle) != RCL_RET_OK ||
-      rcl_timer_exchange_period(handle, period.count(), &before) != RCL_RET_OK) {
+  if (rcl_timer_exchange_period(handle, until.count(), &before) != RCL_RET_OK) before = 0;
+  timer.reset();
+  if (before == 0 || rcl_timer_exchange_period(handle, period.count(), &before) != RCL_RET_OK) {
     throw std::runtime_error(std::string("a timer cannot be set: ") + rcl_get_error_string().str);
   }
 }
@@ -38,11 +38,16 @@ void set_phase(rclcpp::TimerBase& timer, Time first, Duration period) {
 
 RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nlohmann::json& plan,
                            RunMemory& memory)
-    : tasks_(tasks), memory_(memory), entry_(entry_of(plan)), tasks_of_run_(tasks.set.size()) {
+    : tasks_(tasks),
+      memory_(memory),
+      logs_(memory.jobs()),
+      entry_(entry_of(plan)),
+      tasks_of_run_(tasks.set.size()) {
   auto transport = std::make_unique<RclcppTransport>(graph, tasks_, plan.at("namespace"));
   transport_ = transport.get();
-  nodes_ = std::make_unique<TypedLiveNodes<Messages>>(graph, tasks_, Calibration{plan.at("divisions_per_us")},
-                                                      memory, TaskHistory<RclcppMessage>(), std::move(transport));
+  nodes_ =
+      std::make_unique<TypedLiveNodes<Messages>>(graph, tasks_, Calibration{plan.at("divisions_per_us")},
+                                                 memory, TaskHistory<RclcppMessage>(), std::move(transport));
   nodes_->connect(*this);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const auto feeders = std::ranges::count_if(
@@ -105,7 +110,7 @@ Worker RclcppSystem::own_worker(bool timer) {
   return std::min(own, workers - 1);
 }
 
-void RclcppSystem::write(const JobRecord& record) { memory_.jobs()[record.worker].append(record); }
+void RclcppSystem::write(const JobRecord& record) { logs_[record.worker].append(record); }
 
 void RclcppSystem::run(JobRecord& record, Sample sample) {
   record.job.release = std::max(record.job.timestamp, record.job.release);
@@ -146,7 +151,8 @@ std::uint64_t RclcppSystem::timer_sequence(TaskId task, std::optional<Time> expe
   const Task& timer = tasks_.set[task];
   const Time first = epoch_ + timer.phase;
   const auto index = [&](Time nominal) {
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, (nominal - first + timer.period / 2) / timer.period));
+    return static_cast<std::uint64_t>(
+        std::max<std::int64_t>(0, (nominal - first + timer.period / 2) / timer.period));
   };
   if (const auto running = PriorityExecutor::running_callback()) return index(Time(running->timestamp));
   if (expected) return index(*expected);

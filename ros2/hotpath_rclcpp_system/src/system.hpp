@@ -9,13 +9,13 @@
 #include <thread>
 #include <vector>
 
-#include "hotpath/reference_system/live_nodes.hpp"
+#include "hotpath/reference_system/typed_live_nodes.hpp"
 #include "transport.hpp"
 
 namespace hotpath {
 
-/// The nodes of a graph on rclcpp under one executor; as LiveSystem, for RunLife. A job's record is made in its
-/// callback: what the executor does around it is between the records.
+/// The nodes of a graph on rclcpp under one executor; as LiveSystem, for RunLife. A job's record is made in
+/// its callback: what the executor does around it is between the records.
 class RclcppSystem : private SampleSink {
  public:
   /// `plan` is what hotpath gives the runner. Throws std::runtime_error, InputError.
@@ -33,7 +33,7 @@ class RclcppSystem : private SampleSink {
  private:
   struct OfTask {
     std::mutex mutex;
-    std::uint64_t next = 0;          ///< Sequence after that of the last job.
+    std::uint64_t next = 0;         ///< Sequence after that of the last job.
     std::optional<JobRecord> last;  ///< Timers: not yet written, since what it skips is not yet known.
     rclcpp::TimerBase::SharedPtr timer;
     bool one_writer = true;
@@ -50,6 +50,7 @@ class RclcppSystem : private SampleSink {
 
   const GraphTasks tasks_;
   RunMemory& memory_;
+  Executor::Logs logs_;
   const ExecutorEntry& entry_;
   RclcppTransport* transport_ = nullptr;  // the nodes'
   std::unique_ptr<LiveNodes> nodes_;

@@ -59,19 +59,23 @@ class RclcppTransport final : public Transport<RclcppMessage>, private SampleOwn
   }
 
   void wait_until_matched(Time deadline) override {
-    const auto check = [&](const char* what, const std::string& topic, const auto& count, std::size_t wanted) {
+    const auto check = [&](const char* what, const std::string& topic, const auto& count,
+                           std::size_t wanted) {
       while (count() < wanted) {
-        if (now() >= deadline) throw TransportError(std::string(what) + " of " + topic + " met nobody in time");
+        if (now() >= deadline)
+          throw TransportError(std::string(what) + " of " + topic + " met nobody in time");
         rclcpp::sleep_for(std::chrono::milliseconds(2));
       }
     };
     for (const auto& [publisher, readers] : writers_) {
-      check("the publisher", publisher->get_topic_name(), [&] { return publisher->get_subscription_count(); },
-            readers);
+      check(
+          "the publisher", publisher->get_topic_name(), [&] { return publisher->get_subscription_count(); },
+          readers);
     }
     for (const auto& [subscription, writers] : readers_) {
-      check("a subscription", subscription->get_topic_name(),
-            [&] { return subscription->get_publisher_count(); }, writers);
+      check(
+          "a subscription", subscription->get_topic_name(),
+          [&] { return subscription->get_publisher_count(); }, writers);
     }
   }
 

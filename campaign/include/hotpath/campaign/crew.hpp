@@ -27,7 +27,7 @@ struct CrewOptions {
 class Crew {
  public:
   explicit Crew(const CrewOptions& options);
-  /// Sends the other ranks home where there was no run().
+  /// Where there was no run(), ranks take leave of each other.
   ~Crew();
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;

@@ -11,10 +11,10 @@
 
 namespace hotpath {
 
-/// What the events executors share: an events queue served by the executor workers, edge-triggered by arriving
-/// samples, one event each. A subscription's event takes the oldest unread sample when it runs, or finds
-/// none. One executor worker (rclcpp's, the paper's) takes the head of the queue; of several each takes the
-/// first event whose callback group is reentrant, or in which no other of them runs a job.
+/// What the events executors share: an events queue served by the executor workers, edge-triggered by
+/// arriving samples, one event each. A subscription's event takes the oldest unread sample when it runs, or
+/// finds none. One executor worker (rclcpp's, the paper's) takes the head of the queue; of several each takes
+/// the first event whose callback group is reentrant, or in which no other of them runs a job.
 class EventsScheduler : public Scheduler {
  public:
   static constexpr Worker kExecutor = 0;

@@ -88,8 +88,8 @@ class Scheduler {
   /// number of tasks and of queued jobs.
   virtual void remove_task(TaskId task, Time now, const Visitor& dropped) = 0;
 
-  /// The given priority of a task, or whom it feeds, is another: jobs that are released from now on are ordered
-  /// by that. Nothing happens where the order does not follow from it.
+  /// The given priority of a task, or whom it feeds, is another: jobs that are released from now on are
+  /// ordered by that. Nothing happens where the order does not follow from it.
   virtual void change_task(TaskId task, const std::optional<std::int64_t>& priority,
                            const std::vector<TaskId>& feeds);
 

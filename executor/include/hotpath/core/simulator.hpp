@@ -14,6 +14,9 @@ namespace hotpath {
 struct SimulationOptions {
   Platform platform;
   Duration duration = std::chrono::seconds(10);  ///< > 0; the run is [0, duration).
+  /// In [0, duration): when executors begin to spin. Timers run from 0 on, as those of nodes that were
+  /// created before.
+  Duration start{};
   /// Released jobs that may wait for their start before the system counts as overloaded; the simulation then
   /// stops with a SimulationError.
   std::uint64_t max_backlog = 1'000'000;

@@ -57,7 +57,7 @@ struct TaskSet {
 
 /// A task that joins a set.
 struct JoiningTask {
-  Task task;  ///< Its `group` may be one past the last of the set, which makes a new group
+  Task task;                   ///< Its `group` may be one past the last of the set, which makes a new group
   CallbackGroup new_group{};   ///< of this kind. Whom it feeds must be in the set.
   std::vector<TaskId> fed_by;  ///< Tasks whose publications activate it.
 };

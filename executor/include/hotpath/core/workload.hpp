@@ -78,19 +78,29 @@ class UniformTimes final : public ExecutionTimes {
   std::uint64_t seed_;
 };
 
-/// Drawn from measured values, each as likely as any other; a function of seed, task and sequence alone, as
-/// UniformTimes, which tasks without values take.
+/// How a job takes one of its task's measured values.
+enum class Draw : std::uint8_t {
+  independent,  ///< Each as likely as any other.
+  in_order,     ///< One after the other as they were measured, round and round, so that what hangs together
+                ///< stays so. The seed decides where, for all tasks at the same share of their values.
+};
+
+/// Drawn from measured values; a function of seed, task and sequence alone, as UniformTimes, which tasks
+/// without values take.
 class MeasuredTimes final : public ExecutionTimes {
  public:
   /// The values of a task: nullptr for none, else at least one, all >= 0.
   using Values = std::shared_ptr<const std::vector<Duration>>;
   /// `values` are parallel to the tasks.
-  MeasuredTimes(const TaskSet& set, std::vector<Values> values, std::uint64_t seed);
+  MeasuredTimes(const TaskSet& set, std::vector<Values> values, std::uint64_t seed,
+                Draw draw = Draw::independent);
   Duration of(const Job& job) const override;
 
  private:
   std::vector<Values> values_;
   UniformTimes others_;
+  Draw draw_;
+  std::uint64_t place_;  // share of all values in 2^-64
 };
 
 /// The execution times (finish - start) of a trace. A job that the trace lacks takes the time of the last

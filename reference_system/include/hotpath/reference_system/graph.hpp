@@ -54,6 +54,7 @@ enum class ExecutionTimeModel : std::uint8_t {
   worst,     ///< Always the worst case.
   uniform,   ///< Uniform between best and worst case.
   measured,  ///< Drawn from the measured values of callbacks that have some, uniform for the others.
+  replayed,  ///< The same, but in the order in which they were measured, from a place that the seed decides.
 };
 
 constexpr auto enum_texts(TimerThread) {
@@ -64,7 +65,8 @@ constexpr auto enum_texts(TimerThread) {
 constexpr auto enum_texts(ExecutionTimeModel) {
   return std::to_array<EnumText<ExecutionTimeModel>>({{ExecutionTimeModel::worst, "worst"},
                                                       {ExecutionTimeModel::uniform, "uniform"},
-                                                      {ExecutionTimeModel::measured, "measured"}});
+                                                      {ExecutionTimeModel::measured, "measured"},
+                                                      {ExecutionTimeModel::replayed, "replayed"}});
 }
 
 /// The machine on which `hotpath simulate` runs a graph, unless its options say otherwise; see Platform.

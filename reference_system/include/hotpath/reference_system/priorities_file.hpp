@@ -15,9 +15,9 @@ struct GivenPriority {
   int line = 0;
 };
 
-/// Reads `priorities: [{id: ID, priority: N}]`, YAML. An id is that of a callback group in the configuration of
-/// Autoware's CallbackIsolatedExecutor: what stands for several callbacks (`/NODE@Subscription(/A)@Timer(N)`)
-/// becomes one item for each. Throws InputError.
+/// Reads `priorities: [{id: ID, priority: N}]`, YAML. An id is that of a callback group in the configuration
+/// of Autoware's CallbackIsolatedExecutor: what stands for several callbacks
+/// (`/NODE@Subscription(/A)@Timer(N)`) becomes one item for each. Throws InputError.
 [[nodiscard]] std::vector<GivenPriority> read_priorities(const std::string& path);
 
 /// What to say of an id that nothing has: `FILE:LINE: ...` with the nearest of those that there are.

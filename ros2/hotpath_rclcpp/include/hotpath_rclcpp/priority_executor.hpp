@@ -16,8 +16,8 @@ namespace hotpath {
 struct PriorityExecutorParts;
 
 struct PriorityExecutorOptions {
-  /// `rm-ro`, `rm-re`, `dm-*`, `edf-*`, `fp-*`, `events-ro`, `events-re`, `cbg`: `hotpath list executors`. The
-  /// paper's take `:first` (subscriptions before all timers) and `:fifo` (ties by activation).
+  /// `rm-ro`, `rm-re`, `dm-*`, `edf-*`, `fp-*`, `events-ro`, `events-re`, `cbg`: `hotpath list executors`.
+  /// The paper's take `:first` (subscriptions before all timers) and `:fifo` (ties by activation).
   std::string executor = "rm-ro";
   /// Threads that run callbacks, that of spin() among them; more than one with release-only executors and
   /// `cbg`. Mutually exclusive callback groups stay so.
@@ -78,16 +78,16 @@ class PriorityExecutor : public rclcpp::Executor {
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_manually_added_callback_groups() override;
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_automatically_added_callback_groups_from_nodes() override;
 
-  /// Given priority under `fp-*`, the smaller first; of a group: for what has none of its own. Before or after
-  /// its node was added, from any thread. Throws std::invalid_argument under another policy.
+  /// Given priority under `fp-*`, the smaller first; of a group: for what has none of its own. Before or
+  /// after its node was added, from any thread. Throws std::invalid_argument under another policy.
   void set_priority(const rclcpp::TimerBase::SharedPtr& timer, std::int64_t priority);
   void set_priority(const rclcpp::SubscriptionBase::SharedPtr& subscription, std::int64_t priority);
   void set_priority(const rclcpp::ServiceBase::SharedPtr& service, std::int64_t priority);
   void set_priority(const rclcpp::ClientBase::SharedPtr& client, std::int64_t priority);
   void set_priority(const rclcpp::CallbackGroup::SharedPtr& group, std::int64_t priority);
 
-  /// Callbacks from the most urgent on: `/node@Timer(100000000)`, `/node@Subscription(/topic)`, each with what
-  /// it is ordered by. Any thread.
+  /// Callbacks from the most urgent on: `/node@Timer(100000000)`, `/node@Subscription(/topic)`, each with
+  /// what it is ordered by. Any thread.
   [[nodiscard]] std::vector<std::string> priority_order() const;
 
   /// Of the callback that the calling thread is in; nothing outside of one.

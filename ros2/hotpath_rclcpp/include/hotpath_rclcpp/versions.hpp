@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <rclcpp/rclcpp.hpp>
 #include <rclcpp/version.h>
+#include <rclcpp/rclcpp.hpp>
 
 #include <memory>
 #include <type_traits>
@@ -23,9 +23,9 @@ struct Passed<Pointer, std::void_t<decltype(static_cast<void (rclcpp::Executor::
 using NodeBase = rclcpp::node_interfaces::NodeBaseInterface;
 using NodeBaseArgument = Passed<NodeBase::SharedPtr>::Type;
 using NodeArgument = Passed<std::shared_ptr<rclcpp::Node>>::Type;
-using GroupArgument = std::conditional_t<std::is_reference_v<NodeBaseArgument>,
-                                         const rclcpp::CallbackGroup::SharedPtr&,
-                                         rclcpp::CallbackGroup::SharedPtr>;
+using GroupArgument =
+    std::conditional_t<std::is_reference_v<NodeBaseArgument>, const rclcpp::CallbackGroup::SharedPtr&,
+                       rclcpp::CallbackGroup::SharedPtr>;
 
 /// Iron on: a timer tells of its reset.
 #define HOTPATH_TIMERS_TELL_OF_RESETS RCLCPP_VERSION_GTE(21, 0, 0)
@@ -43,15 +43,16 @@ inline void on_reset(rclcpp::TimerBase& timer, const std::function<void(std::siz
 }
 
 /// Calls the timer and runs its callback; false: it is cancelled and nothing ran.
-inline bool run(rclcpp::TimerBase& timer) {
-#if RCLCPP_VERSION_GTE(26, 0, 0)
-  const std::shared_ptr<void> data = timer.call();
-  if (!data) return false;
-  timer.execute_callback(data);
-#else
-  if (!timer.call()) return false;
-  timer.execute_callback();
-#endif
+template <class Timer>
+bool run_timer(Timer& timer) {
+  if constexpr (std::is_same_v<decltype(timer.call()), bool>) {  // to Iron
+    if (!timer.call()) return false;
+    timer.execute_callback();
+  } else {
+    const std::shared_ptr<void> data = timer.call();
+    if (!data) return false;
+    timer.execute_callback(data);
+  }
   return true;
 }
 

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
+#include "hotpath/reference_system/graph_file.hpp"
+#include "import/import_ctf.hpp"
+#include "import/run_events.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
+#include "results/stored_run.hpp"
+#include "setup/run_setup.hpp"
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Of the executors of rclcpp only those that share the class Executor have events of their waits.
+bool has_wait_events(const std::string& label) {
+  const ExecutorEntry* const entry = find_executor(label.substr(0, label.find(':')));
+  return entry != nullptr && entry->traits.family == Family::wait_set &&
+         entry->traits.runs_first == TaskKind::timer;
+}
+
+bool is_jazzy(const std::string& label) {
+  return label.starts_with("cbg") || label.starts_with("multi-jazzy");
+}
+
+}  // namespace
+
+void export_ctf(const std::string& folder, const std::string& output) {
+  StoredRun run(folder, "RUN");
+  const Graph graph = run.check(
+      [&] { return load_graph(find_graph(run.facts().at("graph").at("file").get<std::string>())); });
+  GraphTasks tasks = make_tasks(graph);
+  run.load(tasks.set);
+  for (const Trace& trace : run.traces()) {
+    set_phases(tasks.set, run.first_timestamps(tasks.set, trace.executor, trace.repetition));
+    ExportedRun exported{graph, tasks, trace, {}, is_jazzy(trace.executor), run.cores()};
+    run.check([&] {
+      const json& deployments = run.facts().at("deployments");
+      if (!deployments.contains(trace.executor)) {
+        exported.polled.assign(kMaxWorkers, has_wait_events(trace.executor));
+        return;
+      }
+      for (const json& executor : deployments.at(trace.executor).at("executors")) {
+        const auto label = executor.at("executor").get<std::string>();
+        exported.polled.insert(exported.polled.end(), executor.at("workers").get<std::size_t>(),
+                               has_wait_events(label));
+        exported.jazzy = exported.jazzy || is_jazzy(label);
+      }
+    });
+    const bool one = run.traces().size() == 1;
+    const fs::path to =
+        one ? fs::path(output) : fs::path(output) / concat(trace.executor, "-", trace.repetition);
+    if (fs::exists(to))
+      throw UsageError("--output: " + to.string() + " is there already; name a new folder, or remove it");
+    if (to.has_parent_path()) fs::create_directories(to.parent_path());
+    write_ctf(to, run_events(exported));
+  }
+}
+
+}  // namespace hotpath

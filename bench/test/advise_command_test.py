@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath advise` as a user starts it: what it ranks, what it writes, and what it refuses."""
+
+import csv
+import json
+import pathlib
+import unittest
+
+from hotpath_command import CommandTest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+MEASURED = SOURCE / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
+# Medians that differ by less are within what repetitions of the real stack differ by.
+CLEAR = 1.15
+
+
+class Advise(CommandTest):
+    def advise(self, *arguments):
+        out = self.accepted("advise", *arguments, "--output", self.folder / "advice")
+        return out, json.loads((self.folder / "advice" / "advice.json").read_text())
+
+    def refused(self, code, *arguments):
+        ended, _, err = self.command("advise", *arguments, "--output", self.folder / "advice")
+        self.assertEqual(ended, code, err)
+        return err
+
+    def test_autoware_gets_a_ranking_an_advice_and_a_change_that_can_be_run(self):
+        out, advice = self.advise("autoware", "--cores", 2, "--draws", 3, "--duration", 3)
+        rows = {row["name"]: row for row in advice["ranking"]}
+        self.assertGreaterEqual(len(rows), 15)
+        self.assertEqual(advice["recommended"], advice["ranking"][0]["name"])
+        p99 = [row["p99_ms"]["value"] for row in advice["ranking"]]
+        self.assertEqual(p99, sorted(p99))
+        self.assertLess(rows["rm-ro"]["p99_ms"]["value"], rows["default"]["p99_ms"]["value"])
+        self.assertGreater(rows["rm-ro"]["bound_ms"], rows["rm-ro"]["worst_ms"]["value"])
+        self.assertEqual(len(advice["sentences"]), 3)
+        for sentence in advice["sentences"]:
+            self.assertIn(sentence, out)
+        self.assertEqual(
+            [d["assumption"] for d in advice["doubts"]], ["execution times 20 % longer", "one more core"]
+        )
+        folder = self.folder / "advice"
+        graph = folder / "graph.yaml" if (folder / "graph.yaml").exists() else "autoware"
+        run = self.measure(
+            *("simulate", "--graph", graph, "--cores", 2, "--duration", 3, "--phases", "random"),
+            *("--deployments", folder / "deployment.yaml"),
+        )
+        (executor,) = run.summary()["executors"]
+        self.assertLess(
+            executor["chains"][0]["hot_path_latency_ms"]["p50"], rows["default"]["median_ms"]["value"]
+        )
+
+    def test_ranks_as_the_real_executors_were_measured(self):
+        """Each with the phases that it was recorded with, by the median for a crunch of 4.2 ms."""
+        with open(MEASURED, newline="") as file:
+            measured = {
+                row["executor"].split()[0]: float(row["hot_path_p50_ms"]) for row in csv.DictReader(file)
+            }
+        names = {name: name for name in measured} | {
+            "rm-ro": "rm-ro:first",
+            "edf-ro": "edf-ro:first",
+            "multi": "multi:2",
+        }
+        _, advice = self.advise(
+            *("autoware", "--cores", 2, "--for", "hot_path:median", "--phases-file", MEASURED),
+            *("--executors", ",".join(names.values()), "--duration", 20),
+        )
+        self.assertEqual(advice["draws"], 1, "nothing is random")
+        predicted = {row["name"]: row["median_ms"]["value"] for row in advice["ranking"]}
+        for a in measured:
+            for b in measured:
+                if measured[b] > CLEAR * measured[a]:
+                    self.assertLess(predicted[names[a]], predicted[names[b]], (a, b))
+
+    def test_finds_chains_and_keeps_requirements(self):
+        graph = self.folder / "mine.yaml"
+        graph.write_text(
+            "name: mine\nnodes:\n- {name: S, type: sensor, period_ms: 10, execution_time_ms: 1}\n"
+            "- {name: C, type: command, input: S, execution_time_ms: 1}\n"
+        )
+        out, advice = self.advise(
+            *(graph, "--for", "chain_1<40", "--draws", 2, "--duration", 2, "--executors", "default,rm-ro")
+        )
+        self.assertIn("Found chain_1: S -> C", out)
+        self.assertEqual(advice["objective"], "chain_1 within 40 ms")
+
+    def test_timers_alone_are_ranked_by_lateness(self):
+        _, advice = self.advise("timers_only_60", "--draws", 2, "--duration", 5)
+        self.assertEqual(advice["objective"], "worst lateness of timers")
+        values = [row["objective"] for row in advice["ranking"]]
+        self.assertEqual(values, sorted(values))
+
+    def test_says_when_nothing_can_keep_up_and_who_cannot(self):
+        err = self.refused(1, "autoware", "--load", 130)
+        self.assertIn("130 % of one core", err)
+        self.assertIn("2 cores or more", err)
+        out, advice = self.advise("autoware", "--load", 130, "--cores", 2, "--draws", 2, "--duration", 2)
+        self.assertIn("cannot keep up: it has 130 % of one core of work for 1 thread", out)
+        self.assertNotEqual(advice["recommended"], "default")
+
+    def test_is_a_function_of_the_seed(self):
+        texts = []
+        for folder, threads in ("one", 1), ("two", 2):
+            self.accepted(
+                *("advise", "sequences", "--draws", 2, "--duration", 2, "--threads", threads),
+                *("--output", self.folder / folder),
+            )
+            texts.append(
+                (self.folder / folder / "advice.json").read_text().replace(str(self.folder / folder), "")
+            )
+        self.assertEqual(*texts)
+
+    def test_the_budget_ends_it_after_a_whole_draw(self):
+        out, advice = self.advise(
+            *("autoware", "--draws", 1000, "--duration", 30, "--budget", 0.1, "--executors", "default,rm-ro")
+        )
+        self.assertLess(advice["draws"], 1000)
+        self.assertIn("draws: the budget ended", out)
+
+    def test_wrong_use_is_refused(self):
+        for what, *arguments in (
+            ("hot_path:median", "autoware", "--for", "hot_path:p98"),
+            ("has no chain", "autoware", "--for", "nothing:p99"),
+            ("there is no graph", "nothing"),
+            ("neither reference nor graph", "autoware", "--costs", "none"),
+            ("there is no executor", "autoware", "--executors", "nothing"),
+            ("no deployment of this name", "autoware", "--now", "nothing"),
+        ):
+            self.assertIn(what, self.refused(2, *arguments))
+
+
+if __name__ == "__main__":
+    unittest.main()

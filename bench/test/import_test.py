@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath import ctf` against what an independent reader found in traces of the real ROS 2 stack, and against runs of
+ours that `export ctf` wrote. HOTPATH_TRACES names another folder of traces (NAME.tar.xz and truth.json)."""
+
+import json
+import os
+import tarfile
+import unittest
+from pathlib import Path
+
+from hotpath_command import CommandTest, RunFolder
+
+SHIPPED = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "ctf"
+TRACES = Path(os.environ.get("HOTPATH_TRACES", SHIPPED))
+HOT_PATH = ("--chain", "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator")
+QUANTILES = ("p50", "p99", "max")
+# What a good prediction must keep: percent of median and p99, percentage points of losses.
+MEDIAN, P99, LOST = 3, 8, 1
+
+
+class ImportTest(CommandTest):
+    def imported(self, trace, *arguments):
+        """What an import says; its output is beside the trace."""
+        output = trace.parent / f"{trace.name}_imported"
+        code, out, err = self.command("import", "ctf", trace, "--output", output, *arguments)
+        self.assertEqual(code, 0, err)
+        self.assertIn("Self-check:", out)
+        return json.loads((output / "import.json").read_text()), output
+
+    def unpacked(self, name):
+        with tarfile.open(TRACES / f"{name}.tar.xz") as archive:
+            archive.extractall(self.folder / "traces", filter="data")
+        return self.folder / "traces" / name
+
+    def refused(self, code, words, *arguments):
+        found, out, err = self.command("import", "ctf", *arguments, "--output", self.folder / "refused")
+        self.assertEqual((found, out), (code, ""))
+        self.assertEqual(len(err.strip().splitlines()), 1, err)
+        self.assertIn(words, err)
+
+
+class Truth(ImportTest):
+    """Counts equal, durations within 0.1 microseconds, and the self-check within its bar."""
+
+    def test_recorded_traces(self):
+        truth = json.loads((TRACES / "truth.json").read_text())
+        for name, expected in truth.items():
+            with self.subTest(trace=name):
+                chain = HOT_PATH if "hot_path_us" in expected else ()
+                facts, output = self.imported(self.unpacked(name), *chain)
+                self.assertEqual(facts["events"], expected["events"])
+                self.check_tasks(facts, expected)
+                self.check_chain(output, facts["self_check"], expected)
+                self.check_run(output, facts)
+
+    def check_tasks(self, facts, expected):
+        timers = {t["node"].lstrip("/"): t for t in facts["tasks"] if t["kind"] == "timer"}
+        self.assertEqual(
+            {node: (t["period_ms"], t["created_ns"]) for node, t in timers.items()},
+            {node: (t["period_ms"], t["created_ns"]) for node, t in expected["timers"].items()},
+        )
+        tasks = {(t["node"] + t.get("topic", "")).lstrip("/"): t for t in facts["tasks"]}
+        self.assertEqual(set(tasks), set(expected["tasks"]))
+        for name, task in tasks.items():
+            true = expected["tasks"][name]
+            for key in ("jobs", "threads", "published"):
+                self.assertEqual(task[key], true[key], f"{key} of {name}")
+            for q in QUANTILES:
+                self.assertAlmostEqual(task["duration_us"][q], true["duration_us"][q], delta=0.1, msg=name)
+
+    def check_chain(self, output, check, expected):
+        self.assertLessEqual(abs(check["lost_percent"]["recorded"] - check["lost_percent"]["simulated"]), LOST)
+        if "hot_path_us" not in expected:
+            return
+        (chain,) = check["chains"]
+        ((_, rows),) = RunFolder(output / "run").chains().items()
+        latencies, true = sorted(row[2] / 1000 for row in rows), expected["hot_path_us"]
+        self.assertEqual(len(latencies), true["samples"])
+        for q, share in (("p50", 50), ("p90", 90), ("p99", 99)):
+            self.assertAlmostEqual(latencies[len(latencies) * share // 100], true[q], delta=0.1)
+        self.assertLessEqual(abs(chain["median_error_percent"]), MEDIAN)
+        self.assertLessEqual(abs(chain["p99_error_percent"]), P99)
+
+    def check_run(self, output, facts):
+        """The folder of the recorded run is one that every other command reads."""
+        run = RunFolder(output / "run")
+        self.assertTrue(run.run["complete"])
+        ran = sum(task["jobs"] for task in facts["tasks"])
+        (jobs,) = run.jobs().values()
+        self.assertEqual(sum(job.outcome == "ran" for job in jobs), ran)
+        code, out, err = self.command("summarize", output / "run")
+        self.assertEqual(code, 0, err)
+        self.assertNotIn("does not hold", out)
+
+
+class RoundTrip(ImportTest):
+    """A run, its trace, imported: the same tasks, jobs and losses."""
+
+    RUNS = {
+        "autoware": ("default", "static", "events-ro", "cbg:2", "multi:2"),
+        "callbacks": ("default", "events-re"),
+        "timers_only_90": ("default", "rm-ro"),
+        "sequences": ("edf-ro",),
+        "many_to_many": ("events-ro",),
+    }
+
+    def test_graphs_and_executors(self):
+        for graph, executors in self.RUNS.items():
+            for executor in executors:
+                with self.subTest(graph=graph, executor=executor):
+                    self.check(graph, executor)
+
+    def check(self, graph, executor):
+        run, trace = self.folder / f"{graph}-{executor}", self.folder / f"trace-{graph}-{executor}"
+        plan = ("--graph", graph, "--executors", executor, "--duration", 3, "--warm-up", 0, "--cores", 2)
+        code, _, err = self.command("simulate", *plan, "--dispatch-cost-us", 5, "--output", run)
+        self.assertEqual(code, 0, err)
+        code, _, err = self.command("export", "ctf", run, "--output", trace)
+        self.assertEqual(code, 0, err)
+        facts, output = self.imported(trace, "--executor", executor)
+        self.assertEqual(len(facts["tasks"]), len(RunFolder(run).run["tasks"]))
+        self.assertEqual(self.jobs(RunFolder(output / "run")), self.jobs(RunFolder(run)))
+
+    def jobs(self, run):
+        """What ran, and what it was for; timers by their nodes, of which each has one here that counts."""
+        periods = {t["task"]: t["period_ns"] for t in run.run["tasks"] if t["kind"] == "timer"}
+        seen = []
+        (jobs,) = run.jobs().values()
+        for job in jobs:
+            if job.outcome != "ran":
+                continue
+            name = (job.node, periods[job.task]) if job.kind == "timer" else (job.node, job.topic)
+            seen.append((job.start, job.finish, str(name)))
+        first = min(start for start, _, _ in seen)
+        return sorted((start - first, finish - first, name) for start, finish, name in seen)
+
+
+class BadInput(ImportTest):
+    """One clear sentence each, with exit code 2."""
+
+    def test_what_is_no_trace(self):
+        self.refused(2, "is not a folder", self.folder / "nowhere")
+        self.refused(2, "holds no CTF trace", self.folder)
+
+    def test_formats(self):
+        for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "none of CTF")):
+            (self.folder / "metadata").write_bytes(content)
+            self.refused(2, words, self.folder)
+
+    def test_an_empty_trace_and_a_truncated_one(self):
+        trace = self.unpacked("timers_only_default")
+        streams = [f for f in trace.rglob("ros2_*") if f.stat().st_size > 0]
+        for stream in streams:
+            stream.write_bytes(stream.read_bytes()[: stream.stat().st_size // 2 // 4096 * 4096 + 100])
+        code, out, err = self.command("import", "ctf", trace, "--output", self.folder / "half")
+        self.assertIn(code, (0, 2), err)
+        if code == 0:
+            self.assertIn("breaks off", out)
+
+    def test_an_output_folder_in_use(self):
+        trace = self.unpacked("timers_only_default")
+        self.imported(trace)
+        code, _, err = self.command("import", "ctf", trace, "--output", f"{trace}_imported")
+        self.assertEqual(code, 2)
+        self.assertIn("holds an import already", err)
+
+    def test_chains(self):
+        trace = self.unpacked("sequences_default")
+        for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is no node or task")):
+            self.refused(2, words, trace, "--chain", chain)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/trace_assembler.hpp"
+
+#include <gtest/gtest.h>
+
+#include "import/publication_rules.hpp"
+
+namespace hotpath {
+namespace {
+
+using K = TraceEventKind;
+
+/// A trace of one process by hand, and what comes out of it.
+class Told : public RecordedJobSink {
+ public:
+  void tell(K kind, std::int64_t at_ns, std::array<std::uint64_t, 4> numbers,
+            std::array<std::string_view, 2> texts = {}, std::uint32_t thread = 1) {
+    TraceEvent e;
+    e.kind = kind;
+    e.at_ns = at_ns;
+    e.process = 7;
+    e.thread = thread;
+    e.processor = 0;
+    e.number = numbers;
+    e.text = texts;
+    assembler.visit(e);
+  }
+
+  /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), node 2 with a subscription of it
+  /// (callback 21, of rmw 23, of depth 1).
+  void make_nodes() {
+    tell(K::node_init, 0, {1}, {"source", "/"});
+    tell(K::publisher_init, 1, {13, 1, 14}, {"/a"});
+    tell(K::timer_init, 2, {10, 1000});
+    tell(K::timer_callback_added, 3, {10, 11});
+    tell(K::timer_link_node, 4, {10, 1});
+    tell(K::node_init, 5, {2}, {"sink", "/space"});
+    tell(K::subscription_init, 6, {20, 2, 23, 1}, {"/a"});
+    tell(K::rclcpp_subscription_init, 7, {20, 22});
+    tell(K::subscription_callback_added, 8, {22, 21});
+  }
+
+  /// A job of the timer that publishes with this source timestamp; 0: none, as in Humble.
+  void publish(std::int64_t at_ns, std::uint64_t source_ns) {
+    tell(K::callback_start, at_ns, {11});
+    tell(K::rcl_publish, at_ns + 1, {13, 99});
+    tell(K::rmw_publish, at_ns + 2, {99, source_ns});
+    tell(K::callback_end, at_ns + 3, {11});
+  }
+
+  void receive(std::int64_t at_ns, std::uint64_t source_ns) {
+    tell(K::rmw_take, at_ns, {23, source_ns, 1});
+    tell(K::callback_start, at_ns + 1, {21});
+    tell(K::callback_end, at_ns + 2, {21});
+  }
+
+  void ended(RecordedJob&& job) override { jobs.push_back(std::move(job)); }
+  void lost(std::uint32_t, const RecordedSample& sample, bool queued) override {
+    (queued ? unread : overwritten).push_back(sample.sequence);
+  }
+
+  TraceAssembler assembler{*this};
+  std::vector<RecordedJob> jobs;
+  std::vector<std::uint64_t> overwritten, unread;
+};
+
+TEST(TraceAssembler, FindsEntitiesAndWhoCausedWhat) {
+  Told told;
+  told.make_nodes();
+  told.publish(2000, 5002);
+  told.receive(3000, 5002);
+  told.assembler.finish();
+  const RecordedSystem& system = told.assembler.system();
+  ASSERT_EQ(system.nodes.size(), 2U);
+  EXPECT_EQ(system.nodes[1].name, "/space/sink");
+  ASSERT_EQ(system.callbacks.size(), 2U);
+  EXPECT_EQ(system.callbacks[0].period, Duration(1000));
+  EXPECT_EQ(system.callbacks[0].node, 0U);
+  EXPECT_EQ(system.callbacks[1].depth, 1U);
+  ASSERT_EQ(told.jobs.size(), 2U);
+  EXPECT_EQ(told.jobs[0].published.size(), 1U);
+  EXPECT_EQ(told.jobs[1].sample.parent.callback, 0U);
+  EXPECT_EQ(told.jobs[1].sample.published, from_ns(2001));
+}
+
+TEST(TraceAssembler, OverwritesBeyondTheDepthAndKeepsWhatIsUnread) {
+  Told told;
+  told.make_nodes();
+  for (const std::uint64_t i : {0, 1, 2}) told.publish(static_cast<std::int64_t>(2000 + 1000 * i), 5000 + i);
+  told.receive(6000, 5002);
+  told.publish(7000, 5003);
+  told.assembler.finish();
+  EXPECT_EQ(told.overwritten, (std::vector<std::uint64_t>{0, 1}));
+  EXPECT_EQ(told.jobs[3].sample.parent.number, 2U);
+  EXPECT_EQ(told.unread, (std::vector<std::uint64_t>{3}));
+}
+
+TEST(TraceAssembler, TakesTheNearestPublicationWhereNoneHasATimestamp) {
+  Told told;
+  told.make_nodes();
+  told.publish(2'000'000, 0);
+  told.receive(2'100'000, 2'000'500);
+  EXPECT_EQ(told.jobs[1].sample.parent.callback, 0U);
+  EXPECT_EQ(told.assembler.system().callbacks[1].strangers, 0U);
+}
+
+TEST(TraceAssembler, SamplesOfWhatWasNotTracedHaveNoParent) {
+  Told told;
+  told.make_nodes();
+  told.receive(3000, 2500);
+  EXPECT_EQ(told.jobs[0].sample.parent.callback, kNone);
+  EXPECT_EQ(told.assembler.system().callbacks[1].strangers, 1U);
+}
+
+TEST(TraceAssembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
+  Told told;
+  told.make_nodes();
+  told.tell(K::buffer_to_ipb, 9, {31, 32});
+  told.tell(K::ipb_to_subscription, 10, {32, 22});
+  told.tell(K::callback_start, 2000, {11});
+  told.tell(K::intra_publish, 2001, {13, 99});
+  told.tell(K::ring_buffer_enqueue, 2002, {31, 4});
+  told.tell(K::rcl_publish, 2003, {13, 98});  // the same call, for other processes
+  told.tell(K::callback_end, 2004, {11});
+  told.tell(K::ring_buffer_dequeue, 3000, {31, 4});
+  told.tell(K::callback_start, 3001, {21, 1});
+  told.tell(K::callback_end, 3002, {21});
+  told.assembler.finish();
+  EXPECT_EQ(told.assembler.system().callbacks[1].samples, 1U);
+  EXPECT_EQ(told.jobs[0].published.size(), 1U);
+  EXPECT_EQ(told.jobs[1].sample.parent.callback, 0U);
+  EXPECT_TRUE(told.unread.empty());
+}
+
+TEST(TraceAssembler, CallbacksThatNeverEndCountAsRunning) {
+  Told told;
+  told.make_nodes();
+  told.tell(K::callback_start, 2000, {11});
+  told.tell(K::callback_start, 3000, {11});  // its end was lost
+  told.tell(K::callback_end, 3001, {11});
+  told.tell(K::callback_end, 3002, {11});
+  told.tell(K::callback_start, 4000, {11});
+  told.assembler.finish();
+  EXPECT_EQ(told.assembler.system().callbacks[0].jobs, 1U);
+  EXPECT_EQ(told.assembler.system().callbacks[0].never_ended, 2U);
+  EXPECT_EQ(told.assembler.system().ends_without_start, 1U);
+  EXPECT_FALSE(told.jobs[0].ended);
+}
+
+TEST(TraceAssembler, HandlesUsedAgainMeanTheLatestCallback) {
+  Told told;
+  told.make_nodes();
+  told.publish(2000, 5000);
+  told.tell(K::timer_init, 3000, {10, 5000});
+  told.tell(K::timer_callback_added, 3001, {10, 11});
+  told.tell(K::timer_link_node, 3002, {10, 2});
+  told.publish(4000, 5001);
+  EXPECT_EQ(told.assembler.system().reused_handles, 1U);
+  EXPECT_EQ(told.jobs[0].ref.callback, 0U);
+  EXPECT_EQ(told.jobs[1].ref.callback, 2U);
+}
+
+/// A node with subscriptions 0 and 1 that publishes topic 0 from `publisher` by `made`, for each of `jobs`.
+std::vector<InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bool>>& made) {
+  RecordedSystem system;
+  system.nodes.resize(1);
+  system.topics.resize(3);
+  for (const std::uint32_t topic : {1U, 2U}) {
+    RecordedCallback& c = system.callbacks.emplace_back();
+    c.kind = RecordedKind::subscription;
+    c.node = 0;
+    c.topic = topic;
+  }
+  std::vector<RecordedJob> jobs;
+  for (const auto& [callback, publishes] : made) {
+    RecordedJob& job = jobs.emplace_back();
+    job.ref.callback = callback;
+    if (publishes) job.published.push_back({0, {}});
+  }
+  return infer_rules(system, jobs, {true, true});
+}
+
+TEST(PublicationRules, FusionIsASetThatEitherInputCompletes) {
+  const auto rules =
+      inferred({{0, false}, {1, true}, {1, false}, {0, true}, {0, false}, {0, false}, {1, true}});
+  ASSERT_EQ(rules.size(), 1U);
+  EXPECT_EQ(rules[0].rule, PublishRule::all_new);
+  EXPECT_EQ(rules[0].of, (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(rules[0].explained, 7U);
+}
+
+TEST(PublicationRules, EveryThirdWhereverTheTraceBegins) {
+  const auto rules =
+      inferred({{0, false}, {0, true}, {0, false}, {0, false}, {0, true}, {0, false}, {0, false}, {0, true}});
+  ASSERT_EQ(rules.size(), 1U);
+  EXPECT_EQ(rules[0].rule, PublishRule::every);
+  EXPECT_EQ(rules[0].n, 3U);
+  EXPECT_EQ(rules[0].explained, 8U);
+}
+
+TEST(PublicationRules, InputsThatDoNotFitAreKept) {
+  const auto rules = inferred({{0, true}, {0, true}, {1, false}, {0, true}, {0, true}, {0, true}});
+  ASSERT_EQ(rules.size(), 1U);
+  EXPECT_EQ(rules[0].rule, PublishRule::last_of);
+  EXPECT_EQ(rules[0].publishers, (std::vector<std::uint32_t>{0}));
+  EXPECT_EQ(rules[0].of, (std::vector<std::uint32_t>{1}));
+}
+
+}  // namespace
+}  // namespace hotpath

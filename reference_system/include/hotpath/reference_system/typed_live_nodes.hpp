@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hotpath/live/clock.hpp"
+#include "hotpath/live/transport.hpp"
+#include "hotpath/reference_system/live_nodes.hpp"
+#include "hotpath/reference_system/node_logic.hpp"
+#include "hotpath/reference_system/observe.hpp"
+#include "hotpath/reference_system/run_memory.hpp"
+#include "hotpath/reference_system/work.hpp"
+
+namespace hotpath {
+
+/// Samples on a live transport. `H` is the sample management, `P` the generated type support of its message,
+/// if it has one.
+template <class H, class P = void>
+struct LiveMessages {
+  using History = H;
+  using Message = typename H::Message;
+  using PubSubType = P;
+  using Held = Sample;
+  using Mutex = std::mutex;
+  static const Message& message(const Sample& held) { return held.as<Message>(); }
+  static Sample share(const Sample& held) { return held.share(); }
+  static SampleInfo info(const Message& m) { return read_info(m); }
+  static bool valid(const Message& m, TaskId tasks) { return is_message_of(m, tasks); }
+};
+
+template <class Messages>
+class TypedLiveNodes final : public LiveNodes {
+ public:
+  using History = typename Messages::History;
+  using Message = typename Messages::Message;
+
+  TypedLiveNodes(const Graph& graph, const GraphTasks& tasks, const Calibration& calibration,
+                 RunMemory& memory, const History& history, std::unique_ptr<Transport<Message>> transport)
+      : graph_(graph),
+        tasks_(tasks),
+        history_(history),
+        chains_(index_chains(graph, tasks)),
+        memory_(memory),
+        chain_logs_(memory.chains()),
+        ends_(tasks.set.size()),
+        transport_(std::move(transport)),
+        local_(tasks.set.size(), nullptr),
+        jobs_(chain_logs_.size()) {
+    for (std::uint32_t c = 0; c < chains_.size(); ++c) {
+      for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
+    }
+    const CrunchScale scale(calibration);
+    for (const Callback& callback : tasks_.callbacks) work_.emplace_back(graph.work, callback.worst, scale);
+  }
+
+  void connect(SampleSink& sink) override {
+    std::map<std::string, std::uint32_t> readers, writers;
+    for (const Node& node : graph_.nodes) {
+      for (const Input& input : node.inputs) ++readers[input.topic];
+      for (const std::string& output : node.outputs) ++writers[output];
+    }
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      if (!tasks_.set[id].local) continue;
+      const TaskOrigin origin = tasks_.origin[id];
+      const Node& node = graph_.nodes[origin.node];
+      if (origin.callback == 0) {
+        Local& local = locals_.emplace_back(node, history_);
+        for (const std::string& output : node.outputs) {
+          local.writers.push_back(transport_->add_writer(output, 1, readers[output]));
+        }
+        for (Activation<Messages>& job : jobs_) local.logic.reserve(job, chains_.size());
+      }
+      local_[id] = &locals_.back();
+      if (origin.input) {
+        const Input& input = node.inputs[*origin.input];
+        transport_->add_reader(input.topic, id, input.depth, writers[input.topic], sink);
+      }
+    }
+  }
+
+  void wait_until_matched(Time deadline) override { transport_->wait_until_matched(deadline); }
+
+  std::uint64_t refused() const override { return transport_->refused(); }
+
+  void run(const Job& job, Time start, Sample sample, Worker worker) override {
+    Local& node = *local_[job.task];
+    Activation<Messages>& activation = jobs_[worker];
+    node.logic.start(tasks_.origin[job.task].callback, job.ref(), std::move(sample), start, activation);
+    if (activation.works) {
+      const std::int64_t result = work_[job.task].burn(start);
+      if (tasks_.readers[job.task].empty() && activation.own) {
+        observe(Messages::message(activation.own), activation, worker);
+      }
+      for (std::size_t i = 0; i < activation.messages.size(); ++i) {
+        publish(node, job, activation, i, result, worker);
+      }
+    }
+    activation.clear();
+  }
+
+ private:
+  struct Local {
+    Local(const Node& node, const History& history) : logic(node, history) {}
+    NodeLogic<Messages> logic;
+    std::vector<typename Transport<Message>::WriterId> writers;  // parallel to the node's outputs
+  };
+
+  void publish(Local& node, const Job& job, Activation<Messages>& activation, std::size_t index,
+               std::int64_t result, Worker worker) {
+    const auto writer = node.writers[node.logic.output(activation, index)];
+    Message& message = transport_->borrow(writer);
+    node.logic.finish(activation, index, message);
+    observe(message, activation, worker);
+    const SampleInfo info{now(), job.deadline, job.ref()};
+    complete(message, info, result);
+    for (const TaskId reader : tasks_.readers[job.task][activation.messages[index].publication]) {
+      memory_.published()[reader].fetch_add(1, std::memory_order_relaxed);
+    }
+    transport_->publish(writer, message, info);
+  }
+
+  void observe(const Message& message, Activation<Messages>& job, Worker worker) {
+    observe_chains(history_, message, chains_, ends_[job.ref.task], job,
+                   [&](const ChainObservation& observation) { chain_logs_[worker].append(observation); });
+  }
+
+  const Graph& graph_;
+  const GraphTasks tasks_;
+  const History history_;
+  const std::vector<ChainIndex> chains_;
+  RunMemory& memory_;
+  std::vector<RecordLog<ChainObservation>> chain_logs_;
+  std::vector<std::vector<std::uint32_t>> ends_;  // per task: chains
+  std::vector<Work> work_;                        // per task
+
+  std::unique_ptr<Transport<Message>> transport_;  // before all that holds its samples
+  std::deque<Local> locals_;
+  std::vector<Local*> local_;               // by task; nullptr: in another process
+  std::vector<Activation<Messages>> jobs_;  // of each worker
+};
+
+}  // namespace hotpath
