@@ -21,8 +21,8 @@ class TaskHistory {
   static void reserve(Message& m, TaskId tasks) { m.history().reserve(tasks); }
   static void clear(Message& m) { m.history().clear(); }
 
-  /// The last entry of any message is its publisher's, and the only one of it: what a timer published may come
-  /// back to it by way of others.
+  /// The last entry of any message is its publisher's, and the only one of it: what a timer published may
+  /// come back to it by way of others.
   static void append(Message& m, const Stat& stat, std::uint32_t publication) {
     std::erase_if(m.history(), [&](const auto& e) { return task_of(e) == stat.task; });
     set_stat(m.history().emplace_back(), stat);
