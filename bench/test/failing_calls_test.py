@@ -132,6 +132,8 @@ class Run:
 
 def places(count):
     """Numbers of calls, from the first to the last."""
+    if PLACES == 1:
+        return range(1, min(count, 1) + 1)
     if PLACES == 0 or count <= PLACES:
         return range(1, count + 1)
     return sorted({1 + round(i * (count - 1) / (PLACES - 1)) for i in range(PLACES)})
@@ -164,7 +166,7 @@ class FailingCalls(unittest.TestCase):
             file = pathlib.Path(os.environ["HOTPATH_RELIABILITY"]) / "faults.json"
             facts = json.loads(file.read_text()) if file.exists() else {}
             file.write_text(json.dumps(facts | {name: injected}, indent=2) + "\n")
-        self.assertGreater(injected, len(KINDS) // 2)
+        self.assertGreater(injected, 8)
 
     def test_simulate(self):
         self.inject("simulate")
