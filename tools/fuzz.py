@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the fuzz targets of build-fuzz/ (launch_scripts/fuzz.sh builds them) on all processors, and says what they tried.
+"""Runs the fuzz targets of build-fuzz/, which launch_scripts/fuzz.sh builds, and says what they tried.
 
 What a target finds is kept in build-fuzz/found/; its input belongs into test/fuzz/corpus/TARGET/ of its package once it
 is mended. `--replay` runs every input that is kept, and nothing else. With `--publish` the executions are added to

@@ -5,7 +5,9 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +19,20 @@
 #include "program/interrupt.hpp"
 
 namespace {
+
+/// Memory may be missing before main() begins, and before its last handler.
+[[gnu::constructor(101)]] void say_when_memory_is_missing() {
+  std::set_terminate([] {
+    try {
+      if (const std::exception_ptr active = std::current_exception()) std::rethrow_exception(active);
+    } catch (const std::bad_alloc&) {
+      std::fputs("hotpath: there is no memory to begin with; give it more (ulimit -v, cgroup)\n", stderr);
+      _exit(1);
+    } catch (...) {
+    }
+    std::abort();
+  });
+}
 
 /// Whether the user can mend it.
 bool is_wrong_use(const std::exception& error) {

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
@@ -55,7 +56,14 @@ void become_python_tool(const std::string& command, const std::vector<std::strin
 void draw_figure(const std::string& command, const fs::path& folder) {
   const char* const wanted = std::getenv("HOTPATH_FIGURES");
   if (wanted != nullptr && std::string_view(wanted) == "none") return;
-  auto [status, errors] = run_program(command_line(command, {folder.string()}));
+  ProgramEnd end;
+  try {
+    end = run_program(command_line(command, {folder.string()}));
+  } catch (const RunError& error) {  // the result is whole without it
+    std::cerr << "note: the figure was not drawn: " << error.what() << "\n";
+    return;
+  }
+  auto [status, errors] = std::move(end);
   if (exited_with(status, 0)) return;
   while (errors.ends_with('\n')) errors.pop_back();
   // The last line says what went wrong.

@@ -22,8 +22,8 @@ using FileContent = std::variant<std::string, nlohmann::json, std::function<void
                                            const std::filesystem::path& file);
 
 /// Writes a file, which gets its name when it is whole and on disk; one that has the name is replaced then.
-/// Leaves nothing behind when it cannot be written (disk full, for example), and throws RunError, or, where a file
-/// was asked for by an option of the command line, UsageError that names `option`.
+/// Leaves nothing behind when it cannot be written (disk full, for example), and throws RunError, or, where a
+/// file was asked for by an option of the command line, UsageError that names `option`.
 void write_whole_file(const std::filesystem::path& file, const FileContent& content);
 void write_whole_file(const std::filesystem::path& file, const std::string& option,
                       const FileContent& content);

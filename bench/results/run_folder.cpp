@@ -37,7 +37,9 @@ RunFolder::RunFolder(const fs::path& path) : path_(path) {
     refuse(concat("cannot be written (", std::strerror(errno), "); name another with --output"));
   }
   lock_ = lock(path_);
-  if (lock_ < 0) refuse("is in use by another run; name another with --output");
+  if (lock_ < 0) {
+    refuse(concat("cannot be locked (", std::strerror(errno), "); is another run in it?"));
+  }
   jobs_ << kJobsCsvHeader << '\n';
   chains_ << kChainsCsvHeader << '\n';
 }

@@ -51,7 +51,8 @@ std::string time_stamp(const char* format);
 /// Where results go: what --output says, or runs/DATE-GRAPH.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
-/// The graph of a run, with the work, load, rate and copies asked for, in this order. Throws InputError, UsageError.
+/// The graph of a run, with the work, load, rate and copies asked for, in this order. Throws InputError,
+/// UsageError.
 Graph graph_to_run(const CommonOptions& options);
 
 /// The executors and deployments asked for. Throws InputError, UsageError, also for one named twice.

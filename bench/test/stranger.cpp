@@ -18,13 +18,13 @@
 
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
+namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 volatile std::sig_atomic_t ended = 0;
 
 /// Bytes as they are, under the name of another type.
-class AnyBytes final : public dds::TopicDataType {
+class AnyBytes final : public fast::TopicDataType {
  public:
   explicit AnyBytes(const std::string& name) {
     setName(name.c_str());
@@ -41,9 +41,8 @@ class AnyBytes final : public dds::TopicDataType {
   }
   bool deserialize(rtps::SerializedPayload_t*, void*) override { return false; }
   std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
-    return [data] {
-      return static_cast<std::uint32_t>(static_cast<std::vector<std::uint8_t>*>(data)->size());
-    };
+    return
+        [data] { return static_cast<std::uint32_t>(static_cast<std::vector<std::uint8_t>*>(data)->size()); };
   }
   void* createData() override { return new std::vector<std::uint8_t>; }
   void deleteData(void* data) override { delete static_cast<std::vector<std::uint8_t>*>(data); }
@@ -78,16 +77,16 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGTERM, [](int) { ended = 1; });
 
-  dds::DomainParticipant* participant = hotpath::create_participant(options);
-  dds::TypeSupport(new AnyBytes(type)).register_type(participant);
-  dds::PublisherQos publisher;
+  fast::DomainParticipant* participant = hotpath::create_participant(options);
+  fast::TypeSupport(new AnyBytes(type)).register_type(participant);
+  fast::PublisherQos publisher;
   if (!default_partition) publisher.partition().push_back(options.partition.c_str());
-  dds::DataWriterQos writer_qos;
-  writer_qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  writer_qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
+  fast::DataWriterQos writer_qos;
+  writer_qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+  writer_qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   writer_qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-  dds::DataWriter* writer = participant->create_publisher(publisher)->create_datawriter(
-      participant->create_topic(topic, type, dds::TOPIC_QOS_DEFAULT), writer_qos);
+  fast::DataWriter* writer = participant->create_publisher(publisher)->create_datawriter(
+      participant->create_topic(topic, type, fast::TOPIC_QOS_DEFAULT), writer_qos);
   std::mt19937_64 random(1);
   unsigned long count = 0;
   while (ended == 0) {
@@ -97,6 +96,6 @@ int main(int argc, char** argv) {
   }
   std::printf("%lu\n", count);
   participant->delete_contained_entities();
-  dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
+  fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
   return 0;
 }

@@ -13,6 +13,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/executor.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
+#include "schedule_checks.hpp"
 
 namespace hotpath {
 namespace {
@@ -117,6 +118,9 @@ Trace run(const std::string& executor, const TaskSet& set, Duration length,
     }
   }
   for (const auto& p : chain.published) trace.published.push_back(p.load());
+  std::ranges::stable_sort(trace.jobs, {}, &JobRecord::start);
+  EXPECT_EQ(test::legal(set, trace, true), "");
+  EXPECT_EQ(test::balanced(set, trace), "");
   return trace;
 }
 

@@ -34,8 +34,9 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///                    where RULE is when: always, when: all_new with of: [TOPIC], every: N,
 ///                    or last_of: [TOPIC]
 ///     chains:  - name, nodes, sources, sink
-///     platform: cores, timer_thread: by_executor|raised|equal, release_cost_us, pass_cost_us,
-///              execution_times: worst|uniform|measured|replayed, dispatch_cost_us, wait_cost_us,
+///     platform: cores, timer_thread: by_executor|raised|equal, execution_times:
+///     worst|uniform|measured|replayed,
+///              release_cost_us, pass_cost_us, dispatch_cost_us, wait_cost_us,
 ///              wait_cost_per_entity_us, wake_up_us, delivery_delay_us
 ///
 /// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the
