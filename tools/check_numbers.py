@@ -103,14 +103,8 @@ def bench_bars(root: Path) -> str:
     return found[1] + found[2]
 
 
-def capacity_table(root: Path) -> str:
-    """The table of results/capacity."""
-    return (root / "results/capacity/capacity.md").read_text(encoding="utf-8")
-
-
 BLOCKS: dict[str, Callable[[Path], str]] = {
-    block.__name__: block
-    for block in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars, capacity_table)
+    block.__name__: block for block in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars)
 }
 
 
