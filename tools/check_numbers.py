@@ -103,15 +103,14 @@ def bench_bars(root: Path) -> str:
     return found[1] + found[2]
 
 
-def capacity_table(root: Path) -> str:
-    """The table of results/capacity."""
-    return (root / "results/capacity/capacity.md").read_text(encoding="utf-8")
-
-
 def interleavings(root: Path) -> str:
     """What the live executor's loop was tried with, of results/reliability."""
     told = load(root, "reliability/interleavings.json")
-    of = "all" if told["complete"] == told["executors"] else f"{told['complete']} of {told['executors']} completely:"
+    of = (
+        "all"
+        if told["complete"] == told["executors"]
+        else f"{told['complete']} of {told['executors']} completely:"
+    )
     return (
         f"{told['executors']} executors; {of} {told['systematic']:,} interleavings of a short run with at most"
         f" {told['preemptions']} preemption,\nand {told['random']:,} of a longer one at random: all accepted.\n"
@@ -120,7 +119,7 @@ def interleavings(root: Path) -> str:
 
 BLOCKS: dict[str, Callable[[Path], str]] = {
     block.__name__: block
-    for block in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars, capacity_table, interleavings)
+    for block in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars, interleavings)
 }
 
 
