@@ -18,8 +18,9 @@ while [ $# -gt 0 ]; do
   esac
 done
 if [ ${#distros[@]} -eq 0 ]; then
-  if [ -n "${ROS_DISTRO:-}" ]; then
-    distros=("$ROS_DISTRO")
+  sourced=${ROS_DISTRO:-$(sed -n 's|.*/opt/ros/\([^/:]*\).*|\1|p' <<<"${AMENT_PREFIX_PATH:-}")}
+  if [ -n "$sourced" ]; then
+    distros=("$sourced")
   else
     for setup in /opt/ros/*/setup.bash; do
       [ -f "$setup" ] && distros+=("$(basename "$(dirname "$setup")")")
@@ -60,7 +61,10 @@ for distro in "${distros[@]}"; do
   echo "== ROS 2 $distro"
   (
     set +u  # ROS 2's scripts ask for variables that may not be set
-    if [ "${ROS_DISTRO:-}" != "$distro" ]; then . "/opt/ros/$distro/setup.bash"; fi
+    case ":${AMENT_PREFIX_PATH:-}:" in
+      *:/opt/ros/"$distro":*) ;;
+      *) . "/opt/ros/$distro/setup.bash" ;;
+    esac
     cd "$root"
     build "$distro" "$@"
   )

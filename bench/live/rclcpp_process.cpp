@@ -62,7 +62,7 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
 
 std::string find_rclcpp_runner(const std::string& given) {
   const std::string path = given.empty() ? environment("HOTPATH_ROS2_RUNNER") : given;
-  if (environment("ROS_DISTRO").empty()) {
+  if (environment("AMENT_PREFIX_PATH").empty()) {
     throw UsageError(
         "--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
         "workspace with hotpath_rclcpp_system (launch_scripts/ros2_build.sh)");

@@ -155,11 +155,11 @@ class Machine(FaultTest):
 
     @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
     def test_ros2_that_is_not_there(self):
-        for name in ("ROS_DISTRO", "AMENT_PREFIX_PATH", "HOTPATH_ROS2_RUNNER"):
+        for name in ("AMENT_PREFIX_PATH", "HOTPATH_ROS2_RUNNER"):
             self.environment.pop(name, None)
         run = ("run", "--stack", "rclcpp", *BRIEF)
         self.assert_refused(run, "setup.bash", "ros2_build.sh")
-        self.environment["ROS_DISTRO"] = "jazzy"
+        self.environment["AMENT_PREFIX_PATH"] = "/no/where"
         self.assert_refused(run, "hotpath_rclcpp_system", "--ros2-runner")
         self.assert_refused((*run, "--ros2-runner", "/no/where"), "no program /no/where")
         self.assert_refused(("run", "--stack", "ros"), "--stack", "native")
