@@ -62,7 +62,8 @@ class OptionParser {
     add_analyze_command(app_);
     app_.require_subcommand(1);
     sub_ = app_.get_subcommand(command_);
-    if (command_ != "simulate") sub_->callback({});
+    // The command's own callback keeps its options alive, and must not run.
+    if (command_ != "simulate") sub_->parse_complete_callback([] { throw CLI::Success(); });
   }
 
   bool has(const std::string& option) const { return sub_->get_option_no_throw("--" + option) != nullptr; }
@@ -78,7 +79,10 @@ class OptionParser {
     Words all = words;
     all.insert(all.begin(), command_);
     std::ranges::reverse(all);  // as CLI11 takes them
-    app_.parse(all);
+    try {
+      app_.parse(all);
+    } catch (const CLI::Success&) {
+    }
     return simulate_;
   }
 

@@ -99,7 +99,7 @@ void SweepJournal::read_back() {
     ++done_;
   }
   // What follows was being written when the sweep ended.
-  if (fs::exists(file_)) fs::resize_file(file_, whole);
+  if (fs::exists(file_) && truncate(file_.c_str(), static_cast<off_t>(whole)) != 0) fail();
 }
 
 void SweepJournal::open() {
