@@ -51,8 +51,8 @@ struct Callback {
   Duration worst{}, best{};                               ///< Execution time, 0 <= best <= worst.
   std::shared_ptr<const std::vector<Duration>> measured;  ///< Within [best, worst], >= 1; nullptr: none.
   std::vector<DurationQuantile> quantiles;  ///< From which `measured` was made; empty: it was not.
-  std::uint32_t group = 0;                                ///< Index into the node's groups.
-  std::vector<Publication> publishes;                     ///< Each topic once.
+  std::uint32_t group = 0;                  ///< Index into the node's groups.
+  std::vector<Publication> publishes;       ///< Each topic once.
   /// Keeps its samples for the messages of others and publishes nothing: ends no chain. callbacks_of() says
   /// it.
   bool stores_only = false;
