@@ -60,7 +60,7 @@ TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
   EXPECT_LT(of(40), of(90));
   EXPECT_LT(of(90), of(110));
   EXPECT_LT(of(110), of(120));
-  EXPECT_DOUBLE_EQ(of(110).value, 10);
+  EXPECT_NEAR(of(110).value, 10, 1e-9);
   EXPECT_LT(of(120), of(kNoValue)) << "no sample at all";
 }
 
