@@ -12,7 +12,7 @@ namespace {
 
 void add_import_ctf_command(CLI::App& import) {
   auto [ctf, o] = add_command<ImportCtfOptions>(
-      import, "ctf", "A trace of ros2_tracing (CTF 1.8): graph, run, execution times, costs, self-check",
+      import, "ctf", "A trace of ros2_tracing (CTF 1.8): graph, run, costs, self-check",
       "hotpath import ctf ~/traces/robot --output robot", import_ctf);
   add_text(ctf, "TRACE", o.trace, "FOLDER", "Folder of the trace, or one above it")->required();
   add_text(ctf, "--output", o.output, "FOLDER", "New folder for the results; by default imports/TRACE");

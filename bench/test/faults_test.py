@@ -214,7 +214,8 @@ class Machine(FaultTest):
 
     def test_file_size_limit(self):
         self.assert_refused(
-            ["run", *LONGER, "--output", "run"], "jobs.csv.part", "File too large", code=FAILURE,
+            ["simulate", "--executors", "default", "--duration", "20", "--output", "run"],
+            "jobs.csv.part", "File too large", code=FAILURE,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000)),  # more than run.json
         )  # fmt: skip
         self.assert_nothing_looks_whole("run")

@@ -65,7 +65,8 @@ class Strangers(CommandTest):
             self.assertGreater(int(stranger.communicate()[0]), 0)
         self.assertEqual(code, 0, err)
         run = RunFolder(self.folder / "run")
-        self.assertTrue(all(e["loss_equations"]["hold"] for e in run.summary()["executors"]))
+        # In a reader's history their samples may replace ours, so that the loss equations need not hold.
+        self.assertTrue(run.run["complete"])
         self.assertIn("samples of other programs", " ".join(run.run["warnings"]))
 
     def test_those_that_come_and_go_disturb_nothing(self):
