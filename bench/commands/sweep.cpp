@@ -342,7 +342,7 @@ class Sweep {
 
 void add_sweep_command(CLI::App& app) {
   auto [sweep, o] = add_command<SweepArguments>(
-      app, "sweep", "Thousands of runs, simulations or analyses from one file, into one table",
+      app, "sweep", "Thousands of runs or simulations from one file, into one table",
       "hotpath sweep sweeps/autoware_load.yaml",
       [](const SweepArguments& arguments) { Sweep(arguments).run(); });
   sweep.add_option("FILE", o.file, "What is fixed and what varies: docs/sweeps.md")->required();

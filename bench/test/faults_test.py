@@ -13,7 +13,8 @@ from hotpath_command import HOTPATH, CommandTest, RunFolder
 
 WRONG_USE, FAILURE = 2, 1
 NOBODY = 65534
-COMMANDS = ("run", "compare", "simulate", "timeline", "replay", "validate", "list", "graph", "analyze", "experiment", "machine", "bench")
+COMMANDS = ("run", "compare", "simulate", "timeline", "replay", "validate", "list", "graph", "analyze", "experiment", "machine", "bench",
+            "sweep", "capacity", "advise", "import", "export", "recover", "summarize", "report", "compare-results")  # fmt: skip
 IS_ROOT = os.geteuid() == 0
 BRIEF = ("--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
 LONGER = ("--transport", "intra_process", "--duration", 1, "--warm-up", 0)
