@@ -88,6 +88,7 @@ SweepJournal::~SweepJournal() {
 }
 
 void SweepJournal::read_back() {
+  if (!fs::is_regular_file(file_)) return;  // nothing yet, or a device, which may have no end
   std::ifstream in(file_);
   std::string line, rows;
   std::uintmax_t whole = 0;
@@ -99,7 +100,7 @@ void SweepJournal::read_back() {
     ++done_;
   }
   // What follows was being written when the sweep ended.
-  if (fs::exists(file_) && truncate(file_.c_str(), static_cast<off_t>(whole)) != 0) fail();
+  if (truncate(file_.c_str(), static_cast<off_t>(whole)) != 0) fail();
 }
 
 void SweepJournal::open() {
