@@ -18,7 +18,7 @@ import tempfile
 import time
 import unittest
 
-from hotpath_command import HOTPATH, left_behind, shared_memory_files
+from hotpath_command import HOTPATH, left_behind, shared_memory_files, processes_of
 
 LIBRARY = os.environ.get("FAILING_CALLS", "")
 PLACES = int(os.environ.get("HOTPATH_FAULTS", "2"))
@@ -92,14 +92,7 @@ class Run:
         """Processes of the session; a moment after the command has ended there must be none."""
         limit = time.monotonic() + 10
         while True:
-            left = []
-            for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
-                try:
-                    fields = stat.read_text().rpartition(")")[2].split()
-                except OSError:
-                    continue
-                if int(fields[3]) == session and fields[0] != "Z":
-                    left.append(stat.parent.name)
+            left = processes_of(session)
             if not left or time.monotonic() > limit:
                 return left
             time.sleep(0.05)

@@ -99,6 +99,19 @@ class RunFolder:
         return runs
 
 
+def processes_of(session):
+    """Living processes of a session."""
+    found = []
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(stat.parent.name)
+    return found
+
+
 class CommandTest(unittest.TestCase):
     """A test that runs the command in a new folder and finds /dev/shm afterwards as it was before."""
 

@@ -11,25 +11,12 @@ import random
 import shutil
 import unittest
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, RunFolder, processes_of
 
 WRONG_USE = 2
 KILLS = int(os.environ.get("HOTPATH_KILLS", "6"))
 RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 4, "--transport", "intra_process",
        "--load", 1, "--duration", 0.1, "--warm-up", 0)  # fmt: skip
-
-
-def processes_of(session):
-    """Living processes of a session."""
-    found = []
-    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = stat.read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(fields[3]) == session and fields[0] != "Z":
-            found.append(stat.parent.name)
-    return found
 
 
 class Recover(CommandTest):
