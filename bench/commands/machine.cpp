@@ -13,7 +13,7 @@ namespace hotpath {
 
 namespace {
 
-struct Arguments {
+struct MachineArguments {
   double seconds = 1;
   std::string output;
 };
@@ -59,9 +59,9 @@ TextTable hiccups(const MachineNoise& noise) {
 }  // namespace
 
 void add_machine_command(CLI::App& app) {
-  auto [machine, o] = add_command<Arguments>(
+  auto [machine, o] = add_command<MachineArguments>(
       app, "machine", "Say what this machine is like, and what it does to a measurement",
-      "hotpath machine --duration 10 --output machine.json", [](const Arguments& arguments) {
+      "hotpath machine --duration 10 --output machine.json", [](const MachineArguments& arguments) {
         const Machine m = read_machine(from_ms(arguments.seconds * 1000));
         std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
         for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";

@@ -8,7 +8,7 @@ namespace hotpath {
 namespace {
 
 /// What a command of the Python package is given.
-struct Arguments {
+struct ReportArguments {
   std::vector<std::string> runs;
   std::string before, after, output;
   bool gate = false;
@@ -25,18 +25,18 @@ void run_tool(const std::string& command, std::vector<std::string> words, const 
 
 void add_report_command(CLI::App& app) {
   auto [command, o] =
-      add_command<Arguments>(app, "report", "One page, HTML and Markdown, about any runs or comparisons",
+      add_command<ReportArguments>(app, "report", "One page, HTML and Markdown, about any runs or comparisons",
                              "hotpath report runs/live runs/simulated --output page",
-                             [](const Arguments& a) { run_tool("report", a.runs, "--output", a.output); });
+                             [](const ReportArguments& a) { run_tool("report", a.runs, "--output", a.output); });
   command.add_option("RUN", o.runs, "Folders of `hotpath run`, `compare` or `simulate`")->required();
   add_text(command, "--output", o.output, "FOLDER",
            "Folder of the page; by default report/ in the first RUN");
 }
 
 void add_compare_results_command(CLI::App& app) {
-  auto [command, o] = add_command<Arguments>(
+  auto [command, o] = add_command<ReportArguments>(
       app, "compare-results", "Which percentiles of NEW differ from those of OLD beyond noise",
-      "hotpath compare-results results/paper runs/paper", [](const Arguments& a) {
+      "hotpath compare-results results/paper runs/paper", [](const ReportArguments& a) {
         std::vector<std::string> words = {a.before, a.after};
         if (a.gate) words.emplace_back("--gate");
         if (!a.junit.empty()) words.push_back("--junit=" + a.junit);

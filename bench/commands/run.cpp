@@ -13,7 +13,7 @@ namespace hotpath {
 
 namespace {
 
-struct Arguments {
+struct RunArguments {
   RunOptions options;
   std::string executor = "rm-ro";
 };
@@ -81,9 +81,9 @@ void add_run_options(CLI::App& command, RunOptions& o) {
 }  // namespace
 
 void add_run_command(CLI::App& app) {
-  auto [run, o] = add_command<Arguments>(app, "run", "Measure a graph live under one executor",
+  auto [run, o] = add_command<RunArguments>(app, "run", "Measure a graph live under one executor",
                                          "hotpath run --executor edf-ro --duration 10 --output runs/first",
-                                         [](Arguments& arguments) {
+                                         [](RunArguments& arguments) {
                                            const bool deployed = !arguments.options.deployments.empty();
                                            if (!deployed) arguments.options.executors = {arguments.executor};
                                            run_live(arguments.options);

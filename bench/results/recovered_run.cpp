@@ -48,8 +48,14 @@ void copy_rows(const fs::path& from, const Beginnings& kept, std::ostream& out) 
 
 Summary recover_run(const fs::path& folder) {
   StoredRun killed(folder, "recover");
+  // A run says how it ended last of all: killed just before, it has every file and says nothing.
+  const bool ended = killed.check([&] {
+    const json& facts = killed.facts();
+    return facts.at("complete").get<bool>() || facts.at("partial").get<bool>() ||
+           !facts.at("failures").empty();
+  });
   const bool grows = fs::exists(folder / "jobs.csv.part") || fs::exists(folder / "chains.csv.part");
-  if (!grows && fs::exists(folder / "summary.json")) {
+  if (ended && !grows && fs::exists(folder / "summary.json")) {
     killed.fail("all that was measured is there; `hotpath summarize` reads it");
   }
   const int lock = RunFolder::lock(folder);

@@ -96,6 +96,12 @@ class Recover(CommandTest):
         self.command("recover", folder)
         self.assertNotEqual(self.defect_of(folder), "")
 
+    def test_killed_before_it_said_how_it_ended(self):
+        whole = self.measure(*RUN)
+        (whole.path / "run.json").write_text(json.dumps(dict(whole.run, complete=False)))
+        self.accepted("recover", whole.path)
+        self.assertEqual(self.defect_of(whole.path), "")
+
     def test_nothing_to_recover(self):
         whole = self.measure(*RUN)
         code, _, err = self.command("recover", whole.path)

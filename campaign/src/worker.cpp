@@ -15,7 +15,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr auto kPoll = 1ms;
+constexpr auto kLook = 1ms;
 /// Results are sent together that come within it.
 constexpr auto kTogether = 50ms;
 /// A coordinator that is silent for so many times what makes a rank lost is gone.
@@ -32,7 +32,7 @@ class Worker {
 
   void run() {
     while (!listen()) {
-      std::vector<CellResult> done = pool_.take(kPoll);
+      std::vector<CellResult> done = pool_.take(kLook);
       std::ranges::move(done, std::back_inserter(results_));
       const auto now = Clock::now();
       const bool hungry = answered_ && !asked_ && pool_.waiting() < options_.threads;

@@ -18,8 +18,6 @@ namespace {
 
 using Class = ThreadPolicy::Class;
 
-constexpr std::int64_t kMaxProcessor = 63;
-
 /// The executor's words for policies.
 constexpr std::array kPolicies = {
     EnumText<Class>{Class::other, "SCHED_OTHER"}, EnumText<Class>{Class::batch, "SCHED_BATCH"},
@@ -59,9 +57,9 @@ std::string comparable(const std::string& id) {
   return kept;
 }
 
-class Reader {
+class CieReader {
  public:
-  Reader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
+  CieReader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
       : path_(path), graph_(graph), deployment_(find_deployment("cie", graph, tasks)) {
     deployment_.file = path;
     deployment_.name = "cie:" + std::filesystem::path(path).stem().string();
@@ -176,7 +174,7 @@ void write_threads(std::ostream& out, const DeployedExecutor& executor) {
 }  // namespace
 
 Deployment read_cie(const std::string& path, const Graph& graph, const GraphTasks& tasks) {
-  return Reader(path, graph, tasks).read();
+  return CieReader(path, graph, tasks).read();
 }
 
 void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {

@@ -31,7 +31,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kRemedy =
     "a deployment is one YAML map that begins with `name: NAME` and lists `executors`";
-constexpr std::int64_t kMaxProcessor = 63;
 
 /// The file's content; keeps a pointer to `path`.
 YamlMap read_deployment(const std::string& path) {
@@ -47,9 +46,9 @@ std::string description_of(const YamlMap& map) {
 }
 
 /// Reads one file for one graph.
-class Reader {
+class DeploymentReader {
  public:
-  Reader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
+  DeploymentReader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
       : path_(path), graph_(graph), tasks_(tasks), owner_(tasks.set.groups.size(), kNobody) {
     deployment_.file = path;
     groups_.resize(graph.nodes.size());
@@ -217,10 +216,10 @@ Deployment find_deployment(const std::string& name_or_path, const Graph& graph, 
     d.description = preset.description;
     return d;
   }
-  if (is_yaml_path(name_or_path)) return Reader(name_or_path, graph, tasks).read();
+  if (is_yaml_path(name_or_path)) return DeploymentReader(name_or_path, graph, tasks).read();
   const auto files = deployment_files();
   if (const auto found = files.find(name_or_path); found != files.end()) {
-    return Reader(found->second, graph, tasks).read();
+    return DeploymentReader(found->second, graph, tasks).read();
   }
   std::vector<std::string> names;
   for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);

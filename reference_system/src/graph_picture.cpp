@@ -60,7 +60,7 @@ std::string escaped(std::string_view text) {
 }
 
 /// A quoted identifier.
-std::string quoted(std::string_view text) {
+std::string identifier(std::string_view text) {
   std::string result = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') result += '\\';
@@ -116,7 +116,7 @@ class Picture {
   }
 
   void draw() {
-    out_ << "digraph " << quoted(graph_.name) << " {\n"
+    out_ << "digraph " << identifier(graph_.name) << " {\n"
          << "  rankdir=LR; nodesep=0.4; ranksep=0.35; bgcolor=white; pad=0.2;\n"
          << "  node [fontname=\"Helvetica\", fontsize=11, margin=\"0.1,0.06\", penwidth=1.1];\n"
          << "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#78909c\", arrowsize=0.7];\n";
@@ -129,7 +129,7 @@ class Picture {
  private:
   void draw_node(const Node& node, const std::string& fill) {
     const Look& look = look_of(node);
-    out_ << "  " << quoted(node.name) << " [shape=" << look.shape << ", style=\"" << look.style
+    out_ << "  " << identifier(node.name) << " [shape=" << look.shape << ", style=\"" << look.style
          << "\", fillcolor=\"" << fill << "\", label=<" << label(node) << ">, color=\"";
     if (on_hot_path(graph_, node)) {
       out_ << kHotColour << "\", penwidth=2.6];\n";
@@ -140,8 +140,8 @@ class Picture {
 
   /// One node with a table, so that its rows stay together. No node of a graph has a slash in its name.
   void draw_legend() {
-    out_ << "  subgraph cluster_legend {\n    label=" << quoted(deployment_->name)
-         << "; fontname=\"Helvetica\"; fontsize=11;\n    " << quoted("deployment/" + deployment_->name)
+    out_ << "  subgraph cluster_legend {\n    label=" << identifier(deployment_->name)
+         << "; fontname=\"Helvetica\"; fontsize=11;\n    " << identifier("deployment/" + deployment_->name)
          << " [shape=plain, label=<<table border=\"0\">";
     for (std::size_t e = 0; e < deployment_->executors.size(); ++e) {
       out_ << "<tr><td border=\"1\" bgcolor=\"" << executor_colour(e)
@@ -153,7 +153,7 @@ class Picture {
 
   void draw_edge(const GraphEdge& edge) {
     const Node& from = graph_.nodes[edge.source];
-    out_ << "  " << quoted(from.name) << " -> " << quoted(graph_.nodes[edge.target].name) << " [";
+    out_ << "  " << identifier(from.name) << " -> " << identifier(graph_.nodes[edge.target].name) << " [";
     if (edge.topic != from.name) out_ << "label=<" << escaped(edge.topic) << ">, ";
     if (edge.hot) {
       out_ << "color=\"" << kHotColour << "\", penwidth=2.6, weight=4";

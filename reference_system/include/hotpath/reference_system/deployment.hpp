@@ -11,6 +11,9 @@
 
 namespace hotpath {
 
+/// The highest number of a processor that a file may name: ThreadPlan keeps them as 64 bits.
+inline constexpr std::int64_t kMaxProcessor = 63;
+
 /// One executor of a deployment, and how the operating system treats its threads.
 struct DeployedExecutor {
   std::string name;      ///< Unique in the deployment.
