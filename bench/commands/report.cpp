@@ -24,10 +24,10 @@ void run_tool(const std::string& command, std::vector<std::string> words, const 
 }  // namespace
 
 void add_report_command(CLI::App& app) {
-  auto [command, o] =
-      add_command<ReportArguments>(app, "report", "One page, HTML and Markdown, about any runs or comparisons",
-                             "hotpath report runs/live runs/simulated --output page",
-                             [](const ReportArguments& a) { run_tool("report", a.runs, "--output", a.output); });
+  auto [command, o] = add_command<ReportArguments>(
+      app, "report", "One page, HTML and Markdown, about any runs or comparisons",
+      "hotpath report runs/live runs/simulated --output page",
+      [](const ReportArguments& a) { run_tool("report", a.runs, "--output", a.output); });
   command.add_option("RUN", o.runs, "Folders of `hotpath run`, `compare` or `simulate`")->required();
   add_text(command, "--output", o.output, "FOLDER",
            "Folder of the page; by default report/ in the first RUN");

@@ -82,12 +82,13 @@ void add_run_options(CLI::App& command, RunOptions& o) {
 
 void add_run_command(CLI::App& app) {
   auto [run, o] = add_command<RunArguments>(app, "run", "Measure a graph live under one executor",
-                                         "hotpath run --executor edf-ro --duration 10 --output runs/first",
-                                         [](RunArguments& arguments) {
-                                           const bool deployed = !arguments.options.deployments.empty();
-                                           if (!deployed) arguments.options.executors = {arguments.executor};
-                                           run_live(arguments.options);
-                                         });
+                                            "hotpath run --executor edf-ro --duration 10 --output runs/first",
+                                            [](RunArguments& arguments) {
+                                              const bool deployed = !arguments.options.deployments.empty();
+                                              if (!deployed)
+                                                arguments.options.executors = {arguments.executor};
+                                              run_live(arguments.options);
+                                            });
   add_text(run, "--executor,--executors", o.executor, "NAME", "One of `hotpath list executors`")
       ->group(kWhatRuns);
   add_deployments_option(run, o.options);
