@@ -13,12 +13,16 @@ using exact::add;
 
 BusyLevel::BusyLevel(const GraphTopology& topology, const GraphOrder& order, const GraphOverheads& overheads,
                      std::int64_t its_rank)
-    : rank(its_rank), member_of(topology.size(), kNone), topology_(topology), overheads_(overheads) {
+    : rank(its_rank),
+      node_of(topology.size(), kNone),
+      timers_of(topology.size(), kNone),
+      topology_(topology),
+      overheads_(overheads) {
   for (const TaskId id : topology.order()) {
-    if (order.rank[id] <= rank) add_member(id);
+    if (order.rank[id] <= rank) add_task(id);
   }
-  for (const Member& m : std::vector<Member>(members)) {
-    if (topology.join_of(m.id) != nullptr) join_at(topology.join_index(m.id));
+  for (TaskId id = 0; id < topology.size(); ++id) {
+    if (inside(id) && topology.join_of(id)) join_at(topology.join_index(id));
   }
   add_up();
   if (utilisation > 1) return;
@@ -30,69 +34,66 @@ std::int64_t BusyLevel::job_work(TaskId id) const {
   return add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
-void BusyLevel::add_member(TaskId id) {
-  Member m;
-  m.id = id;
-  const Task& task = topology_.set()[id];
-  m.timer = task.kind == TaskKind::timer;
-  if (m.timer) {
-    const auto known = std::ranges::find(periods, task.period.count());
-    m.period = static_cast<std::size_t>(known - periods.begin());
-    if (known == periods.end()) periods.push_back(task.period.count());
-  }
-  m.work = topology_.join_of(id) ? overheads_.job : job_work(id);
-  std::vector<std::size_t> seen;
+void BusyLevel::add_task(TaskId id) {
+  std::vector<std::size_t> before;
   for (const TaskId p : topology_.publishers(id)) {
     if (!inside(p)) continue;
-    if (topology_.join_of(p) == nullptr) {
-      publishers.push_back(member_of[p]);
-    } else if (const std::size_t j = join_at(topology_.join_index(p)); std::ranges::count(seen, j) == 0) {
-      seen.push_back(j);
-    }
+    const bool joined = topology_.join_of(p) != nullptr;
+    const std::size_t from = joined ? join_at(topology_.join_index(p)) : node_of[p];
+    if (!joined || std::ranges::count(before, from) == 0) before.push_back(from);
   }
-  sources.insert(sources.end(), seen.begin(), seen.end());
-  m.publishers_end = publishers.size();
-  m.sources_end = sources.size();
-  member_of[id] = members.size();
-  members.push_back(m);
+  const std::size_t own = nodes.size();
+  for (const std::size_t from : before) nodes[from].feeds.push_back(own);
+  node_of[id] = own;
+  const bool joined = topology_.join_of(id) != nullptr;
+  nodes.push_back({.id = id, .joined = joined, .work = joined ? overheads_.job : job_work(id)});
+  const Task& task = topology_.set()[id];
+  if (task.kind != TaskKind::timer) return;
+  const auto same = [&](const Timers& some) {
+    return some.period == task.period.count() && some.deadline == task.deadline.count();
+  };
+  const auto known = std::ranges::find_if(timers, same);
+  timers_of[id] = static_cast<std::size_t>(known - timers.begin());
+  if (known == timers.end()) timers.push_back({task.period.count(), task.deadline.count(), {}});
+  timers[timers_of[id]].nodes.push_back(own);
 }
 
-/// The place of a join whose inputs in the level are members already.
+/// The place of a join whose inputs in the level have theirs already.
 std::size_t BusyLevel::join_at(std::size_t index) {
-  const auto known = std::ranges::find(joins, index, &Join::index);
-  if (known != joins.end()) return static_cast<std::size_t>(known - joins.begin());
-  Join join{index, {}, true, topology_.join_work(index)};
+  Node join{.join = index, .work = topology_.join_work(index)};
   for (const TaskId input : topology_.graph().joins[index].inputs) {
     if (inside(input)) {
-      join.inputs.push_back(member_of[input]);
+      join.inputs.push_back(node_of[input]);
     } else {
       join.complete = false;
     }
   }
-  joins.push_back(std::move(join));
-  return joins.size() - 1;
+  std::vector<std::size_t>& known = nodes[join.inputs.front()].feeds;
+  if (!known.empty()) return known.front();
+  for (const std::size_t input : join.inputs) nodes[input].feeds = {nodes.size()};
+  nodes.push_back(std::move(join));
+  return nodes.size() - 1;
 }
 
 void BusyLevel::add_up() {
-  std::vector<double> rate(members.size(), 0);
-  const auto slowest = [&](const Join& join) {
-    double least = join.complete ? std::numeric_limits<double>::max() : 0;
-    for (const std::size_t input : join.inputs) least = std::min(least, rate[input]);
-    return least;
-  };
   for (const TaskId timer : topology_.timers()) {
     utilisation +=
         static_cast<double>(overheads_.release) / static_cast<double>(topology_.set()[timer].period.count());
   }
-  std::size_t publisher = 0, source = 0;
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    const Member& m = members[i];
-    if (m.timer) rate[i] += 1.0 / static_cast<double>(periods[m.period]);
-    for (; publisher < m.publishers_end; ++publisher) rate[i] += rate[publishers[publisher]];
-    for (; source < m.sources_end; ++source) rate[i] += slowest(joins[sources[source]]);
-    utilisation += rate[i] * static_cast<double>(m.work);
+  std::vector<double> rate(nodes.size(), 0);
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const Node& node = nodes[n];
+    if (node.id == kNoTask) {
+      rate[n] = node.complete ? std::numeric_limits<double>::max() : 0;
+      for (const std::size_t input : node.inputs) rate[n] = std::min(rate[n], rate[input]);
+    } else if (timers_of[node.id] != kNone) {
+      rate[n] += 1.0 / static_cast<double>(timers[timers_of[node.id]].period);
+    }
+    for (const std::size_t fed : node.feeds) {
+      if (nodes[fed].id != kNoTask) rate[fed] += rate[n];
+    }
+    utilisation += rate[n] * static_cast<double>(node.work);
   }
-  for (const Join& join : joins) utilisation += slowest(join) * static_cast<double>(join.work);
 }
 
 /// Of those with the same effect the longest.
@@ -114,26 +115,13 @@ std::vector<Blocker> BusyLevel::all_blockers() const {
   return all;
 }
 
-/// By member; where joins are on its way, at most.
+/// By node; where joins are on its way, at most.
 std::vector<BusyLevel::Effect> BusyLevel::effects() const {
-  std::vector<Effect> of(members.size()), of_joins(joins.size());
-  for (std::size_t j = 0; j < joins.size(); ++j) of_joins[j] = {joins[j].work, false};
-  for (std::size_t i = members.size(); i-- > 0;) {
-    const Member& m = members[i];
-    Effect& own = of[i];
-    own.work = add(own.work, m.work);
-    if (topology_.join_of(m.id) != nullptr) {
-      const auto join = std::ranges::find(joins, topology_.join_index(m.id), &Join::index);
-      own = {add(own.work, of_joins[static_cast<std::size_t>(join - joins.begin())].work), false};
-    }
-    const std::size_t first_publisher = i > 0 ? members[i - 1].publishers_end : 0;
-    for (std::size_t p = first_publisher; p < m.publishers_end; ++p) {
-      Effect& publisher = of[publishers[p]];
-      publisher = {add(publisher.work, own.work), publisher.exact && own.exact};
-    }
-    const std::size_t first_source = i > 0 ? members[i - 1].sources_end : 0;
-    for (std::size_t s = first_source; s < m.sources_end; ++s) {
-      of_joins[sources[s]].work = add(of_joins[sources[s]].work, own.work);
+  std::vector<Effect> of(nodes.size());
+  for (std::size_t n = nodes.size(); n-- > 0;) {
+    of[n] = {nodes[n].work, nodes[n].id != kNoTask};
+    for (const std::size_t fed : nodes[n].feeds) {
+      of[n] = {add(of[n].work, of[fed].work), of[n].exact && of[fed].exact};
     }
   }
   return of;
@@ -147,7 +135,7 @@ void BusyLevel::drop_dominated() {
     if (blocker.task == kNoTask) return sum;
     for (const TaskId fed : topology_.set()[blocker.task].feeds) {
       if (!inside(fed)) continue;
-      const Effect& of = effect[member_of[fed]];
+      const Effect& of = effect[node_of[fed]];
       sum = {add(sum.work, of.work), sum.exact && of.exact};
     }
     return sum;

@@ -21,36 +21,35 @@ struct Blocker {
 /// The jobs of a rank and of those before it: what the windows of that rank are made of, laid out for
 /// GraphBusyWindow to count them again and again.
 struct BusyLevel {
-  /// A task of the level. Its publishers and sources are those of the level's lists from the end of the
-  /// member before it.
-  struct Member {
-    TaskId id = kNoTask;
-    bool timer = false;
-    std::size_t period = 0;  ///< Of a timer: the index of its period.
-    std::int64_t work = 0;   ///< Of each job; of a join's inputs without that of the jobs that complete it.
-    std::size_t publishers_end = 0, sources_end = 0;
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
+  /// A task of the level, or a join that has some input in it: it has a job for each time that it fires.
+  struct Node {
+    TaskId id = kNoTask;       ///< None: a join.
+    std::size_t join = kNone;  ///< Of a join: its index in the graph.
+    bool joined = false;       ///< A task that is an input of a join.
+    bool complete = true;      ///< Of a join: all its inputs are in the level.
+    std::int64_t work = 0;     ///< Of each job; of a join's inputs without that of the jobs that complete it.
+    std::vector<std::size_t> inputs{};  ///< Of a join.
+    std::vector<std::size_t>
+        feeds{};  ///< A job of it brings one to each of these; of a join's input: the join.
   };
-  /// A join that has some input in the level.
-  struct Join {
-    std::size_t index = 0;            ///< In the graph.
-    std::vector<std::size_t> inputs;  ///< Members.
-    bool complete = true;             ///< All its inputs are members.
-    std::int64_t work = 0;            ///< Of a job that completes it.
+  /// Timers with equally many jobs in any window.
+  struct Timers {
+    std::int64_t period, deadline;
+    std::vector<std::size_t> nodes;
   };
 
   BusyLevel(const GraphTopology& topology, const GraphOrder& order, const GraphOverheads& overheads,
             std::int64_t rank);
 
-  [[nodiscard]] bool inside(TaskId id) const { return member_of[id] != kNone; }
+  [[nodiscard]] bool inside(TaskId id) const { return node_of[id] != kNone; }
 
-  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   std::int64_t rank;
-  std::vector<std::int64_t> periods;    ///< Of its timers, each once.
-  std::vector<Member> members;          ///< Each behind those that activate it.
-  std::vector<std::size_t> publishers;  ///< Members that are in no join.
-  std::vector<std::size_t> sources;     ///< Joins that publish to members.
-  std::vector<Join> joins;
-  std::vector<std::size_t> member_of;  ///< By task; kNone: it is outside.
+  std::vector<Timers> timers;
+  std::vector<Node> nodes;             ///< Each behind those that feed it.
+  std::vector<std::size_t> node_of;    ///< By task; kNone: it is outside.
+  std::vector<std::size_t> timers_of;  ///< By task: the index in `timers`; kNone: it is none of them.
   std::vector<Blocker> blockers;       ///< Each delays something more than all others; empty above 1.
   double utilisation = 0;              ///< Long-run work of its jobs per time.
   std::optional<std::int64_t> window;  ///< Its longest window, for GraphBusyWindow; none: it has no end.
@@ -62,7 +61,7 @@ struct BusyLevel {
     bool exact = true;
   };
 
-  void add_member(TaskId id);
+  void add_task(TaskId id);
   std::size_t join_at(std::size_t index);
   void add_up();
   [[nodiscard]] std::int64_t job_work(TaskId id) const;

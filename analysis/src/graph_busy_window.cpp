@@ -7,6 +7,7 @@
 
 #include "busy_level.hpp"
 #include "hotpath/analysis/exact.hpp"
+#include "job_counts.hpp"
 
 namespace hotpath {
 
@@ -20,13 +21,12 @@ constexpr std::uint64_t kMaxSteps = 10'000;
 constexpr std::int64_t kEndless = std::int64_t{1} << 60;
 /// Above so many steps of a deadline several are taken together.
 constexpr std::size_t kMaxDeadlineSteps = 32;
-constexpr std::int64_t kUnknown = -1;
 constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
 
-/// Jobs of a timer released from 0 on whose deadlines are not later.
-std::int64_t urgent_jobs(const Task& timer, std::int64_t deadline) {
-  const std::int64_t latest = deadline - timer.deadline.count();
-  return latest < 0 ? 0 : latest / timer.period.count() + 1;
+/// Jobs of one of the timers released from 0 on whose deadlines are not later.
+std::int64_t urgent_jobs(const BusyLevel::Timers& timer, std::int64_t deadline) {
+  const std::int64_t latest = deadline - timer.deadline;
+  return latest < 0 ? 0 : latest / timer.period + 1;
 }
 
 }  // namespace
@@ -45,14 +45,24 @@ struct GraphBusyWindow::Query {
   std::int64_t root_jobs = 0;               ///< Of `root`, up to the one looked at.
   bool closed = true;                       ///< What is released at the end of an interval counts.
   std::optional<std::int64_t> deadline;     ///< Behind the window's start: later ones do not precede.
-  /// For work(), in the level's order: by member (without the target's own, which may be pending in a join),
-  /// by join, and of timers by period.
-  std::vector<std::int64_t> jobs, outputs, arrivals;
+  /// For work(): the level's rank, then jobs of each of its timers.
+  std::vector<std::int64_t> timers;
+};
+
+/// What work() needs again and again.
+struct GraphBusyWindow::Counting {
+  explicit Counting(std::size_t nodes) : change(nodes) {}
+  KnownCounts known;
+  JobChange change;
+  const JobCounts* all = nullptr;  ///< To which `change` applies.
 };
 
 GraphBusyWindow::GraphBusyWindow(const GraphTopology& topology, GraphOrder order,
                                  const GraphOverheads& overheads)
-    : topology_(topology), order_(std::move(order)), overheads_(overheads) {}
+    : topology_(topology),
+      order_(std::move(order)),
+      overheads_(overheads),
+      counting_(std::make_unique<Counting>(topology.size() + topology.graph().joins.size())) {}
 
 GraphBusyWindow::~GraphBusyWindow() = default;
 
@@ -99,20 +109,20 @@ std::int64_t GraphBusyWindow::job_work(TaskId id) const {
 }
 
 const BusyLevel& GraphBusyWindow::level(std::int64_t rank) const {
-  const auto [entry, is_new] = levels_.try_emplace(rank);
-  if (!is_new) return *entry->second;
-  entry->second = std::make_unique<BusyLevel>(topology_, order_, overheads_, rank);
-  BusyLevel& level = *entry->second;
-  if (level.utilisation > 1) return level;
-  level.window = 0;
-  for (const Blocker& blocker : level.blockers) {
+  std::unique_ptr<BusyLevel>& known = levels_[rank];
+  if (known) return *known;
+  known = std::make_unique<BusyLevel>(topology_, order_, overheads_, rank);
+  if (known->utilisation > 1) return *known;
+  std::optional<std::int64_t> longest = 0;
+  for (const Blocker& blocker : known->blockers) {
     Query window;
-    window.level = &level;
+    window.level = known.get();
     window.blocker = blocker;
-    level.window = end_of_work(window, *level.window);
-    if (!level.window) break;
+    longest = end_of_work(window, *longest);
+    if (!longest) break;
   }
-  return level;
+  known->window = longest;
+  return *known;
 }
 
 std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed) const {
@@ -129,68 +139,56 @@ std::int64_t GraphBusyWindow::releases_work(std::int64_t t) const {
   return sum;
 }
 
-/// Most jobs of the join's inputs that complete it: at the start of the window one of them has no sample, the
-/// others may have one.
-std::int64_t GraphBusyWindow::outputs(const Query& q, std::size_t index) const {
-  const BusyLevel::Join& join = q.level->joins[index];
-  std::int64_t least = join.complete ? kEndless : 0, most = 0;
-  for (const std::size_t input : join.inputs) {
-    least = std::min(least, q.jobs[input]);
-    most = std::max(most, q.jobs[input]);
+/// Into query.timers: the jobs of the level's timers that are released within `t` of the window's start.
+void GraphBusyWindow::count_timers(Query& q, std::int64_t t) const {
+  q.timers.assign(1, q.level->rank);
+  for (const BusyLevel::Timers& some : q.level->timers) {
+    const std::int64_t jobs = arrivals(some.period, t, q.closed);
+    q.timers.push_back(q.deadline ? std::min(jobs, urgent_jobs(some, *q.deadline)) : jobs);
   }
-  const bool own = q.target != kNoTask && topology_.join_index(q.target) == join.index && q.works;
-  return std::max<std::int64_t>(0, std::min(add(least, 1), most) - (own ? 1 : 0));
-}
-
-/// Of the member's own releases within the window.
-std::int64_t GraphBusyWindow::released(const Query& q, std::size_t member) const {
-  const BusyLevel::Member& timer = q.level->members[member];
-  std::int64_t jobs = q.arrivals[timer.period];
-  if (timer.id == q.root) jobs = std::max(q.later_root_jobs ? jobs : 0, q.root_jobs);
-  return q.deadline ? std::min(jobs, urgent_jobs(topology_.set()[timer.id], *q.deadline)) : jobs;
 }
 
 /// Of the blocker and of all jobs of the window that are released within `t` of its start, without the
 /// target's own.
 std::int64_t GraphBusyWindow::work(Query& q, std::int64_t t) const {
+  count_timers(q, t);
+  return add(releases_work(t), work_of_jobs(q));
+}
+
+/// Of the blocker and of the jobs that follow from query.timers.
+std::int64_t GraphBusyWindow::work_of_jobs(const Query& q) const {
   const BusyLevel& in = *q.level;
-  q.jobs.assign(in.members.size(), 0);
-  q.outputs.assign(in.joins.size(), kUnknown);
-  q.arrivals.clear();
-  for (const std::int64_t period : in.periods) q.arrivals.push_back(arrivals(period, t, q.closed));
-  std::int64_t sum = add(q.blocker.work, releases_work(t));
+  JobChange& change = counting_->change;
+  const JobCounts& all = counting_->known.at(in, q.timers, change);
+  counting_->all = &all;
+  change.start();
   if (q.blocker.task != kNoTask) {
     for (const TaskId fed : topology_.set()[q.blocker.task].feeds) {
-      if (in.inside(fed)) q.jobs[in.member_of[fed]] = 1;
+      if (in.inside(fed)) change.add(in.node_of[fed], 1);
     }
   }
-  const auto output_of = [&](std::size_t j) {
-    if (q.outputs[j] == kUnknown) {
-      q.outputs[j] = outputs(q, j);
-      sum = add(sum, multiply(q.outputs[j], in.joins[j].work));
-    }
-    return q.outputs[j];
-  };
-  std::size_t publisher = 0, source = 0;
-  for (std::size_t i = 0; i < in.members.size(); ++i) {
-    const BusyLevel::Member& m = in.members[i];
-    std::int64_t jobs = q.jobs[i];
-    if (m.timer) jobs = add(jobs, released(q, i));
-    for (; publisher < m.publishers_end; ++publisher) jobs = add(jobs, q.jobs[in.publishers[publisher]]);
-    for (; source < m.sources_end; ++source) jobs = add(jobs, output_of(in.sources[source]));
-    const bool is_target = m.id == q.target;
-    sum = add(sum, multiply(jobs - (is_target ? 1 : 0), m.work));
-    // What the target's own job publishes comes after its start; what it completes, outputs() leaves out.
-    q.jobs[i] = is_target && topology_.join_of(m.id) == nullptr ? jobs - 1 : jobs;
+  if (q.root != kNoTask) {
+    const std::size_t timers = in.timers_of[q.root];
+    const std::int64_t jobs = q.timers[timers + 1];
+    const std::int64_t own =
+        q.deadline ? std::min(q.root_jobs, urgent_jobs(in.timers[timers], *q.deadline)) : q.root_jobs;
+    change.add(in.node_of[q.root], std::max(q.later_root_jobs ? jobs : 0, own) - jobs);
   }
-  for (std::size_t j = 0; j < in.joins.size(); ++j) output_of(j);
-  return sum;
+  const std::size_t target = q.target == kNoTask ? BusyLevel::kNone : in.node_of[q.target];
+  return add(add(q.blocker.work, all.work), change.finish(in, all, target, q.works));
 }
 
 /// Least t >= `from` at which all work released before is done; none if that takes for ever.
 std::optional<std::int64_t> GraphBusyWindow::end_of_work(Query& q, std::int64_t from) const {
   std::uint64_t steps = 0;
-  const auto next = [&](std::int64_t t) { return ++steps > kMaxSteps ? kEndless : std::max(t, work(q, t)); };
+  std::vector<std::int64_t> counted;
+  std::int64_t jobs = 0;
+  const auto next = [&](std::int64_t t) {
+    if (++steps > kMaxSteps) return kEndless;
+    count_timers(q, t);
+    if (q.timers != counted) jobs = work_of_jobs(q), counted = q.timers;
+    return std::max(t, add(releases_work(t), jobs));
+  };
   return exact::least_fixed_point(from, next, kEndless - 1);
 }
 
@@ -363,17 +361,24 @@ PathParts GraphBusyWindow::parts_of(const Query& q) const {
   parts.blocking = q.blocker.work;
   parts.blocker = q.blocker.longest;
   const BusyLevel& in = *q.level;
-  for (std::size_t i = 0; i < in.members.size(); ++i) {
-    const BusyLevel::Member& m = in.members[i];
-    const CallbackGraph::Join* join = topology_.join_of(m.id);
-    std::int64_t sum = multiply(add(q.jobs[i], m.id == q.target && join == nullptr ? 1 : 0), m.work);
-    if (join != nullptr && join->inputs.front() == m.id) {
-      const auto j = std::ranges::find(in.joins, topology_.join_index(m.id), &BusyLevel::Join::index);
-      const bool own = topology_.join_index(q.target) == j->index;
-      const std::int64_t outputs = q.outputs[static_cast<std::size_t>(j - in.joins.begin())] + (own ? 1 : 0);
-      sum = add(sum, multiply(outputs, j->work));
+  std::vector<std::int64_t> work(in.nodes.size(), 0);
+  const auto work_of = [&](std::size_t n, bool is_target) {
+    const std::int64_t jobs = add(counting_->all->jobs[n], counting_->change.of(n));
+    return multiply(add(jobs, is_target ? 1 : 0), in.nodes[n].work);
+  };
+  for (std::size_t n = 0; n < in.nodes.size(); ++n) {
+    const BusyLevel::Node& node = in.nodes[n];
+    if (node.id != kNoTask) {
+      work[n] = work_of(n, node.id == q.target && !node.joined);
+      continue;
     }
-    if (sum > 0) parts.work.emplace_back(m.id, sum);
+    const bool own = topology_.join_index(q.target) == node.join;
+    if (const TaskId first = topology_.graph().joins[node.join].inputs.front(); in.inside(first)) {
+      work[in.node_of[first]] = add(work[in.node_of[first]], work_of(n, own));
+    }
+  }
+  for (std::size_t n = 0; n < in.nodes.size(); ++n) {
+    if (work[n] > 0) parts.work.emplace_back(in.nodes[n].id, work[n]);
   }
   std::ranges::stable_sort(parts.work, std::greater<>(), [](const auto& part) { return part.second; });
   return parts;

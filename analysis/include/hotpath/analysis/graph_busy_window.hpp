@@ -47,6 +47,7 @@ class GraphBusyWindow : public PathBounds {
 
  private:
   struct Query;
+  struct Counting;
   /// Timestamps of a root behind the window's start, and the longest job with a later deadline that may have
   /// started before.
   struct DeadlineStep {
@@ -59,9 +60,9 @@ class GraphBusyWindow : public PathBounds {
   std::int64_t job_work(TaskId id) const;
   std::int64_t releases_work(std::int64_t t) const;
   std::int64_t arrivals(std::int64_t period, std::int64_t t, bool closed) const;
-  std::int64_t outputs(const Query& query, std::size_t join) const;
-  std::int64_t released(const Query& query, std::size_t member) const;
+  void count_timers(Query& query, std::int64_t t) const;
   std::int64_t work(Query& query, std::int64_t t) const;
+  std::int64_t work_of_jobs(const Query& query) const;
   std::optional<std::int64_t> end_of_work(Query& query, std::int64_t from) const;
   std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works) const;
   std::optional<std::int64_t> find_bound(TaskId root, TaskId to, bool works, PathParts* parts) const;
@@ -81,6 +82,7 @@ class GraphBusyWindow : public PathBounds {
   const GraphTopology& topology_;
   const GraphOrder order_;
   const GraphOverheads overheads_;
+  const std::unique_ptr<Counting> counting_;
   // Filled when asked for.
   mutable std::map<std::int64_t, std::unique_ptr<BusyLevel>> levels_;
   mutable std::map<TaskId, std::optional<std::vector<DeadlineStep>>> steps_;
