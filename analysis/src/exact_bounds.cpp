@@ -116,10 +116,10 @@ void explore(const BoundedSystem& system, GraphBounds& out) {
 
 }  // namespace
 
-GraphBounds exact_bounds(const BoundedSystem& system) {
+GraphBounds exact_bounds(const BoundedSystem& system, std::uint32_t also_covers) {
   const std::uint32_t covers =
       bits({A::fixed_priorities, A::deadlines, A::subscriptions, A::shifted_phases, A::mixed_deadlines});
-  return attempt("Nasri 2017 (exact, for these phases)", assumptions_of(system) & ~covers,
+  return attempt("Nasri 2017 (exact, for these phases)", assumptions_of(system) & ~covers & ~also_covers,
                  [&](GraphBounds& out) { explore(system, out); });
 }
 

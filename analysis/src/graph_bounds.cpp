@@ -226,7 +226,8 @@ std::string not_covered(std::uint32_t missing) {
 GraphOrder priority_ranks(const BoundedSystem& system) {
   const TaskSet& set = system.graph.set;
   const SchedulerOptions& options = system.scheduling;
-  const PriorityOrder order(set, *system.executor.traits.policy, options.rule, options.ties);
+  const PriorityOrder order(set, system.executor.traits.policy.value_or(Policy::fifo), options.rule,
+                            options.ties);
   using Key = std::tuple<std::int64_t, bool, TaskId>;
   std::vector<Key> keys;
   for (TaskId id = 0; id < set.size(); ++id) {
@@ -244,7 +245,8 @@ GraphOrder priority_ranks(const BoundedSystem& system) {
 }
 
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {
-  PeriodicTasks tasks = periodic_tasks(system.graph.set, *system.executor.traits.policy);
+  PeriodicTasks tasks =
+      periodic_tasks(system.graph.set, system.executor.traits.policy.value_or(Policy::fifo));
   for (PeriodicTask& task : tasks) task.wcet = add(task.wcet, system.platform.dispatch_cost.count());
   const ReleaseMode mode = system.executor.traits.timers == TimerHandling::release_and_execute
                                ? ReleaseMode::release_and_execute

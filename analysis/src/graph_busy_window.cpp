@@ -62,7 +62,13 @@ GraphBusyWindow::GraphBusyWindow(const GraphTopology& topology, GraphOrder order
     : topology_(topology),
       order_(std::move(order)),
       overheads_(overheads),
-      counting_(std::make_unique<Counting>(topology.size() + topology.graph().joins.size())) {}
+      counting_(std::make_unique<Counting>(topology.size() + topology.graph().joins.size())) {
+  if (overheads_.release == 0) return;
+  for (const TaskId timer : topology.timers()) {
+    std::int64_t& work = release_work_[topology.set()[timer].period.count()];
+    work = add(work, overheads_.release);
+  }
+}
 
 GraphBusyWindow::~GraphBusyWindow() = default;
 
@@ -132,10 +138,7 @@ std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool
 
 std::int64_t GraphBusyWindow::releases_work(std::int64_t t) const {
   std::int64_t sum = 0;
-  if (overheads_.release == 0) return sum;
-  for (const TaskId timer : topology_.timers()) {
-    sum = add(sum, multiply(arrivals(topology_.set()[timer].period.count(), t, true), overheads_.release));
-  }
+  for (const auto& [period, work] : release_work_) sum = add(sum, multiply(arrivals(period, t, true), work));
   return sum;
 }
 

@@ -62,7 +62,7 @@ enum class Assumption : std::uint32_t {
 /// The exact worst case of timers, and of chains along sequences of subscriptions, for the phases that
 /// `system.graph` has: by the schedule-abstraction graph (Nasri 2017), one predecessor a job. Subscriptions
 /// have no bounds of their own.
-[[nodiscard]] GraphBounds exact_bounds(const BoundedSystem& system);
+[[nodiscard]] GraphBounds exact_bounds(const BoundedSystem& system, std::uint32_t also_covers = 0);
 
 /// End-to-end latency of data that a chain of timers, each of which reads what the one before wrote last,
 /// hands on: its largest reaction time and data age.

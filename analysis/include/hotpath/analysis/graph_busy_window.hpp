@@ -82,6 +82,7 @@ class GraphBusyWindow : public PathBounds {
   const GraphTopology& topology_;
   const GraphOrder order_;
   const GraphOverheads overheads_;
+  std::map<std::int64_t, std::int64_t> release_work_;  ///< By period: of a release of each of its timers.
   const std::unique_ptr<Counting> counting_;
   // Filled when asked for.
   mutable std::map<std::int64_t, std::unique_ptr<BusyLevel>> levels_;
