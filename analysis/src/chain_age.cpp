@@ -46,7 +46,7 @@ class Ages {
 
   [[noreturn]] void fail(TaskId root, TaskId to) const {
     throw AnalysisError("from " + topology_.set()[root].name + " to " + topology_.set()[to].name +
-                        " there is no bound");
+                        " there is no bound: what may run before takes all processor time");
   }
 
   using Bound = std::optional<std::int64_t> (PathBounds::*)(TaskId, TaskId) const;

@@ -131,6 +131,7 @@ void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBo
     const bool timer = topology.set()[id].kind == TaskKind::timer;
     const bool runs = !topology.roots(id).empty();
     out.tasks.push_back(!runs ? std::nullopt : timer ? paths.until_finish(id, id) : paths.response(id));
+    if (timer && out.tasks.back()) out.parts[id] = paths.parts(id, id);
   }
   for (const CallbackGraph::DataChain& chain : topology.graph().chains) {
     out.chains.push_back(chain_age(topology, paths, chain, out.no_chain_bound.emplace_back()));
@@ -291,12 +292,12 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
 
 GraphBounds attempt(const char* method, std::uint32_t missing,
                     const std::function<void(GraphBounds&)>& bound) {
-  GraphBounds out{method, {}, {}, {}, missing == 0 ? "" : not_covered(missing)};
+  GraphBounds out{method, {}, {}, {}, missing == 0 ? "" : not_covered(missing), {}};
   if (missing != 0) return out;
   try {
     bound(out);
   } catch (const AnalysisError& error) {
-    out = {method, {}, {}, {}, error.what()};
+    out = {method, {}, {}, {}, error.what(), {}};
   }
   return out;
 }

@@ -49,6 +49,14 @@ struct GraphBusyWindow::Query {
   std::vector<std::int64_t> timers;
 };
 
+/// Timestamps of a root behind the window's start, and the longest job with a later deadline that may have
+/// started before.
+struct GraphBusyWindow::DeadlineStep {
+  std::int64_t first, last;
+  Blocker blocker;
+  std::int64_t end;  ///< At which all that precedes or equals these deadlines is done.
+};
+
 /// What work() needs again and again.
 struct GraphBusyWindow::Counting {
   explicit Counting(std::size_t nodes) : change(nodes) {}
@@ -230,11 +238,13 @@ std::int64_t GraphBusyWindow::response_to(const Query& q, std::int64_t start, st
 }
 
 /// The longest job that may have started with a later deadline than one `deadline` behind the window's start.
-std::int64_t GraphBusyWindow::blocking_behind(std::int64_t deadline) const {
-  std::int64_t longest = overheads_.wake_up;
+Blocker GraphBusyWindow::blocker_behind(std::int64_t deadline) const {
+  Blocker longest{kNoTask, kNoTask, overheads_.wake_up};
   for (TaskId id = 0; id < topology_.size(); ++id) {
     const auto later = [&](TaskId timer) { return topology_.set()[timer].deadline.count() > deadline; };
-    if (std::ranges::any_of(topology_.roots(id), later)) longest = std::max(longest, job_work(id));
+    if (job_work(id) <= longest.work || !std::ranges::any_of(topology_.roots(id), later)) continue;
+    longest.longest = id;
+    longest.work = job_work(id);
   }
   return longest;
 }
@@ -248,20 +258,21 @@ const std::optional<std::vector<GraphBusyWindow::DeadlineStep>>& GraphBusyWindow
   Query whole;
   whole.level = &level(order_.rank[root]);
   // A window behind the longest job is no longer than one with that job in it twice.
-  whole.blocker.work = blocking_behind(-overheads_.lateness - 1);
+  whole.blocker = blocker_behind(-overheads_.lateness - 1);
   const auto until = whole.level->window ? end_of_work(whole, 0) : std::nullopt;
   if (!until) return entry->second;
   const std::int64_t own = topology_.set()[root].deadline.count();
   const std::vector<std::int64_t> starts = deadline_starts(root, *until);
-  std::vector<DeadlineStep>& steps = entry->second.emplace();
+  std::vector<DeadlineStep> steps;
   const std::size_t stride = ceil_div(static_cast<std::int64_t>(starts.size()), kMaxDeadlineSteps);
   for (std::size_t i = 0; i < starts.size(); i += stride) {
     const std::int64_t last = i + stride < starts.size() ? starts[i + stride] - 1 : *until;
-    steps.push_back({starts[i], last, blocking_behind(add(starts[i], own) - overheads_.lateness), 0});
+    steps.push_back({starts[i], last, blocker_behind(add(starts[i], own) - overheads_.lateness), 0});
     Query all = query(root, steps.back());
     const auto end = end_of_work(all, 0);
     steps.back().end = end ? *end : kEndless;
   }
+  entry->second = std::move(steps);
   return entry->second;
 }
 
@@ -293,8 +304,8 @@ GraphBusyWindow::Query GraphBusyWindow::query(TaskId root, const DeadlineStep& s
   q.later_root_jobs = false;
   q.deadline = add(step.last, task.deadline.count());
   q.root_jobs = step.last / task.period.count() + 1;
-  q.blocker.work = step.blocking;
-  q.closed = step.blocking == 0 || !order_.releases_first;
+  q.blocker = step.blocker;
+  q.closed = step.blocker.work == 0 || !order_.releases_first;
   return q;
 }
 

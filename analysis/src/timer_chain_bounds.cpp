@@ -85,9 +85,13 @@ std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
                                                 const std::vector<std::string>& names,
                                                 std::uint32_t also_covers) {
   const std::uint32_t present = assumptions_of(system);
-  std::vector<TimerChainBound> bounds;
+  std::vector<TimerChainBound> bounds, refused;
   for (const Response& r : kResponses) {
-    if ((present & ~(r.covers | kCosts | kAnyPhases | also_covers)) != 0) continue;
+    const std::uint32_t uncovered = present & ~(r.covers | kCosts | kAnyPhases | also_covers);
+    if (uncovered != 0) {
+      refused.push_back({r.name, std::nullopt, not_covered(uncovered)});
+      continue;
+    }
     OverheadAwareResponse response;
     try {
       response = timer_responses(system, r.analysis);
@@ -112,7 +116,7 @@ std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
       return teper_2024(callbacks, task_chain(in_order, names, Revisits::allowed));
     }));
   }
-  return bounds;
+  return bounds.empty() ? refused : bounds;
 }
 
 }  // namespace hotpath

@@ -66,6 +66,7 @@ class BoundReport {
       const bool timer = set_[id].kind == TaskKind::timer;
       Row row{{"task", executor, set_[id].name}, bounds.method, bounds.tasks[id]};
       if (timer) row.deadline = set_[id].deadline.count();
+      if (bounds.parts.contains(id)) row.dominated_by = consists_of(bounds.parts.at(id));
       add_row(tasks, row, {timer ? in_ms(row.deadline) : ""});
     }
     std::cout << tasks;
@@ -113,23 +114,26 @@ class BoundReport {
 
   /// What to change for a smaller bound.
   std::string dominated_by(const ChainAge& age) const {
-    constexpr std::size_t kMost = 5;
-    const auto part = [](std::int64_t ns, const std::string& what) { return in_ms(ns) + " " + what; };
     std::string out;
     if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set_[age.waited_at].name + "; ");
     out += part(age.response, "ms behind " + set_[age.last_timer].name + "'s timestamp");
-    if (age.parts.work.empty()) return out;
-    out += ": ";
-    if (age.parts.blocking > 0) {
-      const bool job = age.parts.blocker != kNoTask;
-      out +=
-          part(age.parts.blocking, job ? "blocked by " + set_[age.parts.blocker].name + "; " : "waking up; ");
-    }
-    for (std::size_t i = 0; i < std::min(kMost, age.parts.work.size()); ++i) {
-      out += (i > 0 ? "; " : "") + part(age.parts.work[i].second, set_[age.parts.work[i].first].name);
-    }
-    return out + (age.parts.work.size() > kMost ? "; ..." : "");
+    return age.parts.work.empty() ? out : out + ": " + consists_of(age.parts);
   }
+
+  std::string consists_of(const PathParts& parts) const {
+    constexpr std::size_t kMost = 5;
+    std::string out;
+    if (parts.blocking > 0) {
+      const bool job = parts.blocker != kNoTask;
+      out += part(parts.blocking, job ? "blocked by " + set_[parts.blocker].name + "; " : "waking up; ");
+    }
+    for (std::size_t i = 0; i < std::min(kMost, parts.work.size()); ++i) {
+      out += (i > 0 ? "; " : "") + part(parts.work[i].second, set_[parts.work[i].first].name);
+    }
+    return out + (parts.work.size() > kMost ? "; ..." : "");
+  }
+
+  static std::string part(std::int64_t ns, const std::string& what) { return in_ms(ns) + " " + what; }
 
   struct Row {
     std::array<std::string, 3> key;  ///< Kind, executor, name.

@@ -202,7 +202,6 @@ class Analysis {
       table.add_row({b.method, in_ms(b.latency), b.refusal});
     }
     std::cout << "\n" << table;
-    if (table.empty()) std::cout << "no published bound covers this executor\n";
   }
 
   std::string command_of_run() const {

@@ -153,6 +153,15 @@ class AnalyzeTest(CommandTest):
             chains = [row for row in csv.DictReader(file) if row["kind"] == "chain"]
         self.assertEqual([row["name"] for row in chains], ["localization", "lane_detection"])
         self.assertIn("blocked by Localization/PointsTransformer", chains[1]["dominated_by"])
+        self.assertRegex(self.of_timer(page, "IMU"), "^19.900 blocked by Localization/PointsTransformer; 0.900 IMU")
+        self.accepted("analyze", "sequences", "--executors", "edf-ro", "--page", page)
+        self.assertIn("blocked by Localization/PointsTransformer", self.of_timer(page, "IMU"))
+
+    def of_timer(self, page: Path, name: str) -> str:
+        """What its tightest bound consists of."""
+        with (page / "bounds.csv").open(encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if row["name"] == name and row["bound_ns"]]
+        return min(rows, key=lambda row: int(row["bound_ns"]))["dominated_by"]
 
     def tampered(self, kind: str) -> Path:
         """A run with a latency of one chain that no run can have."""

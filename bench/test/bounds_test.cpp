@@ -41,7 +41,6 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Unchecked{"fp-ro", Assumption::fixed_priorities}, Unchecked{"edf-ro", Assumption::deadlines},
         Unchecked{"default", Assumption::polling}, Unchecked{"rm-ro", Assumption::costs},
-
         Unchecked{"events-ro", Assumption::activation_order}, Unchecked{"static", Assumption::other_order},
         Unchecked{"rm-re", Assumption::runs_timers}, Unchecked{"multi:2", Assumption::several_threads},
         Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},

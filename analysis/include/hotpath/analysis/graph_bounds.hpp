@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,7 +28,8 @@ struct GraphBounds {
   std::vector<std::optional<ChainAge>>
       chains;                               ///< Parallel to the graph's chains. Empty: not a method for them.
   std::vector<std::string> no_chain_bound;  ///< Parallel to `chains`: why there is none.
-  std::string refusal;  ///< What it does not cover, and which method does; empty: it applies.
+  std::string refusal;                ///< What it does not cover, and which method does; empty: it applies.
+  std::map<TaskId, PathParts> parts;  ///< What the bounds of timers consist of, if the method knows.
 };
 
 /// Something about a system that a method must cover to be applied to it.

@@ -12,6 +12,7 @@
 
 namespace hotpath {
 
+struct Blocker;
 struct BusyLevel;
 
 /// The order in which one executor thread runs what is pending: jobs of the smaller rank first.
@@ -48,12 +49,7 @@ class GraphBusyWindow : public PathBounds {
  private:
   struct Query;
   struct Counting;
-  /// Timestamps of a root behind the window's start, and the longest job with a later deadline that may have
-  /// started before.
-  struct DeadlineStep {
-    std::int64_t first, last, blocking;
-    std::int64_t end;  ///< At which all that precedes or equals these deadlines is done.
-  };
+  struct DeadlineStep;
 
   const BusyLevel& level(std::int64_t rank) const;
   std::int64_t largest_rank(TaskId root, TaskId to) const;
@@ -67,7 +63,7 @@ class GraphBusyWindow : public PathBounds {
   std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works) const;
   std::optional<std::int64_t> find_bound(TaskId root, TaskId to, bool works, PathParts* parts) const;
   std::optional<std::int64_t> bound_by_deadline(TaskId root, TaskId to, bool works, PathParts* parts) const;
-  std::int64_t blocking_behind(std::int64_t deadline) const;
+  Blocker blocker_behind(std::int64_t deadline) const;
   const std::optional<std::vector<DeadlineStep>>& deadline_steps(TaskId root) const;
   std::vector<std::int64_t> deadline_starts(TaskId root, std::int64_t until) const;
   Query query(TaskId root, const DeadlineStep& step) const;
