@@ -205,20 +205,32 @@ class Analysis {
   }
 
   std::string command_of_run() const {
-    const nlohmann::json& f = trace_->facts();
     std::string command =
         "hotpath simulate --graph " + options_.graph + " --executors " + joined(trace_->executors(), ",");
-    for (const char* key :
-         {"phases", "repetitions", "seed", "rule", "ties", "load_given", "duration_s", "warm_up_s"}) {
-      if (!f.contains(key) || f[key].is_null()) continue;
-      std::string option = key;
-      option = option == "load_given"   ? "load"
-               : option == "warm_up_s"  ? "warm-up"
-               : option == "duration_s" ? "duration"
-                                        : option;
-      command += " --" + option + " " + (f[key].is_string() ? f[key].get<std::string>() : f[key].dump());
+    const auto add = [&](const nlohmann::json& value, std::string option) {
+      std::ranges::replace(option, '_', '-');
+      command += " --" + option + " " + (value.is_string() ? value.get<std::string>() : value.dump());
+    };
+    constexpr std::pair<const char*, const char*> kOptions[] = {{"phases", "phases"},
+                                                                {"repetitions", "repetitions"},
+                                                                {"seed", "seed"},
+                                                                {"rule", "rule"},
+                                                                {"ties", "ties"},
+                                                                {"load_given", "load"},
+                                                                {"rate_percent", "rate"},
+                                                                {"copies", "copies"},
+                                                                {"duration_s", "duration"},
+                                                                {"warm_up_s", "warm-up"},
+                                                                {"entity_order", "entity-order"},
+                                                                {"execution_times", "execution-times"}};
+    const nlohmann::json& facts = trace_->facts();
+    for (const auto& [key, option] : kOptions) {
+      if (facts.contains(key) && !facts[key].is_null()) add(facts[key], option);
     }
-    return command + (costs_text() == "no costs" ? "" : " with " + costs_text());
+    for (const auto& [key, value] : facts.at("platform").items()) {
+      if (value != 0) add(value, key);
+    }
+    return command;
   }
 
   /// What the page is made from, then the page.

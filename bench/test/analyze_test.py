@@ -165,7 +165,8 @@ class AnalyzeTest(CommandTest):
 
     def tampered(self, kind: str) -> Path:
         """A run with a latency of one chain that no run can have."""
-        run = self.simulated("sequences", "rm-ro", seconds=1, repetitions=1)
+        costs = ("--dispatch-cost-us", 20) if kind == "simulated" else ()
+        run = self.simulated("sequences", "rm-ro", *costs, seconds=1, repetitions=1)
         lines = (run / "chains.csv").read_text().splitlines()
         cells = lines[-1].split(",")
         cells[lines[0].split(",").index("end_to_end_latency_ns")] = "900000000"
@@ -179,6 +180,9 @@ class AnalyzeTest(CommandTest):
         self.assertEqual(code, 1)
         self.assertRegex(err, r"1 of \d+ observed values \(.*%\) exceed their bound, first chain .* under rm-ro by busy")
         self.assertRegex(err, r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --graph")
+        reproduce = err.strip().split("reproduces it: hotpath ")[1].split()
+        self.assertIn("--dispatch-cost-us", reproduce)
+        self.accepted(*reproduce, "--output", self.folder / "again")
 
     def test_a_live_run_may_exceed_bounds_unless_strict(self):
         run = self.tampered("live")
