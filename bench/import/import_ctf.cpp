@@ -185,6 +185,8 @@ class CtfImport final : public RecordedJobSink {
   }
 
   std::string no_jobs() const {
+    if (!reading_.broken_off.empty() && assembler_.system().nodes.empty())
+      return options_.trace + " breaks off " + reading_.broken_off + "; no event of ros2_tracing lies before";
     if (assembler_.system().nodes.empty()) {
       return options_.trace +
              " has no events of ros2_tracing; record user-space events `ros2:*` (`lttng enable-event -u "
