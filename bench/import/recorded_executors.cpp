@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "program/text.hpp"
 
@@ -225,6 +226,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   const bool two_wake_ups = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
   std::map<std::int32_t, Time> busy_until;        // by processor: by the jobs before the one at hand
   std::map<std::uint32_t, std::size_t> previous;  // by thread
+  std::map<std::uint32_t, Time> group_until;      // by callback group: by its jobs before the one at hand
   std::vector<Duration> dispatch, wait, wake_up, delivery;
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
     if (i > 0 && window.jobs[i - 1].ended) {
@@ -238,10 +240,15 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
     const std::size_t last = has_previous ? before->second : i;
     previous[job.thread] = i;
     const TaskId task = window.records[i].job.task;
-    if (!has_previous || task == kNoTask) continue;
+    if (task == kNoTask) continue;
+    const Time timestamp = window.records[i].job.timestamp;
+    Time& of_group = group_until[graph.tasks.set[task].group];
+    const Time group_free = std::exchange(of_group, std::max(of_group, job.finish));
+    if (!has_previous) continue;
+    // It waited for its callback group, which another thread served.
+    if (group_free > std::max(timestamp, window.jobs[last].finish)) continue;
     const Duration gap = job.start - window.jobs[last].finish;
     if (gap < Duration::zero()) continue;  // one within the other
-    const Time timestamp = window.records[i].job.timestamp;
     if (timestamp <= window.jobs[last].finish) {
       const TaskId other = window.records[last].job.task;
       const bool new_round = other != kNoTask && place[task] <= place[other];
