@@ -51,7 +51,12 @@ class CtfTrace:
     def publisher(self, at, node, topic):
         handle = self.address()
         self.event(
-            at, "rcl_publisher_init", publisher_handle=handle, node_handle=node, topic_name=topic, queue_depth=1
+            at,
+            "rcl_publisher_init",
+            publisher_handle=handle,
+            node_handle=node,
+            topic_name=topic,
+            queue_depth=1,
         )
         return handle
 
@@ -130,7 +135,8 @@ class CtfTrace:
 
 def sensor_and_filter(periods=200, **options):
     """A timer of 10 ms with 2 ms of work whose messages a subscription takes for 3 ms. Returns the trace and what a
-    test needs in order to go on: the publisher, both callbacks, the subscription's handle and the next release."""
+    test needs in order to go on: the publisher, both callbacks, the subscription's handle and the next release.
+    """
     trace = CtfTrace(**options)
     sensor, reader = trace.node(MS, "sensor"), trace.node(MS, "filter")
     publisher = trace.publisher(MS, sensor, "/points")

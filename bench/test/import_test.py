@@ -70,7 +70,9 @@ class Truth(ImportTest):
                 self.assertAlmostEqual(task["duration_us"][q], true["duration_us"][q], delta=0.1, msg=name)
 
     def check_chain(self, output, check, expected):
-        self.assertLessEqual(abs(check["lost_percent"]["recorded"] - check["lost_percent"]["simulated"]), LOST)
+        self.assertLessEqual(
+            abs(check["lost_percent"]["recorded"] - check["lost_percent"]["simulated"]), LOST
+        )
         if "hot_path_us" not in expected:
             return
         (chain,) = check["chains"]
@@ -263,7 +265,9 @@ class Faults(ImportTest):
             trace.job(at + 2 * MS, at + 3 * MS, made["subscription"], takes=taken)
             trace.thread = 100
         trace.events.sort(key=lambda event: event[0])
-        facts = self.warned(trace, "sensor/timer publishes 7.0 ms before its jobs end, after 13 % of each", 200)
+        facts = self.warned(
+            trace, "sensor/timer publishes 7.0 ms before its jobs end, after 13 % of each", 200
+        )
         check = facts["self_check"]
         self.assertNotEqual(check["light"], "green")
         self.assertTrue(any("publishes 7.0 ms before its jobs end" in r for r in check["reasons"]), check)
