@@ -11,6 +11,7 @@
 #include "hotpath/analysis/analysis_error.hpp"
 #include "program/errors.hpp"
 #include "program/python_tool.hpp"
+#include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "sweep/capacity.hpp"
