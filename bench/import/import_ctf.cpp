@@ -32,6 +32,8 @@ using nlohmann::json;
 
 /// Rows that are sorted and written at once, once the window is full.
 constexpr std::size_t kChunk = 20'000;
+/// Between two updates of the progress on a terminal.
+constexpr Duration kTell = std::chrono::milliseconds(200);
 /// Chains that are looked for where none is named.
 constexpr std::size_t kChainsFound = 5;
 /// Share of pairs of tasks that may contradict an order.
@@ -55,8 +57,10 @@ class CtfImport final : public RecordedJobSink {
     Progress progress(1, Duration::zero());
     const auto began = std::chrono::steady_clock::now();
     progress.begin("reading " + options_.trace);
-    const auto tell = [&](double share) {
+    const auto tell = [&, told = Duration::zero()](double share) mutable {
       const Duration elapsed = std::chrono::steady_clock::now() - began;
+      if (elapsed < told + kTell) return;
+      told = elapsed;
       const auto all =
           Duration(static_cast<std::int64_t>(static_cast<double>(elapsed.count()) / std::max(share, 0.001)));
       progress.update(elapsed, all);
