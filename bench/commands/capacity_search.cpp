@@ -209,7 +209,7 @@ class CapacitySearch {
     }
     std::cout << table << "\n" << confidence() << "\n";
     create_folder(folder_);
-    write_whole_file(folder_ / "capacity.md", markdown + confidence() + "\n");
+    write_whole_file(folder_ / "capacity.md", markdown + "\n" + confidence() + "\n");
     write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
       out << "executor,source," << over << ",holds,why\n";
       for (const Row& row : rows_) {
