@@ -23,6 +23,10 @@ namespace hotpath {
 [[nodiscard]] const Prediction* recommended(const std::vector<const Prediction*>& ranked,
                                             const Prediction& now, const Objective& objective);
 
+/// Whether the difference of two is beyond what draws differ by; nothing where that is not known.
+[[nodiscard]] std::optional<bool> differs(const Objective& objective, const Prediction& a,
+                                          const Prediction& b);
+
 /// What was predicted once more after a change of what was assumed.
 struct Doubt {
   std::string assumption;          ///< Such as `execution times 20 % longer`.

@@ -41,6 +41,7 @@ class Run:
             raise InputError(f"{self.path}: `executors` is empty, there is nothing to draw")
         self.partial = self.facts.get("complete") is not True  # whether it did not end
         self.simulated = self.facts.get("kind") == "simulated"
+        self.recorded = self.facts.get("kind") == "recorded"  # imported from a trace of another system
         self.source = SOURCES[not self.simulated]
 
     def __getitem__(self, key: str) -> Any:
@@ -58,7 +59,7 @@ class Run:
 
     def conditions(self) -> str:
         """How it ran, without graph and load."""
-        if self.simulated:
+        if self.simulated or self.recorded:
             cores = self["platform.cores"]
             where = "one core" if cores == 1 else f"{cores} cores"
         else:
@@ -68,12 +69,14 @@ class Run:
 
     def what_ran(self) -> str:
         """Two lines: the experiment, and where it ran."""
-        how = "simulated" if self.simulated else self["transport"]
+        how = self.facts["kind"] if self.simulated or self.recorded else self["transport"]
         load = f"{self['load_percent']:.3g} % load"
         return f"{self['graph.name']} · {how} · {load} · {self.conditions()}\n{self.where()}"
 
     def where(self) -> str:
         """The machine, or what the simulated platform charges."""
+        if self.recorded:
+            return "read from a trace of ros2_tracing"
         if not self.simulated:
             return f"{self['machine.cpu_model']} · Linux {self['machine.kernel']}"
         charged = [
@@ -149,12 +152,17 @@ class Run:
         return pd.DataFrame(rows, columns=["executor", "task", *COUNTS, "deadline_ms", "bound_ms"])
 
     def command(self) -> str:
-        """A command line that repeats the run."""
-        words = ["hotpath", "simulate" if self.simulated else "compare", "--graph", self["graph.file"]]
+        """A command line that repeats the run, or its simulation where it was recorded."""
+        words = [
+            "hotpath",
+            "simulate" if self.simulated or self.recorded else "compare",
+            "--graph",
+            self["graph.file"],
+        ]
         words += ["--executors", ",".join(self.executors), "--phases", self["phases"]]
         for option, key in (("load", "load_percent"), ("duration", "duration_s"), ("warm-up", "warm_up_s")):
             words += [f"--{option}", f"{self[key]:g}"]
         words += ["--repetitions", str(self["repetitions"]), "--seed", str(self["seed"])]
-        if not self.simulated:
+        if not (self.simulated or self.recorded):
             words += ["--transport", self["transport"], "--cpus", ",".join(map(str, self["cpus"]))]
         return shlex.join(words)

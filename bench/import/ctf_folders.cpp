@@ -14,11 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class Format { ctf_1, ctf_2, other };
+enum class MetadataFormat { ctf_1, ctf_2, other };
 
 /// CTF 1.8, section 7.1: metadata is text, or packets that begin with a magic number, of which bytes 35 and
 /// 36 are the version. CTF 2: a sequence of JSON texts, each behind a record separator.
-Format format_of(const fs::path& metadata) {
+MetadataFormat format_of(const fs::path& metadata) {
   std::ifstream file(metadata, std::ios::binary);
   std::array<char, 37> head{};
   file.read(head.data(), head.size());
@@ -28,10 +28,10 @@ Format format_of(const fs::path& metadata) {
   std::memcpy(first.data(), head.data(), first.size());
   std::reverse_copy(first.begin(), first.end(), last.begin());
   if (size == head.size() && (first == kMagic || last == kMagic)) {
-    return head[35] == 2 ? Format::ctf_2 : Format::ctf_1;
+    return head[35] == 2 ? MetadataFormat::ctf_2 : MetadataFormat::ctf_1;
   }
-  if (size > 0 && (head[0] == '\x1e' || head[0] == '{')) return Format::ctf_2;
-  return std::strncmp(head.data(), "/* CTF 1", 8) == 0 ? Format::ctf_1 : Format::other;
+  if (size > 0 && (head[0] == '\x1e' || head[0] == '{')) return MetadataFormat::ctf_2;
+  return std::strncmp(head.data(), "/* CTF 1", 8) == 0 ? MetadataFormat::ctf_1 : MetadataFormat::other;
 }
 
 }  // namespace
@@ -43,14 +43,14 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
   const auto options = fs::directory_options::skip_permission_denied;
   for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
     if (entry.path().filename() != "metadata" || !entry.is_regular_file()) continue;
-    const Format format = format_of(entry.path());
-    if (format == Format::ctf_2) {
+    const MetadataFormat format = format_of(entry.path());
+    if (format == MetadataFormat::ctf_2) {
       refuse(
           "holds a trace in CTF 2, which libbabeltrace2 2.0 cannot read; record with `lttng create "
           "--trace-format=ctf-1.8`, or convert it with babeltrace2 2.1: `babeltrace2 TRACE --component "
           "sink.ctf.fs --params='path=\"NEW\",ctf-version=\"1\"'`");
     }
-    if (format == Format::other)
+    if (format == MetadataFormat::other)
       refuse("has a file `metadata` that is none of CTF; name the folder of a trace");
     found.push_back(entry.path().parent_path());
   }

@@ -8,7 +8,9 @@
 #include <unordered_map>
 
 #include "import/ctf_folders.hpp"
+#include "import/whole_packets.hpp"
 #include "program/errors.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -53,7 +55,7 @@ Value inputs_of(const fs::path& folder) {
   return params;
 }
 
-std::uint64_t number_of(const bt_field* field) {
+std::uint64_t number_in(const bt_field* field) {
   if (field == nullptr) return 0;
   const bt_field_class_type type = bt_field_get_class_type(field);
   if (bt_field_class_type_is(type, BT_FIELD_CLASS_TYPE_UNSIGNED_INTEGER))
@@ -63,7 +65,7 @@ std::uint64_t number_of(const bt_field* field) {
   return 0;
 }
 
-std::string_view text_of(const bt_field* field) {
+std::string_view string_in(const bt_field* field) {
   if (field == nullptr || bt_field_get_class_type(field) != BT_FIELD_CLASS_TYPE_STRING) return {};
   return bt_field_string_get_value(field);
 }
@@ -114,7 +116,8 @@ class Reader {
       const Value params = inputs_of(folder);
       if (bt_graph_add_source_component(graph.get(), fs_class, folder.c_str(), params.get(),
                                         BT_LOGGING_LEVEL_NONE, &source) != BT_GRAPH_ADD_COMPONENT_STATUS_OK) {
-        throw UsageError(folder.string() + " is a CTF trace that cannot be read: " + last_error());
+        throw UsageError(folder.string() +
+                         " is a CTF trace that cannot be read, cut off or damaged: " + last_error());
       }
       add_span(fs_class, params.get());
       const std::uint64_t ports = bt_component_source_get_output_port_count(source);
@@ -133,6 +136,11 @@ class Reader {
     if (failure_) std::rethrow_exception(failure_);
     if (status != BT_GRAPH_RUN_STATUS_OK) {
       reading_.broken_off = last_error();
+      // What the library says when a stream's clock falls behind.
+      if (reading_.broken_off.find("timestamp is less than") != std::string::npos) {
+        const double last_s = static_cast<double>(reading_.last_ns - reading_.first_ns) / 1e9;
+        reading_.broken_off = text("its clock jumps back after %.1f s", last_s);
+      }
       if (reading_.all_events == 0)
         throw UsageError(folders.front().string() +
                          " is a CTF trace that cannot be read: " + reading_.broken_off);
@@ -222,7 +230,10 @@ class Reader {
       bt_clock_snapshot_get_ns_from_origin(bt_message_event_borrow_default_clock_snapshot_const(message),
                                            &seen.at_ns);
       if (reading_.all_events == 1) reading_.first_ns = seen.at_ns;
-      if (seen.at_ns < reading_.last_ns) ++reading_.backward_steps;
+      if (reading_.all_events > 1 && seen.at_ns - reading_.last_ns > reading_.longest_gap_ns) {
+        reading_.longest_gap_ns = seen.at_ns - reading_.last_ns;
+        reading_.gap_begin_ns = reading_.last_ns;
+      }
       reading_.last_ns = seen.at_ns;
       if (known.format != nullptr) visit(event, known, seen);
     } catch (...) {
@@ -235,18 +246,18 @@ class Reader {
     const bt_field* const payload = bt_event_borrow_payload_field_const(event);
     const bt_packet* const packet = bt_event_borrow_packet_const(event);
     seen.kind = known.format->kind;
-    seen.process = static_cast<std::uint32_t>(number_of(member(context, known.process)));
-    seen.thread = static_cast<std::uint32_t>(number_of(member(context, known.thread)));
+    seen.process = static_cast<std::uint32_t>(number_in(member(context, known.process)));
+    seen.thread = static_cast<std::uint32_t>(number_in(member(context, known.thread)));
     if (packet != nullptr && known.processor != kNoField) {
       const bt_field* const at = member(bt_packet_borrow_context_field_const(packet), known.processor);
-      seen.processor = static_cast<std::int32_t>(number_of(at));
+      seen.processor = static_cast<std::int32_t>(number_in(at));
     }
     for (std::size_t i = 0; i < known.numbers.size(); ++i)
-      if (known.numbers[i] != kNoField) seen.number[i] = number_of(member(payload, known.numbers[i]));
+      if (known.numbers[i] != kNoField) seen.number[i] = number_in(member(payload, known.numbers[i]));
     for (std::size_t i = 0; i < known.texts.size(); ++i)
-      if (known.texts[i] != kNoField) seen.text[i] = text_of(member(payload, known.texts[i]));
+      if (known.texts[i] != kNoField) seen.text[i] = string_in(member(payload, known.texts[i]));
     if (seen.kind == TraceEventKind::node_init)
-      seen.process_name = text_of(member(context, known.process_name));
+      seen.process_name = string_in(member(context, known.process_name));
     visitor_.visit(seen);
   }
 
@@ -293,7 +304,12 @@ class Reader {
 
 TraceReading read_ctf(const fs::path& folder, TraceVisitor& visitor,
                       const std::function<void(double)>& progress) {
-  return Reader(visitor, progress).read(ctf_folders(folder));
+  std::vector<fs::path> folders = ctf_folders(folder);
+  WholePackets whole;
+  const std::string cut = whole.replace_cut(folders);
+  TraceReading reading = Reader(visitor, progress).read(folders);
+  if (reading.broken_off.empty()) reading.broken_off = cut;
+  return reading;
 }
 
 }  // namespace hotpath

@@ -6,10 +6,10 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
+#include "import/chain_option.hpp"
 #include "import/ctf_reader.hpp"
 #include "import/import_page.hpp"
 #include "import/interpretation.hpp"
@@ -33,70 +33,14 @@ using nlohmann::json;
 
 /// Rows that are sorted and written at once, once the window is full.
 constexpr std::size_t kChunk = 20'000;
+/// Between two updates of the progress on a terminal.
+constexpr Duration kTell = std::chrono::milliseconds(200);
 /// Chains that are looked for where none is named.
 constexpr std::size_t kChainsFound = 5;
 /// Share of pairs of tasks that may contradict an order.
 constexpr double kSameOrder = 0.01;
 /// The simulation begins when the recorded executors did, so that everything counts.
 constexpr Duration kWarmUp{};
-
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  std::istringstream in(text);
-  for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
-  return parts;
-}
-
-/// The task of a name on the command line: a task, or a node's timer or only callback.
-TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string& name, bool timer) {
-  std::vector<TaskId> named = tasks_named(graph, tasks, name);
-  if (named.size() > 1)
-    std::erase_if(named, [&](TaskId id) { return (tasks.set[id].kind == TaskKind::timer) != timer; });
-  if (named.size() == 1) return named.front();
-  throw UsageError(
-      concat("--chain: ", name,
-             named.empty() ? " is no node or task of the graph" : " has several such callbacks; name one",
-             "; its tasks are in graph.yaml, for example ", tasks.set[0].name));
-}
-
-/// SOURCE,...:SINK with all tasks that lie between.
-Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& tasks) {
-  const auto colon = text.rfind(':');
-  if (colon == std::string::npos) throw UsageError("--chain: `" + text + "` is not SOURCE,...:SINK");
-  Chain chain;
-  chain.name = text.substr(colon + 1);
-  const TaskId sink = named_task(graph, tasks, chain.name, false);
-  std::vector<bool> reaches(tasks.set.size(), false), reached(tasks.set.size(), false);
-  reaches[sink] = true;
-  for (bool changed = true; std::exchange(changed, false);) {
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const auto next = tasks.downstream(id);
-      if (reaches[id] || std::ranges::none_of(next, [&](TaskId n) { return reaches[n]; })) continue;
-      reaches[id] = changed = true;
-    }
-  }
-  std::vector<TaskId> open;
-  for (const std::string& name : split(text.substr(0, colon), ',')) {
-    const TaskId source = named_task(graph, tasks, name, true);
-    if (tasks.set[source].kind != TaskKind::timer)
-      throw UsageError("--chain: " + name + " is no timer, where data could begin");
-    if (!reaches[source]) throw UsageError("--chain: no data gets from " + name + " to " + chain.name);
-    chain.sources.push_back(tasks.set[source].name);
-    open.push_back(source);
-  }
-  while (!open.empty()) {
-    const TaskId id = open.back();
-    open.pop_back();
-    if (reached[id] || !reaches[id]) continue;
-    reached[id] = true;
-    if (id == sink) continue;
-    for (const TaskId next : tasks.downstream(id)) open.push_back(next);
-  }
-  for (TaskId id = 0; id < tasks.set.size(); ++id)
-    if (reached[id]) chain.nodes.push_back(tasks.set[id].name);
-  chain.sink = tasks.set[sink].name;
-  return chain;
-}
 
 class CtfImport final : public RecordedJobSink {
  public:
@@ -114,8 +58,10 @@ class CtfImport final : public RecordedJobSink {
     Progress progress(1, Duration::zero());
     const auto began = std::chrono::steady_clock::now();
     progress.begin("reading " + options_.trace);
-    const auto tell = [&](double share) {
+    const auto tell = [&, told = Duration::zero()](double share) mutable {
       const Duration elapsed = std::chrono::steady_clock::now() - began;
+      if (elapsed < told + kTell) return;
+      told = elapsed;
       const auto all =
           Duration(static_cast<std::int64_t>(static_cast<double>(elapsed.count()) / std::max(share, 0.001)));
       progress.update(elapsed, all);
@@ -186,6 +132,8 @@ class CtfImport final : public RecordedJobSink {
   }
 
   std::string no_jobs() const {
+    if (!reading_.broken_off.empty() && assembler_.system().nodes.empty())
+      return options_.trace + " breaks off " + reading_.broken_off + "; no event of ros2_tracing lies before";
     if (assembler_.system().nodes.empty()) {
       return options_.trace +
              " has no events of ros2_tracing; record user-space events `ros2:*` (`lttng enable-event -u "

@@ -195,17 +195,9 @@ class Topology {
   }
 
   void say() {
-    const Graph& graph = imported_.graph;
-    std::size_t timers = 0, subscriptions = 0;
-    for (const Node& node : graph.nodes) {
-      subscriptions += node.inputs.size();
-      timers += node.callbacks.size() - node.inputs.size();
-    }
     imported_.comments.header =
         "Made by `hotpath import irobot` of " + std::filesystem::path(file_).filename().string() + ".";
-    imported_.found.push_back(concat(graph.nodes.size(), " nodes, ", timers, " timers, ", subscriptions,
-                                     " subscriptions, ", imported_.deployment.executors.size(),
-                                     " executors."));
+    imported_.found.push_back(counts_of(imported_));
     imported_.missing.push_back(
         "how long callbacks work; a topology has no times, and its subscribers only count messages. "
         "Sizes of messages are not part of a graph.");

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "import/early_publications.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -12,6 +13,9 @@ namespace hotpath {
 namespace {
 
 using nlohmann::json;
+
+/// Periods of the slowest timer without any event that a system does not have.
+constexpr int kGap = 10;
 
 std::string rule_text(const Recording& recording, const InferredRule& rule) {
   const auto topics = [&] {
@@ -145,10 +149,16 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
         " packets; jobs, messages and losses are too few or do not fit together. Record with larger buffers "
         "(`--subbuf-size`, `--num-subbuf`)."));
   }
-  if (r.backward_steps > 0)
-    all.push_back(concat("The clock of the trace jumps back ", r.backward_steps,
-                         " times; times near these are wrong."));
   const RecordedSystem& system = facts.recording.system;
+  Duration longest_period = std::chrono::milliseconds(100);
+  for (const RecordedCallback& c : system.callbacks) longest_period = std::max(longest_period, c.period);
+  if (Duration(r.longest_gap_ns) > kGap * longest_period) {
+    all.push_back(text(
+        "The trace has no event for %.1f s from %.1f s on: its clock jumped, or the system stood still. What "
+        "was due "
+        "meanwhile counts as lost, and the self-check is not to be trusted.",
+        static_cast<double>(r.longest_gap_ns) / 1e9, static_cast<double>(r.gap_begin_ns - r.first_ns) / 1e9));
+  }
   if (system.reused_handles > 0)
     all.push_back(concat(
         system.reused_handles,
@@ -159,6 +169,12 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   for (const RecordedCallback& c : system.callbacks) never_ended += c.never_ended;
   if (never_ended > 0)
     all.push_back(concat(never_ended, " jobs have no end in the trace; they count as running."));
+  for (const EarlyPublication& e : early_publications(facts.recording.graph, facts.recording.jobs)) {
+    all.push_back(text(
+        "%s publishes %.1f ms before its jobs end, after %.0f %% of each (medians); the simulation publishes "
+        "at their ends.",
+        facts.recording.graph.tasks.set[e.task].name.c_str(), to_ms(e.before_end), 100 * e.share));
+  }
   for (const std::string& note : facts.recording.graph.notes) all.push_back(note);
   return all;
 }

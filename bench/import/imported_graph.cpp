@@ -22,6 +22,18 @@ std::string graph_node_name(const std::string& ros_name) {
   return name;
 }
 
+std::string counts_of(const ImportedGraph& imported) {
+  std::size_t timers = 0, subscriptions = 0;
+  for (const Node& node : imported.graph.nodes) {
+    subscriptions += node.inputs.size();
+    timers += node.callbacks.size() - node.inputs.size();
+  }
+  const std::size_t chains = imported.graph.chains.size();
+  return concat(imported.graph.nodes.size(), " nodes, ", timers, " timers, ", subscriptions,
+                " subscriptions, ", imported.deployment.executors.size(), " executors",
+                chains > 0 ? concat(", ", chains, " chains.") : std::string("."));
+}
+
 void write_import(ImportedGraph imported, const std::string& folder) {
   const std::filesystem::path path = folder, file = path / "graph.yaml";
   if (std::filesystem::exists(file)) {

@@ -23,6 +23,9 @@ struct ImportedGraph {
 /// A topic without its leading slash.
 [[nodiscard]] std::string graph_topic_name(const std::string& ros_name);
 
+/// How many nodes, timers, subscriptions, executors and chains it has.
+[[nodiscard]] std::string counts_of(const ImportedGraph& imported);
+
 /// Writes graph.yaml and, where there are executors, deployment.yaml into the new folder, and says on
 /// standard output what was understood and what not. Throws UsageError, InputError.
 void write_import(ImportedGraph imported, const std::string& folder);

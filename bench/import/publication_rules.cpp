@@ -56,11 +56,11 @@ class TopicOfNode {
     for (const InferredRule& c : candidates_) {
       if (c.explained != most) continue;
       if (!found || worth(c) > worth(best)) {
-        if (found) others.push_back(text_of(best));
+        if (found) others.push_back(words_for(best));
         best = c;
         found = true;
       } else {
-        others.push_back(text_of(c));
+        others.push_back(words_for(c));
       }
     }
     best.as_good = std::move(others);
@@ -149,7 +149,7 @@ class TopicOfNode {
     add({.rule = PublishRule::all_new, .of = std::move(set)}, explained);
   }
 
-  std::string text_of(const InferredRule& rule) const {
+  std::string words_for(const InferredRule& rule) const {
     switch (rule.rule) {
       case PublishRule::every:
         return "every " + std::to_string(rule.n);

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "import/imported_graph.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -13,15 +14,13 @@ namespace hotpath {
 
 namespace {
 
-/// Of a name of ROS, without its leading slash; nodes of a namespace have dots, since names of tasks have
-/// slashes.
-std::string graph_name(std::string name, bool is_node) {
-  if (name.starts_with('/')) name.erase(0, 1);
+/// Without what a graph file cannot have in a name.
+std::string graph_name(const std::string& ros_name, bool is_node) {
+  std::string name = is_node ? graph_node_name(ros_name) : graph_topic_name(ros_name);
   for (char& c : name) {
     if (std::isspace(static_cast<unsigned char>(c)) ||
         std::string_view(",\"'`").find(c) != std::string_view::npos)
       c = '_';
-    if (is_node && c == '/') c = '.';
   }
   return name.empty() ? "unnamed" : name;
 }

@@ -40,7 +40,8 @@ struct SelfCheck {
 };
 
 /// What is still green: the bar of a good prediction.
-inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossError_points = 1;
+inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossError_points = 1,
+                        kSimilarity = 0.8;
 
 /// `recorded` is relative to its epoch and `tasks` have its phases; chains are those of `graph`. Jobs and
 /// outputs whose timestamp lies before `warm_up` do not count.

@@ -75,9 +75,9 @@ struct TraceReading {
   std::uint64_t all_events = 0;
   std::uint64_t discarded_events = 0;   ///< That the tracer had no room for; at least.
   std::uint64_t discarded_packets = 0;  ///< Groups of events that were overwritten.
-  std::uint64_t backward_steps = 0;     ///< Events before the one that precedes them.
   std::string broken_off;               ///< Why the trace could not be read to its end; empty: it was.
   std::int64_t first_ns = 0, last_ns = 0;
+  std::int64_t longest_gap_ns = 0, gap_begin_ns = 0;  ///< Longest time without any event, and when it began.
 };
 
 }  // namespace hotpath

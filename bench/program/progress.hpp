@@ -15,7 +15,7 @@ namespace hotpath {
 /// One line on a terminal's standard error that says what runs and how long it takes yet; nothing in a log.
 class Progress {
  public:
-  /// `expected`: time of each step.
+  /// `expected`: time of each step; 0: not known before it runs.
   Progress(std::size_t steps, Duration expected) : steps_(steps), expected_(expected) {}
   ~Progress() { clear(); }
 
@@ -28,8 +28,8 @@ class Progress {
   void update(Duration elapsed, Duration most) {
     if (!terminal_) return;
     const auto steps_left = static_cast<std::int64_t>(steps_ - step_ + 1);
-    const auto left =
-        std::chrono::ceil<std::chrono::seconds>(std::max(steps_left * expected_ - elapsed, Duration::zero()));
+    const Duration all = expected_ > Duration::zero() ? steps_left * expected_ : most;
+    const auto left = std::chrono::ceil<std::chrono::seconds>(std::max(all - elapsed, Duration::zero()));
     const auto done = std::chrono::floor<std::chrono::seconds>(std::min(elapsed, most));
     const auto of = std::chrono::round<std::chrono::seconds>(most);
     std::cerr << "\r\033[K" << what_

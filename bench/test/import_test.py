@@ -8,6 +8,7 @@ import tarfile
 import unittest
 from pathlib import Path
 
+from ctf_trace import MS, run_on, sensor_and_filter
 from hotpath_command import CommandTest, RunFolder
 
 SHIPPED = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "ctf"
@@ -69,7 +70,9 @@ class Truth(ImportTest):
                 self.assertAlmostEqual(task["duration_us"][q], true["duration_us"][q], delta=0.1, msg=name)
 
     def check_chain(self, output, check, expected):
-        self.assertLessEqual(abs(check["lost_percent"]["recorded"] - check["lost_percent"]["simulated"]), LOST)
+        self.assertLessEqual(
+            abs(check["lost_percent"]["recorded"] - check["lost_percent"]["simulated"]), LOST
+        )
         if "hot_path_us" not in expected:
             return
         (chain,) = check["chains"]
@@ -147,15 +150,26 @@ class BadInput(ImportTest):
             (self.folder / "metadata").write_bytes(content)
             self.refused(2, words, self.folder)
 
-    def test_an_empty_trace_and_a_truncated_one(self):
+    def test_streams_that_end_within_a_packet(self):
+        trace = self.unpacked("autoware_static")
+        whole, _ = self.imported(trace)
+        stream = max(trace.rglob("ros2_*"), key=lambda f: f.stat().st_size)
+        stream.write_bytes(stream.read_bytes()[:-100])
+        temporary = self.folder / "tmp"
+        temporary.mkdir()
+        os.environ["TMPDIR"] = str(temporary)
+        self.addCleanup(os.environ.pop, "TMPDIR")
+        cut, _ = self.imported(trace.rename(self.folder / "cut"))
+        (warning,) = [w for w in cut["warnings"] if "breaks off" in w]
+        self.assertIn(f"within a packet of {stream.name}", warning)
+        self.assertTrue(0 < cut["jobs"] < whole["jobs"])
+        self.assertEqual(list(temporary.iterdir()), [])
+
+    def test_nothing_before_the_cut(self):
         trace = self.unpacked("timers_only_default")
-        streams = [f for f in trace.rglob("ros2_*") if f.stat().st_size > 0]
-        for stream in streams:
-            stream.write_bytes(stream.read_bytes()[: stream.stat().st_size // 2 // 4096 * 4096 + 100])
-        code, out, err = self.command("import", "ctf", trace, "--output", self.folder / "half")
-        self.assertIn(code, (0, 2), err)
-        if code == 0:
-            self.assertIn("breaks off", out)
+        stream = max(trace.rglob("ros2_*"), key=lambda f: f.stat().st_size)
+        stream.write_bytes(stream.read_bytes()[:-100])
+        self.refused(2, f"breaks off within a packet of {stream.name}", trace)
 
     def test_an_output_folder_in_use(self):
         trace = self.unpacked("timers_only_default")
@@ -168,6 +182,95 @@ class BadInput(ImportTest):
         trace = self.unpacked("sequences_default")
         for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is no node or task")):
             self.refused(2, words, trace, "--chain", chain)
+
+
+class Faults(ImportTest):
+    """Of a recording that is a trace: one sentence each, and the rest is used."""
+
+    def warned(self, trace, words, jobs):
+        facts, _ = self.imported(trace.write(self.folder / "trace"))
+        self.assertTrue(any(words in w for w in facts["warnings"]), facts["warnings"])
+        self.assertEqual(facts["jobs"], jobs)
+        return facts
+
+    def test_nothing_to_say(self):
+        trace, _ = sensor_and_filter()
+        facts, _ = self.imported(trace.write(self.folder / "trace"))
+        self.assertEqual(facts["warnings"], [])
+        self.assertEqual(facts["self_check"]["light"], "green")
+        self.assertEqual(facts["self_check"]["similarity"], 1)
+
+    def test_no_initialisation_events(self):
+        trace, _ = sensor_and_filter(initialised=False)
+        self.refused(2, "no initialisation events", trace.write(self.folder / "trace"))
+
+    def test_discarded_events(self):
+        trace, _ = sensor_and_filter()
+        trace.discarded = 17
+        self.warned(trace, "discarded at least 17 events", 400)
+
+    def test_a_clock_that_jumps(self):
+        trace, made = sensor_and_filter()
+        run_on(trace, made, made["at"] + 60_000 * MS, 100)
+        facts = self.warned(trace, "no event for 60.0 s from 2.0 s on", 600)
+        self.assertNotEqual(facts["self_check"]["light"], "green")
+
+    def test_a_clock_that_jumps_back(self):
+        trace, made = sensor_and_filter()
+        run_on(trace, made, made["at"] - 1000 * MS, 100)
+        self.warned(trace, "breaks off: its clock jumps back after 2.0 s", 400)
+
+    def test_two_nodes_of_one_name(self):
+        trace, made = sensor_and_filter(0)
+        second = trace.timer(3 * MS, trace.node(3 * MS, "sensor"), 10 * MS)
+        for i in range(100):
+            run_on(trace, made, made["at"] + 10 * i * MS, 1)
+            trace.job(made["at"] + (10 * i + 6) * MS, made["at"] + (10 * i + 7) * MS, second)
+        facts = self.warned(trace, "several nodes /sensor; one of them is called sensor_2", 300)
+        self.assertEqual(
+            {t["task"] for t in facts["tasks"]}, {"sensor/timer", "sensor_2/timer", "filter/points"}
+        )
+
+    def test_a_callback_that_never_ends(self):
+        trace, made = sensor_and_filter()
+        trace.job(made["at"], None, made["timer"])
+        self.warned(trace, "1 jobs have no end in the trace", 401)
+
+    def test_handles_used_again(self):
+        trace, made = sensor_and_filter(100)
+        timer = trace.timer(made["at"], trace.node(made["at"], "next"), 10 * MS, callback=made["timer"])
+        for i in range(1, 101):
+            trace.job(made["at"] + 10 * i * MS, made["at"] + (10 * i + 1) * MS, timer)
+        facts = self.warned(trace, "1 addresses of callbacks were used again", 300)
+        self.assertEqual({t["task"]: t["jobs"] for t in facts["tasks"]}["next/timer"], 100)
+
+    def test_topics_without_publishers(self):
+        trace, made = sensor_and_filter(0)
+        outer = trace.subscription(3 * MS, made["nodes"][1], "/outer")
+        trace.subscription(3 * MS, made["nodes"][1], "/silent")
+        for i in range(100):
+            at = made["at"] + 10 * i * MS
+            run_on(trace, made, at, 1)
+            trace.job(at + 6 * MS, at + 7 * MS, outer[1], takes=(outer[0], at + 5 * MS))
+        facts = self.warned(trace, "/outer is not published by any callback", 300)
+        self.assertTrue(any("Nobody published /silent" in w for w in facts["warnings"]))
+
+    def test_publications_long_before_the_end(self):
+        trace, made = sensor_and_filter(0)
+        for i in range(100):
+            at = made["at"] + 10 * i * MS
+            trace.job(at + 20_000, at + 8 * MS, made["timer"], publishes=made["publisher"], after=MS)
+            taken = (made["rmw"], at + 20_000 + MS)
+            trace.thread = 101
+            trace.job(at + 2 * MS, at + 3 * MS, made["subscription"], takes=taken)
+            trace.thread = 100
+        trace.events.sort(key=lambda event: event[0])
+        facts = self.warned(
+            trace, "sensor/timer publishes 7.0 ms before its jobs end, after 13 % of each", 200
+        )
+        check = facts["self_check"]
+        self.assertNotEqual(check["light"], "green")
+        self.assertTrue(any("publishes 7.0 ms before its jobs end" in r for r in check["reasons"]), check)
 
 
 if __name__ == "__main__":

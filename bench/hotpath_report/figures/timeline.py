@@ -37,7 +37,9 @@ class Window:
         self.late = self.jobs["finish"] > self.jobs["deadline"] + 1e-9
         self.timer_thread = run.has_timer_thread(executor)
         self.release_slots = self.paid_releases()
-        one_core = (run["platform.cores"] if run.simulated else len(run.facts.get("cpus", []))) == 1
+        one_core = (
+            run["platform.cores"] if run.simulated or run.recorded else len(run.facts.get("cpus", []))
+        ) == 1
         self.displaced = self.displacements() if one_core and self.timer_thread else {}
 
     def read(self, repetition: int) -> pd.DataFrame:

@@ -225,6 +225,18 @@ class HotPath(FigureTest):
         for text in ("lower half: live", "upper half: simulated", "n = 3, 3", "n = 4, 4"):
             self.assertIn(text, texts)
 
+    def test_a_recorded_run(self):
+        """Of an import: nobody knows its transport and its machine."""
+        facts = json.loads(run_json(kind="recorded", platform={"cores": 1}, executors=["default"]))
+        for key in ("transport", "cpus", "machine"):
+            del facts[key]
+        self.write("run.json", json.dumps(facts))
+        self.write("chains.csv", CHAINS_HEADER + chain_rows("default", [35.4, 36, 58.6]))
+        self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
+        texts = self.svg_texts("hot_path.svg")
+        for text in ("tiny · recorded", "on one core", "read from a trace of ros2_tracing"):
+            self.assertIn(text, texts)
+
     def test_runs_of_different_graphs_do_not_meet(self):
         self.write_run()
         (self.folder / "other").mkdir()

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "advise/ranking.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+namespace {
+
+std::string lost(const Prediction& p) { return fixed(loss_percent(p.summary), 1) + " %"; }
+
+std::string compared_with_now(const Advice& advice) {
+  const Prediction &best = *advice.best, &now = *advice.now;
+  if (!now.overload.empty()) return concat(", where ", now.candidate->name, " cannot keep up");
+  const double before = score(advice.objective, now.summary).value,
+               after = score(advice.objective, best.summary).value;
+  std::string text = concat(" instead of ", value_text(advice.objective, now), " with ", now.candidate->name);
+  const bool relative =
+      advice.objective.kind == Objective::Kind::latency && before > 0 && std::isfinite(before);
+  return relative ? text + concat(" (", fixed(100 * (1 - after / before), 0), " % less)") : text;
+}
+
+std::string first_sentence(const Advice& advice) {
+  const std::string what = advice.objective.text;
+  if (advice.best == nullptr) {
+    return concat("No change can be recommended for ", what,
+                  ": nothing that keeps up runs every task without losing more than today.");
+  }
+  const Prediction& best = *advice.best;
+  const std::string value = value_text(advice.objective, best);
+  if (&best == advice.now) {
+    return concat("Keep ", best.candidate->name, ": nothing that can be recommended makes ", what,
+                  " smaller than its ", value, " beyond noise.");
+  }
+  return concat("Take ", best.candidate->name, " (", best.candidate->description, "): ", what, " becomes ",
+                value, compared_with_now(advice), ".");
+}
+
+std::string second_sentence(const Advice& advice) {
+  const Prediction& best = *advice.best;
+  std::string text = concat("That is of ", advice.draws, " draws of phases and execution times");
+  const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
+    return p != &best && p->overload.empty() && why_not(*p, *advice.now).empty();
+  });
+  if (next != advice.ranked.end()) {
+    const auto sure = differs(advice.objective, best, **next);
+    text +=
+        concat("; next to it is ", (*next)->candidate->name, " with ", value_text(advice.objective, **next),
+               !sure   ? ""
+               : *sure ? ", beyond noise"
+                       : ", which noise cannot tell from it");
+  }
+  text += best.bound_ms ? concat("; theory guarantees ", fixed(*best.bound_ms, 1), " ms end to end (",
+                                 best.bound_method, ")")
+                        : "; no bound of theory covers it";
+  return text + ".";
+}
+
+std::string third_sentence(const Advice& advice) {
+  const Prediction &best = *advice.best, &now = *advice.now;
+  std::string text =
+      concat("It needs ", best.candidate->threads, best.candidate->threads == 1 ? " thread" : " threads");
+  const auto& deployment = best.candidate->spec.deployment;
+  if (deployment && std::ranges::any_of(deployment->plan.executors,
+                                        [](const DeployedExecutor& e) { return !e.policy.ordinary(); })) {
+    text += " with the right to SCHED_FIFO";
+  }
+  text += concat(" and loses ", lost(best), " of all jobs and samples");
+  if (&best != &now && now.overload.empty()) text += concat(" (today ", lost(now), ")");
+  std::string shaken;
+  for (const Doubt& doubt : advice.doubts) {
+    if (!doubt.same_first) shaken += (shaken.empty() ? "" : " and ") + doubt.assumption;
+  }
+  if (advice.doubts.empty()) return text + ".";
+  return text + (shaken.empty() ? "; none of the doubts below brings another before it."
+                                : "; another comes before it with " + shaken + ".");
+}
+
+}  // namespace
+
+std::string value_text(const Objective& objective, const Prediction& p) {
+  const Score value = score(objective, p.summary);
+  switch (objective.kind) {
+    case Objective::Kind::losses:
+      return fixed(value.value, 2) + " %";
+    case Objective::Kind::requirements:
+      return value.value > 0 ? concat("missed by ", fixed(value.value, 1), " % in all")
+                             : concat("met with ", fixed(100 * (1 - value.tie), 0), " % to spare");
+    case Objective::Kind::latency:
+    case Objective::Kind::worst_lateness:
+      break;
+  }
+  return fixed(value.value, 1) + " ms";
+}
+
+std::vector<std::string> sentences(const Advice& advice) {
+  if (advice.best == nullptr) return {first_sentence(advice)};
+  return {first_sentence(advice), second_sentence(advice), third_sentence(advice)};
+}
+
+}  // namespace hotpath

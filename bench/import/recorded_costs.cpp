@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "import/recorded_executors.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// How often jobs of one thread met those of another one on one processor.
+struct Meetings {
+  std::uint32_t within = 0;  ///< Lay within its job: displaced it.
+  std::uint32_t waited = 0;  ///< Were ready during its job and began after it.
+};
+
+/// Few exceptions do not count: also threads of the ordinary policy displace each other.
+bool is_above(const Meetings& of, const Meetings& other) {
+  return of.within > 3 && of.within > 10 * other.within;
+}
+bool waits_for(const Meetings& of) { return of.waited > 4 && of.waited > 20 * of.within; }
+
+MeasuredCost cost_of(std::vector<Duration> samples, Duration without) {
+  MeasuredCost cost;
+  cost.n = samples.size();
+  if (samples.empty()) return cost;
+  std::ranges::sort(samples);
+  const auto at = [&](std::size_t percent) {
+    return std::max(Duration::zero(), samples[(samples.size() - 1) * percent / 100] - without);
+  };
+  cost.median = at(50);
+  cost.p90 = at(90);
+  return cost;
+}
+
+}  // namespace
+
+Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window) {
+  const std::size_t threads = system.threads.size();
+  Displacement found{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0)};
+  std::vector<std::vector<Meetings>> met(threads, std::vector<Meetings>(threads));
+  std::map<std::int32_t, std::vector<std::size_t>> open;                // by processor
+  std::map<std::int32_t, std::map<std::uint32_t, std::size_t>> latest;  // by processor and thread
+  std::vector<Time> idle_since(threads, Time::min());
+  for (std::size_t i = 0; i < window.jobs.size(); ++i) {
+    const RecordedJob& job = window.jobs[i];
+    if (!job.ended) continue;
+    found.own[i] = job.finish - job.start;
+    std::vector<std::size_t>& others = open[job.processor];
+    std::erase_if(others, [&](std::size_t o) { return window.jobs[o].finish <= job.start; });
+    // The innermost one alone had the processor.
+    for (auto outer = others.rbegin(); outer != others.rend(); ++outer) {
+      const RecordedJob& displaced = window.jobs[*outer];
+      if (displaced.thread == job.thread || displaced.finish < job.finish) continue;
+      found.own[*outer] -= job.finish - job.start;
+      ++met[job.thread][displaced.thread].within;
+      break;
+    }
+    others.push_back(i);
+    if (window.records[i].job.task != kNoTask) {
+      const Time ready = window.records[i].job.timestamp;
+      for (const auto& [thread, last] : latest[job.processor]) {
+        const RecordedJob& before = window.jobs[last];
+        const bool during = thread != job.thread && before.start < ready && ready < before.finish;
+        if (during && idle_since[job.thread] < ready && before.finish <= job.start)
+          ++met[job.thread][thread].waited;
+      }
+    }
+    latest[job.processor][job.thread] = i;
+    idle_since[job.thread] = std::max(idle_since[job.thread], job.finish);
+  }
+  constexpr int kMostLevels = 9;
+  for (std::size_t round = 0; round < threads; ++round) {
+    for (std::size_t a = 0; a < threads; ++a) {
+      for (std::size_t b = 0; b < threads; ++b) {
+        int& level = found.level[a];
+        if (is_above(met[a][b], met[b][a]))
+          level = std::max(level, std::min(found.level[b] + 1, kMostLevels));
+        if (waits_for(met[b][a])) level = std::max({level, found.level[b], 1});
+      }
+    }
+  }
+  return found;
+}
+
+RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
+                             const RecordedExecutor& executor, const ExecutorEntry& entry) {
+  std::vector<std::size_t> place(graph.tasks.set.size());
+  for (TaskId id = 0; id < place.size(); ++id)
+    place[id] = entry.traits.runs_first == graph.tasks.set[id].kind ? id : id + place.size();
+  const bool wait_set = entry.traits.family == Family::wait_set;
+  const bool tells_waits = std::ranges::any_of(window.jobs, [&](const RecordedJob& job) {
+    return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
+  });
+  // A timer's releaser wakes the thread that runs its job.
+  const TimerHandling timers = entry.traits.timers;
+  const bool two_wake_ups = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
+  std::map<std::int32_t, Time> busy_until;        // by processor: by the jobs before the one at hand
+  std::map<std::uint32_t, std::size_t> previous;  // by thread
+  std::map<std::uint32_t, Time> group_until;      // by callback group: by its jobs before the one at hand
+  std::vector<Duration> dispatch, wait, wake_up, delivery;
+  for (std::size_t i = 0; i < window.jobs.size(); ++i) {
+    if (i > 0 && window.jobs[i - 1].ended) {
+      Time& until = busy_until[window.jobs[i - 1].processor];
+      until = std::max(until, window.jobs[i - 1].finish);
+    }
+    const RecordedJob& job = window.jobs[i];
+    if (!job.ended || std::ranges::find(executor.threads, job.thread) == executor.threads.end()) continue;
+    const auto before = previous.find(job.thread);
+    const bool has_previous = before != previous.end();
+    const std::size_t last = has_previous ? before->second : i;
+    previous[job.thread] = i;
+    const TaskId task = window.records[i].job.task;
+    if (task == kNoTask) continue;
+    const Time timestamp = window.records[i].job.timestamp;
+    Time& of_group = group_until[graph.tasks.set[task].group];
+    const Time group_free = std::exchange(of_group, std::max(of_group, job.finish));
+    if (!has_previous) continue;
+    // It waited for its callback group, which another thread served.
+    if (group_free > std::max(timestamp, window.jobs[last].finish)) continue;
+    const Duration gap = job.start - window.jobs[last].finish;
+    if (gap < Duration::zero()) continue;  // one within the other
+    if (timestamp <= window.jobs[last].finish) {
+      const TaskId other = window.records[last].job.task;
+      const bool new_round = other != kNoTask && place[task] <= place[other];
+      const bool waited = wait_set && (tells_waits ? job.waited : new_round);
+      (waited ? wait : dispatch).push_back(gap);
+    } else {
+      // Another job on the processor made it wait, not the wake-up.
+      if (busy_until[job.processor] > timestamp) continue;
+      const bool timer = graph.tasks.set[task].kind == TaskKind::timer;
+      const Duration late = job.start - timestamp;
+      wake_up.push_back(timer && two_wake_ups ? late / 2 : late);
+      if (!timer) delivery.push_back(late);
+    }
+  }
+  RecordedCosts costs;
+  costs.dispatch = cost_of(std::move(dispatch), Duration::zero());
+  costs.wait = cost_of(std::move(wait), costs.dispatch.median);
+  costs.wake_up = cost_of(std::move(wake_up), costs.dispatch.median);
+  costs.delivery = cost_of(std::move(delivery), costs.dispatch.median);
+  return costs;
+}
+
+}  // namespace hotpath
