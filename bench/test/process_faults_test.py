@@ -68,7 +68,7 @@ class ProcessFaults(CommandTest):
             number = (signal.SIGKILL, signal.SIGSTOP)[k % 2]
             with self.subTest(k=k, signal=number.name):
                 process = self.start(*RUN, "--output", f"run{k}")
-                hits += self.hit(process, number, draw.uniform(0, 3), draw.choice)
+                hits += self.hit(process, number, draw.uniform(0, 2), draw.choice)
                 code, _, err = self.finish(process)
                 self.check_end(code, err, self.folder / f"run{k}")
                 self.wait_for(lambda: not processes_of(process.pid), "a process lives on")
