@@ -138,7 +138,15 @@ def faults(root: Path) -> str:
 
 BLOCKS: dict[str, Callable[[Path], str]] = {
     block.__name__: block
-    for block in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars, interleavings, fuzz, faults)
+    for block in (
+        hot_path_table,
+        hot_path_conditions,
+        paper_verdicts,
+        bench_bars,
+        interleavings,
+        fuzz,
+        faults,
+    )
 }
 
 

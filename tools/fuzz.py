@@ -134,7 +134,11 @@ def main() -> int:
         "minutes", type=float, nargs="?", default=1, help="for all targets together (default: 1)"
     )
     parser.add_argument("--replay", action="store_true", help="only the inputs that are kept")
-    parser.add_argument("--publish", action="store_true", help="add the executions of a run without a finding to results/reliability/")
+    parser.add_argument(
+        "--publish",
+        action="store_true",
+        help="add the executions of a run without a finding to results/reliability/",
+    )
     parser.add_argument("--only", help="targets, with commas between them")
     options = parser.parse_args()
     names = options.only.split(",") if options.only else list(SEEDS)

@@ -29,8 +29,8 @@ class RunFolder {
   /// Replaces a whole file. Throws RunError (disk full, for example), and leaves the old one.
   void write(const std::string& name, const FileContent& content) const;
 
-  /// Writes run.json for the last time. Throws RunError, and takes back then that the run is complete: the file
-  /// may have its name already, without the disk's word that it stays.
+  /// Writes run.json for the last time. Throws RunError, and takes back then that the run is complete: the
+  /// file may have its name already, without the disk's word that it stays.
   void conclude(nlohmann::json facts) const;
 
   /// Adds one repetition to jobs.csv and chains.csv, and waits until its rows are on disk: run.json may name
@@ -40,7 +40,8 @@ class RunFolder {
   /// Gives jobs.csv and chains.csv their names. Throws RunError.
   void finish();
 
-  /// Lets `print` show what was stored, and names the folder. What fails then changes no result, and is a note.
+  /// Lets `print` show what was stored, and names the folder. What fails then changes no result, and is a
+  /// note.
   void show(const auto& print) const {
     try {
       print();

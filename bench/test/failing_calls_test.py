@@ -103,7 +103,9 @@ class Run:
 
     def defect(self):
         """What is wrong with how it ended; empty: nothing."""
-        sentences = [line for line in self.errors.splitlines() if line.startswith("hotpath: ")]
+        # Without memory, Fast DDS may end a process of the run in an assertion of its own.
+        lines = [line for line in self.errors.splitlines() if "./src/cpp/rtps/" not in line]
+        sentences = [line for line in lines if line.startswith("hotpath: ")]
         if self.hung:
             return "it did not end"
         if self.left:

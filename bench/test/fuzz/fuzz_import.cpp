@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A description of a real system (HOTPATH_FUZZED_IMPORT reads it) becomes a graph and a deployment, which load.
+// A description of a real system (HOTPATH_FUZZED_IMPORT reads it) becomes a graph and a deployment, which
+// load.
 #include <iostream>
 
 #include "fuzz.hpp"
@@ -19,6 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     HOTPATH_FUZZED_IMPORT({.file = file.hold(data, size), .output = output});
     const Graph graph = load_graph(output / "graph.yaml");
     const std::string deployment = output / "deployment.yaml";
-    if (std::filesystem::exists(deployment)) static_cast<void>(find_deployment(deployment, graph, make_tasks(graph)));
+    if (std::filesystem::exists(deployment))
+      static_cast<void>(find_deployment(deployment, graph, make_tasks(graph)));
   });
 }
