@@ -24,7 +24,7 @@ build() {
   while [ "$1" != -- ]; do folders+=("$1") && shift; done
   shift
   colcon --log-base build_colcon/log build --build-base build_colcon --base-paths "${folders[@]}" \
-    --event-handlers console_direct- "$@"
+    --event-handlers console_direct+ "$@" >build_colcon/log/output 2>&1 || { tail -60 build_colcon/log/output >&2; exit 1; }
 }
 if [ "${1:-}" = --bench-target ]; then
   target=$2

@@ -34,7 +34,9 @@ fi
 
 # build DISTRO: in a subshell, since each distribution has an environment of its own.
 build() {
-  local base=build_ros2/$1 cmake=(--cmake-args -G Ninja -DHOTPATH_FASTDDS=OFF -DPython3_EXECUTABLE=/usr/bin/python3)
+  local base=build_ros2/$1
+  mkdir -p "$base/log"
+  local cmake=(--cmake-args -G Ninja -DHOTPATH_FASTDDS=OFF -DPython3_EXECUTABLE=/usr/bin/python3)
   shift
   run() {
     local testing=$1 folders=()
@@ -42,8 +44,8 @@ build() {
     while [ "$1" != -- ]; do folders+=("$1") && shift; done
     shift
     colcon --log-base "$base/log" build --build-base "$base/build" --install-base "$base/install" \
-      --base-paths "${folders[@]}" --executor sequential --event-handlers console_direct- \
-      "${cmake[@]}" -DBUILD_TESTING="$testing" "$@"
+      --base-paths "${folders[@]}" --executor sequential --event-handlers console_direct+ \
+      "${cmake[@]}" -DBUILD_TESTING="$testing" "$@" >"$base/log/output" 2>&1 || { tail -60 "$base/log/output" >&2; exit 1; }
   }
   run OFF executor reference_system ros2/hotpath_rclcpp_interfaces -- "$@"
   . "$base/install/local_setup.bash"

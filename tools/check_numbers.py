@@ -42,22 +42,34 @@ def with_interval(value: float, interval: list[float] | None, digits: int) -> st
     return text + (f" [{interval[0]:.{digits}f}, {interval[1]:.{digits}f}]" if interval else "")
 
 
+def capacities(root: Path) -> list[list[str]]:
+    """The rows of results/capacity: executor, largest load (%), that of the analysis, first that fails, why, others."""
+    lines = (root / "results/capacity/capacity.md").read_text(encoding="utf-8").splitlines()
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("| `")]
+
+
+def capacity(root: Path) -> str:
+    """The table of results/capacity and what a level takes to hold."""
+    return (root / "results/capacity/capacity.md").read_text(encoding="utf-8")
+
+
 def hot_path_table(root: Path) -> str:
-    """Latencies (ms), losses and ratios of results/hot_path."""
+    """Latencies (ms), losses and ratios of results/hot_path, and the largest loads (%) of results/capacity."""
     rows = []
+    carries = {row[0]: row[1] for row in capacities(root)}
     for e in load(root, "hot_path/summary.json")["executors"]:
         chain = e["chains"][0]
         latency, ratios = chain["hot_path_latency_ms"], chain["ratio_to_default"]
-        cells = [f"`{e['executor']}`", str(latency["n"])]
+        cells = [f"`{e['executor']}`"]
         cells += [with_interval(latency[q], latency["interval"][q], 1) for q in ("p50", "p99", "max")]
         cells += [str(e["skipped"]), str(e["overwritten"])]
         for which in ("median", "max"):
             ratio = ratios[which]
             beyond = ratio["interval"] and not ratio["interval"][0] <= 1 <= ratio["interval"][1]
             cells.append(f"{ratio['value']:.3g}{'*' if beyond else ''}")
-        rows.append(cells)
-    header = ["executor", "samples", "median ms", "p99 ms", "worst ms", "skipped", "overwritten"]
-    return table([*header, "median ratio", "worst ratio"], rows)
+        rows.append([*cells, carries.get(cells[0], "")])
+    header = ["executor", "median ms", "p99 ms", "worst ms", "skipped", "overwritten"]
+    return table([*header, "median ratio", "worst ratio", "carries %"], rows)
 
 
 def hot_path_conditions(root: Path) -> str:
@@ -143,6 +155,7 @@ BLOCKS: dict[str, Callable[[Path], str]] = {
         hot_path_conditions,
         paper_verdicts,
         bench_bars,
+        capacity,
         interleavings,
         fuzz,
         faults,

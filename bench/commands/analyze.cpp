@@ -18,6 +18,7 @@
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
+#include "setup/setup_facts.hpp"
 
 namespace hotpath {
 

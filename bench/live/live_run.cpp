@@ -27,6 +27,7 @@
 #include "results/run_folder.hpp"
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
+#include "setup/setup_facts.hpp"
 
 namespace hotpath {
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -77,18 +76,5 @@ void set_phases(TaskSet& set, const std::vector<Duration>& first);
 std::vector<std::string> chain_names(const Graph& graph);
 std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
 SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
-
-/// What run.json says of a live and of a simulated run alike.
-nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
-                            const std::vector<ExecutorSpec>& executors);
-
-/// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
-/// method bounds on the graph's platform: {executor, task, ms, method}. Empty for other graphs.
-nlohmann::json bounds_json(const Graph& graph, const GraphTasks& tasks,
-                           const std::vector<ExecutorSpec>& executors);
-
-/// The simulated machine, and back (nlohmann's exceptions for what is none).
-nlohmann::json platform_json(const GraphPlatform& platform);
-GraphPlatform platform_from_json(const nlohmann::json& platform);
 
 }  // namespace hotpath

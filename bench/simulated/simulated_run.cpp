@@ -18,6 +18,7 @@
 #include "results/stored_run.hpp"
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
+#include "setup/setup_facts.hpp"
 #include "simulated/own_times.hpp"
 #include "simulated/repetition.hpp"
 #include "simulated/run_totals.hpp"

@@ -10,6 +10,7 @@
 #include "program/text.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
+#include "setup/setup_facts.hpp"
 #include "simulated/own_times.hpp"
 #include "validation/validation.hpp"
 

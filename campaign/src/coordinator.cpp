@@ -11,7 +11,6 @@ namespace hotpath {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 /// How long to wait for a result of our own between two looks at the messages.
@@ -29,7 +28,7 @@ class Coordinator {
         link_(link),
         queue_(campaign.cells.begin(), campaign.cells.end()),
         open_(campaign.cells.begin(), campaign.cells.end()),
-        ranks_(link == nullptr ? 1 : link->ranks()),
+        ranks_(link == nullptr ? 1 : link->ranks(), Rank{.heard = options.now()}),
         pool_(options.threads, campaign.work) {}
 
   std::vector<std::string> run() {
@@ -50,9 +49,9 @@ class Coordinator {
 
  private:
   struct Rank {
-    std::string who;
-    Clock::time_point heard = Clock::now();
-    std::set<std::uint64_t> has;  ///< Cells handed out to it whose rows it has not sent.
+    std::string who = {};
+    std::chrono::steady_clock::time_point heard;
+    std::set<std::uint64_t> has = {};  ///< Cells handed out to it whose rows it has not sent.
     std::size_t wants = 0;
     bool lost = false, gone = false;
   };
@@ -84,7 +83,7 @@ class Coordinator {
   void listen() {
     if (link_ == nullptr) return;
     while (const auto received = link_->receive()) handle(received->from, unpack(received->bytes));
-    const auto now = Clock::now();
+    const auto now = options_.now();
     for (unsigned r = 1; r < ranks_.size(); ++r) {
       if (!ranks_[r].lost && now - ranks_[r].heard > options_.silence) give_up(r);
     }
@@ -95,7 +94,7 @@ class Coordinator {
 
   void handle(unsigned from, const Message& message) {
     Rank& rank = ranks_[from];
-    rank.heard = Clock::now();
+    rank.heard = options_.now();
     if (rank.lost) {
       rank.lost = false;
       notes_.push_back(name(from) + " is back.");
@@ -149,9 +148,9 @@ class Coordinator {
       if (!ranks_[r].gone) link_->send(r, stop);
     }
     const auto waits_for = [](const Rank& rank) { return !rank.gone && !rank.lost; };
-    const auto until = Clock::now() + options_.silence;
+    const auto until = options_.now() + options_.silence;
     ranks_[0].gone = true;
-    while (std::ranges::any_of(ranks_, waits_for) && Clock::now() < until) {
+    while (std::ranges::any_of(ranks_, waits_for) && options_.now() < until) {
       while (const auto received = link_->receive()) {
         ranks_[received->from].gone |= unpack(received->bytes).kind == Message::Kind::bye;
       }

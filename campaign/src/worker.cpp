@@ -12,7 +12,6 @@ namespace hotpath {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto kLook = 1ms;
@@ -34,7 +33,7 @@ class Worker {
     while (!listen()) {
       std::vector<CellResult> done = pool_.take(kLook);
       std::ranges::move(done, std::back_inserter(results_));
-      const auto now = Clock::now();
+      const auto now = options_.now();
       const bool hungry = answered_ && !asked_ && pool_.waiting() < options_.threads;
       const bool due = now - sent_ > (results_.empty() ? options_.silence / 4 : kTogether);
       if (hungry || due) {
@@ -55,14 +54,14 @@ class Worker {
  private:
   void send(const Message& message) {
     link_.send(0, pack(message));
-    sent_ = Clock::now();
+    sent_ = options_.now();
   }
 
   /// Whether it is over.
   bool listen() {
     while (const auto received = link_.receive()) {
       const Message message = unpack(received->bytes);
-      heard_ = Clock::now();
+      heard_ = options_.now();
       answered_ = true;
       if (message.kind == Message::Kind::stop) {
         send({.kind = Message::Kind::bye});
@@ -79,7 +78,7 @@ class Worker {
   Link& link_;
   std::vector<CellResult> results_;
   bool answered_ = false, asked_ = false;
-  Clock::time_point sent_, heard_ = Clock::now();
+  std::chrono::steady_clock::time_point sent_, heard_ = options_.now();
   CellPool pool_;
 };
 

@@ -3,11 +3,14 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
 #include <deque>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <numeric>
+#include <set>
 #include <thread>
 
 #include "message.hpp"
@@ -19,6 +22,18 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+/// Time that passes only where a test says so.
+struct TestClock {
+  std::atomic<int> ms = 0;
+  CrewOptions options() {
+    const auto now = [this] {
+      return std::chrono::steady_clock::time_point(std::chrono::milliseconds(ms.load()));
+    };
+    return {2, kSilence, now};
+  }
+  static constexpr std::chrono::milliseconds kSilence{200};
+};
 
 /// Ranks as threads of this process.
 struct Hub {
@@ -72,7 +87,9 @@ class CrewTest : public testing::Test {
     for (const auto& [cell, times] : gathered_) EXPECT_EQ(times, 1U) << cell;
   }
 
-  const CrewOptions options_{2, std::chrono::milliseconds(200)};
+  TestClock clock_;
+  const CrewOptions options_ = clock_.options();
+  const CrewOptions real_time_{.threads = 2};
   Hub hub_;
   std::map<std::uint64_t, unsigned> gathered_;
 };
@@ -96,14 +113,14 @@ TEST_F(CrewTest, RanksShareTheCells) {
     return mine.work(cell);
   };
   {
-    std::jthread first([&] { work_for_coordinator(others, options_, one); });
-    std::jthread second([&] { work_for_coordinator(others, options_, two); });
+    std::jthread first([&] { work_for_coordinator(others, real_time_, one); });
+    std::jthread second([&] { work_for_coordinator(others, real_time_, two); });
     Campaign slow = mine;  // so that the others come to their turn on a busy machine as well
     slow.work = [&](std::uint64_t cell) {
       while (by_rank_1 == 0) std::this_thread::yield();
       return mine.work(cell);
     };
-    EXPECT_THAT(coordinate(slow, options_, &zero), IsEmpty());
+    EXPECT_THAT(coordinate(slow, real_time_, &zero), IsEmpty());
   }
   expect_each_once(5000);
   EXPECT_GT(by_rank_1, 0U);
@@ -118,7 +135,7 @@ TEST_F(CrewTest, CellsOfARankThatDiesAreDoneByOthersAndTheRunSaysSo) {
   one.send(0, pack({.kind = Message::Kind::report, .number = 4}));
   Campaign slow = c;  // cells are left when its message is read
   slow.work = [&](std::uint64_t cell) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ++clock_.ms;
     return c.work(cell);
   };
   const std::vector<std::string> notes = coordinate(slow, options_, &zero);
@@ -133,23 +150,28 @@ TEST_F(CrewTest, ARankThatComesBackIsHeardAndNoCellCountsTwice) {
   const Campaign c = campaign(400);
   one.send(0, pack({.kind = Message::Kind::hello, .number = identity(c)}));
   one.send(0, pack({.kind = Message::Kind::report, .number = 50}));
+  std::set<std::uint64_t> its;
+  std::atomic<bool> has_some = false, lost = false, back = false;
   Campaign slow = c;
   slow.work = [&](std::uint64_t cell) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    while (!has_some) std::this_thread::yield();
+    if (its.contains(cell)) lost = true;  // it was handed out again
+    if (!lost) clock_.ms += 10;
+    while (lost && !back) std::this_thread::yield();
     return c.work(cell);
   };
   std::jthread rank([&] {
-    std::vector<std::uint64_t> mine;
-    while (mine.empty()) {
-      if (const auto got = one.receive()) mine = unpack(got->bytes).cells;
+    while (its.empty()) {
+      if (const auto got = one.receive())
+        std::ranges::copy(unpack(got->bytes).cells, std::inserter(its, its.end()));
     }
-    std::this_thread::sleep_for(options_.silence + std::chrono::milliseconds(50));
+    has_some = true;
+    while (!lost) std::this_thread::yield();
     Message late{.kind = Message::Kind::report};
-    for (const std::uint64_t cell : mine) late.results.push_back({cell, c.work(cell), ""});
+    for (const std::uint64_t cell : its) late.results.push_back({cell, c.work(cell), ""});
     one.send(0, pack(late));
+    back = true;
     for (bool over = false; !over;) {
-      one.send(0, pack({.kind = Message::Kind::report}));  // alive
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
       while (const auto got = one.receive()) over = unpack(got->bytes).kind == Message::Kind::stop;
     }
     one.send(0, pack({.kind = Message::Kind::bye}));
@@ -162,12 +184,10 @@ TEST_F(CrewTest, ARankThatComesBackIsHeardAndNoCellCountsTwice) {
 TEST_F(CrewTest, ARankOfAnotherBuildIsRefused) {
   HubLink zero(hub_, 0, 2), one(hub_, 1, 2);
   Campaign never_ends = campaign(1'000'000'000 / 1000);
-  never_ends.work = [](std::uint64_t) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    return std::string();
-  };
+  never_ends.work = [](std::uint64_t) { return std::string(); };
   never_ends.gather = [](std::uint64_t, const std::string&) {};
   one.send(0, pack({.kind = Message::Kind::hello, .number = 1, .text = "host"}));
+  one.send(0, pack({.kind = Message::Kind::bye}));
   EXPECT_THROW(
       try { coordinate(never_ends, options_, &zero); } catch (const CampaignError& error) {
         EXPECT_THAT(error.what(), HasSubstr("Rank 1 (host) runs another build"));
@@ -196,8 +216,8 @@ TEST_F(CrewTest, GatheringThatFailsEndsTheOtherRanks) {
   Campaign c = campaign(100'000);
   const Campaign others = c;
   c.gather = [](std::uint64_t, const std::string&) { throw std::runtime_error("disk full"); };
-  std::jthread rank([&] { work_for_coordinator(others, options_, one); });
-  EXPECT_THROW(coordinate(c, options_, &zero), std::runtime_error);
+  std::jthread rank([&] { work_for_coordinator(others, real_time_, one); });
+  EXPECT_THROW(coordinate(c, real_time_, &zero), std::runtime_error);
 }
 
 TEST_F(CrewTest, StopsWhenAsked) {

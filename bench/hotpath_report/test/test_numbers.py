@@ -33,7 +33,7 @@ class Numbers(unittest.TestCase):
             readme = root / "README.md"
             self.assertEqual(call("--check").returncode, 0)
             before = readme.read_text(encoding="utf-8")
-            readme.write_text(before.replace("| `default` | 240 |", "| `default` | 241 |"), encoding="utf-8")
+            readme.write_text(before.replace("| `default` | 38.4", "| `default` | 38.5"), encoding="utf-8")
             found = call("--check")
             self.assertEqual(found.returncode, 1)
             self.assertIn("hot_path_table", found.stderr)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <hotpath_rclcpp_interfaces/msg/message4kb.hpp>
@@ -32,6 +33,10 @@ class BoundedHistory {
   void reserve(std::size_t) {}
   void clear() { size_ = 0; }
   HistoryEntry& emplace_back() { return entries_[size_ < kCapacity ? size_++ : kCapacity - 1]; }
+  void erase(const HistoryEntry* entry) {
+    std::copy(entry + 1, end(), entries_.data() + (entry - begin()));
+    --size_;
+  }
   void push_back(const HistoryEntry& entry) {
     if (size_ < kCapacity) entries_[size_++] = entry;
   }

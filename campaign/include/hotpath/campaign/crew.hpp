@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@ struct CrewOptions {
   unsigned threads = 0;  ///< Of each rank; 0: one for each processor that it may use.
   /// A rank from which nothing was heard for so long counts as lost. Ranks report four times as often.
   std::chrono::milliseconds silence{20'000};
+  /// The clock that silence is measured with.
+  std::function<std::chrono::steady_clock::time_point()> now = std::chrono::steady_clock::now;
 };
 
 /// Who works on a campaign: the threads of this process and, when it was started by mpirun (or another

@@ -24,8 +24,11 @@ class TaskHistory {
   /// The last entry of any message is its publisher's, and the only one of it: what a timer published may
   /// come back to it by way of others.
   static void append(Message& m, const Stat& stat, std::uint32_t publication) {
-    std::erase_if(m.history(), [&](const auto& e) { return task_of(e) == stat.task; });
-    set_stat(m.history().emplace_back(), stat);
+    auto& entries = m.history();
+    const auto its = [&](const auto& e) { return task_of(e) == stat.task; };
+    const auto before = std::find_if(entries.begin(), entries.end(), its);
+    if (before != entries.end()) entries.erase(before);
+    set_stat(entries.emplace_back(), stat);
     m.publication(publication);
   }
 

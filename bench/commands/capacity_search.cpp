@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "commands/capacity_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+
+#include "bounds/bounds.hpp"
+#include "hotpath/analysis/analysis_error.hpp"
+#include "program/errors.hpp"
+#include "program/python_tool.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+#include "program/whole_file.hpp"
+#include "sweep/capacity.hpp"
+#include "sweep/child_run.hpp"
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void set_level(CommonOptions& options, Over over, double level) {
+  switch (over) {
+    case Over::load:
+      options.load_percent = level;
+      break;
+    case Over::rate:
+      options.rate_percent = level;
+      break;
+    case Over::copies:
+      options.copies = static_cast<unsigned>(level);
+  }
+}
+
+/// What was found of an executor or deployment.
+struct Row {
+  std::string label;
+  Capacity measured;
+  std::optional<Capacity> analysed;  ///< None: no method bounds it.
+};
+
+class CapacitySearch {
+ public:
+  explicit CapacitySearch(const CapacityOptions& options)
+      : options_(options),
+        required_(Requirement::parse(options.require)),
+        levels_{options.from, options.to, options.resolution} {
+    if (!(options.from <= options.to)) throw UsageError("--from lies above --to");
+    if (levels_.count() > 1'000'000) throw UsageError("--resolution: so many levels cannot be told apart");
+    const auto whole = [](double v) { return v == std::round(v) && v >= 1; };
+    if (options.over == Over::copies &&
+        !(whole(options.from) && whole(options.to) && whole(options.resolution))) {
+      throw UsageError("--over copies: --from, --to and --resolution are whole numbers from 1");
+    }
+    if (options.repetitions < 2) {
+      std::cerr << "note: one repetition says nothing about others; --repetitions 20 would\n";
+    }
+  }
+
+  void run() {
+    folder_ = options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-capacity" : options_.output;
+    if (fs::exists(folder_) && !fs::is_empty(folder_)) {
+      throw UsageError("--output: " + folder_.string() + " exists and is not empty; give a new folder");
+    }
+    for (const std::string& name : options_.executors) search(name, false);
+    for (const std::string& name : options_.deployments) search(name, true);
+    write();
+  }
+
+ private:
+  SimulateOptions one(const std::string& name, bool deployment, double level) const {
+    SimulateOptions options = options_;
+    options.executors.clear();
+    options.deployments.clear();
+    (deployment ? options.deployments : options.executors).push_back(name);
+    set_level(options, options_.over, level);
+    return options;
+  }
+
+  void search(const std::string& name, bool deployment) {
+    const SimulateOptions first = one(name, deployment, levels_.low);
+    if (!options_.live) check_simulation(first);  // so that what is wrong use counts as no level
+    const Graph graph = graph_to_run(first);
+    const std::string label = executors_to_run(first, graph, make_tasks(graph)).front().label;
+    const auto failure = [&](double level) {
+      std::cerr << label << ": " << to_string(options_.over) << " " << level << std::flush;
+      std::string why;
+      try {
+        why = required_.failure(measured_rows(measure(one(name, deployment, level))), label);
+      } catch (const UsageError& error) {
+        why = error.what();
+      }
+      std::cerr << (why.empty() ? " holds" : ": " + why) << "\n";
+      return why;
+    };
+    rows_.push_back({label, find_capacity(levels_, options_.coarse, failure), std::nullopt});
+    if (!deployment) rows_.back().analysed = analyse(name);
+  }
+
+  Summary measure(const SimulateOptions& options) const {
+    if (!options_.live) return summary_of_simulation(options);
+    const fs::path folder = folder_ / "level";
+    fs::remove_all(folder);
+    std::vector<std::string> words = {"run", "--output=" + folder.string()};
+    words.insert(words.end(), options_.run_words.begin(), options_.run_words.end());
+    words.push_back(concat("--duration=", options.duration_s));
+    words.push_back(concat("--repetitions=", options.repetitions));
+    words.push_back(concat("--phases=", to_string(options.phases)));
+    const bool deployed = !options.deployments.empty();
+    words.push_back(deployed ? "--deployments=" + options.deployments[0]
+                             : "--executor=" + options.executors[0]);
+    const double level = options_.over == Over::load   ? *options.load_percent
+                         : options_.over == Over::rate ? *options.rate_percent
+                                                       : options.copies;
+    words.push_back(concat("--", to_string(options_.over), "=", level));
+    std::istringstream more(options_.live_options);
+    for (std::string word; more >> word;) words.push_back(word);
+    run_hotpath(words);
+    Summary summary = summary_of_folder(folder);
+    fs::remove_all(folder);
+    return summary;
+  }
+
+  /// The largest level that an analysis accepts, of those at which the deadlines and the latency are bounded:
+  /// no method bounds losses of samples.
+  std::optional<Capacity> analyse(const std::string& name) const {
+    bool any = false;
+    const auto failure = [&](double level) {
+      const SimulateOptions options = one(name, false, level);
+      Graph graph = graph_to_run(options);
+      options.apply_to(graph.platform);
+      const GraphTasks tasks = make_tasks(graph);
+      const CallbackGraph callbacks = callback_graph(graph, tasks, false);
+      const ExecutorSpec spec = executors_to_run(options, graph, tasks).front();
+      const std::vector<GraphBounds> bounds = graph_bounds(bounded_system(graph, callbacks, spec));
+      any = any || std::ranges::any_of(bounds, [](const GraphBounds& b) { return b.refusal.empty(); });
+      return refusal(bounds, tasks.set, graph.chains.size());
+    };
+    try {
+      const Capacity found = find_capacity(levels_, options_.coarse, failure);
+      return any ? std::optional(found) : std::nullopt;
+    } catch (const AnalysisError&) {  // nodes that no method covers
+      return std::nullopt;
+    }
+  }
+
+  std::string refusal(const std::vector<GraphBounds>& bounds, const TaskSet& set, std::size_t chains) const {
+    const auto any = [&](auto accepts) { return std::ranges::any_of(bounds, accepts); };
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (set[id].kind != TaskKind::timer) continue;
+      if (!any([&](const GraphBounds& b) {
+            return !b.tasks.empty() && b.tasks[id] && Duration(*b.tasks[id]) <= set[id].deadline;
+          }))
+        return "no bound of " + set[id].name + " within its deadline";
+    }
+    for (std::size_t c = 0; required_.latency_ms && c < chains; ++c) {
+      if (!any([&](const GraphBounds& b) {
+            return !b.chains.empty() && b.chains[c] &&
+                   to_ms(Duration(b.chains[c]->latency)) <= *required_.latency_ms;
+          }))
+        return "no bound of a chain within the latency";
+    }
+    return "";
+  }
+
+  std::string level_text(std::optional<std::size_t> level) const {
+    return level ? text("%.10g", levels_.at(*level)) : "-";
+  }
+
+  std::vector<std::string> cells(const Row& row) const {
+    const Capacity& m = row.measured;
+    const auto fails = std::ranges::find_if(m.tried, [](const auto& t) { return !t.second.empty(); });
+    const bool failed = fails != m.tried.end();
+    std::vector<std::string> again;
+    for (const std::size_t level : m.again()) again.push_back(level_text(level));
+    const bool most = m.highest == levels_.count() - 1;
+    return {row.label,
+            (most ? ">= " : "") + level_text(m.highest),
+            row.analysed ? level_text(row.analysed->highest) : "no method",
+            failed ? level_text(fails->first) : "-",
+            failed ? fails->second : "",
+            joined(again, " ")};
+  }
+
+  /// A level counts only if all repetitions hold: with 95 % confidence at least this share of all would.
+  std::string confidence() const {
+    return text("%u of %u repetitions of %g s must hold: with 95 %% confidence %.1f %% of all such runs do.",
+                options_.repetitions, options_.repetitions, options_.duration_s,
+                100 * std::pow(0.05, 1.0 / options_.repetitions));
+  }
+
+  void write() const {
+    const std::string over = to_string(options_.over);
+    const std::vector<std::string> header = {"executor", "largest " + over, "analysis", "fails at",
+                                             "why",      "holds again at"};
+    TextTable table(concat(options_.graph, ", ", options_.live ? "live" : "simulated", ": largest ", over,
+                           " with ", joined(options_.require), " (steps of ", options_.resolution, ")"),
+                    header);
+    std::string markdown = "| " + joined(header, " | ") + " |\n| --- | ---: | ---: | ---: | --- | --- |\n";
+    for (const Row& row : rows_) {
+      const std::vector<std::string> texts = cells(row);
+      table.add_row({texts.begin(), texts.end()});
+      markdown +=
+          "| `" + texts[0] + "` | " + joined(std::vector(texts.begin() + 1, texts.end()), " | ") + " |\n";
+    }
+    std::cout << table << "\n" << confidence() << "\n";
+    create_folder(folder_);
+    write_whole_file(folder_ / "capacity.md", markdown + "\n" + confidence() + "\n");
+    write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
+      out << "executor,source," << over << ",holds,why\n";
+      for (const Row& row : rows_) {
+        write_levels(out, row.label, options_.live ? "live" : "simulated", row.measured);
+        if (row.analysed) write_levels(out, row.label, "analysis", *row.analysed);
+      }
+    });
+    draw_figure("capacity", folder_);
+    std::cout << "\nResults: " << folder_.string() << "\n";
+  }
+
+  void write_levels(std::ostream& out, const std::string& label, const char* source,
+                    const Capacity& c) const {
+    for (const auto& [level, why] : c.tried) {
+      write_row(out, label, source, levels_.at(level), why.empty() ? 1 : 0, csv_field(why));
+    }
+  }
+
+  const CapacityOptions options_;
+  const Requirement required_;
+  const Levels levels_;
+  fs::path folder_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace
+
+void search_capacities(const CapacityOptions& options) { CapacitySearch(options).run(); }
+
+}  // namespace hotpath

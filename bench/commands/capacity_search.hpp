@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/enum_text.hpp"
+#include "simulated/simulated_run.hpp"
+
+namespace hotpath {
+
+/// What grows from level to level.
+enum class Over : std::uint8_t { load, rate, copies };
+constexpr auto enum_texts(Over) {
+  return std::to_array<EnumText<Over>>(
+      {{Over::load, "load"}, {Over::rate, "rate"}, {Over::copies, "copies"}});
+}
+
+struct CapacityOptions : SimulateOptions {
+  Over over = Over::load;
+  std::vector<std::string> require = {"no-loss", "deadlines"};
+  double from = 5, to = 120, resolution = 1;
+  std::uint32_t coarse = 12;
+  bool live = false;
+  std::string live_options;
+  std::vector<std::string> run_words;  ///< What `run` is given of these options.
+};
+
+/// Searches for the largest level of each executor and deployment, prints them as a table and leaves them,
+/// with every level that was tried, in the output folder. Throws UsageError for levels that cannot be told
+/// apart.
+void search_capacities(const CapacityOptions& options);
+
+}  // namespace hotpath

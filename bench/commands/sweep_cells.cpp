@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "commands/sweep_cells.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
+#include "hotpath/core/input_error.hpp"
+#include "program/errors.hpp"
+#include "program/interrupt.hpp"
+#include "simulated/simulated_run.hpp"
+#include "sweep/child_run.hpp"
+#include "sweep/rows.hpp"
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+constexpr const char* kBoundColumns =
+    "executor,method,kind,name,bound_ns,observed_ns,tightness,violated,deadline_ns,response_ns,waiting_ns,"
+    "dominated_by";
+
+std::string option_word(const SweepOption& option) { return "--" + option.name + "=" + option.value; }
+
+/// How a command takes options, without doing what it does.
+class OptionParser {
+ public:
+  explicit OptionParser(std::string command) : app_("", "hotpath"), command_(std::move(command)) {
+    add_simulate_command(app_, [this](const SimulateOptions& options) { simulate_ = options; });
+    add_run_command(app_);
+    add_analyze_command(app_);
+    app_.require_subcommand(1);
+    sub_ = app_.get_subcommand(command_);
+    // The command's own callback keeps its options alive, and must not run.
+    if (command_ != "simulate") sub_->parse_complete_callback([] { throw CLI::Success(); });
+  }
+
+  bool has(const std::string& option) const { return sub_->get_option_no_throw("--" + option) != nullptr; }
+  std::string all() const {
+    Words names;
+    for (const CLI::Option* option : sub_->get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back(name);
+    }
+    return joined(names);
+  }
+  /// Throws CLI::ParseError.
+  const SimulateOptions& parse(const Words& words) {
+    Words all = words;
+    all.insert(all.begin(), command_);
+    std::ranges::reverse(all);  // as CLI11 takes them
+    try {
+      app_.parse(all);
+    } catch (const CLI::Success&) {
+    }
+    return simulate_;
+  }
+
+ private:
+  CLI::App app_;
+  const std::string command_;
+  CLI::App* sub_ = nullptr;
+  SimulateOptions simulate_;
+};
+
+Words tried_values(const SweepAxis& axis) {
+  if (!axis.values.empty()) return axis.values;
+  return {text("%.10g", axis.low), text("%.10g", axis.high)};
+}
+
+}  // namespace
+
+SweepCells::SweepCells(SweepDesign design, fs::path output)
+    : design_(std::move(design)), output_(std::move(output)) {
+  OptionParser parser(design_.command);
+  const auto check_name = [&](const std::string& name, int line) {
+    if (parser.has(name) || (name == "graph" && design_.command == "analyze")) return;
+    throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
+                     "it has " + parser.all());
+  };
+  for (const SweepOption& option : design_.fixed) check_name(option.name, option.line);
+  for (const SweepAxis& axis : design_.axes) {
+    check_name(axis.name, axis.line);
+    for (const std::string& value : tried_values(axis)) {
+      std::vector<SweepOption> at = design_.coordinates(0);
+      std::ranges::find(at, axis.name, &SweepOption::name)->value = value;
+      check_cell(at, axis.line);
+    }
+  }
+}
+
+void SweepCells::check_cell(const std::vector<SweepOption>& at, int line) const {
+  try {
+    const SimulateOptions options = OptionParser(design_.command).parse(words_of(at, 0));
+    if (design_.command == "simulate") check_simulation(options);
+  } catch (const CLI::ParseError& error) {
+    throw InputError(design_.file, line, error.what(), "see `hotpath " + design_.command + " --help`");
+  } catch (const UsageError& error) {
+    throw InputError(design_.file, line, error.what(), "correct this value, or what is fixed");
+  }
+}
+
+Words SweepCells::words_of(const std::vector<SweepOption>& at, std::uint64_t cell) const {
+  Words words;
+  const auto add = [&](const SweepOption& option) {
+    const bool positional = option.name == "graph" && design_.command == "analyze";
+    words.push_back(positional ? option.value : option_word(option));
+  };
+  std::ranges::for_each(design_.fixed, add);
+  std::ranges::for_each(at, add);
+  const bool seeded = std::ranges::find(at, "seed", &SweepOption::name) != at.end();
+  if (!seeded && design_.command != "analyze") words.push_back(concat("--seed=", design_.seed_of(cell)));
+  return words;
+}
+
+std::string SweepCells::place_of(std::uint64_t cell) const {
+  std::string place = std::to_string(cell) + ",";
+  for (const SweepOption& option : design_.coordinates(cell)) {
+    if (!names_executor(option.name)) place += csv_field(option.value) + ",";
+  }
+  return concat(place, design_.repetition(cell), ",", design_.seed_of(cell), ",");
+}
+
+std::string SweepCells::header() const {
+  std::string columns = "cell,";
+  for (const SweepAxis& axis : design_.axes) {
+    if (!names_executor(axis.name)) columns += axis.name + ",";
+  }
+  return columns + "repetition,seed,failure," +
+         (design_.command == "analyze" ? kBoundColumns : kMeasuredColumns);
+}
+
+std::string SweepCells::rows_of(std::uint64_t cell) const {
+  const std::string place = place_of(cell);
+  try {
+    if (design_.command == "analyze") return bounds_of(cell, place);
+    return measured_of(cell, place);
+  } catch (const UsageError& error) {
+    return failed(cell, place, error.what());
+  } catch (const InputError& error) {
+    return failed(cell, place, error.what());
+  }
+}
+
+std::string SweepCells::failed(std::uint64_t cell, const std::string& place, const std::string& why) const {
+  if (interrupted() != 0) throw RunError("interrupted; the same command goes on");  // its process was, too
+  std::string executor;
+  for (const SweepOption& option : design_.coordinates(cell)) {
+    if (names_executor(option.name)) executor = option.value;
+  }
+  const std::string columns = design_.command == "analyze" ? kBoundColumns : kMeasuredColumns;
+  const auto more = static_cast<std::size_t>(std::ranges::count(columns, ','));
+  return place + csv_field(why) + "," + csv_field(executor) + std::string(more, ',') + "\n";
+}
+
+fs::path SweepCells::folder_of(std::uint64_t cell) const { return output_ / "cells" / std::to_string(cell); }
+
+std::string SweepCells::measured_of(std::uint64_t cell, const std::string& place) const {
+  Summary summary;
+  if (live() || design_.keeps(cell)) {
+    const fs::path folder = folder_of(cell);
+    run_as_child(cell, "--output=" + folder.string());
+    summary = summary_of_folder(folder);
+    if (!design_.keeps(cell)) fs::remove_all(folder);
+  } else {
+    SimulateOptions options = OptionParser(design_.command).parse(words_of(design_.coordinates(cell), cell));
+    options.threads = 1;
+    summary = summary_of_simulation(options);
+  }
+  std::string rows;
+  for (const MeasuredRow& row : measured_rows(summary)) rows += place + "," + csv_of(row) + "\n";
+  return rows;
+}
+
+std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) const {
+  const fs::path csv = fs::temp_directory_path() / text("hotpath-%d-%lu.csv", getpid(), cell);
+  run_as_child(cell, "--csv=" + csv.string());
+  std::ifstream in(csv);
+  std::string rows, line;
+  for (std::getline(in, line); std::getline(in, line);) rows += place + "," + line + "\n";
+  fs::remove(csv);
+  return rows.empty() ? failed(cell, place, "no bound is known") : rows;
+}
+
+void SweepCells::run_as_child(std::uint64_t cell, const std::string& results) const {
+  Words words = words_of(design_.coordinates(cell), cell);
+  words.insert(words.begin(), design_.command);
+  words.push_back(results);
+  fs::remove_all(folder_of(cell));  // of an earlier attempt
+  run_hotpath(words);
+}
+
+}  // namespace hotpath
