@@ -3,8 +3,8 @@
 """Runs the fuzz targets of build-fuzz/, which launch_scripts/fuzz.sh builds, and says what they tried.
 
 What a target finds is kept in build-fuzz/found/; its input belongs into test/fuzz/corpus/TARGET/ of its package once it
-is mended. `--replay` runs every input that is kept, and nothing else. With `--publish` the executions of a run without a
-finding are added to results/reliability/fuzz.json, which docs/reliability.md shows.
+is mended. `--replay` runs every input that is kept, and nothing else. With `--publish` the executions of a run without
+a finding are added to results/reliability/fuzz.json, which docs/reliability.md shows.
 """
 
 import argparse
