@@ -16,6 +16,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build-fuzz"
@@ -111,7 +112,7 @@ def fuzz(target: str, seconds: float) -> tuple[str, int, list[str]]:
 
 def publish(counts: dict[str, int], seconds: float) -> None:
     """Adds them to those of earlier runs."""
-    before = {"seconds": 0, "targets": {}}
+    before: dict[str, Any] = {"seconds": 0, "targets": {}}
     if RESULT.exists():
         before = json.loads(RESULT.read_text(encoding="utf-8"))
     targets = before["targets"]
