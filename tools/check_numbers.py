@@ -129,9 +129,37 @@ def interleavings(root: Path) -> str:
     )
 
 
+def fuzz(root: Path) -> str:
+    """What the fuzz targets tried without a finding, of results/reliability."""
+    told = load(root, "reliability/fuzz.json")
+    targets = told["targets"]
+    tried = ", ".join(f"{name} {target['executions']:,}" for name, target in targets.items())
+    total = sum(target["executions"] for target in targets.values())
+    return (
+        f"{len(targets)} targets, {total:,} inputs without a finding, in {told['seconds'] / 3600:.1f} hours of one"
+        f" processor until {told['date']};\n{sum(target['kept'] for target in targets.values())} inputs are kept.\n"
+        f"By target: {tried}.\n"
+    )
+
+
+def faults(root: Path) -> str:
+    """The calls that failed in failing_calls_test.py, of results/reliability."""
+    told = load(root, "reliability/faults.json")
+    return f"{told['simulate']:,} faults in a simulation and {told['run']:,} in a live run: all ended well.\n"
+
+
 BLOCKS: dict[str, Callable[[Path], str]] = {
     block.__name__: block
-    for block in (hot_path_table, hot_path_conditions, paper_verdicts, bench_bars, capacity, interleavings)
+    for block in (
+        hot_path_table,
+        hot_path_conditions,
+        paper_verdicts,
+        bench_bars,
+        capacity,
+        interleavings,
+        fuzz,
+        faults,
+    )
 }
 
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <istream>
 #include <ostream>
+#include <string>
 
 #include "hotpath/analysis/sag_job.hpp"
 #include "hotpath/core/csv.hpp"
@@ -44,6 +45,11 @@ void write_sag_csv(std::ostream& out, const std::vector<SagJob>& jobs) {
 std::vector<SagJob> read_sag_csv(std::istream& in, const std::string& file_name) {
   // The tools skip the first line; so may a file without a header begin with a job.
   CsvReader rows(in, file_name, kColumns, CsvLayout::by_hand);
+  if (rows.header().size() < kColumns.size()) {
+    rows.fail("the header names " + std::to_string(rows.header().size()) + " columns instead of " +
+                  std::to_string(kColumns.size()),
+              "name the tools' columns, or begin with a job");
+  }
   std::vector<SagJob> jobs;
   while (rows.next()) jobs.push_back(read_job(rows));
   if (jobs.empty())

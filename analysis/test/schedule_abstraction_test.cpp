@@ -199,6 +199,8 @@ TEST(SagCsv, MalformedLinesAreNamed) {
               testing::HasSubstr("jobs.csv:2: column 7 (Deadline) is `x`"));
   EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1\n1,2,0,0\n"), testing::HasSubstr("jobs.csv:3: 4 columns"));
   EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1,1\n"), testing::HasSubstr("more than 8 columns"));
+  EXPECT_THAT(message("Task ID, Job ID\n1,1\n"),
+              testing::HasSubstr("jobs.csv:1: the header names 2 columns"));
   EXPECT_THAT(message(header + "1,1,5,0,1,2,9,1\n"), testing::HasSubstr("Arrival min <= Arrival max"));
   EXPECT_THAT(message(header + "1,1,0,0,3,2,9,1\n"), testing::HasSubstr("Cost min <= Cost max"));
   EXPECT_THAT(message(header), testing::HasSubstr("no jobs"));

@@ -26,9 +26,12 @@ namespace {
     try {
       if (const std::exception_ptr active = std::current_exception()) std::rethrow_exception(active);
     } catch (const std::bad_alloc&) {
-      std::fputs("hotpath: there is no memory to begin with; give it more (ulimit -v, cgroup)\n", stderr);
+      std::fputs("hotpath: memory ended; give it more (ulimit -v, cgroup)\n", stderr);
       _exit(1);
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "hotpath: internal error: %s\n", error.what());
     } catch (...) {
+      std::fputs("hotpath: internal error: an exception of no known type\n", stderr);
     }
     std::abort();
   });

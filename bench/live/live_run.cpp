@@ -9,6 +9,7 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
@@ -36,6 +37,12 @@ using nlohmann::json;
 
 /// What a process needs before its epoch and after its end, for the estimate of the time left.
 constexpr Duration kOverhead = std::chrono::milliseconds(400);
+
+/// One that nobody guesses.
+std::string any_name() {
+  std::random_device random;
+  return text("run-%08x%08x%08x%08x", random(), random(), random(), random());
+}
 
 class LiveRun {
  public:
@@ -82,7 +89,7 @@ class LiveRun {
     run_["partial"] = partial_;
     run_["failures"] = failures_;
     run_["warnings"] = warnings_;
-    folder.write("run.json", run_);
+    folder.conclude(run_);
     report(folder, summary, effects);
   }
 
@@ -115,6 +122,7 @@ class LiveRun {
     plan_.fastdds.loopback_only = !options_.all_interfaces;
     // Keeps runs at the same time on one machine apart.
     plan_.fastdds.partition = "hotpath-" + std::to_string(getpid());
+    plan_.fastdds.key = any_name();
     plan_.length = length();
     plan_.time_out = seconds(options_.time_out_s);
     check_publishing();
@@ -321,11 +329,12 @@ class LiveRun {
       warn("Interrupted before anything was measured.");
       return;
     }
-    write_table(std::cout, summary);
-    if (options_.live_alternate) write_publishing_effects(std::cout, effects);
-    draw(folder, summary);
-    if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
-    std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
+    folder.show([&] {
+      write_table(std::cout, summary);
+      if (options_.live_alternate) write_publishing_effects(std::cout, effects);
+      draw(folder, summary);
+      if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
+    });
     if (!failures_.empty()) {
       throw RunError(concat(failures_.size(), " of ", runs_planned(), " runs failed; the rest is in ",
                             folder.path().string()));

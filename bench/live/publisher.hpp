@@ -69,13 +69,13 @@ class Publisher {
     if (process_.id < 0) return "its process could not be started";
     int status = 0;
     const Time limit = now() + kTimeToEnd;
-    while (waitpid(process_.id, &status, WNOHANG) == 0) {
+    while (await_process(process_.id, &status, WNOHANG) == 0) {
       if (now() < limit) {
         usleep(1000);
         continue;
       }
       kill(process_.id, SIGKILL);
-      waitpid(process_.id, nullptr, 0);
+      await_process(process_.id, nullptr);
       return "its process did not end in time and was ended";
     }
     return status == 0 ? "" : "its process " + how_it_ended(status);

@@ -193,7 +193,7 @@ class Coordinator {
 
   std::string death(std::uint32_t p) {
     int status = 0;
-    children_[p].ended = waitpid(children_[p].process.id, &status, 0) == children_[p].process.id;
+    children_[p].ended = await_process(children_[p].process.id, &status) == children_[p].process.id;
     if (began_) end_ = std::min(end_, now());
     return name(p) + " " + (children_[p].ended ? how_it_ended(status) : "closed its channel");
   }
@@ -210,7 +210,7 @@ class Coordinator {
     bool killed = false;
     for (Child& c : children_) {
       while (!c.ended) {
-        c.ended = waitpid(c.process.id, nullptr, WNOHANG) != 0;
+        c.ended = await_process(c.process.id, nullptr, WNOHANG) != 0;
         if (c.ended) break;
         if (now() >= limit && !killed) {
           note_shared_memory();

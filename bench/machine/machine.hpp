@@ -49,7 +49,7 @@ class HiccupHistogram {
 };
 
 /// Keeps every allowed core busy for `length`, all at the same time (after rigtorp's hiccups). All threads
-/// have ended when it returns.
+/// have ended when it returns. Throws what pin_to_cpus() throws, and std::system_error without a thread.
 MachineNoise measure_noise(Duration length);
 
 /// Whole sentences about noise that results will show.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <exception>
 #include <latch>
 #include <thread>
 
@@ -57,15 +58,33 @@ MachineNoise measure_noise(Duration length) {
   const std::vector<int> cpus = allowed_cpus();
   noise.cores.resize(cpus.size());
   std::latch together(static_cast<std::ptrdiff_t>(cpus.size()));
-  std::vector<std::thread> watchers;
-  for (std::size_t i = 0; i < cpus.size(); ++i) {
-    watchers.emplace_back([&, i] {
+  std::vector<std::exception_ptr> failures(cpus.size());
+  const auto fail = [&](std::size_t i) {
+    failures[i] = std::current_exception();
+    together.count_down();
+  };
+  const auto work = [&](std::size_t i) {
+    try {
       pin_to_cpus({cpus[i]});
-      together.arrive_and_wait();
-      noise.cores[i] = watch(length).summary(cpus[i]);
-    });
+    } catch (const std::exception&) {
+      return fail(i);
+    }
+    together.arrive_and_wait();
+    noise.cores[i] = watch(length).summary(cpus[i]);
+  };
+  std::vector<std::thread> watchers;
+  watchers.reserve(cpus.size());
+  for (std::size_t i = 0; i < cpus.size(); ++i) {
+    try {
+      watchers.emplace_back(work, i);
+    } catch (const std::exception&) {
+      fail(i);
+    }
   }
   for (std::thread& w : watchers) w.join();
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
+  }
   return noise;
 }
 

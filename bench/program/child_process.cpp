@@ -40,13 +40,20 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
                    "); is it installed?");
   }
   ProgramEnd end;
-  while (waitpid(id, &end.status, 0) < 0 && errno == EINTR) {
-  }
+  await_process(id, &end.status);
   std::rewind(errors.get());
   for (int c = std::getc(errors.get()); c != EOF; c = std::getc(errors.get())) {
     end.errors.push_back(static_cast<char>(c));
   }
   return end;
+}
+
+pid_t await_process(pid_t id, int* status, int flags) {
+  pid_t ended = 0;
+  do {
+    ended = waitpid(id, status, flags);
+  } while (ended < 0 && errno == EINTR);
+  return ended;
 }
 
 std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe"); }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
 #include <vector>
 
@@ -18,6 +20,9 @@ struct ProgramEnd {
 /// Runs a program (found along PATH) with its arguments to its end; its other streams are ours, except what
 /// it prints where `silent`. Throws RunError when it cannot be started.
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
+
+/// waitpid(), which no signal interrupts.
+pid_t await_process(pid_t id, int* status, int flags = 0);
 
 /// The path of the running program.
 std::string own_program();

@@ -59,7 +59,7 @@ void draw_figure(const std::string& command, const fs::path& folder) {
   ProgramEnd end;
   try {
     end = run_program(command_line(command, {folder.string()}));
-  } catch (const RunError& error) {  // the result is whole without it
+  } catch (const std::exception& error) {  // the result is whole without it
     std::cerr << "note: the figure was not drawn: " << error.what() << "\n";
     return;
   }

@@ -63,6 +63,19 @@ void RunFolder::write(const std::string& name, const FileContent& content) const
   }
 }
 
+void RunFolder::conclude(nlohmann::json facts) const {
+  try {
+    write("run.json", facts);
+  } catch (const RunError&) {
+    facts["complete"] = false;
+    try {
+      write("run.json", facts);
+    } catch (const RunError&) {  // the first failure is the one to tell
+    }
+    throw;
+  }
+}
+
 void RunFolder::append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace) {
   write_jobs_csv(jobs_, set, trace);
   if (!jobs_.flush()) fail("jobs.csv.part", errno);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdio>
+#include <exception>
 #include <fstream>
+#include <iostream>
 
 #include "hotpath/core/trace.hpp"
 #include "program/whole_file.hpp"
@@ -26,12 +29,27 @@ class RunFolder {
   /// Replaces a whole file. Throws RunError (disk full, for example), and leaves the old one.
   void write(const std::string& name, const FileContent& content) const;
 
+  /// Writes run.json for the last time. Throws RunError, and takes back then that the run is complete: the
+  /// file may have its name already, without the disk's word that it stays.
+  void conclude(nlohmann::json facts) const;
+
   /// Adds one repetition to jobs.csv and chains.csv, and waits until its rows are on disk: run.json may name
   /// it from then on. Throws RunError.
   void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace);
 
   /// Gives jobs.csv and chains.csv their names. Throws RunError.
   void finish();
+
+  /// Lets `print` show what was stored, and names the folder. What fails then changes no result, and is a
+  /// note.
+  void show(const auto& print) const {
+    try {
+      print();
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "note: the result is stored, and could not be shown: %s\n", error.what());
+    }
+    std::cout << "\nResults: " << path_.c_str() << "\n" << std::flush;
+  }
 
  private:
   [[noreturn]] void fail(const std::string& name, int cause) const;

@@ -185,11 +185,12 @@ class SimulatedRun {
     if (options_.no_trace) std::filesystem::remove(folder.path() / "jobs.csv");
     folder.write("summary.json", json(summary));
     facts["complete"] = true;
-    folder.write("run.json", facts);
-    write_table(std::cout, summary);
-    const bool chains = !graph_.chains.empty();
-    if (chains || !options_.no_trace) draw_figure(chains ? "hot-path" : "timers-only", folder.path());
-    std::cout << "\nResults: " << folder.path().string() << "\n" << std::flush;
+    folder.conclude(facts);
+    folder.show([&] {
+      write_table(std::cout, summary);
+      const bool chains = !graph_.chains.empty();
+      if (chains || !options_.no_trace) draw_figure(chains ? "hot-path" : "timers-only", folder.path());
+    });
   }
 
   SimulateOptions options_;

@@ -67,20 +67,19 @@ int main(int argc, char** argv) {
   options.partition = "hotpath-*";
   std::string topic, type = "hotpath::msg::Message4kb";
   std::size_t size = 4100;
-  bool default_partition = false;
   CLI::App app("Publishes nonsense");
   app.add_option("--domain", options.domain);
   app.add_option("--topic", topic)->required();
   app.add_option("--type", type);
   app.add_option("--size", size, "Of half of the payloads");
-  app.add_flag("--default-partition", default_partition);
+  app.add_option("--partition", options.partition, "Empty: the default one");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGTERM, [](int) { ended = 1; });
 
   fast::DomainParticipant* participant = hotpath::create_participant(options);
   fast::TypeSupport(new AnyBytes(type)).register_type(participant);
   fast::PublisherQos publisher;
-  if (!default_partition) publisher.partition().push_back(options.partition.c_str());
+  if (!options.partition.empty()) publisher.partition().push_back(options.partition.c_str());
   fast::DataWriterQos writer_qos;
   writer_qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
   writer_qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;

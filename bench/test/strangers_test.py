@@ -57,16 +57,26 @@ class Strangers(CommandTest):
         self.addCleanup(stranger.kill)
         return stranger
 
-    def test_samples_of_others_are_left_out_and_counted(self):
-        strangers = [self.strange("--topic", t) for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")]  # fmt: skip
+    def run_beside_strangers(self, partition):
+        strangers = [self.strange("--topic", t, "--partition", partition) for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")]  # fmt: skip
         code, _, err = self.command(*RUN)
         for stranger in strangers:
             stranger.send_signal(signal.SIGTERM)
             self.assertGreater(int(stranger.communicate()[0]), 0)
         self.assertEqual(code, 0, err)
         run = RunFolder(self.folder / "run")
-        # In a reader's history their samples may replace ours, so that the loss equations need not hold.
         self.assertTrue(run.run["complete"])
+        return run
+
+    def test_readers_meet_no_writers_of_others(self):
+        run = self.run_beside_strangers("hotpath-*")
+        self.assertTrue(all(e["loss_equations"]["hold"] for e in run.summary()["executors"]))
+        self.assertNotIn("samples", " ".join(run.run["warnings"]))
+
+    def test_samples_of_others_are_left_out_and_counted(self):
+        # Of those that are in all partitions. In a reader's history their samples may replace ours, so that the loss
+        # equations need not hold.
+        run = self.run_beside_strangers("*")
         self.assertIn("samples of other programs", " ".join(run.run["warnings"]))
 
     def test_those_that_come_and_go_disturb_nothing(self):
@@ -88,7 +98,7 @@ class Strangers(CommandTest):
 
     def test_telemetry_goes_on_beside_nonsense_on_its_topics(self):
         for topic, kind in {"run": "RunInfo", "statistics": "Statistics", "chain_samples": "ChainSample"}.items():
-            self.strange("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}", "--size", 200, "--default-partition")  # fmt: skip
+            self.strange("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}", "--size", 200, "--partition", "")  # fmt: skip
         code, _, err = self.command(*RUN, "--live")
         self.assertEqual(code, 0, err)
         self.assertTrue(RunFolder(self.folder / "run").run["complete"])

@@ -29,12 +29,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kRemedy =
+constexpr const char* kDeploymentRemedy =
     "a deployment is one YAML map that begins with `name: NAME` and lists `executors`";
 
 /// The file's content; keeps a pointer to `path`.
 YamlMap read_deployment(const std::string& path) {
-  YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), kRemedy), "the deployment", 1),
+  YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), kDeploymentRemedy), "the deployment", 1),
               "the deployment");
   map.check_keys({"name", "description", "executors"});
   return map;

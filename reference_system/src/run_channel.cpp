@@ -43,7 +43,11 @@ int Channel::for_program() const {
 }
 
 bool Channel::send(const ChannelMessage& message) const {
-  return ::send(descriptor_, &message, sizeof(message), MSG_NOSIGNAL) == sizeof(message);
+  ssize_t sent = 0;
+  do {
+    sent = ::send(descriptor_, &message, sizeof(message), MSG_NOSIGNAL);
+  } while (sent < 0 && errno == EINTR);
+  return sent == sizeof(message);
 }
 
 std::optional<ChannelMessage> Channel::receive(Time until) const {
@@ -53,8 +57,9 @@ std::optional<ChannelMessage> Channel::receive(Time until) const {
   pollfd p{descriptor_, POLLIN, 0};
   if (ppoll(&p, 1, &wait, nullptr) <= 0) return std::nullopt;
   ChannelMessage message(ChannelMessage::Kind::closed);
-  const bool whole = recv(descriptor_, &message, sizeof(message), 0) == sizeof(message);
-  return whole ? message : ChannelMessage(ChannelMessage::Kind::closed);
+  const ssize_t received = recv(descriptor_, &message, sizeof(message), 0);
+  if (received < 0 && errno == EINTR) return std::nullopt;
+  return received == sizeof(message) ? message : ChannelMessage(ChannelMessage::Kind::closed);
 }
 
 ForkedProcess fork_process(const std::function<int(const Channel&)>& work) {

@@ -7,6 +7,9 @@
 #include <cstring>
 #include <memory>
 
+#include <yaml-cpp/eventhandler.h>
+#include <sstream>
+
 #include "hotpath/core/input_error.hpp"
 
 namespace hotpath {
@@ -14,6 +17,29 @@ namespace hotpath {
 namespace {
 
 constexpr std::size_t kMaxFileBytes = std::size_t{4} << 20;
+
+struct IgnoreEvents final : YAML::EventHandler {
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  }
+  void OnMapEnd() override {}
+};
+
+/// Whether a document follows the first one. YAML::LoadAll() would find empty ones without end where a text
+/// that is no YAML begins with a comma.
+bool has_second_document(const std::string& text) {
+  std::istringstream in(text);
+  YAML::Parser parser(in);
+  IgnoreEvents events;
+  return parser.HandleNextDocument(events) && parser.HandleNextDocument(events);
+}
 
 }  // namespace
 
@@ -35,18 +61,20 @@ std::string read_text_file(const std::string& path) {
 }
 
 YAML::Node read_yaml(const std::string& file, const std::string& text, const std::string& remedy) {
-  std::vector<YAML::Node> documents;
+  YAML::Node document;
+  bool several = false;
   try {
-    documents = YAML::LoadAll(text);
+    document = YAML::Load(text);
+    several = has_second_document(text);
   } catch (const YAML::Exception& error) {
     const int line = error.mark.is_null() ? 0 : error.mark.line + 1;
     throw InputError(file, line, "not valid YAML: " + error.msg,
                      "correct indentation, colons and quotes here");
   }
-  if (documents.empty() || documents.front().IsNull()) throw InputError(file, 0, "the file is empty", remedy);
-  if (documents.size() > 1) throw InputError(file, 0, "the file holds several YAML documents", remedy);
-  if (!documents.front().IsMap()) throw InputError(file, 1, "the file is not a map of keys", remedy);
-  return documents.front();
+  if (several) throw InputError(file, 0, "the file holds several YAML documents", remedy);
+  if (document.IsNull()) throw InputError(file, 0, "the file is empty", remedy);
+  if (!document.IsMap()) throw InputError(file, 1, "the file is not a map of keys", remedy);
+  return document;
 }
 
 }  // namespace hotpath

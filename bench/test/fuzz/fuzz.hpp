@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 
 #include "hotpath/analysis/analysis_error.hpp"
@@ -27,9 +28,28 @@ class InputFile {
     return path_;
   }
 
+  const std::string& path() const { return path_; }
+
  private:
   int descriptor_ = memfd_create("input", 0);
   std::string path_ = "/proc/self/fd/" + std::to_string(descriptor_);
+};
+
+/// A folder in memory, for readers and writers of several files; it goes with the process.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string path = "/dev/shm/hotpath_fuzz_XXXXXX";
+    if (mkdtemp(path.data()) == nullptr) std::abort();
+    path_ = path;
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
 };
 
 /// Reads, or refuses in the way that is right. What libFuzzer wants to be returned.

@@ -16,9 +16,8 @@ using namespace hotpath;
 
 /// What a transport hands on, a node reads and copies.
 template <class History, class PubSubType>
-void receive(eprosima::fastrtps::rtps::SerializedPayload_t& payload, const Graph& graph) {
-  const GraphTasks tasks = make_tasks(graph);
-  const History history(graph, tasks);
+void receive(eprosima::fastrtps::rtps::SerializedPayload_t& payload, const GraphTasks& tasks,
+             const History& history) {
   GuardedType<PubSubType> type;
   typename PubSubType::type message, output;
   if (!type.deserialize(&payload, &message) || !is_message_of(message, tasks.set.size())) return;
@@ -34,16 +33,18 @@ void receive(eprosima::fastrtps::rtps::SerializedPayload_t& payload, const Graph
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const Graph autoware = load_graph(find_graph("autoware")),
-                     callbacks = load_graph(find_graph("callbacks"));
+  static const Graph autoware = load_graph(find_graph("autoware"));
+  static const GraphTasks tasks = make_tasks(autoware),
+                          callbacks = make_tasks(load_graph(find_graph("callbacks")));
+  static const Message4kbHistory history(autoware, tasks);
   if (size == 0) return 0;
   eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size));
   payload.length = static_cast<std::uint32_t>(size - 1);
   std::copy_n(data + 1, size - 1, payload.data);
   if (data[0] % 2 == 0) {
-    receive<Message4kbHistory, msg::Message4kbPubSubType>(payload, autoware);
+    receive<Message4kbHistory, msg::Message4kbPubSubType>(payload, tasks, history);
   } else {
-    receive<TaskMessageHistory, msg::TaskMessagePubSubType>(payload, callbacks);
+    receive<TaskMessageHistory, msg::TaskMessagePubSubType>(payload, callbacks, {});
   }
   return 0;
 }

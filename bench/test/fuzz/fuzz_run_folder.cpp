@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The folder of a run, of which one file (HOTPATH_FUZZED_FILE) is the input and the others are as a program
 // wrote them: everything that `hotpath summarize` does with it.
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "fuzz.hpp"
@@ -12,36 +10,29 @@
 namespace {
 
 namespace fs = std::filesystem;
+using namespace hotpath;
 
-/// A copy of the folder with a link to the input in place of the fuzzed file; libFuzzer's processes each
-/// have one, and it goes with them.
-class Folder {
+/// A copy of the folder with a link to the input in place of the fuzzed file.
+class RunWithInput {
  public:
-  explicit Folder(const std::string& input) {
+  explicit RunWithInput(const std::string& input) {
     for (const char* name : {"run.json", "jobs.csv", "chains.csv"}) {
-      fs::create_symlink(fs::path(HOTPATH_FUZZED_RUN) / name, path_ / name);
+      fs::create_symlink(fs::path(HOTPATH_FUZZED_RUN) / name, path() / name);
     }
-    fs::remove(path_ / HOTPATH_FUZZED_FILE);
-    fs::create_symlink(input, path_ / HOTPATH_FUZZED_FILE);
+    fs::remove(path() / HOTPATH_FUZZED_FILE);
+    fs::create_symlink(input, path() / HOTPATH_FUZZED_FILE);
   }
-  ~Folder() { fs::remove_all(path_); }
-  const fs::path& path() const { return path_; }
+  const fs::path& path() const { return folder_.path(); }
 
  private:
-  static fs::path create() {
-    std::string path = (fs::temp_directory_path() / "hotpath_fuzz_XXXXXX").string();
-    if (mkdtemp(path.data()) == nullptr) std::abort();
-    return path;
-  }
-  const fs::path path_ = create();
+  const fuzz::TemporaryFolder folder_;
 };
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace hotpath;
   static fuzz::InputFile file;
-  static const Folder folder(file.hold(nullptr, 0));
+  static const RunWithInput folder(file.hold(nullptr, 0));
   file.hold(data, size);
   return fuzz::read_or_refuse([&] {
     StoredRun run(folder.path(), "summarize");

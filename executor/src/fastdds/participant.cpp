@@ -40,7 +40,9 @@ void log_to_standard_error() {
 }
 
 /// What the participants of one run tell each other in discovery.
-std::string run_mark(const FastDdsOptions& options) { return "hotpath:" + options.partition; }
+std::string run_mark(const FastDdsOptions& options) {
+  return "hotpath:" + options.partition + ":" + options.key;
+}
 
 }  // namespace
 
@@ -149,10 +151,11 @@ FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options)
   partners_->add_participant(participant_->guid().guidPrefix);
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
-  if (!options.partition.empty()) {
-    publisher_qos.partition().push_back(options.partition.c_str());
-    subscriber_qos.partition().push_back(options.partition.c_str());
+  for (const std::string& name : {options.partition, options.key}) {
+    if (!name.empty()) publisher_qos.partition().push_back(name.c_str());
   }
+  const std::string& own = options.key.empty() ? options.partition : options.key;
+  if (!own.empty()) subscriber_qos.partition().push_back(own.c_str());
   publisher_ = participant_->create_publisher(publisher_qos);
   subscriber_ = participant_->create_subscriber(subscriber_qos);
   if (publisher_ == nullptr || subscriber_ == nullptr) {

@@ -23,6 +23,8 @@ struct FastDdsOptions {
   };
   std::uint32_t domain = 0;  ///< DDS domain, 0 to 232.
   std::string partition;     ///< Keeps runs on one domain apart; empty: DDS's default partition.
+  std::string key;  ///< A partition of the run's processes alone, so that readers meet no other writers; may
+                    ///< be empty. Others may read what is published in `partition`.
   Network network = Network::udp;
   bool loopback_only = true;  ///< Nothing leaves the machine.
 };

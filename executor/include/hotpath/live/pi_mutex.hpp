@@ -10,6 +10,7 @@ namespace hotpath {
 /// no system call.
 class PiMutex {
  public:
+  /// Throws std::system_error.
   PiMutex();
   ~PiMutex() { pthread_mutex_destroy(&mutex_); }
   PiMutex(const PiMutex&) = delete;
