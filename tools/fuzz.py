@@ -81,8 +81,8 @@ def replay(target: str) -> tuple[str, int, list[str]]:
     return target, len(inputs), [] if code == 0 else [f"{target}: {log[-2000:]}"]
 
 
-def fuzz(target: str, seconds: float) -> tuple[str, int, list[str]]:
-    """New inputs for so long; goes on after a finding."""
+def fuzz(target: str, seconds: float, seed: int) -> tuple[str, int, list[str]]:
+    """New inputs for so long, the same for a seed; goes on after a finding. Seed 0: others each time."""
     grown, seeds, found = (BUILD / name / target for name in ("corpus", "seeds", "found"))
     for folder in (grown, seeds, found):
         folder.mkdir(parents=True, exist_ok=True)
@@ -92,7 +92,8 @@ def fuzz(target: str, seconds: float) -> tuple[str, int, list[str]]:
             link.symlink_to(file)
     count, wrong, end = 0, [], time.monotonic() + seconds
     while (left := end - time.monotonic()) >= 1:
-        options = [f"-max_total_time={int(left)}", f"-artifact_prefix={found}/", str(grown), str(seeds)]
+        options = [f"-max_total_time={int(left)}", f"-seed={seed}", f"-artifact_prefix={found}/"]
+        options += [str(grown), str(seeds)]
         code, log = run(target, options, left)
         count += executions(log)
         if code == 0:
@@ -140,6 +141,7 @@ def main() -> int:
         action="store_true",
         help="add the executions of a run without a finding to results/reliability/",
     )
+    parser.add_argument("--seed", type=int, default=0, help="other than 0: the same inputs each time")
     parser.add_argument("--only", help="targets, with commas between them")
     options = parser.parse_args()
     names = options.only.split(",") if options.only else list(SEEDS)
@@ -151,7 +153,7 @@ def main() -> int:
     seconds = 60 * options.minutes
     share = max(2.0, seconds * processors / len(targets))
     with ThreadPoolExecutor(processors) as pool:
-        results = list(pool.map(replay if options.replay else lambda t: fuzz(t, share), targets))
+        results = list(pool.map(replay if options.replay else lambda t: fuzz(t, share, options.seed), targets))
     for target, count, wrong in results:
         print(f"{target:<14}{count:>12} executions, {len(wrong)} findings")
         for sentence in wrong:
