@@ -153,7 +153,9 @@ def main() -> int:
     seconds = 60 * options.minutes
     share = max(2.0, seconds * processors / len(targets))
     with ThreadPoolExecutor(processors) as pool:
-        results = list(pool.map(replay if options.replay else lambda t: fuzz(t, share, options.seed), targets))
+        results = list(
+            pool.map(replay if options.replay else lambda t: fuzz(t, share, options.seed), targets)
+        )
     for target, count, wrong in results:
         print(f"{target:<14}{count:>12} executions, {len(wrong)} findings")
         for sentence in wrong:
