@@ -14,7 +14,8 @@ echo "== colcon"
 # As a debug build, which takes less time and has the assertions that the other leaves out. Of bench, which takes most
 # of the time, what needs every other package.
 launch_scripts/colcon_build.sh --bench-target hotpath_bench_simulated \
-  -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0
+  -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 \
+  -DCMAKE_UNITY_BUILD=ON
 echo "== tests"
 # Those that run in real time have the machine for themselves (RUN_SERIAL).
 ctest --test-dir build --output-on-failure --parallel 2

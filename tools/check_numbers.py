@@ -19,6 +19,14 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n)(.*?)(<!-- end -->)", re.S)
 SHOWN_CLAIMS = ("no-drops", "table", "bounds", "almost-90", "slowdown", "best-worst-case")
+DEPLOYMENTS = {
+    "single": "one thread for all nodes",
+    "isolated": "a thread for each node",
+    "cie": "a thread for each callback group",
+    "rm-threads": "a thread for each task, SCHED_FIFO, rate monotonic",
+    "prioritized": "upstream's, hot path and planner at SCHED_FIFO",
+    "picas": "chain-aware priorities, executors bound to processors",
+}
 VERDICTS = ("reproduced", "partly", "not", "no data")
 
 
@@ -72,18 +80,39 @@ def hot_path_table(root: Path) -> str:
     return table([*header, "median ratio", "worst ratio", "carries %"], rows)
 
 
-def hot_path_conditions(root: Path) -> str:
-    """How results/hot_path was measured."""
-    run = load(root, "hot_path/run.json")
+def conditions(run: Any) -> str:
+    """When, where and for how long a live run was measured."""
     machine = run["machine"]
     used = f"{len(run['cpus'])} used" if len(run["cpus"]) > 1 else "one used"
     kind = "virtual machine" if machine["hypervisor"] else "machine"
     return (
-        f"Measured with `launch_scripts/hot_path.sh` on {run['date'][:10]}: {machine['cpu_model']},"
-        f" {kind} with\n{machine['processors']} processors ({used}), Linux {machine['kernel'].split('-')[0]},"
-        f" {machine['compiler']}, load {run['load_percent']:.3g} %,\n{run['phases']}-order phases,"
-        f" {run['repetitions']} repetitions of {run['duration_s']:g} s.\n"
+        f"on {run['date'][:10]}: {machine['cpu_model']}, {kind} with {machine['processors']} processors ({used}),"
+        f" Linux {machine['kernel'].split('-')[0]}, {machine['compiler']}, load {run['load_percent']:.3g} %,"
+        f" {run['phases']}-order phases, {run['repetitions']} repetitions of {run['duration_s']:g} s.\n"
     )
+
+
+def hot_path_conditions(root: Path) -> str:
+    """How results/hot_path was measured."""
+    return "Measured with `launch_scripts/hot_path.sh` " + conditions(load(root, "hot_path/run.json"))
+
+
+def deployments(root: Path) -> str:
+    """Hot path (ms) under the deployments of results/deployments, simulated and live, and how that was measured."""
+
+    def quantiles(source: str) -> dict[str, list[str]]:
+        executors = load(root, f"deployments/{source}/summary.json")["executors"]
+        of = {e["executor"]: e["chains"][0]["hot_path_latency_ms"] for e in executors}
+        return {name: [f"{latency[q]:.1f}" for q in ("p50", "p99", "max")] for name, latency in of.items()}
+
+    simulated, live = quantiles("simulated"), quantiles("live")
+    rows = [
+        [f"`{name}`: {what}", " / ".join(simulated[name]), " / ".join(live[name])]
+        for name, what in DEPLOYMENTS.items()
+    ]
+    header = ["deployment", "simulated: median / p99 / worst", "live"]
+    run = load(root, "deployments/live/run.json")
+    return f"Simulated without costs; live {conditions(run)}\n{table(header, rows)}"
 
 
 def paper_verdicts(root: Path) -> str:
@@ -153,6 +182,7 @@ BLOCKS: dict[str, Callable[[Path], str]] = {
     for block in (
         hot_path_table,
         hot_path_conditions,
+        deployments,
         paper_verdicts,
         bench_bars,
         capacity,

@@ -35,6 +35,8 @@ void check_json(const std::string& file, const std::string& text) {
     const std::string what = error.what();
     throw InputError(file, 1 + std::count(text.begin(), end, '\n'),
                      "not valid JSON: " + what.substr(what.rfind(": ") + 2), kRemedy);
+  } catch (const nlohmann::json::out_of_range&) {  // which knows no place
+    throw InputError(file, 1, "a number is too large", kRemedy);
   }
 }
 

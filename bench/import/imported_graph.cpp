@@ -50,8 +50,12 @@ void write_import(ImportedGraph imported, const std::string& folder) {
   std::cout << "\nGraph: " << file.string() << "\n";
   if (imported.deployment.executors.empty()) return;
   const std::filesystem::path deployment = path / "deployment.yaml";
-  write_whole_file(deployment, deployment_yaml(graph, make_tasks(graph), imported.deployment));
-  std::cout << "Deployment: " << deployment.string() << "\n";
+  try {
+    write_whole_file(deployment, deployment_yaml(graph, make_tasks(graph), imported.deployment));
+    std::cout << "Deployment: " << deployment.string() << "\n";
+  } catch (const std::invalid_argument& why) {
+    std::cout << "No deployment is written: " << why.what() << "; write one by hand.\n";
+  }
 }
 
 }  // namespace hotpath

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -13,14 +16,19 @@
 namespace hotpath {
 
 /// Remembers which files of /dev/shm a process maps or has open, so that they can be removed when it dies
-/// without doing so itself (Fast DDS's segments and their lock files outlive a killed process).
+/// without doing so itself (Fast DDS's segments and their lock files outlive a killed process). One that a
+/// process makes just before it is killed cannot be noted: of this user's files with Fast DDS's names, those
+/// count as noted that have come since the watch began.
 class SharedMemoryWatch {
  public:
+  SharedMemoryWatch() : before_(fast_dds_files()) {}
+
   void note(pid_t process) { files_.merge(used_files(std::to_string(process))); }
 
   /// Removes the files noted that no living process uses.
   void remove_orphans() const {
     std::set<std::string> orphans = files_;
+    std::ranges::set_difference(fast_dds_files(), before_, std::inserter(orphans, orphans.end()));
     for (const std::string& process : processes()) {
       if (orphans.empty()) return;
       for (const std::string& used : used_files(process)) orphans.erase(used);
@@ -33,6 +41,17 @@ class SharedMemoryWatch {
   }
 
  private:
+  static std::set<std::string> fast_dds_files() {
+    std::set<std::string> files;
+    std::error_code ignored;
+    for (std::filesystem::directory_iterator it("/dev/shm", ignored), end; it != end; it.increment(ignored)) {
+      struct stat facts {};
+      const bool ours = stat(it->path().c_str(), &facts) == 0 && facts.st_uid == geteuid();
+      if (ours && it->path().filename().string().find("fastrtps_") != std::string::npos)
+        files.insert(it->path());
+    }
+    return files;
+  }
   /// What a process maps (segments, semaphores) or has open (the segments' lock files).
   static std::set<std::string> used_files(const std::string& process) {
     std::set<std::string> files;
@@ -52,6 +71,7 @@ class SharedMemoryWatch {
     return files;
   }
 
+  const std::set<std::string> before_;
   std::set<std::string> files_;
 };
 

@@ -141,7 +141,8 @@ TEST_F(RepetitionTest, NoProcessIsLeft) {
 /// A process that maps one new file of /dev/shm and has another one open, until it is killed.
 class SharedMemoryUser {
  public:
-  SharedMemoryUser() {
+  explicit SharedMemoryUser(const std::string& name = "hotpath_test_")
+      : name_(name + std::to_string(getpid())) {
     const ForkedProcess user = fork_process([this](const Channel& test) -> int {
       const int mapped = open(segment().c_str(), O_CREAT | O_RDWR, 0600);
       open(lock_file().c_str(), O_CREAT | O_RDWR, 0600);
@@ -174,7 +175,7 @@ class SharedMemoryUser {
   std::string semaphore() const { return "/dev/shm/sem." + name_ + "_mutex"; }
 
  private:
-  const std::string name_ = "hotpath_test_" + std::to_string(getpid());
+  const std::string name_;
   pid_t process_ = -1;
   bool ready_ = false;
 };
@@ -191,6 +192,21 @@ TEST(SharedMemoryWatch, RemovesWhatADeadProcessLeftBehind) {
   EXPECT_FALSE(std::filesystem::exists(user.segment()));
   EXPECT_FALSE(std::filesystem::exists(user.lock_file()));
   EXPECT_FALSE(std::filesystem::exists(user.semaphore()));
+}
+
+TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
+  SharedMemoryUser earlier("fastrtps_test_earlier_");
+  ASSERT_TRUE(earlier.ready());
+  earlier.end();
+  SharedMemoryWatch watch;
+  SharedMemoryUser living("fastrtps_test_living_"), dead("fastrtps_test_dead_");
+  ASSERT_TRUE(living.ready() && dead.ready());
+  dead.end();
+  watch.remove_orphans();
+  EXPECT_TRUE(std::filesystem::exists(earlier.segment()));
+  EXPECT_TRUE(std::filesystem::exists(living.segment()));
+  EXPECT_FALSE(std::filesystem::exists(dead.segment()));
+  EXPECT_FALSE(std::filesystem::exists(dead.lock_file()));
 }
 
 TEST(SharedMemoryWatch, LeavesAloneWhatALivingProcessUsesAndWhatItHasNotNoted) {

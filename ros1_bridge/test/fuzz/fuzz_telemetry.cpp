@@ -35,7 +35,8 @@ void show_run(Payload& payload) {
   static_cast<void>(run_metadata(*run, ros_names(nodes).names, ros_names(chains).names));
   for (const Lidar& lidar : lidars(*run)) static_cast<void>(scan_position(run->nodes()[lidar.node]));
   telemetry::Statistics statistics;
-  statistics.nodes().resize(nodes.size());
+  statistics.nodes().resize(nodes.size());  // as the bridge demands of what it shows
+  statistics.chains().resize(chains.size());
   static_cast<void>(graph_markers(*run, &statistics, "hotpath"));
 }
 
