@@ -22,7 +22,6 @@ SHOWN_CLAIMS = ("no-drops", "table", "bounds", "almost-90", "slowdown", "best-wo
 DEPLOYMENTS = {
     "single": "one thread for all nodes",
     "isolated": "a thread for each node",
-    "cie": "a thread for each callback group",
     "rm-threads": "a thread for each task, SCHED_FIFO, rate monotonic",
     "prioritized": "upstream's, hot path and planner at SCHED_FIFO",
     "picas": "chain-aware priorities, executors bound to processors",
