@@ -16,12 +16,16 @@ namespace hotpath {
 namespace {
 
 constexpr const char* kRemedy = "a sweep is one YAML map with `command` and `axes`; see docs/sweeps.md";
-constexpr std::size_t kMostValues = 1'000'000;
+constexpr int kDigits = 10;  // of a number of a range, as the cells' commands get it
 
 /// Options of a command that the sweep gives itself.
 const std::vector<std::string> kOwnOptions = {"output", "threads", "help", "csv", "page", "quick"};
 
-std::string number_text(double value) { return text("%.10g", value); }
+std::string number_text(double value) { return text("%.*g", kDigits, value); }
+
+std::uint64_t steps_of(const SweepAxis& axis) {
+  return static_cast<std::uint64_t>(std::floor((axis.high - axis.low) / axis.step + 1e-9));
+}
 
 double number(const YamlValue& value) {
   try {
@@ -44,10 +48,11 @@ void parse_range(const YamlValue& value, bool random, SweepAxis& axis) {
   const auto step = range.find("step");
   if (!step && random) return;
   if (!step) range.fail("axis " + axis.name + " has no step", "add `step: NUMBER`, or `design: {random: N}`");
-  const double width = number(*step);
-  const double steps = std::floor((axis.high - axis.low) / width + 1e-9);
-  if (!(width > 0) || !(steps < kMostValues)) step->fail("this step makes no grid", "give a larger one");
-  for (double i = 0; i <= steps; ++i) axis.values.push_back(number_text(axis.low + i * width));
+  axis.step = number(*step);
+  // Neighbours must differ in their text.
+  const double finest = std::max(std::abs(axis.low), std::abs(axis.high)) * std::pow(10, 1 - kDigits);
+  if (!(axis.step > finest) || !std::isfinite(axis.high - axis.low))
+    step->fail("this step makes no grid", "give a larger one");
 }
 
 /// A value, or a list of values, which one cell has together.
@@ -119,14 +124,14 @@ class Parser {
     for (const std::string& key : map.keys()) {
       const YamlValue given = *map.find(key);
       check_own(map, key, given.line(), design_.file);
-      SweepAxis axis{key, given.line(), {}, 0, 0};
+      SweepAxis axis{key, given.line(), {}, 0, 0, 0};
       if (given.is_list()) {
-        for (const YamlValue& item : given.list("a value of " + key)) axis.values.push_back(item.text());
+        for (const YamlValue& item : given.list("a value of " + key)) axis.listed.push_back(item.text());
       } else {
         parse_range(given, design_.random, axis);
       }
       check_axis(axis, given);
-      points *= static_cast<double>(axis.values.size());
+      points *= static_cast<double>(axis.size());
       design_.axes.push_back(std::move(axis));
     }
     if (design_.axes.empty()) value.fail("there is no axis", "name an option and its values");
@@ -151,10 +156,20 @@ class Parser {
       given.fail("axis " + axis.name + " contradicts axis " + other.name + ": both say what runs the graph",
                  "make a sweep of each");
     }
-    std::vector<std::string> sorted = axis.values;
+    std::vector<std::string> sorted = axis.listed;
     std::ranges::sort(sorted);
     const auto twice = std::ranges::adjacent_find(sorted);
     if (twice != sorted.end()) given.fail("axis " + axis.name + " has " + *twice + " twice", "name it once");
+  }
+
+  /// As the axis writes it; empty if the axis has no such value.
+  static std::string value_named(const SweepAxis& axis, const std::string& wanted) {
+    if (axis.step == 0) return std::ranges::count(axis.listed, wanted) > 0 ? wanted : "";
+    const double given = std::strtod(wanted.c_str(), nullptr);
+    const double i = std::round((given - axis.low) / axis.step);
+    if (!(i >= 0 && i < static_cast<double>(axis.size()))) return "";
+    const std::string value = axis.value(static_cast<std::uint64_t>(i));
+    return value == number_text(given) ? value : "";
   }
 
   static bool same_kind(const std::string& a, const std::string& b) {
@@ -175,9 +190,9 @@ class Parser {
       std::vector<SweepOption>& coordinates = design_.keep.emplace_back();
       for (const std::string& key : map.keys()) {
         const YamlValue given = *map.find(key);
-        coordinates.push_back({key, given.text(), given.line()});
         const auto axis = std::ranges::find(design_.axes, key, &SweepAxis::name);
-        if (std::ranges::count(axis->values, given.text()) > 0) continue;
+        coordinates.push_back({key, value_named(*axis, given.text()), given.line()});
+        if (!coordinates.back().value.empty()) continue;
         given.fail("axis " + key + " has no value `" + given.text() + "`", "take one of its values");
       }
     }
@@ -192,6 +207,12 @@ bool names_executor(const std::string& option) {
   return option == "executor" || option == "executors" || option == "deployment" || option == "deployments";
 }
 
+std::uint64_t SweepAxis::size() const { return step == 0 ? listed.size() : steps_of(*this) + 1; }
+
+std::string SweepAxis::value(std::uint64_t i) const {
+  return step == 0 ? listed[i] : number_text(low + static_cast<double>(i) * step);
+}
+
 std::vector<SweepOption> SweepDesign::coordinates(std::uint64_t cell) const {
   const std::uint64_t point = cell / repetitions;
   std::vector<SweepOption> at;
@@ -201,11 +222,11 @@ std::vector<SweepOption> SweepDesign::coordinates(std::uint64_t cell) const {
     std::string value;
     if (random) {
       RandomStream stream(seed, {point, i});
-      value = axis.values.empty() ? number_text(stream.uniform(axis.low, axis.high))
-                                  : axis.values[stream.below(axis.values.size())];
+      value = axis.size() == 0 ? number_text(stream.uniform(axis.low, axis.high))
+                               : axis.value(stream.below(axis.size()));
     } else {
-      value = axis.values[rest % axis.values.size()];
-      rest /= axis.values.size();
+      value = axis.value(rest % axis.size());
+      rest /= axis.size();
     }
     at.push_back({axis.name, value, axis.line});
   }
