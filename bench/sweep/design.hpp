@@ -29,6 +29,10 @@ struct SweepAxis {
   [[nodiscard]] std::uint64_t size() const;
   /// The i-th of them, from 0.
   [[nodiscard]] std::string value(std::uint64_t i) const;
+  /// A value as the axis writes it, `20` for `20.0`; empty if it has no such value.
+  [[nodiscard]] std::string named(const std::string& wanted) const;
+  /// Whether neighbours of a range with a step read differently.
+  [[nodiscard]] bool values_differ() const;
 };
 
 /// What a sweep file says: which cells there are, and how each is to be computed. A cell is a point of the
