@@ -72,7 +72,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(kHowLong);
   add_length_options(command, o, 86400);
   add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
-             "A process that answers this much later than it should\nhas hung: its repetition fails");
+             "A process that answers this much later than it should\nhas hung: its repetition fails. Setting up thousands\nof nodes may take longer");
   add_where_options(command, o);
   add_live_options(command, o);
   add_output_option(command, o);

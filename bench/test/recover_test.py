@@ -45,6 +45,9 @@ class Recover(CommandTest):
             return "rows and run.json name other repetitions"
         if not all(e["loss_equations"]["hold"] for e in run.summary()["executors"]):
             return "rows are missing"
+        code, _, err = self.command("check", folder)
+        if code != 0:
+            return err
         return ""
 
     def test_killed_at_random_instants(self):
