@@ -41,13 +41,14 @@ std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup, const fs::path
   std::uint64_t least = kUnlimited;
   std::istringstream lines(proc_cgroup);
   // `NUMBER:CONTROLLERS:PATH`; version 2 has no controllers.
-  for (std::string number, controllers, path;
-       std::getline(lines, number, ':') && std::getline(lines, controllers, ':') && std::getline(lines, path);) {
+  for (std::string number, controllers, path; std::getline(lines, number, ':') &&
+                                              std::getline(lines, controllers, ':') &&
+                                              std::getline(lines, path);) {
     if (controllers == "memory") {
       least = std::min(least, least_limit(root / "memory", path, "memory.limit_in_bytes"));
     } else if (controllers.empty()) {
-      least = std::min({least, least_limit(root, path, "memory.max"),
-                        least_limit(root / "unified", path, "memory.max")});
+      least = std::min(
+          {least, least_limit(root, path, "memory.max"), least_limit(root / "unified", path, "memory.max")});
     }
   }
   return least;
@@ -57,8 +58,8 @@ std::uint64_t memory_limit() {
   std::ifstream in("/proc/self/cgroup");
   std::ostringstream cgroups;
   cgroups << in.rdbuf();
-  const auto physical = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                        static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  const auto physical =
+      static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   return std::min(physical, cgroup_memory_limit(cgroups.str(), "/sys/fs/cgroup"));
 }
 

@@ -9,6 +9,7 @@ import os
 import pathlib
 import random
 import shutil
+import time
 import unittest
 
 from hotpath_command import CommandTest, RunFolder, processes_of
@@ -53,9 +54,12 @@ class Recover(CommandTest):
     def test_killed_at_random_instants(self):
         instants = random.Random(KILLS)
         recovered = refused = 0
+        began = time.monotonic()
+        self.measure(*RUN)
+        whole_s = time.monotonic() - began
         for k in range(KILLS):
             folder = self.folder / f"run{k}"
-            self.kill_after(instants.uniform(0, 6), folder)
+            self.kill_after(instants.uniform(0, whole_s), folder)
             if (folder / "run.json").exists() and RunFolder(folder).run["complete"]:
                 continue  # it was faster
             code, _, err = self.command("recover", folder)

@@ -10,6 +10,7 @@ import tempfile
 import unittest
 
 import failing_calls_test
+from faults_test import COMMANDS
 from hotpath_command import HOTPATH, CommandTest
 from sockets import groups_in, is_local, sockets_in
 from strangers_test import STRANGER
@@ -26,7 +27,7 @@ NETWORKED = {
     "deployments": ("compare", "--deployments", "isolated", *RUN),
     "replay": ("replay", "stored", "--live"),
 }
-# Of the others, one use each.
+# Of the others, one use each. `bench` starts programs of its own, which take the same transport.
 WITHOUT_NETWORK = {
     "simulate": ("simulate", "--duration", 0.5, "--output", "simulated"),
     "timeline": ("timeline", "stored"),
@@ -120,6 +121,8 @@ class SecondHost(CommandTest):
         self.assertTrue({g for g in groups if g[0] == "wire"})
 
     def test_other_commands_have_no_network(self):
+        tried = {use[0] for use in (*NETWORKED.values(), *WITHOUT_NETWORK.values())}
+        self.assertEqual(tried, set(COMMANDS) - {"bench"})
         self.stored_run()
         calls = self.folder / "calls"
         kinds = list(failing_calls_test.KINDS)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A library for LD_PRELOAD in whose programs the real-time clock is stepped: by HOTPATH_CLOCK_STEP seconds, once
-// each has run for HOTPATH_CLOCK_STEP_AFTER seconds. Waits until an instant of that clock become waits until the
-// same instant of the kernel's, as they are for one that was really stepped.
+// A library for LD_PRELOAD in whose programs the real-time clock is stepped: by HOTPATH_CLOCK_STEP seconds,
+// once each has run for HOTPATH_CLOCK_STEP_AFTER seconds. Waits until an instant of that clock become waits
+// until the same instant of the kernel's, as they are for one that was really stepped.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <semaphore.h>

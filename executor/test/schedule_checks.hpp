@@ -25,7 +25,8 @@ inline std::string describe(const JobRecord& r) {
   return out.str();
 }
 
-/// What ScheduleCheck says of the records, the end of a live run being one that may have been brought forward.
+/// What ScheduleCheck says of the records, the end of a live run being one that may have been brought
+/// forward.
 inline std::string legal(const TaskSet& set, const Trace& trace, bool live = false) {
   ScheduleCheck check(set, trace.epoch, trace.end, live);
   for (const JobRecord& r : trace.jobs) {

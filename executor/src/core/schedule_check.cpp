@@ -18,7 +18,8 @@ class Described {
     out << d.set_[r.job.task].name << " #" << r.job.sequence << " (" << to_string(r.outcome);
     if (started(r)) out << ", worker " << r.worker << " of process " << r.process;
     out << ", timestamp " << d.since_epoch(r.job.timestamp);
-    if (started(r)) out << ", release " << d.since_epoch(r.job.release) << ", start " << d.since_epoch(r.start);
+    if (started(r))
+      out << ", release " << d.since_epoch(r.job.release) << ", start " << d.since_epoch(r.start);
     if (r.outcome == Outcome::ran) out << ", finish " << d.since_epoch(r.finish);
     return out << ")";
   }

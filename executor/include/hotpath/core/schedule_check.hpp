@@ -17,12 +17,12 @@ namespace hotpath {
 }
 
 /// What must hold of the records of one run, whatever executor it had, live or simulated. Records come one
-/// after another, those that started in the order of their starts. Memory is needed for tasks and workers, and
-/// for records that come in another order than their sequences, not for the records themselves.
+/// after another, those that started in the order of their starts. Memory is needed for tasks and workers,
+/// and for records that come in another order than their sequences, not for the records themselves.
 class ScheduleCheck {
  public:
-  /// `set` has the phases of the run and outlives the check. No job starts at or after `end`; in a live run it
-  /// may have been brought forward between a decision and the start of its job, which is `running` then.
+  /// `set` has the phases of the run and outlives the check. No job starts at or after `end`; in a live run
+  /// it may have been brought forward between a decision and the start of its job, which is `running` then.
   ScheduleCheck(const TaskSet& set, Time epoch, Time end, bool live);
 
   /// What is wrong with the next record, a whole sentence's worth; empty: nothing.
