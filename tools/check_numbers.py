@@ -176,6 +176,42 @@ def faults(root: Path) -> str:
     return f"{told['simulate']:,} faults in a simulation and {told['run']:,} in a live run: all ended well.\n"
 
 
+def kills(root: Path) -> str:
+    """The kills of recover_test.py and process_faults_test.py, of results/reliability."""
+    told, hit = load(root, "reliability/kills.json"), load(root, "reliability/process_faults.json")
+    whole = told["kills"] - told["recovered"] - told["nothing_stored"]
+    return (
+        f"{told['kills']:,} runs killed: {told['recovered']:,} recovered, {told['nothing_stored']:,} had stored"
+        f" nothing yet, {whole:,} had ended. {hit['hits']:,} processes of runs killed or stopped:\n"
+        f"{hit['failed']:,} runs said so, the others were whole.\n"
+    )
+
+
+def load_figures(root: Path) -> str:
+    """What large graphs took, of results/reliability."""
+    told = load(root, "reliability/load.json")
+    cases = [case for name, case in told.items() if name != "numbers"]
+    rows = []
+    for case in cases:
+        cells = [case["title"], f"{case['tasks']:,}", f"{case['jobs']:,}", f"{case['skipped']:,}"]
+        cells += [f"{case['overwritten']:,}", f"{case['around_s']:.0f}", f"{case['peak_memory_mib']:,}"]
+        rows.append(cells)
+    header = ["10 s of", "tasks", "jobs", "skipped", "overwritten", "s beside them", "memory MiB"]
+    machine = cases[0]["machine"]
+    where = f"{machine['cpu_model']}, {cases[0]['cpus']} processor, Linux {machine['kernel'].split('-')[0]}"
+    return f"On {cases[0]['date']}: {where}, {machine['compiler']}.\n\n{table(header, rows)}"
+
+
+def large_numbers(root: Path) -> str:
+    """How far numbers went in virtual time, of results/reliability."""
+    told = load(root, "reliability/load.json")["numbers"]
+    return (
+        f"{told['timestamps']:,} timestamps of one timer and {told['jobs']:,} jobs in {told['virtual_s']:,} s"
+        f" ({told['timestamps'] / 2**32:.2f} times 2^32 numbers,\n"
+        f"{told['virtual_s'] * 10**6 / 2**32:.1f} times 2^32 us): all accounted for.\n"
+    )
+
+
 BLOCKS: dict[str, Callable[[Path], str]] = {
     block.__name__: block
     for block in (
@@ -188,6 +224,9 @@ BLOCKS: dict[str, Callable[[Path], str]] = {
         interleavings,
         fuzz,
         faults,
+        kills,
+        load_figures,
+        large_numbers,
     )
 }
 

@@ -29,6 +29,7 @@ void add_experiment_command(CLI::App& app);
 void add_machine_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_summarize_command(CLI::App& app);
+void add_check_command(CLI::App& app);
 void add_recover_command(CLI::App& app);
 void add_report_command(CLI::App& app);
 void add_compare_results_command(CLI::App& app);

@@ -33,7 +33,7 @@ void add_where_options(CLI::App& command, RunOptions& o) {
            "workspace");
   add_choice(command, "--transport", o.plan.transport,
              "What carries messages: DDS, or pointers in one process");
-  add_number(command, "--processes", o.plan.processes, {1, 64}, "N",
+  add_number(command, "--processes", o.plan.processes, {1, 100}, "N",
              "Split the nodes over that many processes (fastdds only)");
   add_choice(command, "--network", o.plan.fastdds.network, "How messages get from process to process");
   command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone");
@@ -72,7 +72,8 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(kHowLong);
   add_length_options(command, o, 86400);
   add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
-             "A process that answers this much later than it should\nhas hung: its repetition fails");
+             "A process that answers this much later than it should\nhas hung: its repetition fails. Setting "
+             "up thousands\nof nodes may take longer");
   add_where_options(command, o);
   add_live_options(command, o);
   add_output_option(command, o);

@@ -20,6 +20,7 @@
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
+#include "program/memory_limit.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -144,6 +145,27 @@ class LiveRun {
       phases_of_repetition(options_, graph_, tasks_, e, 0);
       check_deployment(e);
     }
+    check_memory();
+  }
+
+  /// Refuses a run whose traces would not fit: those of all repetitions, and the buffers of one.
+  void check_memory() const {
+    double jobs_per_s = 0, buffers = 0;
+    for (const double rate : activation_rates(tasks_)) jobs_per_s += rate;
+    for (const ExecutorSpec& e : executors_) {
+      RepetitionPlan p = plan_;
+      p.executor = e;
+      if (e.deployment) p.processes = static_cast<std::uint32_t>(e.deployment->plan.processes.size());
+      double own = 0;
+      for (std::uint32_t process = 0; process < p.processes; ++process) {
+        own += static_cast<double>(RunMemory::bytes(memory_size(p, process)));
+      }
+      buffers = std::max(buffers, own);
+    }
+    const double traces = jobs_per_s * to_ms(length()) / 1000 * static_cast<double>(runs_planned()) *
+                          static_cast<double>(sizeof(JobRecord));
+    check_trace_memory(traces + buffers, text("--duration %.2g", options_.duration_s),
+                       "a shorter --duration or fewer --repetitions");
   }
 
   void check_deployment(const ExecutorSpec& e) const {

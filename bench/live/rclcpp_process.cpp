@@ -42,7 +42,7 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
       {"namespace", "/hotpath_" + std::to_string(getppid())},
       {"cpus", plan.cpus},
       {"lock_memory", plan.lock_memory},
-      {"time_out_ns", plan.time_out.count()},
+      {"time_out_ns", set_up_limit(plan).count()},
       {"channel", coordinator.for_program()},
       {"memory",
        {{"descriptor", memory.descriptor()},

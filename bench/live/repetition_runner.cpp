@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
 
 #include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -74,6 +75,8 @@ class Coordinator {
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
       children_.clear();  // the other processes' channels are not ours to hold open
+      // Where memory ends, Linux ends this process rather than the coordinator, which can tell of it.
+      std::ofstream("/proc/self/oom_score_adj") << 500;
       if (plan_.executor.stack == Stack::rclcpp)
         return become_rclcpp_runner(plan_, memories_[process], coordinator);
       return run_process(plan_, process, process_of_node_, memories_, coordinator);
@@ -97,7 +100,7 @@ class Coordinator {
   void execute() {
     if (!result_.failure.empty()) return;
     // A process itself says which endpoint is missing once that time has passed.
-    if (!await_all(Kind::matched, now() + plan_.time_out + std::chrono::seconds(1))) return;
+    if (!await_all(Kind::matched, now() + set_up_limit(plan_) + std::chrono::seconds(1))) return;
     note_shared_memory();
     if (publisher_) publisher_->await_ready(now() + plan_.time_out);
     // Enough for all processes to start their threads before the epoch.
@@ -206,7 +209,7 @@ class Coordinator {
   void end_all() {
     const bool orderly = result_.failure.empty() && !(result_.interrupted && !began_);
     // A process that has said `done` is only tidying up; give it a moment before it is killed.
-    const Time limit = now() + (orderly ? plan_.time_out : Duration::zero());
+    const Time limit = now() + (orderly ? set_up_limit(plan_) : Duration::zero());
     bool killed = false;
     for (Child& c : children_) {
       while (!c.ended) {
@@ -308,18 +311,18 @@ class Coordinator {
 RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
   const GraphTasks& tasks = plan.tasks;
   const std::vector<double> rates = activation_rates(tasks);
+  std::vector<double> activations(tasks.set.size(), 0);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].kind == TaskKind::timer) activations[id] += rates[id];
+    for (const TaskId fed : tasks.set[id].feeds) activations[fed] += rates[id];
+  }
   const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
   const std::span<const ExecutorSpec> all = parts(plan.executor);
   std::vector<double> jobs(all.size(), 0);
   double outputs = 0;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    double rate = tasks.set[id].kind == TaskKind::timer ? rates[id] : 0;
-    for (TaskId from = 0; from < tasks.set.size(); ++from) {
-      const auto& feeds = tasks.set[from].feeds;
-      rate += rates[from] * static_cast<double>(std::ranges::count(feeds, id));
-    }
-    jobs[plan.executor.deployment ? plan.executor.deployment->plan.executor_of[id] : 0] += rate;
-    for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? rate : 0;
+    jobs[plan.executor.deployment ? plan.executor.deployment->plan.executor_of[id] : 0] += activations[id];
+    for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? activations[id] : 0;
   }
   // Room for a third more than the nominal rates, which only a wrong rate could exceed.
   const double seconds = to_ms(plan.length) / 1000 + 1;
@@ -330,6 +333,14 @@ RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
   size.jobs = static_cast<std::uint64_t>(std::ranges::max(jobs) * seconds * 4 / 3) + 1024;
   size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;
   return size;
+}
+
+Duration set_up_limit(const RepetitionPlan& plan) {
+  std::size_t endpoints = 0;
+  for (const Node& node : plan.graph->nodes) endpoints += node.inputs.size() + node.outputs.size();
+  // Fast DDS holds each against all others: about 1 us for each pair, so ten times that.
+  const Duration comparisons = std::chrono::microseconds(10 * endpoints * endpoints);
+  return plan.time_out + (plan.transport == TransportKind::fastdds ? comparisons : Duration::zero());
 }
 
 std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t process) {

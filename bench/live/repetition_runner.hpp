@@ -43,7 +43,7 @@ struct RepetitionPlan {
       timer_policy;  ///< Asked for; otherwise the executor's defaults.
 
   Duration length{};                             ///< From the epoch to the end, warm-up included.
-  Duration time_out = std::chrono::seconds(20);  ///< For set-up, and for answers after the end.
+  Duration time_out = std::chrono::seconds(20);  ///< For answers, and for the set-up of small graphs.
   Calibration calibration;
   RclcppPlan rclcpp;                     ///< Stack::rclcpp.
   std::optional<Publishing> publishing;  ///< By a separate process; none: nothing is published.
@@ -66,6 +66,9 @@ std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t proc
 
 /// Process of each node: contiguous shares of the creation order, of nearly equal size.
 std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes);
+
+/// For how long the processes may take until all endpoints have met.
+Duration set_up_limit(const RepetitionPlan& plan);
 
 /// Records of one process, and how many at most.
 RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process);

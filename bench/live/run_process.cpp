@@ -101,7 +101,7 @@ int run_process(const RepetitionPlan& plan, std::uint32_t process,
       tasks.set.tasks[id].local = process_of_node[tasks.origin[id].node] == process;
     }
     LiveSystem system(*plan.graph, tasks, live_options(plan, process), memories[process]);
-    RunLife(coordinator).live_through(system, now() + plan.time_out, [&] {
+    RunLife(coordinator).live_through(system, now() + set_up_limit(plan), [&] {
       settle(tasks, memories, system);
     });
     return 0;

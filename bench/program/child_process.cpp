@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -40,7 +41,8 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
                    "); is it installed?");
   }
   ProgramEnd end;
-  await_process(id, &end.status);
+  // Whoever stops it alone must not let us wait for ever. Ctrl-Z stops us as well, until both go on.
+  while (await_process(id, &end.status, WUNTRACED) == id && WIFSTOPPED(end.status)) kill(id, SIGCONT);
   std::rewind(errors.get());
   for (int c = std::getc(errors.get()); c != EOF; c = std::getc(errors.get())) {
     end.errors.push_back(static_cast<char>(c));

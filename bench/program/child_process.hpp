@@ -18,7 +18,7 @@ struct ProgramEnd {
 };
 
 /// Runs a program (found along PATH) with its arguments to its end; its other streams are ours, except what
-/// it prints where `silent`. Throws RunError when it cannot be started.
+/// it prints where `silent`. One that is stopped is told to go on. Throws RunError when it cannot be started.
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
 
 /// waitpid(), which no signal interrupts.

@@ -15,6 +15,7 @@ json tasks_json(const TaskSet& set) {
   for (const Task& task : set.tasks) {
     json& j = tasks.emplace_back(
         json{{"task", task.name}, {"kind", to_string(task.kind)}, {"wcet_ns", task.wcet.count()}});
+    if (set.groups[task.group] == CallbackGroup::reentrant) j["reentrant"] = true;
     if (task.kind != TaskKind::timer) continue;
     j["period_ns"] = task.period.count();
     j["deadline_ns"] = task.deadline.count();
@@ -24,8 +25,10 @@ json tasks_json(const TaskSet& set) {
 
 TaskSet tasks_from_json(const json& tasks) {
   TaskSet set;
+  set.groups = {CallbackGroup::mutually_exclusive, CallbackGroup::reentrant};
   for (const json& j : tasks) {
     Task& task = set.tasks.emplace_back();
+    task.group = j.value("reentrant", false) ? 1 : 0;
     task.name = j.at("task").get<std::string>();
     task.kind = j.at("kind") == "timer" ? TaskKind::timer : TaskKind::subscription;
     if (task.kind != TaskKind::timer) continue;

@@ -165,8 +165,7 @@ std::vector<ExecutorRuns> StoredRun::runs() const {
     repetition.trace = trace;
     check([&] { complete_repetition(facts, tasks_, chains_, repetition); });
     // jobs.csv does not say it. An interrupted live run was shorter than planned; simulations take no time.
-    const Duration wall = repetition.usage.wall;
-    repetition.trace.end = trace.epoch + (wall > Duration::zero() ? wall : length_);
+    repetition.trace.end = trace.epoch + length_of(repetition.usage);
   }
   return runs;
 }

@@ -24,6 +24,16 @@ class StoredRun {
   const std::vector<std::string>& executors() const { return executors_; }  ///< As asked for.
   Duration warm_up() const { return warm_up_; }
   Duration length() const { return length_; }  ///< Of each repetition as planned, warm-up included.
+  /// The same of a repetition with that usage, which tells of a live run when it ended.
+  Duration length_of(const ProcessUsage& usage) const {
+    return usage.wall > Duration::zero() ? usage.wall : length_;
+  }
+
+  /// Its entry in run.json. Throws UsageError when that executor or repetition did not run.
+  [[nodiscard]] const nlohmann::json& run(const std::string& executor, std::uint32_t repetition) const;
+
+  /// One of the files. Throws UsageError when it is not there.
+  [[nodiscard]] std::ifstream open(const char* file) const;
 
   /// First timestamp of every timer, by task. Throws UsageError when that executor or repetition did not run,
   /// or when the timers are not those of `set`.
@@ -67,11 +77,8 @@ class StoredRun {
   [[noreturn]] void fail_to_read(const char* file, const std::string& why) const {
     fail(std::string("its ") + file + " is not one of `hotpath run`: " + why);
   }
-  /// Its entry in run.json.
-  const nlohmann::json& run(const std::string& executor, std::uint32_t repetition) const;
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
   void read_facts();
-  std::ifstream open(const char* file) const;
   void read_jobs();
   void read_chains();
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulated/simulated_run.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -10,6 +8,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/memory_limit.hpp"
 #include "program/parallel.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -124,13 +123,8 @@ class SimulatedRun {
     for (const double rate : activation_rates(tasks_)) per_second += rate;
     const double bytes = per_second * (options_.warm_up_s + options_.duration_s) *
                          static_cast<double>(simulations_.size()) * sizeof(JobRecord);
-    const double there_are =
-        static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-    if (bytes < there_are / 2) return;
-    throw UsageError(
-        text("--duration %.2g: the traces would take about %.2g GB of memory, and this machine has %.2g; "
-             "take a shorter --duration, fewer --repetitions, or --no-trace",
-             options_.duration_s, bytes / 1e9, there_are / 1e9));
+    check_trace_memory(bytes, text("--duration %.2g", options_.duration_s),
+                       "a shorter --duration, fewer --repetitions, or --no-trace");
   }
 
   void simulate_one(std::size_t i) {

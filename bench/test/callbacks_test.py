@@ -5,7 +5,7 @@ import json
 import shutil
 import unittest
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest
 
 TASKS = {
     *("Driver/imu", "Driver/lidar", "Localizer/imu", "Localizer/points", "Localizer/diagnostics"),
@@ -79,7 +79,7 @@ class Callbacks(CommandTest):
                     *("run", "--graph", "callbacks", "--executor", "events-ro", "--duration", 1, "--warm-up", 0),
                     *("--load", 5, *options, "--output", output),
                 )
-                self.check(RunFolder(output))
+                self.check(self.checked(output))
 
     def test_analyze_refuses_them_with_the_reason(self):
         code, out, err = self.command("analyze", "callbacks")

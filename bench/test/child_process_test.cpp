@@ -26,6 +26,10 @@ TEST(RunProgram, TellsTheSignalThatEndedIt) {
   EXPECT_FALSE(exited_with(end.status, 0));
 }
 
+TEST(RunProgram, LetsAProgramGoOnThatWasStopped) {
+  EXPECT_TRUE(exited_with(run_program(shell("kill -STOP $$; exit 3")).status, 3));
+}
+
 TEST(RunProgram, RefusesAProgramThatIsNotThere) {
   try {
     run_program({"no-such-program"});

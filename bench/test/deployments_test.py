@@ -7,7 +7,7 @@ import pathlib
 import signal
 import unittest
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest
 
 SHIPPED = ("single", "isolated", "cie", "prioritized", "upstream_cbg", "picas", "rm-threads")
 CRUNCH_MS = 4.2
@@ -17,7 +17,7 @@ class Deployments(CommandTest):
     def measure_into(self, name, *arguments):
         code, _, err = self.command(*arguments, "--output", self.folder / name)
         self.assertEqual(code, 0, err)
-        return RunFolder(self.folder / name)
+        return self.checked(name)
 
     def refused(self, *arguments):
         code, _, err = self.command(*arguments)

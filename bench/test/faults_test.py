@@ -14,7 +14,7 @@ from hotpath_command import HOTPATH, CommandTest, RunFolder
 WRONG_USE, FAILURE = 2, 1
 NOBODY = 65534
 COMMANDS = ("run", "compare", "simulate", "timeline", "replay", "validate", "list", "graph", "analyze", "experiment", "machine", "bench",
-            "sweep", "capacity", "advise", "import", "export", "recover", "summarize", "report", "compare-results")  # fmt: skip
+            "sweep", "capacity", "advise", "import", "export", "check", "recover", "summarize", "report", "compare-results")  # fmt: skip
 IS_ROOT = os.geteuid() == 0
 BRIEF = ("--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
 LONGER = ("--transport", "intra_process", "--duration", 1, "--warm-up", 0)
@@ -179,7 +179,7 @@ class Machine(FaultTest):
         code, _, err = self.command("run", *BRIEF, "--output", output, user=NOBODY, group=NOBODY)
         self.assertEqual(code, 0, err)
         self.assertIn("note: SCHED_FIFO was not permitted", err)
-        folder = RunFolder(output)
+        folder = self.checked(output)
         self.assertTrue(folder.run["complete"])
         self.assertEqual(folder.run["runs"][0]["thread_policies"], ["executor other, timer_mgmt other"])
         self.assertIn("SCHED_FIFO", " ".join(folder.run["warnings"]))
@@ -241,7 +241,7 @@ class Machine(FaultTest):
             env=self.environment, preexec_fn=lambda: os.closerange(0, 3),
         )  # fmt: skip
         self.assertEqual(self.finish(process)[0], 0)
-        self.assertTrue(RunFolder(output).run["complete"])
+        self.assertTrue(self.checked(output).run["complete"])
         lines = (output / "jobs.csv").read_text().splitlines()
         self.assertEqual({line.split(",")[0] for line in lines}, {"executor", "rm-ro"})
 
@@ -251,7 +251,7 @@ class Machine(FaultTest):
             code, _, err = self.command("run", *BRIEF, "--output", output, stdout=full)
         self.assertEqual(code, FAILURE)
         self.assert_says(err, "standard output")
-        self.assertTrue(RunFolder(output).run["complete"])
+        self.assertTrue(self.checked(output).run["complete"])
 
     def test_figure_without_matplotlib(self):
         output = self.folder / "run"
@@ -259,7 +259,7 @@ class Machine(FaultTest):
         self.assertEqual(code, 0)
         self.assertIn("note: the figure was not drawn", err)
         self.assertNotIn("Traceback", err)
-        self.assertTrue(RunFolder(output).run["complete"])
+        self.assertTrue(self.checked(output).run["complete"])
 
 
 class Processes(FaultTest):
@@ -296,7 +296,7 @@ class Processes(FaultTest):
         code, out, err = self.finish(process)
         self.assertEqual(code, FAILURE)
         self.assert_says(err, "1 of 2 runs failed")
-        folder = RunFolder(self.folder / "run")
+        folder = self.checked("run")
         self.assertFalse(folder.run["complete"])
         self.assertEqual(len(folder.run["failures"]), 1)
         failed = [r["executor"] for r in folder.run["runs"] if r["failure"]]
@@ -310,7 +310,7 @@ class Processes(FaultTest):
         self.assertEqual(code, 128 + number, err)
         self.assertIn("partial", err)
         self.assertFalse([line for line in err.splitlines() if line.startswith("hotpath: ")], err)
-        folder = RunFolder(self.folder / "run")
+        folder = self.checked("run")
         self.assertTrue(folder.run["partial"])
         self.assertFalse(folder.run["complete"])
         self.assertEqual(folder.run["failures"], [])

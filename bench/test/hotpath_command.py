@@ -166,7 +166,12 @@ class CommandTest(unittest.TestCase):
         output = self.folder / "run"
         code, _, err = self.command(*arguments, "--output", output, **options)
         self.assertEqual(code, 0, err)
-        return RunFolder(output)
+        return self.checked(output)
+
+    def checked(self, output):
+        """The folder of a run whose jobs are a legal schedule, which `hotpath check` says."""
+        self.accepted("check", self.folder / output)
+        return RunFolder(self.folder / output)
 
     def wait_for(self, condition, what):
         limit = time.monotonic() + TIME_LIMIT_S

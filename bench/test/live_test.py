@@ -189,7 +189,7 @@ class Live(LiveTest):
         )  # fmt: skip
         self.assertEqual(code, 0, err)
         messages = self.received(listener).messages()
-        folder = RunFolder(output)
+        folder = self.checked(output)
         for executor in folder.summary()["executors"]:
             self.assertTrue(executor["loss_equations"]["hold"])
         for topic in topics:
@@ -214,7 +214,7 @@ class Live(LiveTest):
         self.finish(process)
         received = self.received(late)
         self.assertEqual(received.run["executor"], "rm-ro")
-        self.check_samples(received, RunFolder(self.folder / "run"))
+        self.check_samples(received, self.checked("run"))
 
     def test_alternate_publishes_half_of_the_repetitions_and_tells_the_difference(self):
         output = self.folder / "run"
@@ -224,7 +224,7 @@ class Live(LiveTest):
         )  # fmt: skip
         self.assertEqual(code, 0, err)
         self.assertIn("rm-ro, hot_path: ", out)
-        folder = RunFolder(output)
+        folder = self.checked(output)
         self.assertEqual({r["repetition"]: r["live"] for r in folder.run["runs"]}, {0: False, 1: True, 2: True, 3: False})
         (effect,) = folder.summary()["live_publishing"]
         low, high = effect["median_ratio"]["interval"]
@@ -273,7 +273,7 @@ class Faults(LiveTest):
         code, _, err = self.finish(process)
         self.assertEqual(code, 0, err)
         self.assertIn("Live publishing stopped (its process was ended by a signal (Killed))", err)
-        folder = RunFolder(self.folder / "run")
+        folder = self.checked("run")
         self.assertTrue(folder.run["complete"])
         self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
 
@@ -318,7 +318,7 @@ class Replay(LiveTest):
         received = self.received(listener)
         self.assertEqual((received.run["executor"], received.run["transport"]), ("default", "simulated"))
         self.assertAlmostEqual(received.last["run_time_s"], 3)
-        folder = RunFolder(output)
+        folder = self.checked(output)
         jobs = folder.jobs()["default", 0]
         sink = {j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"}
         self.assertEqual(

@@ -13,7 +13,7 @@ import signal
 import time
 import unittest
 
-from hotpath_command import CommandTest, RunFolder, processes_of
+from hotpath_command import CommandTest, processes_of
 
 KILLS = int(os.environ.get("HOTPATH_KILLS", "6"))
 RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 2, "--processes", 2, "--network", "shared_memory",
@@ -56,7 +56,7 @@ class ProcessFaults(CommandTest):
         self.assertEqual(file.exists() and json.loads(file.read_text())["complete"], code == WHOLE, err)
         if not (output / "summary.json").exists():
             return
-        run = RunFolder(output)
+        run = self.checked(output)
         measured = {(r["executor"], r["repetition"]) for r in run.run["runs"] if not r["failure"]}
         self.assertEqual(set(run.jobs()), measured)
         self.assertTrue(all(e["loss_equations"]["hold"] for e in run.summary()["executors"]), err)

@@ -9,6 +9,7 @@ import os
 import pathlib
 import random
 import shutil
+import time
 import unittest
 
 from hotpath_command import CommandTest, RunFolder, processes_of
@@ -45,14 +46,20 @@ class Recover(CommandTest):
             return "rows and run.json name other repetitions"
         if not all(e["loss_equations"]["hold"] for e in run.summary()["executors"]):
             return "rows are missing"
+        code, _, err = self.command("check", folder)
+        if code != 0:
+            return err
         return ""
 
     def test_killed_at_random_instants(self):
         instants = random.Random(KILLS)
         recovered = refused = 0
+        began = time.monotonic()
+        self.measure(*RUN)
+        whole_s = time.monotonic() - began
         for k in range(KILLS):
             folder = self.folder / f"run{k}"
-            self.kill_after(instants.uniform(0, 6), folder)
+            self.kill_after(instants.uniform(0, whole_s), folder)
             if (folder / "run.json").exists() and RunFolder(folder).run["complete"]:
                 continue  # it was faster
             code, _, err = self.command("recover", folder)

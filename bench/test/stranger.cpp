@@ -73,9 +73,12 @@ int main(int argc, char** argv) {
   app.add_option("--type", type);
   app.add_option("--size", size, "Of half of the payloads");
   app.add_option("--partition", options.partition, "Empty: the default one");
+  bool everywhere = false;
+  app.add_flag("--all-interfaces", everywhere, "Not on this machine alone");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGTERM, [](int) { ended = 1; });
 
+  options.loopback_only = !everywhere;
   fast::DomainParticipant* participant = hotpath::create_participant(options);
   fast::TypeSupport(new AnyBytes(type)).register_type(participant);
   fast::PublisherQos publisher;

@@ -3,50 +3,16 @@
 this machine unless asked for."""
 
 import os
-import pathlib
-import re
 import signal
-import socket
-import struct
 import subprocess
 import unittest
 
 from hotpath_command import CommandTest, RunFolder
+from sockets import is_local, sockets_of
 
 STRANGER = os.environ.get("STRANGER", "stranger")
 DOMAIN = 100 + os.getpid() % 100
 RUN = ("run", "--load", 5, "--duration", 3, "--warm-up", 0, "--domain", DOMAIN, "--output", "run")
-
-
-def sockets_of(session):
-    """(protocol, address) of all internet sockets that processes of the session hold."""
-    inodes = set()
-    for process in pathlib.Path("/proc").glob("[0-9]*"):
-        try:
-            fields = (process / "stat").read_text().rpartition(")")[2].split()
-            if int(fields[3]) != session:
-                continue
-            for file in (process / "fd").iterdir():
-                found = re.match(r"socket:\[(\d+)\]", os.readlink(file))
-                if found:
-                    inodes.add(found[1])
-        except OSError:
-            continue
-    sockets = set()
-    for protocol in ("udp", "tcp", "udp6", "tcp6", "raw"):
-        for line in pathlib.Path(f"/proc/net/{protocol}").read_text().splitlines()[1:]:
-            fields = line.split()
-            if fields[9] in inodes:
-                sockets.add((protocol, fields[1].rpartition(":")[0]))
-    return sockets
-
-
-def is_local(protocol, address):
-    """Whether it is this machine's loopback, or a multicast group, which is joined on an interface."""
-    if len(address) != 8:
-        return False
-    ip = socket.inet_ntoa(struct.pack("=I", int(address, 16)))
-    return protocol == "udp" and (ip.startswith("127.") or 224 <= int(ip.split(".")[0]) < 240)
 
 
 class Strangers(CommandTest):
@@ -64,12 +30,12 @@ class Strangers(CommandTest):
             stranger.send_signal(signal.SIGTERM)
             self.assertGreater(int(stranger.communicate()[0]), 0)
         self.assertEqual(code, 0, err)
-        run = RunFolder(self.folder / "run")
-        self.assertTrue(run.run["complete"])
-        return run
+        return RunFolder(self.folder / "run")
 
     def test_readers_meet_no_writers_of_others(self):
-        run = self.run_beside_strangers("hotpath-*")
+        self.run_beside_strangers("hotpath-*")
+        run = self.checked("run")
+        self.assertTrue(run.run["complete"])
         self.assertTrue(all(e["loss_equations"]["hold"] for e in run.summary()["executors"]))
         self.assertNotIn("samples", " ".join(run.run["warnings"]))
 
@@ -77,6 +43,7 @@ class Strangers(CommandTest):
         # Of those that are in all partitions. In a reader's history their samples may replace ours, so that the loss
         # equations need not hold.
         run = self.run_beside_strangers("*")
+        self.assertTrue(run.run["complete"])
         self.assertIn("samples of other programs", " ".join(run.run["warnings"]))
 
     def test_those_that_come_and_go_disturb_nothing(self):
@@ -94,14 +61,14 @@ class Strangers(CommandTest):
         code, _, err = self.finish(process)
         self.assertEqual(code, 0, err)
         self.assertGreater(came, 2)
-        self.assertTrue(RunFolder(self.folder / "run").run["complete"])
+        self.assertTrue(self.checked("run").run["complete"])
 
     def test_telemetry_goes_on_beside_nonsense_on_its_topics(self):
         for topic, kind in {"run": "RunInfo", "statistics": "Statistics", "chain_samples": "ChainSample"}.items():
             self.strange("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}", "--size", 200, "--partition", "")  # fmt: skip
         code, _, err = self.command(*RUN, "--live")
         self.assertEqual(code, 0, err)
-        self.assertTrue(RunFolder(self.folder / "run").run["complete"])
+        self.assertTrue(self.checked("run").run["complete"])
 
     def listening(self, *arguments):
         process = self.start(*arguments)

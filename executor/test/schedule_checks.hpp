@@ -7,11 +7,10 @@
 #include <sstream>
 
 #include "hotpath/core/accounting.hpp"
+#include "hotpath/core/schedule_check.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {
-
-inline bool started(const JobRecord& r) { return r.outcome == Outcome::ran || r.outcome == Outcome::running; }
 
 /// Instant up to which a started job occupied its worker.
 inline Time busy_until(const JobRecord& r, const Trace& trace) {
@@ -26,27 +25,12 @@ inline std::string describe(const JobRecord& r) {
   return out.str();
 }
 
-/// One job per worker at a time, none before its timestamp or its release, none at or after the end, jobs of
-/// a task in the order of their sequence (unless its group is reentrant), records in start order. In a live
-/// run the end may be brought forward between a decision and the start of its job, which is running then.
+/// What ScheduleCheck says of the records, the end of a live run being one that may have been brought
+/// forward.
 inline std::string legal(const TaskSet& set, const Trace& trace, bool live = false) {
-  std::map<int, Time> worker_free;
-  std::map<TaskId, std::uint64_t> next_sequence;
-  Time last_start{};
+  ScheduleCheck check(set, trace.epoch, trace.end, live);
   for (const JobRecord& r : trace.jobs) {
-    if (!started(r)) continue;
-    if (r.start < r.job.release || r.job.release < r.job.timestamp) return "too early: " + describe(r);
-    const bool decided_before_the_end = live && r.outcome == Outcome::running && r.job.release < trace.end;
-    if (r.start >= trace.end && !decided_before_the_end) return "after the end: " + describe(r);
-    if (r.start < last_start) return "not in start order: " + describe(r);
-    last_start = r.start;
-    if (r.outcome == Outcome::ran && r.finish < r.start) return "ends before it starts: " + describe(r);
-    Time& free = worker_free[r.worker];
-    if (r.start < free) return "overlaps on its worker: " + describe(r);
-    free = busy_until(r, trace);
-    const bool reentrant = set.groups[set[r.job.task].group] == CallbackGroup::reentrant;
-    if (!reentrant && r.job.sequence < next_sequence[r.job.task]) return "sequence goes back: " + describe(r);
-    next_sequence[r.job.task] = r.job.sequence + 1 + r.job.skipped;
+    if (std::string wrong = check.add(r); !wrong.empty()) return wrong;
   }
   return {};
 }

@@ -16,7 +16,22 @@ namespace {
 constexpr std::size_t kAlignment = 64;
 constexpr std::size_t aligned(std::size_t n) { return (n + kAlignment - 1) / kAlignment * kAlignment; }
 
+std::size_t counter_bytes(const RunMemory::Size& size) {
+  return aligned(size.tasks * sizeof(std::atomic<std::uint64_t>));
+}
+std::size_t job_log_bytes(const RunMemory::Size& size) {
+  return aligned(RecordLog<JobRecord>::bytes(size.jobs));
+}
+std::size_t chain_log_bytes(const RunMemory::Size& size) {
+  return aligned(RecordLog<ChainObservation>::bytes(size.chains));
+}
+
 }  // namespace
+
+std::size_t RunMemory::bytes(const Size& size) {
+  return counter_bytes(size) + (size.workers + size.executors) * job_log_bytes(size) +
+         size.workers * chain_log_bytes(size);
+}
 
 RunMemory::RunMemory(const Size& size) : descriptor_(memfd_create("hotpath_run", MFD_CLOEXEC)) {
   map(size, true);
@@ -28,10 +43,9 @@ RunMemory::RunMemory(const Size& size, int descriptor) : descriptor_(descriptor)
 }
 
 void RunMemory::map(const Size& size, bool create) {
-  const std::size_t counters = aligned(size.tasks * sizeof(std::atomic<std::uint64_t>));
-  const std::size_t job_log = aligned(RecordLog<JobRecord>::bytes(size.jobs));
-  const std::size_t chain_log = aligned(RecordLog<ChainObservation>::bytes(size.chains));
-  bytes_ = counters + (size.workers + size.executors) * job_log + size.workers * chain_log;
+  const std::size_t counters = counter_bytes(size), job_log = job_log_bytes(size);
+  const std::size_t chain_log = chain_log_bytes(size);
+  bytes_ = bytes(size);
 
   // Shared with processes forked later. Populated now: page faults do not belong on the job path.
   const bool sized = descriptor_ >= 0 && (!create || ftruncate(descriptor_, static_cast<off_t>(bytes_)) == 0);

@@ -277,10 +277,9 @@ Trace& trace_for(const RowIn& row, std::vector<Trace>& traces) {
   return added;
 }
 
-std::vector<Trace> read_jobs(std::istream& stream, TaskNames tasks, const std::string& file_name) {
+void read_rows(std::istream& stream, TaskNames tasks, const std::string& file_name, const auto& use) {
   CsvReader in(stream, file_name);
   in.require_header(kJobsCsvHeader);
-  std::vector<Trace> traces;
   while (in.next()) {
     RowIn row{in, tasks};
     for (std::size_t c = 0; c < std::size(kJobColumns); ++c) {
@@ -288,14 +287,21 @@ std::vector<Trace> read_jobs(std::istream& stream, TaskNames tasks, const std::s
       kJobColumns[c].read(row, c);
     }
     check_instants(in, row.r.outcome);
+    row.r.job.empty = row.r.outcome == Outcome::empty;
+    use(row);
+  }
+}
+
+std::vector<Trace> read_jobs(std::istream& stream, const TaskNames& tasks, const std::string& file_name) {
+  std::vector<Trace> traces;
+  read_rows(stream, tasks, file_name, [&](const RowIn& row) {
     Trace& trace = trace_for(row, traces);
     if (row.r.outcome == Outcome::skipped) {
       add_skipped(row, trace);
     } else {
-      row.r.job.empty = row.r.outcome == Outcome::empty;
       trace.jobs.push_back(row.r);
     }
-  }
+  });
   return traces;
 }
 
@@ -318,6 +324,13 @@ void derive_periods_and_deadlines(TaskSet& set, const Trace& trace) {
 
 std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std::string& file_name) {
   return read_jobs(in, TaskNames(set), file_name);
+}
+
+void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_name,
+                  const std::function<void(const JobRow&)>& use) {
+  read_rows(in, TaskNames(set), file_name, [&](const RowIn& row) {
+    use({row.executor, row.repetition, row.r, row.in.line()});
+  });
 }
 
 JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <iosfwd>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hotpath/core/input_error.hpp"
@@ -24,6 +26,17 @@ void write_chains_csv(std::ostream& out, const std::vector<std::string>& chain_n
 /// InputError, also for a task that `set` does not have.
 [[nodiscard]] std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set,
                                                const std::string& file_name);
+
+/// A row of jobs.csv: `skipped` rows stand for themselves. Valid until the next one is read.
+struct JobRow {
+  std::string_view executor;
+  std::uint32_t repetition = 0;
+  const JobRecord& record;
+  std::size_t line = 0;
+};
+/// The same row by row, in memory that does not grow with the file. Throws InputError.
+void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_name,
+                  const std::function<void(const JobRow&)>& use);
 
 /// A jobs.csv with the tasks that it tells of, in order of appearance.
 struct JobsCsv {

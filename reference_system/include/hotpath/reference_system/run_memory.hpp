@@ -25,6 +25,9 @@ class RunMemory {
     std::uint32_t executors = 1;
   };
 
+  /// What that size takes.
+  [[nodiscard]] static std::size_t bytes(const Size& size);
+
   /// Throws std::system_error when there is not enough memory.
   explicit RunMemory(const Size& size);
   /// What another process made with this size, by its memory file, which is closed.

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+
+#include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
+#include "results/checked_run.hpp"
+
+namespace hotpath {
+
+namespace {
+
+struct CheckOptions {
+  std::string run;
+};
+
+void check(const CheckOptions& options) {
+  const CheckedRun checked = check_run(options.run);
+  std::cout
+      << options.run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
+      << (checked.repetitions == 1 ? " repetition" : " repetitions")
+      << ": one job per thread at a time, none early, none after the end, nothing lost, nothing twice\n";
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app) {
+  auto [command, o] = add_command<CheckOptions>(
+      app, "check", "Check that the jobs of a stored run, live or simulated, are a legal schedule",
+      "hotpath check runs/first", check);
+  command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`, with its jobs.csv")
+      ->required();
+}
+
+}  // namespace hotpath

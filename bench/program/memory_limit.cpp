@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/memory_limit.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "program/errors.hpp"
+#include "program/text.hpp"
+
+namespace hotpath {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
+
+/// Of one folder: the number in a file; `max` is none.
+std::uint64_t number_in_file(const fs::path& file) {
+  std::uint64_t limit = kUnlimited;
+  std::ifstream in(file);
+  return in >> limit ? limit : kUnlimited;
+}
+
+/// Of a cgroup and those above it.
+std::uint64_t least_limit(const fs::path& mount, fs::path cgroup, const char* file) {
+  std::uint64_t least = number_in_file(mount / file);
+  for (; cgroup.has_relative_path(); cgroup = cgroup.parent_path()) {
+    least = std::min(least, number_in_file(mount / cgroup.relative_path() / file));
+  }
+  return least;
+}
+
+}  // namespace
+
+std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup, const fs::path& root) {
+  std::uint64_t least = kUnlimited;
+  std::istringstream lines(proc_cgroup);
+  // `NUMBER:CONTROLLERS:PATH`; version 2 has no controllers.
+  for (std::string number, controllers, path; std::getline(lines, number, ':') &&
+                                              std::getline(lines, controllers, ':') &&
+                                              std::getline(lines, path);) {
+    if (controllers == "memory") {
+      least = std::min(least, least_limit(root / "memory", path, "memory.limit_in_bytes"));
+    } else if (controllers.empty()) {
+      least = std::min(
+          {least, least_limit(root, path, "memory.max"), least_limit(root / "unified", path, "memory.max")});
+    }
+  }
+  return least;
+}
+
+std::uint64_t memory_limit() {
+  std::ifstream in("/proc/self/cgroup");
+  std::ostringstream cgroups;
+  cgroups << in.rdbuf();
+  const auto physical =
+      static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return std::min(physical, cgroup_memory_limit(cgroups.str(), "/sys/fs/cgroup"));
+}
+
+void check_trace_memory(double bytes, const std::string& option, const std::string& remedy) {
+  const auto there_are = static_cast<double>(memory_limit());
+  if (bytes < there_are / 2) return;
+  throw UsageError(text("%s: the traces would take about %.2g GB of memory, and there are %.2g; take %s",
+                        option.c_str(), bytes / 1e9, there_are / 1e9, remedy.c_str()));
+}
+
+}  // namespace hotpath

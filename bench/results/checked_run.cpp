@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/checked_run.hpp"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "hotpath/core/schedule_check.hpp"
+#include "hotpath/core/trace_csv.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
+#include "results/stored_run.hpp"
+
+namespace hotpath {
+
+using nlohmann::json;
+
+namespace {
+
+class RunCheck {
+ public:
+  explicit RunCheck(const StoredRun& run)
+      : run_(run), file_((run.folder() / "jobs.csv").string()), set_(run.tasks()) {
+    for (const json& r : run.facts().at("runs")) {
+      if (r.at("failure").get<std::string>().empty()) named_.insert(key(r));
+    }
+  }
+
+  CheckedRun check(std::istream& rows) {
+    for_each_job(rows, run_.tasks(), file_, [this](const JobRow& row) { add(row); });
+    end_repetition();
+    for (const auto& [executor, repetition] : named_) {
+      if (done_.contains({executor, repetition})) continue;
+      begin_repetition({executor, repetition});
+      end_repetition();  // it may have had no job at all
+    }
+    return {rows_, done_.size()};
+  }
+
+ private:
+  using Key = std::pair<std::string, std::uint32_t>;
+
+  static Key key(const json& run) {
+    return {run.at("executor").get<std::string>(), run.at("repetition").get<std::uint32_t>()};
+  }
+
+  void add(const JobRow& row) {
+    line_ = row.line;
+    ++rows_;
+    if (!schedule_ || row.executor != current_.first || row.repetition != current_.second) {
+      end_repetition();
+      begin_repetition({std::string(row.executor), row.repetition});
+    }
+    last_line_ = row.line;
+    if (const std::string wrong = schedule_->add(row.record); !wrong.empty()) fail(row.line, wrong);
+  }
+
+  void begin_repetition(const Key& which) {
+    current_ = which;
+    if (!named_.contains(which)) fail(line_, "run.json names no such repetition");
+    if (!done_.insert(which).second) fail(line_, "rows of this repetition have ended before");
+    const auto first = run_.first_timestamps(set_, which.first, which.second);
+    for (TaskId id = 0; id < set_.size(); ++id) set_.tasks[id].phase = first[id];
+    const json& facts = run_.run(which.first, which.second);
+    const Duration length = run_.length_of(facts.at("usage").get<ProcessUsage>());
+    schedule_.emplace(set_, Time{}, Time{} + length, run_.facts().at("kind") == "live");
+  }
+
+  void end_repetition() {
+    if (!schedule_) return;
+    const json& expected = run_.run(current_.first, current_.second).at("expected");
+    std::vector<std::uint64_t> by_task;
+    for (const Task& task : set_.tasks) by_task.push_back(expected.at(task.name).get<std::uint64_t>());
+    if (const std::string lost = schedule_->lost(by_task); !lost.empty()) fail(last_line_, lost);
+    schedule_.reset();
+  }
+
+  [[noreturn]] void fail(std::size_t line, const std::string& what) const {
+    throw RunError(
+        concat(file_, ":", line, ": ", current_.first, ", repetition ", current_.second, ": ", what));
+  }
+
+  const StoredRun& run_;
+  const std::string file_;
+  TaskSet set_;  // with the phases of the current repetition
+  std::set<Key> named_, done_;
+  Key current_;
+  std::optional<ScheduleCheck> schedule_;  // of the current repetition
+  std::uint64_t rows_ = 0;
+  std::size_t line_ = 1, last_line_ = 1;
+};
+
+}  // namespace
+
+CheckedRun check_run(const std::filesystem::path& folder) {
+  const StoredRun run(folder, "check");
+  std::ifstream rows = run.open("jobs.csv");
+  return run.check([&] { return RunCheck(run).check(rows); });
+}
+
+}  // namespace hotpath

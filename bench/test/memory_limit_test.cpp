@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much memory there is, and traces that would need more.
+#include "program/memory_limit.hpp"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <limits>
+
+#include "program/errors.hpp"
+
+namespace hotpath {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
+
+class CgroupMemoryLimit : public testing::Test {
+ protected:
+  CgroupMemoryLimit() {
+    std::string pattern = fs::temp_directory_path() / "hotpath_cgroup_XXXXXX";
+    root_ = mkdtemp(pattern.data());
+  }
+  ~CgroupMemoryLimit() override { fs::remove_all(root_); }
+
+  void write(const std::string& file, const std::string& text) const {
+    fs::create_directories((root_ / file).parent_path());
+    std::ofstream(root_ / file) << text << "\n";
+  }
+
+  fs::path root_;
+};
+
+TEST_F(CgroupMemoryLimit, IsThatOfTheGroupOrOfOneAbove) {
+  write("memory/a/b/memory.limit_in_bytes", "9223372036854771712");
+  write("memory/a/memory.limit_in_bytes", "4096");
+  EXPECT_EQ(cgroup_memory_limit("3:cpu,cpuacct:/\n2:memory:/a/b\n", root_), 4096U);
+  EXPECT_EQ(cgroup_memory_limit("3:cpu,cpuacct:/a\n", root_), kUnlimited);
+}
+
+TEST_F(CgroupMemoryLimit, OfVersion2MayBeNone) {
+  write("a/memory.max", "max");
+  EXPECT_EQ(cgroup_memory_limit("0::/a\n", root_), kUnlimited);
+  write("a/memory.max", "8192");
+  EXPECT_EQ(cgroup_memory_limit("0::/a\n", root_), 8192U);
+  write("memory.max", "1024");
+  EXPECT_EQ(cgroup_memory_limit("0::/a/not_mounted_here\n", root_), 1024U);
+}
+
+TEST(TraceMemory, IsRefusedWithTheSizeThatItWouldTake) {
+  EXPECT_NO_THROW(check_trace_memory(1e6, "--duration 1", "less"));
+  try {
+    check_trace_memory(1e18, "--duration 9", "a shorter one");
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--duration 9: the traces would take about 1e+09 GB"));
+    EXPECT_THAT(error.what(), HasSubstr("take a shorter one"));
+  }
+}
+
+}  // namespace
+}  // namespace hotpath

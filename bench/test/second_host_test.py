@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two hosts, which are network namespaces with a wire between them: without --all-interfaces nothing listens beyond the
+loopback of its own, and whoever publishes on the other one is not met."""
+
+import os
+import signal
+import struct
+import subprocess
+import tempfile
+import unittest
+
+import failing_calls_test
+from faults_test import COMMANDS
+from hotpath_command import HOTPATH, CommandTest
+from sockets import groups_in, is_local, sockets_in
+from strangers_test import STRANGER
+
+HERE, THERE = (f"hotpath{os.getpid()}{side}" for side in "ab")
+RUN = ("--load", 5, "--duration", 0.5, "--warm-up", 0)
+# Every command that has a network, and those of its options that change what listens.
+NETWORKED = {
+    "run": ("run", *RUN),
+    "live": ("run", *RUN, "--live"),
+    "processes": ("run", *RUN, "--processes", 2),
+    "shared memory": ("run", *RUN, "--processes", 2, "--network", "shared_memory", "--live"),
+    "compare": ("compare", "--executors", "default,rm-ro", "--live-alternate", "--repetitions", 2, *RUN),
+    "deployments": ("compare", "--deployments", "isolated", *RUN),
+    "replay": ("replay", "stored", "--live"),
+}
+# Of the others, one use each. `bench` starts programs of its own, which take the same transport.
+WITHOUT_NETWORK = {
+    "simulate": ("simulate", "--duration", 0.5, "--output", "simulated"),
+    "timeline": ("timeline", "stored"),
+    "list": ("list", "executors"),
+    "graph": ("graph", "autoware"),
+    "analyze": ("analyze", "--graph", "timers_only_60"),
+    "machine": ("machine",),
+    "sweep": ("sweep", "--help"),
+    "capacity": ("capacity", "--help"),
+    "advise": ("advise", "autoware", "--help"),
+    "import": ("import", "--help"),
+    "export": ("export", "--help"),
+    "validate": ("validate", "stored"),
+    "check": ("check", "stored"),
+    "summarize": ("summarize", "stored"),
+    "recover": ("recover", "stored"),
+    "report": ("report", "--help"),
+    "compare-results": ("compare-results", "--help"),
+    "experiment": ("experiment", "--help"),
+}
+
+
+def ip(*arguments):
+    subprocess.run(["ip", *arguments], check=True, capture_output=True)
+
+
+def inside(host):
+    return ["nsenter", f"--net=/run/netns/{host}"]
+
+
+class SecondHost(CommandTest):
+    @classmethod
+    def setUpClass(cls):
+        try:
+            for host in (HERE, THERE):
+                ip("netns", "add", host)
+                cls.addClassCleanup(ip, "netns", "del", host)
+                ip("-n", host, "link", "set", "lo", "up")
+            ip("link", "add", "wire", "netns", HERE, "type", "veth", "peer", "name", "wire", "netns", THERE)
+            for host, number in ((HERE, 1), (THERE, 2)):
+                ip("-n", host, "address", "add", f"10.77.0.{number}/24", "dev", "wire")
+                ip("-n", host, "link", "set", "wire", "up")
+        except (OSError, subprocess.CalledProcessError) as error:
+            cls.doClassCleanups()
+            raise unittest.SkipTest(f"cannot make a second host (ip netns, as root): {error}")
+
+    def start_here(self, *arguments):
+        process = subprocess.Popen(
+            [*inside(HERE), HOTPATH, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, cwd=self.folder, env=self.environment, start_new_session=True,
+        )  # fmt: skip
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        return process
+
+    def stored_run(self):
+        self.accepted("simulate", "--duration", 0.5, "--warm-up", 0, "--output", "stored")
+
+    def network_of(self, *arguments):
+        """(sockets, multicast groups) that there ever were on this host while the command ran; nobody else is here."""
+        sockets, groups = set(), set()
+        process = self.start_here(*arguments)
+
+        def ended():
+            tables = f"/proc/{process.pid}/net"
+            try:
+                if os.readlink(f"/proc/{process.pid}/ns/net") != os.readlink("/proc/self/ns/net"):
+                    sockets.update(sockets_in(tables).values())
+                    groups.update(groups_in(tables))
+            except OSError:
+                pass  # it has ended meanwhile
+            return process.poll() is not None
+
+        self.wait_for(ended, "the command did not end")
+        code, _, err = self.finish(process)
+        self.assertEqual(code, 0, err)
+        return sockets, groups
+
+    def test_nothing_listens_beyond_the_loopback(self):
+        self.stored_run()
+        for name, arguments in NETWORKED.items():
+            with self.subTest(name):
+                output = () if name == "replay" else ("--output", name.replace(" ", "_"))
+                sockets, groups = self.network_of(*arguments, *output)
+                self.assertTrue(sockets, "it has no socket at all")
+                self.assertEqual({s for s in sockets if not is_local(*s)}, set())
+                self.assertEqual({g for g in groups if g[0] != "lo"}, set())
+
+    def test_the_check_finds_what_listens_everywhere(self):
+        sockets, groups = self.network_of("run", *RUN, "--all-interfaces", "--output", "run")
+        self.assertTrue({s for s in sockets if not is_local(*s)})
+        self.assertTrue({g for g in groups if g[0] == "wire"})
+
+    def test_other_commands_have_no_network(self):
+        tried = {use[0] for use in (*NETWORKED.values(), *WITHOUT_NETWORK.values())}
+        self.assertEqual(tried, set(COMMANDS) - {"bench"})
+        self.stored_run()
+        calls = self.folder / "calls"
+        kinds = list(failing_calls_test.KINDS)
+        for name, arguments in WITHOUT_NETWORK.items():
+            with self.subTest(name):
+                calls.write_bytes(bytes(8 * len(kinds)))
+                self.environment.update(LD_PRELOAD=failing_calls_test.LIBRARY, HOTPATH_CALLS=str(calls))
+                self.finish(self.start(*arguments))
+                counts = dict(zip(kinds, struct.unpack(f"{len(kinds)}Q", calls.read_bytes())))
+                self.assertEqual((counts["socket"], counts["bind"]), (0, 0))
+                self.assertGreater(counts["malloc"], 0, "the calls are not counted")
+
+    def beside_a_stranger_there(self, *arguments):
+        """The run, while somebody on the other host publishes in all partitions."""
+        with tempfile.TemporaryFile() as log:
+            stranger = subprocess.Popen(
+                [*inside(THERE), STRANGER, "--all-interfaces", "--topic", "FrontLidarDriver", "--partition", "*"],
+                stdout=log, stderr=log,
+            )  # fmt: skip
+            try:
+                code, _, err = self.finish(self.start_here("run", *RUN[:-1], 2, "--output", "run", *arguments))
+            finally:
+                stranger.send_signal(signal.SIGTERM)
+                stranger.wait()
+        self.assertEqual(code, 0, err)
+        return err
+
+    def test_a_stranger_on_the_other_host_is_not_met(self):
+        self.assertNotIn("samples of other programs", self.beside_a_stranger_there())
+        self.checked("run")
+
+    def test_with_all_interfaces_it_is(self):
+        self.assertIn("samples of other programs", self.beside_a_stranger_there("--all-interfaces"))
+
+
+if __name__ == "__main__":
+    unittest.main()

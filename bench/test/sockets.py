@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What processes listen to, from the kernel's tables."""
+
+import os
+import pathlib
+import re
+import socket
+import struct
+
+PROTOCOLS = ("udp", "tcp", "udp6", "tcp6", "raw")
+ALL_HOSTS = "224.0.0.1"  # every interface is in this group
+
+
+def sockets_in(tables):
+    """{inode: (protocol, address)} of all internet sockets of a network namespace; `tables`: /proc/PID/net."""
+    found = {}
+    for protocol in PROTOCOLS:
+        for line in (pathlib.Path(tables) / protocol).read_text().splitlines()[1:]:
+            fields = line.split()
+            found[fields[9]] = (protocol, fields[1].rpartition(":")[0])
+    return found
+
+
+def sockets_of(session):
+    """(protocol, address) of all internet sockets that processes of the session hold."""
+    inodes = set()
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (process / "stat").read_text().rpartition(")")[2].split()
+            if int(fields[3]) != session:
+                continue
+            for file in (process / "fd").iterdir():
+                found = re.match(r"socket:\[(\d+)\]", os.readlink(file))
+                if found:
+                    inodes.add(found[1])
+        except OSError:
+            continue
+    return {socket_ for inode, socket_ in sockets_in("/proc/net").items() if inode in inodes}
+
+
+def dotted(address):
+    """An IPv4 address of the kernel's tables."""
+    return socket.inet_ntoa(struct.pack("=I", int(address, 16)))
+
+
+def is_local(protocol, address):
+    """Whether it is this machine's loopback, or a multicast group, which is joined on an interface."""
+    if len(address) != 8:
+        return False
+    ip = dotted(address)
+    return protocol == "udp" and (ip.startswith("127.") or 224 <= int(ip.split(".")[0]) < 240)
+
+
+def groups_in(tables):
+    """(interface, multicast group) of a network namespace, but for those that every interface is in."""
+    joined, interface = set(), ""
+    for line in (pathlib.Path(tables) / "igmp").read_text().splitlines()[1:]:
+        fields = line.split()
+        if not line.startswith("\t"):
+            interface = fields[1]
+        elif dotted(fields[0]) != ALL_HOSTS:
+            joined.add((interface, dotted(fields[0])))
+    return joined
