@@ -119,7 +119,7 @@ class LiveRun {
         {plan_.processes > 1 || !options_.deployments.empty(),
          "runs one executor in one process; leave --processes and --deployments out"},
         {options_.rate_percent || options_.copies > 1,
-         "takes the graph's nodes and periods as they are; leave --rate and --copies out"},
+         "takes the graph's nodes and periods as they are; leave --copies and --rate out"},
         {plan_.transport == TransportKind::intra_process,
          "carries messages over the middleware of ROS 2; leave --transport out"},
         {options_.entity_order != "creation",
