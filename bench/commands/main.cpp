@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -20,11 +21,20 @@
 
 namespace {
 
-/// Memory may be missing before main() begins, and before its last handler.
+std::atomic<bool> memory_ended = false;
+
+/// Memory may be missing before main() begins, before its last handler, and in a function of the standard
+/// library that is noexcept, which leaves no exception to ask (std::filesystem::directory_iterator).
 [[gnu::constructor(101)]] void say_when_memory_is_missing() {
+  std::set_new_handler([] {
+    memory_ended = true;
+    throw std::bad_alloc();
+  });
   std::set_terminate([] {
     try {
-      if (const std::exception_ptr active = std::current_exception()) std::rethrow_exception(active);
+      const std::exception_ptr active = std::current_exception();
+      if (active) std::rethrow_exception(active);
+      if (memory_ended) throw std::bad_alloc();
     } catch (const std::bad_alloc&) {
       std::fputs("hotpath: memory ended; give it more (ulimit -v, cgroup)\n", stderr);
       _exit(1);
