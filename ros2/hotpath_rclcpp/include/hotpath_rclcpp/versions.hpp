@@ -73,7 +73,8 @@ inline bool may_call_back(const rclcpp::Waitable& waitable) {
   static_cast<void>(waitable);
   return true;
 #else
-  const bool fast_dds = std::string(rmw_get_implementation_identifier()).find("fastrtps") != std::string::npos;
+  const bool fast_dds =
+      std::string(rmw_get_implementation_identifier()).find("fastrtps") != std::string::npos;
   return !fast_dds || dynamic_cast<const rclcpp::QOSEventHandlerBase*>(&waitable) == nullptr;
 #endif
 }
