@@ -54,7 +54,9 @@ def idle_wakeups() -> int:
     found = [Path(p) / "lib/hotpath_rclcpp/component_container_hotpath" for p in prefixes]
     program = next((p for p in found if p.exists()), None)
     if program is None:
-        sys.exit("ros2_bars.py: no sourced workspace has hotpath_rclcpp; build it with launch_scripts/ros2_build.sh")
+        sys.exit(
+            "ros2_bars.py: no sourced workspace has hotpath_rclcpp; build it with launch_scripts/ros2_build.sh"
+        )
     with subprocess.Popen([program], stderr=subprocess.DEVNULL) as container:
         time.sleep(3)
         before = voluntary_switches(container.pid)

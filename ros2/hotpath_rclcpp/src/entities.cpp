@@ -300,6 +300,7 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
         return lock<rclcpp::ClientBase>(*entry)->set_on_new_response_callback(arrived);
       case EntryKind::waitable: {
         const auto waitable = lock<rclcpp::Waitable>(*entry);
+        if (!versions::may_call_back(*waitable)) return;
         waitable->set_on_ready_callback([driver = driver_, entry](std::size_t count, int which) {
           driver->arrived(entry, count, which);
         });

@@ -5,6 +5,7 @@
 #include <memory>
 #include <rclcpp/rclcpp.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/task.hpp"
@@ -50,7 +51,8 @@ struct Entry {
   bool pending = false;        ///< Simulated time: released and not started.
   bool removed = false;        ///< From the executor.
   Time next_release = kNever;  ///< Timers: nominal instant.
-  Time rcl_next = kNever;      ///< Checked timers: rcl's next call when it was last looked at.
+  /// Checked timers: rcl's next call when it was last looked at, from and to.
+  std::pair<Time, Time> rcl_next{kNever, kNever};
   std::shared_ptr<rclcpp::JumpHandler> jumps;  ///< Written with the entities' lock held.
 };
 

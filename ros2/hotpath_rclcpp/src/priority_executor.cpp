@@ -33,10 +33,11 @@ PriorityExecutorOptions named(const std::string& executor) {
 void report_two_fast_dds() {
   const std::vector<std::string> files = loaded_fast_dds();
   if (files.size() < 2) return;
-  RCLCPP_ERROR(rclcpp::get_logger("hotpath_rclcpp"),
-               "Two versions of Fast DDS are loaded, %s and %s: expect crashes. Build the program, and hotpath "
-               "with -DHOTPATH_FASTDDS=OFF, so that only that of ROS 2 is.",
-               files[0].c_str(), files[1].c_str());
+  RCLCPP_ERROR(
+      rclcpp::get_logger("hotpath_rclcpp"),
+      "Two versions of Fast DDS are loaded, %s and %s: expect crashes. Build the program, and hotpath "
+      "with -DHOTPATH_FASTDDS=OFF, so that only that of ROS 2 is.",
+      files[0].c_str(), files[1].c_str());
 }
 
 Time after(std::chrono::nanoseconds duration) {

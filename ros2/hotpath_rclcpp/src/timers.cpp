@@ -20,7 +20,7 @@ constexpr Duration kPollCancelled = std::chrono::milliseconds(20);
 struct Look {
   bool cancelled = false;
   Duration period{};
-  Time earliest{}, latest{};  ///< Of the next call, as CLOCK_MONOTONIC; close together.
+  Time earliest{}, latest{};  ///< Of the next call, as CLOCK_MONOTONIC; as close as this thread was let run.
 };
 
 Look look(rclcpp::TimerBase& timer) {
@@ -80,7 +80,7 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
     if (entry->removed) return;
     entry->clock = clock;
     entry->task.period = seen.period;
-    entry->rcl_next = seen.earliest;
+    entry->rcl_next = {seen.earliest, seen.latest};
     longest_period_ = std::max(longest_period_, seen.period);
     if (!seen.cancelled) claimed = claim(schedule_.join(entry, seen.earliest, now));
   }
@@ -93,6 +93,7 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
 }
 
 void ExecutorDriver::retire_timer(const std::shared_ptr<Entry>& entry) {
+  WorkerSet claimed;
   {
     const std::lock_guard lock(mutex_);
     schedule_.leave(*entry, now());
@@ -100,8 +101,10 @@ void ExecutorDriver::retire_timer(const std::shared_ptr<Entry>& entry) {
     if (!versions::kTimersTellOfResets) {
       cancelled_.push_back(entry);
       poll_at_ = std::min(poll_at_, now() + kPollCancelled);
+      claimed = claim(WorkerSet::of(0));  // which polls, and may sleep for longer
     }
   }
+  unpark(claimed);
   // It may have been reset since somebody saw that it was cancelled.
   const auto timer = lock<rclcpp::TimerBase>(*entry);
   if (timer && versions::kTimersTellOfResets && !timer->is_canceled()) schedule_timer(entry, *timer);
@@ -143,8 +146,8 @@ bool ExecutorDriver::was_moved(const std::shared_ptr<Entry>& entry, rclcpp::Time
   if (seen.cancelled || seen.earliest <= now()) return false;
   {
     const std::lock_guard lock(mutex_);
-    const Time expected = entry->rcl_next;
-    if (seen.earliest - kTolerance <= expected && expected <= seen.latest + kTolerance) return false;
+    const auto [earliest, latest] = entry->rcl_next;
+    if (seen.earliest - kTolerance <= latest && earliest <= seen.latest + kTolerance) return false;
   }
   schedule_timer(entry, timer);
   return true;
@@ -171,7 +174,7 @@ void ExecutorDriver::after_timer(const std::shared_ptr<Entry>& entry, rclcpp::Ti
   if (clock != TimerClock::checked) return;
   const Look seen = look(timer);
   const std::lock_guard lock(mutex_);
-  entry->rcl_next = seen.earliest;
+  entry->rcl_next = {seen.earliest, seen.latest};
 }
 
 }  // namespace hotpath

@@ -63,9 +63,9 @@ class Churn : public EveryExecutor {
 
   void change_timers(Guest& guest) {
     if (guest.timers.size() < 5) {
-      guest.groups.push_back(guest.node->create_callback_group(
-          chance(2) == 0 ? rclcpp::CallbackGroupType::Reentrant
-                         : rclcpp::CallbackGroupType::MutuallyExclusive));
+      guest.groups.push_back(
+          guest.node->create_callback_group(chance(2) == 0 ? rclcpp::CallbackGroupType::Reentrant
+                                                           : rclcpp::CallbackGroupType::MutuallyExclusive));
       guest.timers.push_back(guest.node->create_wall_timer(
           1ms + 1ms * chance(5),
           [this, gone = guest.gone] {

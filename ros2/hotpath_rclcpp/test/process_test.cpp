@@ -43,6 +43,27 @@ TEST(TwoFastDds, InOneProcessAreReported) {
   rclcpp::shutdown();
 }
 
+TEST(APolicyThatIsRefused, IsAnErrorBeforeAnyCallbackRuns) {
+  long granted = -1;
+  std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> granted;
+  if (granted < 0) GTEST_SKIP() << "this kernel refuses nothing";
+  rclcpp::init(0, nullptr);
+  {
+    const auto node = std::make_shared<rclcpp::Node>("node");
+    int ran = 0;
+    const auto timer = node->create_wall_timer(1ms, [&] { ++ran; });
+    PriorityExecutorOptions options;
+    options.timer_thread = "deadline:1000/1000/1000";  // more than Linux grants to all together
+    PriorityExecutor executor(options);
+    executor.add_node(node);
+    std::this_thread::sleep_for(2ms);  // it is due
+    EXPECT_THROW(executor.spin(), std::runtime_error);
+    EXPECT_EQ(ran, 0);
+    EXPECT_FALSE(executor.is_spinning());
+  }
+  rclcpp::shutdown();
+}
+
 TEST_P(EveryExecutor, SaysWhatItsThreadsObtained) {
   if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
   EXPECT_TRUE(ours().thread_policies().empty());

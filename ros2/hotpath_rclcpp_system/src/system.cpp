@@ -100,8 +100,8 @@ void RclcppSystem::spin() {
 }
 
 bool RclcppSystem::settled() const {
-  return ended_ || (ours_ != nullptr ? !ours_->thread_policies().empty()
-                                     : prepared_ && executor_->is_spinning());
+  return ended_ ||
+         (ours_ != nullptr ? !ours_->thread_policies().empty() : prepared_ && executor_->is_spinning());
 }
 
 void RclcppSystem::stop() { end_ = std::min(end_.load(), now()); }
@@ -118,8 +118,8 @@ std::vector<WorkerThread> RclcppSystem::workers() const {
   if (ours_ != nullptr) {
     for (const std::string& text : ours_->thread_policies()) {
       const std::size_t space = text.find(' ');
-      workers.push_back({*parse<WorkerRole>(text.substr(0, space)),
-                         parse_thread_policy(text.substr(space + 1))});
+      workers.push_back(
+          {*parse<WorkerRole>(text.substr(0, space)), parse_thread_policy(text.substr(space + 1))});
     }
     return workers;
   }

@@ -5,6 +5,7 @@
 #include <rclcpp/rclcpp.hpp>
 
 #include <memory>
+#include <string>
 #include <type_traits>
 
 /// Everything in which the versions of rclcpp from Humble to Rolling differ for this package.
@@ -62,6 +63,19 @@ inline void run(rclcpp::Waitable& waitable, int entity) {
   waitable.execute(std::as_const(data));
 #else
   waitable.execute(data);
+#endif
+}
+
+/// False: a QoS event of Humble's rmw_fastrtps (6.2). It calls back with a pointer to something else when an
+/// event is pending while the callback is set, and the program crashes.
+inline bool may_call_back(const rclcpp::Waitable& waitable) {
+#if RCLCPP_VERSION_GTE(21, 0, 0)
+  static_cast<void>(waitable);
+  return true;
+#else
+  const bool fast_dds =
+      std::string(rmw_get_implementation_identifier()).find("fastrtps") != std::string::npos;
+  return !fast_dds || dynamic_cast<const rclcpp::QOSEventHandlerBase*>(&waitable) == nullptr;
 #endif
 }
 
