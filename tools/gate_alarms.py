@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "bench"))
 
 from hotpath_report.pages.compare import Key, losses, read  # noqa: E402
-from hotpath_report.pages.gate import judge  # noqa: E402
+from hotpath_report.pages.judgement import judge  # noqa: E402
 from hotpath_report.statistics import Samples  # noqa: E402
 
 SLOWER = 1.10

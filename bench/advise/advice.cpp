@@ -6,6 +6,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "advise/advice_report.hpp"
 #include "advise/ranking.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "advise/advice_report.hpp"
 #include "advise/ranking.hpp"
 #include "program/text.hpp"
 

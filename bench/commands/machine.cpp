@@ -34,6 +34,7 @@ TextTable facts(const Machine& m) {
   row("virtual machine", m.hypervisor.empty() ? "no" : m.hypervisor);
   row("frequency governor", m.governor.empty() ? "none" : m.governor);
   row("turbo", m.turbo);
+  row("boot parameters", m.boot_parameters.empty() ? "none for scheduling" : m.boot_parameters);
   row("real-time throttling", throttling(m));
   row("real-time threads", m.real_time_threads.empty() ? "no others" : joined(m.real_time_threads));
   row("timer slack", std::to_string(m.timer_slack_ns) + " ns");

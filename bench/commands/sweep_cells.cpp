@@ -68,9 +68,12 @@ class OptionParser {
   SimulateOptions simulate_;
 };
 
+/// Enough to find those that the command refuses: of a range its ends, and the first step if it has any.
 Words tried_values(const SweepAxis& axis) {
-  if (!axis.values.empty()) return axis.values;
-  return {text("%.10g", axis.low), text("%.10g", axis.high)};
+  if (!axis.listed.empty()) return axis.listed;
+  if (axis.size() == 0) return {text("%.10g", axis.low), text("%.10g", axis.high)};
+  return {axis.value(0), axis.value(std::min<std::uint64_t>(1, axis.size() - 1)),
+          axis.value(axis.size() - 1)};
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include "import/caret_drafts.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "import/imported_graph.hpp"
 #include "program/text.hpp"
@@ -11,18 +10,7 @@ namespace hotpath {
 
 namespace {
 
-/// Frequencies that differ by less fit alike.
-constexpr double kSameFrequency = 0.03;
-
-/// One topic that a node publishes.
-struct Wanted {
-  std::size_t node = 0;
-  const CaretPublication* publication = nullptr;
-};
-
 double hertz_of(Duration period) { return 1e9 / static_cast<double>(period.count()); }
-
-double distance(double a, double b) { return std::abs(std::log(a / b)); }
 
 void set_quantiles(Callback& c, const std::vector<DurationQuantile>& times) {
   c.best = times.front().time;
@@ -49,119 +37,6 @@ CaretDraft draft_of(const std::string& ros_node, std::size_t n, const CaretCallb
   }
   return draft;
 }
-
-class Assignment {
- public:
-  Assignment(const CaretArchitecture& architecture, const CaretSteps& on_path, bool measured,
-             CaretDrafts& drafts)
-      : architecture_(architecture), on_path_(on_path), measured_(measured), drafts_(drafts) {}
-
-  void assign_all() {
-    std::vector<Wanted> told, on_paths, others;
-    for (std::size_t n = 0; n < architecture_.nodes.size(); ++n) {
-      for (const CaretPublication& p : architecture_.nodes[n].publications) {
-        const auto needs = [&](const auto& step) {
-          return std::get<0>(step) == architecture_.nodes[n].name && std::get<2>(step) == p.topic;
-        };
-        const bool needed = std::any_of(on_path_.begin(), on_path_.end(), needs);
-        if (!p.callbacks.empty()) {
-          told.push_back({n, &p});
-        } else if (!drafts_.subscribers.contains(p.topic)) {
-          ++drafts_.unheard;
-        } else {
-          (needed ? on_paths : others).push_back({n, &p});
-        }
-      }
-    }
-    for (const Wanted& w : told) assign_told(w);
-    for (const Wanted& w : on_paths) assign_guessed(w);
-    for (const Wanted& w : others) assign_guessed(w);
-  }
-
- private:
-  void assign_told(const Wanted& w) {
-    for (const std::string& name : w.publication->callbacks) {
-      if (const auto found = drafts_.index.find(name); found != drafts_.index.end()) {
-        drafts_.told += publish(found->second, w.publication->topic) ? 1 : 0;
-      }
-    }
-  }
-
-  void assign_guessed(const Wanted& w) {
-    const std::string& topic = w.publication->topic;
-    std::vector<std::size_t> candidates;
-    for (std::size_t d = 0; d < drafts_.all.size(); ++d) {
-      if (drafts_.all[d].node == w.node) candidates.push_back(d);
-    }
-    const double wanted = drafts_.frequency(topic);
-    const auto is_better = [&](std::size_t a, std::size_t b) {
-      const CaretDraft &first = drafts_.all[a], &second = drafts_.all[b];
-      if (wanted > 0 && first.hertz > 0 && second.hertz > 0) {
-        const double x = distance(first.hertz, wanted), y = distance(second.hertz, wanted);
-        if (std::abs(x - y) > kSameFrequency) return x < y;
-      }
-      // Nothing measured: a timer is there to publish.
-      const bool timer = !first.caret->topic, other_timer = !second.caret->topic;
-      if (!measured_ && timer != other_timer) return timer;
-      const bool p = on_path(first, topic), q = on_path(second, topic);
-      return p != q ? p : first.typical_time() > second.typical_time();
-    };
-    std::stable_sort(candidates.begin(), candidates.end(), is_better);
-    const auto found =
-        std::find_if(candidates.begin(), candidates.end(), [&](std::size_t d) { return publish(d, topic); });
-    if (found == candidates.end()) {
-      drafts_.unassigned.push_back(graph_topic_name(topic));
-      return;
-    }
-    ++drafts_.guessed;
-    drafts_.guesses[*found].push_back(graph_topic_name(topic));
-  }
-
-  /// Whether the topic could be given to the callback.
-  bool publish(std::size_t d, const std::string& topic) {
-    CaretDraft& draft = drafts_.all[d];
-    const auto readers = drafts_.subscribers.find(topic);
-    if (draft.caret->topic && readers != drafts_.subscribers.end()) {
-      for (const std::size_t s : readers->second) {
-        if (reaches(s, d)) {
-          ++drafts_.cycles;
-          return false;
-        }
-      }
-    }
-    Publication p;
-    p.topic = graph_topic_name(topic);
-    const double wanted = drafts_.frequency(topic);
-    if (wanted > 0 && draft.hertz > 0) {
-      p.n = static_cast<std::uint32_t>(std::max(1L, std::lround(draft.hertz / wanted)));
-    }
-    draft.callback.publishes.push_back(std::move(p));
-    drafts_.published[d].push_back(topic);
-    return true;
-  }
-
-  bool reaches(std::size_t from, std::size_t to) const {
-    if (from == to) return true;
-    const auto topics = drafts_.published.find(from);
-    if (topics == drafts_.published.end()) return false;
-    return std::any_of(topics->second.begin(), topics->second.end(), [&](const std::string& topic) {
-      const auto readers = drafts_.subscribers.find(topic);
-      return readers != drafts_.subscribers.end() &&
-             std::any_of(readers->second.begin(), readers->second.end(),
-                         [&](std::size_t s) { return reaches(s, to); });
-    });
-  }
-
-  bool on_path(const CaretDraft& draft, const std::string& published) const {
-    const std::string& node = architecture_.nodes[draft.node].name;
-    return draft.caret->topic && on_path_.contains({node, *draft.caret->topic, published});
-  }
-
-  const CaretArchitecture& architecture_;
-  const CaretSteps& on_path_;
-  const bool measured_;
-  CaretDrafts& drafts_;
-};
 
 }  // namespace
 
@@ -198,11 +73,6 @@ CaretDrafts make_drafts(const CaretArchitecture& architecture,
     }
   }
   return drafts;
-}
-
-void assign_publications(const CaretArchitecture& architecture, const CaretSteps& on_path, bool measured,
-                         CaretDrafts& drafts) {
-  Assignment(architecture, on_path, measured, drafts).assign_all();
 }
 
 }  // namespace hotpath

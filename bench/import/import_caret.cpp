@@ -22,8 +22,8 @@ void import_caret(const ImportCaretOptions& options) {
   }
   const std::string name = file.parent_path().filename();
   imported.graph.name = imported.deployment.name = name.empty() ? "caret" : name;
-  write_import(std::move(imported),
-               options.output.empty() ? "imports/" + imported.graph.name : options.output);
+  const std::string output = options.output.empty() ? "imports/" + imported.graph.name : options.output;
+  write_import(std::move(imported), output);
 }
 
 }  // namespace hotpath

@@ -26,6 +26,9 @@ class TraceAssembler final : public TraceVisitor {
   [[nodiscard]] const RecordedSystem& system() const { return system_; }
 
  private:
+  /// Unread samples of a subscription that keeps all.
+  static constexpr std::size_t kKeepAll = 1000;
+
   struct Handle {
     std::uint32_t process;
     std::uint64_t address;
@@ -68,17 +71,22 @@ class TraceAssembler final : public TraceVisitor {
     bool intra_published = false;  ///< The same call may publish between processes, too.
   };
 
+  /// Takes an event that describes the system; false: it is none.
+  bool describe(const TraceEvent& e);
   void node(const TraceEvent& e);
   void publisher(const TraceEvent& e);
   void subscription(const TraceEvent& e);
+  void subscription_callback(const TraceEvent& e);
   void timer_callback(const TraceEvent& e);
+  void link(const TraceEvent& e);
   void add_callback(Handle callback, std::uint32_t index);
   void start(const TraceEvent& e);
   void end(const TraceEvent& e);
   void publish(const TraceEvent& e, bool intra_process);
   void deliver(const TraceEvent& e, std::uint32_t subscription, const Thread& thread, bool intra_process);
   void stamp(const TraceEvent& e);
-  void take(const TraceEvent& e, std::uint32_t subscription, std::uint64_t source_ns);
+  /// `subscriptions` tells which one the event's first number means.
+  void take(const TraceEvent& e, const ByHandle<std::uint32_t>& subscriptions);
   void enqueue(const TraceEvent& e);
   void dequeue(const TraceEvent& e);
   void hold(Thread& thread, std::uint32_t subscription, std::deque<Unread>::iterator found);

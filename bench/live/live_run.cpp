@@ -109,12 +109,26 @@ class LiveRun {
       plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
                       std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent,
                       options_.work};
-      if (plan_.processes > 1 || !options_.deployments.empty()) {
-        throw UsageError(
-            "--stack rclcpp runs one executor in one process; leave --processes and --deployments out");
-      }
+      check_rclcpp();
     }
     options_.executors = labels;
+  }
+
+  /// What the process on rclcpp does not do.
+  void check_rclcpp() const {
+    const std::pair<bool, const char*> others[] = {
+        {plan_.processes > 1 || !options_.deployments.empty(),
+         "runs one executor in one process; leave --processes and --deployments out"},
+        {options_.rate_percent || options_.copies > 1,
+         "takes the graph's nodes and periods as they are; leave --copies and --rate out"},
+        {plan_.transport == TransportKind::intra_process,
+         "carries messages over the middleware of ROS 2; leave --transport out"},
+        {options_.entity_order != "creation",
+         "has its entities in the order of their addresses; leave --entity-order out"},
+        {plan_.measure_cpu_time, "does not measure the CPU time of a job; leave --cpu-time out"}};
+    for (const auto& [asked, sentence] : others) {
+      if (asked) throw UsageError(concat("--stack rclcpp ", sentence));
+    }
   }
 
   /// Refuses what cannot run, before anything does.
@@ -144,6 +158,12 @@ class LiveRun {
     for (const ExecutorSpec& e : executors_) {
       phases_of_repetition(options_, graph_, tasks_, e, 0);
       check_deployment(e);
+      const bool of_rclcpp =
+          e.stack == Stack::rclcpp && e.entry->traits.family != Family::priority_events;
+      if (of_rclcpp && plan_.timer_policy && e.entry->traits.timers != TimerHandling::polled) {
+        throw UsageError(concat("--timer-policy: the timer thread of ", e.label,
+                                " is rclcpp's own, which takes that of --executor-policy; leave it out"));
+      }
     }
     check_memory();
   }

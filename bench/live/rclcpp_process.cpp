@@ -26,16 +26,22 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// As PriorityExecutorOptions have it: with the rule and the ties of --rule and --ties. Threads go apart.
+std::string executor_text(const ExecutorSpec& executor) {
+  const std::string name(executor.entry->name);
+  if (executor.entry->traits.family != Family::priority_events) return name;
+  return concat(name, ":", to_string(executor.scheduler.rule), ":", to_string(executor.scheduler.ties));
+}
+
 json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
   const RunMemory::Size size = memory_size(plan, 0);
-  const std::string& label = plan.executor.label;
   const bool manages_timers = plan.executor.entry->traits.timers != TimerHandling::polled;
   json phases = json::array();
   for (const Task& task : plan.tasks.set.tasks) phases.push_back(task.phase.count());
   fcntl(memory.descriptor(), F_SETFD, 0);
   json all = {
       {"graph", plan.rclcpp.graph_file},
-      {"executor", label.substr(0, label.size() - kOnRclcpp.size())},
+      {"executor", executor_text(plan.executor)},
       {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},
       {"phases_ns", phases},
       {"divisions_per_us", plan.calibration.divisions_per_us},

@@ -6,7 +6,10 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <sstream>
 #include <thread>
 
 #include "hotpath/live/thread_setup.hpp"
@@ -60,6 +63,28 @@ std::vector<std::string> other_real_time_threads() {
   return found;
 }
 
+constexpr const char* kPacking = "sched_vcpu_pack";
+
+/// Whether the boot parameter decides where and when threads run.
+bool decides_scheduling(std::string_view parameter) {
+  constexpr std::array kWhole = {"isolcpus",    "nohz_full",  "rcu_nocbs", "nosmt",
+                                 "threadirqs",  "skew_tick",  "preempt",   "idle",
+                                 "irqaffinity", "max_cstate", "nohlt"};
+  const std::string_view name = parameter.substr(0, parameter.find('='));
+  const std::string_view last = name.substr(name.rfind('.') + 1);
+  return name.starts_with("sched_") || name.find("haltpoll") != name.npos ||
+         std::ranges::find(kWhole, last) != kWhole.end();
+}
+
+std::string boot_parameters() {
+  std::istringstream given(first_line("/proc/cmdline"));
+  std::vector<std::string> found;
+  for (std::string parameter; given >> parameter;) {
+    if (decides_scheduling(parameter)) found.push_back(parameter);
+  }
+  return joined(found, " ");
+}
+
 }  // namespace
 
 Machine read_machine(Duration watch) {
@@ -80,6 +105,7 @@ Machine read_machine(Duration watch) {
   double loads[1] = {0};
   if (getloadavg(loads, 1) == 1) m.load_average = loads[0];
   m.turbo = turbo();
+  m.boot_parameters = boot_parameters();
   m.clock_source = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
   m.timer_slack_ns = prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0);
   m.stolen_percent = stolen_percent();
@@ -105,8 +131,8 @@ static void to_json(nlohmann::json& j, const MachineNoise& noise) {
 }
 
 HOTPATH_JSON_FIELDS(Machine, cpu_model, processors, kernel, preempt_rt, distribution, governor, hypervisor,
-                    rt_runtime_us, rt_period_us, load_average, compiler, build_type, turbo, clock_source,
-                    timer_slack_ns, stolen_percent, real_time_threads, noise);
+                    rt_runtime_us, rt_period_us, load_average, compiler, build_type, turbo, boot_parameters,
+                    clock_source, timer_slack_ns, stolen_percent, real_time_threads, noise);
 
 std::vector<std::string> warnings(const Machine& m) {
   std::vector<std::string> sentences;
@@ -121,6 +147,9 @@ std::vector<std::string> warnings(const Machine& m) {
                std::to_string(m.load_average).c_str(), m.processors));
   warn_if(m.turbo == "on",
           "Turbo is on: the processor's speed depends on what else it does and on its temperature.");
+  warn_if(m.boot_parameters.find(kPacking) != std::string::npos,
+          concat("The kernel keeps ordinary threads together on few processors (", kPacking,
+                 "): ready ones may wait beside an idle processor."));
   warn_if(m.stolen_percent > 1, text("The hypervisor has taken %.4s %% of the processors' time since boot.",
                                      std::to_string(m.stolen_percent).c_str()));
   if (const std::size_t n = m.real_time_threads.size(); n > 0) {

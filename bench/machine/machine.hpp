@@ -62,8 +62,9 @@ struct Machine {
   bool preempt_rt = false;
   long rt_runtime_us = -1;  ///< Real-time throttling: share of rt_period_us; -1: off or unknown.
   long rt_period_us = 0;
-  double load_average = 0;  ///< Over the last minute, when it was read.
-  std::string turbo;        ///< `on`, `off`, or `unknown`.
+  double load_average = 0;      ///< Over the last minute, when it was read.
+  std::string turbo;            ///< `on`, `off`, or `unknown`.
+  std::string boot_parameters;  ///< Of the kernel, those that decide where and when threads run.
   std::string clock_source;
   long timer_slack_ns = 0;    ///< Of a new thread under the ordinary policy.
   double stolen_percent = 0;  ///< Of all processors' time since boot, taken by the hypervisor.

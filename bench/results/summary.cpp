@@ -138,12 +138,19 @@ ExecutorSummary without_chains(const TaskSet& set, const ExecutorRuns& runs, con
   return summary;
 }
 
+/// What an executor is compared with: `default`, on a stack of its own (`rm-ro@rclcpp`) that of the stack.
+std::string baseline_of(const std::string& executor) {
+  const std::size_t stack = std::min(executor.find('@'), executor.size());
+  return std::string(kBaselineExecutor) + executor.substr(stack);
+}
+
 /// `hot_paths`: samples by executor and chain.
 void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths) {
-  const auto base = std::ranges::find(summary.executors, kBaselineExecutor, &ExecutorSummary::executor);
-  if (base == summary.executors.end()) return;
-  const auto baseline = static_cast<std::size_t>(base - summary.executors.begin());
   for (std::size_t e = 0; e < summary.executors.size(); ++e) {
+    const std::string name = baseline_of(summary.executors[e].executor);
+    const auto base = std::ranges::find(summary.executors, name, &ExecutorSummary::executor);
+    if (base == summary.executors.end()) continue;
+    const auto baseline = static_cast<std::size_t>(base - summary.executors.begin());
     for (std::size_t c = 0; c < hot_paths[e].size(); ++c) {
       const RepeatedSamples& own = hot_paths[e][c];
       const RepeatedSamples& of_baseline = hot_paths[baseline][c];

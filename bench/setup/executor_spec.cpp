@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -42,7 +43,7 @@ ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& de
   const std::string name = text.substr(0, text.find(':'));
   ExecutorSpec spec{label, find_executor(name), defaults, nullptr, on_rclcpp ? Stack::rclcpp : Stack::native};
   if (spec.entry == nullptr) {
-    throw UsageError("there is no executor `" + name + "`; there are " + joined(all_executor_names()));
+    throw UsageError("there is no executor `" + name + "`; " + suggest(name, all_executor_names()));
   }
   for (std::size_t at = name.size(); at != std::string::npos && at < text.size();) {
     const std::size_t next = text.find(':', at + 1);

@@ -17,12 +17,22 @@ struct SweepOption {
   friend bool operator==(const SweepOption&, const SweepOption&) = default;
 };
 
-/// An option whose values a sweep goes through.
+/// An option whose values a sweep goes through: those listed, or numbers from `low` to `high`.
 struct SweepAxis {
   std::string name;
   int line = 0;
-  std::vector<std::string> values;  ///< Empty: any number from `low` to `high`, drawn at random.
+  std::vector<std::string> listed;
   double low = 0, high = 0;
+  double step = 0;  ///< 0: any number of the range, drawn at random.
+
+  /// How many values there are, 0 if any number is one.
+  [[nodiscard]] std::uint64_t size() const;
+  /// The i-th of them, from 0.
+  [[nodiscard]] std::string value(std::uint64_t i) const;
+  /// A value as the axis writes it, `20` for `20.0`; empty if it has no such value.
+  [[nodiscard]] std::string named(const std::string& wanted) const;
+  /// Whether neighbours of a range with a step read differently.
+  [[nodiscard]] bool values_differ() const;
 };
 
 /// What a sweep file says: which cells there are, and how each is to be computed. A cell is a point of the

@@ -131,7 +131,7 @@ class BenchCommand(CommandTest):
         stored = json.loads((self.folder / "machine.json").read_text())
         cores = [h["cpu"] for h in stored["noise"]["hiccups"]]
         self.assertEqual(cores, sorted(os.sched_getaffinity(0)))
-        for word in ("real-time throttling", "timer slack", "stolen time", "turbo", "p99.9"):
+        for word in ("real-time throttling", "timer slack", "stolen time", "turbo", "boot parameters", "p99.9"):
             self.assertIn(word, out)
         for line in err.splitlines():
             self.assertRegex(line, r"^note: .*\.$")

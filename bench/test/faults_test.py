@@ -165,6 +165,15 @@ class Machine(FaultTest):
         self.assert_refused((*run, "--ros2-runner", "/no/where"), "no program /no/where")
         self.assert_refused(("run", "--stack", "ros"), "--stack", "native")
 
+    def test_what_a_run_on_ros2_does_not_do(self):
+        self.environment["AMENT_PREFIX_PATH"] = "/no/where"
+        run = ("run", "--stack", "rclcpp", "--ros2-runner", "/bin/true", "--duration", "1")
+        for option in (("--copies", "2"), ("--rate", "50"), ("--processes", "2"), ("--cpu-time",),
+                       ("--transport", "intra_process"), ("--entity-order", "reverse")):  # fmt: skip
+            self.assert_refused((*run, *option), "--stack rclcpp", "leave", option[0])
+        timers = ("--executor", "events-ro", "--timer-policy", "other")
+        self.assert_refused((*run, *timers), "events-ro@rclcpp", "--executor-policy")
+
     def test_real_time_policy_asked_for_and_refused(self):
         err = self.assert_refused(
             ["run", *BRIEF, "--timer-policy", "fifo:50", "--output", "run"], "fifo:50", "refused",

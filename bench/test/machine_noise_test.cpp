@@ -105,7 +105,8 @@ TEST(MachineNoise, WarnsInWholeSentencesThatNameTheWorstCore) {
 TEST(Machine, CarriesItsNoiseIntoEveryResult) {
   const nlohmann::json stored = read_machine(1ms);
   EXPECT_EQ(stored.at("noise").at("hiccups").size(), allowed_cpus().size());
-  for (const char* key : {"turbo", "clock_source", "timer_slack_ns", "stolen_percent", "real_time_threads"}) {
+  for (const char* key : {"turbo", "boot_parameters", "clock_source", "timer_slack_ns", "stolen_percent",
+                          "real_time_threads"}) {
     EXPECT_TRUE(stored.contains(key)) << key;
   }
 }

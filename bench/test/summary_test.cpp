@@ -211,6 +211,19 @@ TEST(Ratio, IsThatOfThisExecutorToDefault) {
   EXPECT_EQ(s.executors[1].chains[0].median_minus_default->value, 0.0);
 }
 
+TEST(Ratio, OnAnotherStackIsThatToItsDefault) {
+  const auto measured = [](double ms) {
+    return std::vector<Repetition>{repetition(0, {}, {output(0, ms)})};
+  };
+  const Summary s = summarize(small_set(),
+                              {{"default", measured(20)},
+                               {"rm-ro@rclcpp", measured(10)},
+                               {"default@rclcpp", measured(40)}},
+                              options());
+  EXPECT_DOUBLE_EQ(s.executors[1].chains[0].median_to_default->value, 0.25);
+  EXPECT_EQ(s.executors[2].chains[0].median_to_default->value, 1.0);
+}
+
 TEST(Ratio, IsAbsentWithoutDefault) {
   const Summary s = summarize(small_set(), {{"rm-ro", {repetition(0, {}, {output(0, 10)})}}}, options());
   EXPECT_FALSE(s.executors[0].chains[0].median_to_default);

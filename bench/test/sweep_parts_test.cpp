@@ -100,6 +100,9 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
   EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 1]}\n"), HasSubstr("has 1 twice"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2}}\n"), HasSubstr("has no step"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0}}\n"), HasSubstr("no grid"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 1e-12}}\n"),
+              HasSubstr("no grid"))
+      << "values that read the same";
   EXPECT_THAT(refusal("command: simulate\naxes: {output: [a]}\n"), HasSubstr("decides itself"));
   EXPECT_THAT(refusal("command: fly\naxes: {load: [1]}\n"), HasSubstr("simulate"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 9e5, step: 1}, rate: {from: 1, to: 9e5, "
@@ -107,6 +110,18 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
               HasSubstr("100 million are the most"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 2]}\nkeep: [{load: 3}]\n"),
               HasSubstr("no value `3`"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0.25}}\nkeep: [{load: 1.3}]\n"),
+              HasSubstr("no value `1.3`"));
+}
+
+TEST_F(SweepTest, AxesOfAnySizeAreNotListed) {
+  const SweepDesign d = design(
+      "command: simulate\naxes: {load: {from: 0, to: 90, step: 1e-6}}\nkeep: [{load: 0.000002}, {load: "
+      "90}]\n");
+  EXPECT_EQ(d.cells(), 90'000'001U);
+  EXPECT_EQ(values(d, 89'999'999), "load=89.999999 ");
+  EXPECT_THAT((std::vector<bool>{d.keeps(1), d.keeps(2), d.keeps(90'000'000)}),
+              testing::ElementsAre(false, true, true));
 }
 
 TEST_F(SweepTest, KeepsTheCellsThatMatch) {

@@ -141,10 +141,20 @@ TEST(ThreadPolicy, OfADeadlineIsObtainedOrRefusedWithARemedy) {
     std::thread([&] {
       EXPECT_EQ(apply_thread_policy(request), request.policy);
       obtained = sched_getscheduler(0);
+      EXPECT_EQ(own_thread_policy(), request.policy);
     }).join();
     EXPECT_EQ(obtained & ~SCHED_RESET_ON_FORK, SCHED_DEADLINE);
   } else {
     EXPECT_NE(refused.find("deadline:1/100/100 was refused"), std::string::npos) << refused;
+  }
+}
+
+TEST(ThreadPolicy, OfTheOwnThreadIsRead) {
+  for (const char* text : {"other:19", "batch:19", "idle:19"}) {
+    std::thread([&] {
+      static_cast<void>(apply_thread_policy({parse_thread_policy(text), true, {}}));
+      EXPECT_EQ(to_string(own_thread_policy()), text);
+    }).join();
   }
 }
 

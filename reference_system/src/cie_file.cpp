@@ -7,7 +7,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "graph_text.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"

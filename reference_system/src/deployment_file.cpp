@@ -5,7 +5,7 @@
 #include <map>
 #include <set>
 
-#include "graph_text.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"

@@ -8,6 +8,7 @@
 
 #include "graph_text.hpp"
 #include "hotpath/core/csv.hpp"
+#include "hotpath/core/suggestion.hpp"
 
 namespace hotpath {
 

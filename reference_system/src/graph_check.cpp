@@ -4,7 +4,7 @@
 #include <unordered_map>
 
 #include "graph_source.hpp"
-#include "graph_text.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 

@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <map>
 
-#include "graph_text.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "yaml_folders.hpp"
 

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <numeric>
-#include <vector>
 
 namespace hotpath {
 
@@ -21,24 +19,6 @@ bool all_digits(std::string_view text) {
 std::int64_t to_integer(std::string_view digits) {
   return std::accumulate(digits.begin(), digits.end(), std::int64_t{0},
                          [](std::int64_t sum, char c) { return sum * 10 + (c - '0'); });
-}
-
-char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
-
-/// Levenshtein's edit distance.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (lower(a[i]) == lower(b[j]) ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
 }
 
 }  // namespace
@@ -85,30 +65,6 @@ bool is_utf8(std::string_view text) {
     i += bytes;
   }
   return true;
-}
-
-std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates) {
-  std::optional<std::string> best;
-  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const std::string& candidate : candidates) {
-    const std::size_t d = distance(word, candidate);
-    if (d < best_distance && d < candidate.size()) {
-      best = candidate;
-      best_distance = d;
-    }
-  }
-  return best;
-}
-
-std::string suggest(std::string_view word, std::span<const std::string> candidates) {
-  if (const auto best = nearest(word, candidates)) return "did you mean `" + *best + "`?";
-  if (candidates.empty()) return "there is none to choose from";
-  std::string list = "known are: ";
-  for (const std::string& candidate : candidates) {
-    if (&candidate != &candidates.front()) list += ", ";
-    list += candidate;
-  }
-  return list;
 }
 
 }  // namespace hotpath

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,11 +18,5 @@ std::string format_ms(Duration duration);
 
 /// Whether the text is valid UTF-8: whole sequences, none longer than needed, no surrogates.
 [[nodiscard]] bool is_utf8(std::string_view text);
-
-/// The candidate that is most like a misspelt `word` (letter case aside); nothing if none is alike.
-std::optional<std::string> nearest(std::string_view word, std::span<const std::string> candidates);
-
-/// "did you mean `X`?" with the nearest candidate, else "known are: ..." with all of them.
-std::string suggest(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace hotpath

@@ -5,6 +5,7 @@
 #include "graph_text.hpp"
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/golden_trace.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "graph_text.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
 

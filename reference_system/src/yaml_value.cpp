@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "graph_text.hpp"
+#include "hotpath/core/suggestion.hpp"
 
 namespace hotpath {
 

@@ -2,7 +2,6 @@
 """Lines with intervals, heat maps and small multiples of the table that `hotpath sweep` writes."""
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,73 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from hotpath_report import style
-from hotpath_report.errors import InputError
 from hotpath_report.figures.maps import dashes
-from hotpath_report.statistics import Estimate, Samples
+from hotpath_report.figures.sweep_table import Measure, Table
 from hotpath_report.style import FAINT, GRID, INK
-from hotpath_report.tables import read_json, read_table
 
 MOST_PANELS = 9  # small multiples
 MOST_NUMBERED = 20  # columns of a map whose cells still have room for a number
-
-
-@dataclass(frozen=True)
-class Measure:
-    """A column of the table, and the quantile over repetitions that stands for a point."""
-
-    column: str
-    title: str
-    over_repetitions: float = 0.5
-
-
-OF_CHAINS = [
-    Measure("hot_path_p50_ms", "median hot-path latency (ms)"),
-    Measure("hot_path_max_ms", "worst hot-path latency (ms)", 1.0),
-    Measure("lost", "lost: skipped and overwritten", 1.0),
-]
-OF_TIMERS = [
-    Measure("response_share_max", "worst response time / deadline", 1.0),
-    Measure("deadline_overruns", "deadline overruns", 1.0),
-    Measure("lost", "lost: skipped and overwritten", 1.0),
-]
-
-
-class Table:
-    """table.csv: rows of one chain, or of timers where there is none."""
-
-    def __init__(self, folder: Path) -> None:
-        self.rows = read_table(folder / "table.csv", ["executor"])
-        facts = read_json(folder / "sweep.json", "hotpath sweep")
-        chains = self.rows["chain"].dropna().unique() if "chain" in self.rows else []
-        self.chain = str(chains[0]) if len(chains) else ""
-        if self.chain:
-            self.rows = self.rows[(self.rows["chain"] == self.chain) | self.rows["failure"].notna()]
-        self.measures = OF_CHAINS if self.chain else OF_TIMERS
-        self.repetitions: int = facts["repetitions"]
-        self.axes = [a for a in facts["axes"] if a in self.rows and self.rows[a].nunique() > 1]
-        numeric = [a for a in self.axes if pd.api.types.is_numeric_dtype(self.rows[a])]
-        if not numeric:
-            raise InputError(f"{folder / 'table.csv'}: no axis of numbers to draw over")
-        self.x = numeric[0]
-        self.others = [a for a in self.axes if a != self.x]
-        self.executors = list(self.rows["executor"].unique())
-        self.failed = int(self.rows["failure"].notna().sum())
-
-    def points(self, rows: pd.DataFrame, measure: Measure) -> dict[float, Estimate]:
-        """Over x the quantile of the repetitions, with its interval."""
-        found = {}
-        for x, at in rows.groupby(self.x):
-            values = at[measure.column].dropna()
-            if len(values):
-                found[float(x)] = Samples([v] for v in values).estimate(measure.over_repetitions)
-        return found
-
-    def subtitle(self) -> str:
-        """What was swept."""
-        cells = f"{self.rows['cell'].nunique()} cells, {self.repetitions} repetitions"
-        chain = f"chain {self.chain} · " if self.chain else ""
-        fails = f" · {self.failed} cells could not be run (overload)" if self.failed else ""
-        return f"{chain}over {', '.join(self.axes)} · {cells}{fails}"
 
 
 def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -> None:

@@ -7,7 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from hotpath_report.errors import InputError
-from hotpath_report.pages.gate import Judgement, holm, judge, junit, markdown
+from hotpath_report.pages.judgement import Judgement, holm, judge
+from hotpath_report.pages.gate import junit, markdown
 from hotpath_report.statistics import Samples
 
 EXECUTORS = ("default", "static", "events-ro", "rm-ro")

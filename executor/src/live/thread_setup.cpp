@@ -34,15 +34,17 @@ int native_class(ThreadPolicy::Class c) {
   return SCHED_OTHER;
 }
 
-/// Linux's sched_setattr(2), for which glibc 2.36 has neither function nor structure.
+/// Of Linux's sched_setattr(2), for which glibc 2.36 has neither functions nor structure.
+struct SchedulingAttributes {
+  std::uint32_t size, policy;
+  std::uint64_t flags;
+  std::int32_t nice;
+  std::uint32_t priority;
+  std::uint64_t runtime, deadline, period;
+};
+
 bool set_budget(const ThreadPolicy& policy) {
-  struct {
-    std::uint32_t size, policy;
-    std::uint64_t flags;
-    std::int32_t nice;
-    std::uint32_t priority;
-    std::uint64_t runtime, deadline, period;
-  } attributes{};
+  SchedulingAttributes attributes{};
   attributes.size = sizeof attributes;
   attributes.policy = SCHED_DEADLINE;
   attributes.flags = 1;  // SCHED_FLAG_RESET_ON_FORK: a thread of this policy may create no other
@@ -87,6 +89,24 @@ ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request) {
                                        "`other`"));
   }
   return {};
+}
+
+ThreadPolicy own_thread_policy() {
+  SchedulingAttributes attributes{};
+  ThreadPolicy own;
+  if (syscall(SYS_sched_getattr, 0, &attributes, sizeof attributes, 0) != 0) return own;
+  for (const auto& c : enum_texts(ThreadPolicy::Class{})) {
+    if (native_class(c.value) == static_cast<int>(attributes.policy)) own.scheduling_class = c.value;
+  }
+  if (own.scheduling_class == ThreadPolicy::Class::deadline) {
+    const auto duration = [](std::uint64_t ns) { return Duration(static_cast<std::int64_t>(ns)); };
+    own.runtime = duration(attributes.runtime);
+    own.deadline = duration(attributes.deadline);
+    own.period = duration(attributes.period);
+  } else {
+    own.priority = own.ordinary() ? attributes.nice : static_cast<int>(attributes.priority);
+  }
+  return own;
 }
 
 std::string refusal(const ThreadPolicyRequest& request) {

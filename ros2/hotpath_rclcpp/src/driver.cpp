@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <latch>
 #include <mutex>
 
 namespace hotpath {
@@ -12,6 +13,10 @@ namespace {
 
 /// No publication is new for that long: everything is known.
 constexpr Duration kLeastLearning = std::chrono::seconds(2);
+
+/// spin_all() waits that long for more, as rclcpp's executors need for a wait set: a thread that is about to
+/// publish, on the same processor, comes to it.
+constexpr Duration kLastLook = std::chrono::microseconds(100);
 
 }  // namespace
 
@@ -142,11 +147,14 @@ void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refre
 }
 
 void ExecutorDriver::spin(std::atomic_bool& spinning, const Refresh& refresh) {
-  error_ = nullptr;
-  const auto guarded = [&](Worker worker) {
+  {
+    const std::lock_guard lock(mutex_);
+    error_ = nullptr;
+    for (Lane& lane : lanes_) lane.policy.reset();
+  }
+  const auto guarded = [&](const auto& action) {
     try {
-      prepare(worker);
-      work(worker, spinning, refresh);
+      action();
     } catch (...) {
       {
         const std::lock_guard lock(mutex_);
@@ -154,10 +162,16 @@ void ExecutorDriver::spin(std::atomic_bool& spinning, const Refresh& refresh) {
       }
       spinning.store(false);
     }
+  };
+  std::latch prepared(static_cast<std::ptrdiff_t>(lanes_.size()));
+  const auto live = [&](Worker worker) {
+    guarded([&] { prepare(worker); });
+    prepared.arrive_and_wait();  // nothing runs before each thread has what was asked for
+    guarded([&] { work(worker, spinning, refresh); });
     wake_all();  // whoever ends, for whatever reason, ends the others, who would sleep on
   };
-  for (Worker w = 1; w < lanes_.size(); ++w) lanes_[w].thread = std::thread([=] { guarded(w); });
-  guarded(0);
+  for (Worker w = 1; w < lanes_.size(); ++w) lanes_[w].thread = std::thread([&, w] { live(w); });
+  live(0);
   spinning.store(false);
   wake_all();
   for (Lane& lane : lanes_) {
@@ -170,6 +184,7 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
                                      Time until, Time wait_until) {
   const auto timer_worker = static_cast<Worker>(lanes_.size() - 1);
   std::size_t ran = 0;
+  bool gave_way = jobs != kAllJobs;
   Lock lock(mutex_);
   while (goes_on(spinning) && ran < jobs) {
     const Time now = hotpath::now();
@@ -185,8 +200,11 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
     }
     if (next) {
       ran += run_job(lock, next->first, next->second, {}) ? 1 : 0;
+      gave_way = jobs != kAllJobs;
     } else if (ran == 0 && now < wait_until) {
       if (running_ > 0 || !schedule_.compact(now)) sleep(lock, 0, std::min(wake_at, wait_until));
+    } else if (!std::exchange(gave_way, true)) {
+      sleep(lock, 0, now + kLastLook);
     } else {
       break;
     }

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -39,6 +40,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   /// With all threads, until `spinning` becomes false or the context shuts down. Rethrows a callback's
   /// exception.
   void spin(std::atomic_bool& spinning, const Refresh& refresh);
+  static constexpr std::size_t kAllJobs = std::numeric_limits<std::size_t>::max();
   /// In this thread: runs at most `jobs` callbacks until `until`; sleeps for the first until `wait_until`.
   /// Returns how many ran.
   std::size_t run_some(std::atomic_bool& spinning, const Refresh& refresh, std::size_t jobs, Time until,
@@ -58,6 +60,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   void set_priority(const std::shared_ptr<void>& entity, std::int64_t priority);
   [[nodiscard]] std::vector<std::string> order();
   void log_order(const char* why);
+  [[nodiscard]] std::vector<std::string> thread_policies();
   [[nodiscard]] const Setup& setup() const { return schedule_.setup(); }
 
   static std::optional<RunningCallback> running_callback();
@@ -67,6 +70,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
     Parker parker;
     bool parked = false;
     std::thread thread;
+    std::optional<ThreadPolicy> policy;  ///< Obtained.
   };
   using Lock = std::unique_lock<PiMutex>;
 

@@ -81,7 +81,7 @@ Entities::~Entities() {
   for (const auto& [handle, of] : groups_) {
     const auto group = of.group->group.lock();
     if (!group) continue;
-    if (of.by_hand) set_callback(*versions::changes_of(*group, context_), nullptr);
+    if (of.changes) set_callback(*of.changes, nullptr);
     group->get_associated_with_executor_atomic().store(false);
   }
   for (const auto& weak : nodes_) {
@@ -129,9 +129,8 @@ void Entities::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
     throw std::runtime_error("Callback group has already been added to an executor.");
   }
   const std::lock_guard lock(mutex_);
-  groups_[group] = {make_group(group), node, true};
-  set_callback(*versions::changes_of(*group, context_),
-               [driver = driver_](std::size_t) { driver->note_change(); });
+  OfGroup& of = groups_[group] = {make_group(group), node, true, versions::changes_of(*group, context_)};
+  if (of.changes) set_callback(*of.changes, [driver = driver_](std::size_t) { driver->note_change(); });
   refresh_locked();
 }
 
@@ -142,8 +141,8 @@ void Entities::remove_group(const rclcpp::CallbackGroup::SharedPtr& group) {
     throw std::runtime_error(
         "Callback group needs to be associated with this executor, by add_callback_group.");
   }
+  if (found->second.changes) set_callback(*found->second.changes, nullptr);
   groups_.erase(found);
-  set_callback(*versions::changes_of(*group, context_), nullptr);
   refresh_locked();
   group->get_associated_with_executor_atomic().store(false);
 }
@@ -173,7 +172,7 @@ void Entities::collect_groups() {
     node->for_each_callback_group([&](const rclcpp::CallbackGroup::SharedPtr& group) {
       if (!group->automatically_add_to_executor_with_node()) return;
       if (group->get_associated_with_executor_atomic().exchange(true)) return;
-      groups_[group] = {make_group(group), node, false};
+      groups_[group] = {make_group(group), node, false, nullptr};
     });
   }
 }

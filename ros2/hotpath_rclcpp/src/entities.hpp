@@ -39,6 +39,8 @@ class Entities {
     std::shared_ptr<Group> group;
     versions::NodeBase::WeakPtr node;
     bool by_hand = false;
+    /// By hand: triggered when it gets an entity. A group gives it away only as long as its context is valid.
+    rclcpp::GuardCondition::SharedPtr changes;
   };
 
   void refresh_locked();

@@ -64,11 +64,15 @@ void ExecutorDriver::prepare(Worker worker) {
   if (worker > 0) {
     pthread_setname_np(pthread_self(), timer ? "hotpath_timers" : "hotpath_worker");
     minimise_timer_slack();
-  } else if (!wanted.required) {
-    return;  // the thread that calls spin() stays as it is
   }
-  const ThreadPolicy obtained = apply_thread_policy(wanted);
-  if (obtained == wanted.policy) return;
+  // The thread that calls spin() stays as it is unless something is asked for.
+  const bool stays = worker == 0 && !wanted.required;
+  const ThreadPolicy obtained = stays ? own_thread_policy() : apply_thread_policy(wanted);
+  {
+    const std::lock_guard lock(mutex_);
+    lanes_[worker].policy = obtained;
+  }
+  if (stays || obtained == wanted.policy) return;
   static std::once_flag told;
   std::call_once(told, [&] {
     RCLCPP_WARN(logger(),
@@ -153,6 +157,17 @@ void ExecutorDriver::log_order(const char* why) {
 std::vector<std::string> ExecutorDriver::order() {
   const std::lock_guard lock(mutex_);
   return schedule_.order();
+}
+
+std::vector<std::string> ExecutorDriver::thread_policies() {
+  const std::lock_guard lock(mutex_);
+  const std::span<const WorkerRole> roles = schedule_.scheduler().workers();
+  std::vector<std::string> texts;
+  for (std::size_t worker = 0; worker < lanes_.size(); ++worker) {
+    if (!lanes_[worker].policy) return {};
+    texts.push_back(to_string(WorkerThread{roles[worker], *lanes_[worker].policy}));
+  }
+  return texts;
 }
 
 void ExecutorDriver::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath_rclcpp/priority_executor.hpp"
 
-#include <limits>
 #include <rcpputils/scope_exit.hpp>
 #include <stdexcept>
 
 #include "entities.hpp"
+#include "loaded_libraries.hpp"
 
 namespace hotpath {
 
@@ -24,12 +24,19 @@ struct PriorityExecutorParts {
 
 namespace {
 
-constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
-
 PriorityExecutorOptions named(const std::string& executor) {
   PriorityExecutorOptions options;
   options.executor = executor;
   return options;
+}
+
+void report_two_fast_dds() {
+  const std::vector<std::string> files = loaded_fast_dds();
+  if (files.size() < 2) return;
+  RCLCPP_ERROR(rclcpp::get_logger("hotpath_rclcpp"),
+               "Two versions of Fast DDS are loaded, %s and %s: expect crashes. Build the program, and hotpath "
+               "with -DHOTPATH_FASTDDS=OFF, so that only that of ROS 2 is.",
+               files[0].c_str(), files[1].c_str());
 }
 
 Time after(std::chrono::nanoseconds duration) {
@@ -45,6 +52,7 @@ PriorityExecutor::PriorityExecutor(const PriorityExecutorOptions& options,
                                    const rclcpp::ExecutorOptions& rclcpp_options)
     : rclcpp::Executor(rclcpp_options),
       parts_(std::make_unique<PriorityExecutorParts>(options, rclcpp_options.context)) {
+  report_two_fast_dds();
   versions::reference(interrupt_guard_condition_)
       .set_on_trigger_callback([driver = parts_->driver](std::size_t) { driver->wake_all(); });
   shutdown_guard_condition_->set_on_trigger_callback(
@@ -93,7 +101,7 @@ void PriorityExecutor::spin_all(std::chrono::nanoseconds max_duration) {
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
   if (parts_->driver->changed()) parts_->refresh();
   const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
-  parts_->driver->run_some(spinning, parts_->refresh, kAny, until, Time{});
+  parts_->driver->run_some(spinning, parts_->refresh, ExecutorDriver::kAllJobs, until, Time{});
 }
 
 void PriorityExecutor::spin_once_impl(std::chrono::nanoseconds timeout) {
@@ -158,6 +166,10 @@ void PriorityExecutor::set_priority(const rclcpp::CallbackGroup::SharedPtr& grou
 }
 
 std::vector<std::string> PriorityExecutor::priority_order() const { return parts_->driver->order(); }
+
+std::vector<std::string> PriorityExecutor::thread_policies() const {
+  return parts_->driver->thread_policies();
+}
 
 std::optional<RunningCallback> PriorityExecutor::running_callback() {
   return ExecutorDriver::running_callback();

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <stdexcept>
 
+#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 
 namespace hotpath {
@@ -33,8 +34,7 @@ std::string listed(const std::vector<std::string>& names) {
 const ExecutorEntry& known(const std::string& name) {
   const ExecutorEntry* entry = find_executor(name);
   if (entry == nullptr) {
-    throw std::invalid_argument("there is no executor `" + name + "`; there are " +
-                                listed(known_executors()));
+    throw std::invalid_argument("there is no executor `" + name + "`; " + suggest(name, known_executors()));
   }
   if (entry->traits.family == Family::wait_set) {
     throw std::invalid_argument("executor `" + name + "` is rclcpp's own " + std::string(entry->class_name) +

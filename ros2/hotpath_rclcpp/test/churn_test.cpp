@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes, timers, subscriptions and groups come and go at random while the executor spins; every sample that
-// reached a subscription that stays is accounted for. HOTPATH_CHURN_SECONDS: how long, by default 3.
+// Nodes, timers, subscriptions and groups come and go at random while the executor spins; every callback is
+// accounted for: each sample that reached a subscription that stays, each instant of a timer that stays, and
+// none of a node that was removed. HOTPATH_CHURN_SECONDS: how long, by default 3.
 #include <atomic>
 #include <cstdlib>
+#include <deque>
 #include <random>
 #include <std_msgs/msg/int32.hpp>
 
@@ -12,6 +14,8 @@ namespace hotpath::test {
 namespace {
 
 using std_msgs::msg::Int32;
+
+constexpr auto kPeriod = 5ms;
 
 struct Guest {
   rclcpp::Node::SharedPtr node;
@@ -27,81 +31,103 @@ class Churn : public EveryExecutor {
     const char* seconds = std::getenv("HOTPATH_CHURN_SECONDS");
     return std::chrono::seconds(seconds == nullptr ? 3 : std::atoi(seconds));
   }
+  unsigned chance(unsigned of) { return std::uniform_int_distribution<unsigned>(0, of - 1)(random); }
+  Guest& any_guest() { return guests[chance(static_cast<unsigned>(guests.size()))]; }
+
+  void note_tick() {
+    ++ticks;
+    const auto running = PriorityExecutor::running_callback();
+    if (!running) return;  // rclcpp's executors do not tell
+    if (last && running->timestamp != last->timestamp + kPeriod * (1 + last->skipped)) ++lost_ticks;
+    last = running;
+  }
+
+  void enter() {
+    if (guests.size() > 6) return;
+    Guest& guest = guests.emplace_back();
+    guest.node = std::make_shared<rclcpp::Node>("guest" + std::to_string(names++),
+                                                rclcpp::NodeOptions().start_parameter_services(false));
+    executor->add_node(guest.node);
+  }
+
+  /// Some that were removed live on, so that a callback of theirs would show.
+  void leave(std::size_t i) {
+    executor->remove_node(guests[i].node);
+    *guests[i].gone = true;
+    ++left;
+    guests[i].subscriptions.clear();
+    removed.push_back(std::move(guests[i]));
+    if (removed.size() > 3) removed.pop_front();
+    guests.erase(guests.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+
+  void change_timers(Guest& guest) {
+    if (guest.timers.size() < 5) {
+      guest.groups.push_back(guest.node->create_callback_group(
+          chance(2) == 0 ? rclcpp::CallbackGroupType::Reentrant
+                         : rclcpp::CallbackGroupType::MutuallyExclusive));
+      guest.timers.push_back(guest.node->create_wall_timer(
+          1ms + 1ms * chance(5),
+          [this, gone = guest.gone] {
+            ++guest_ticks;
+            if (*gone) ++late;
+          },
+          guest.groups.back()));
+    } else {
+      guest.timers.erase(guest.timers.begin());
+      guest.groups.erase(guest.groups.begin());
+    }
+  }
+
+  void change_guests() {
+    const unsigned what = chance(6);
+    if (what == 0) return enter();
+    if (guests.empty()) return;
+    Guest& guest = any_guest();
+    if (what == 1 && chance(3) == 0) {
+      leave(static_cast<std::size_t>(&guest - guests.data()));
+    } else if (what == 2 || what == 3) {
+      change_timers(guest);
+    } else if (what == 4) {
+      for (const auto& t : guest.timers) chance(2) == 0 ? t->cancel() : t->reset();
+    } else if (what == 5) {
+      guest.subscriptions.clear();
+      guest.subscriptions.push_back(
+          guest.node->create_subscription<Int32>("stays", 10, [](Int32::ConstSharedPtr) {}));
+    }
+  }
+
+  std::mt19937 random{1};
+  std::vector<Guest> guests;
+  std::deque<Guest> removed;
+  int names = 0, left = 0;
+  std::atomic_int stayed{0}, ticks{0}, lost_ticks{0}, guest_ticks{0}, late{0};
+  std::optional<RunningCallback> last;
 };
 
 INSTANTIATE_TEST_SUITE_P(Executors, Churn,
-                         testing::Values("rm-ro", "rm-re", "edf-ro", "cbg", "rm-ro:2", "single"), case_name);
+                         testing::Values("rm-ro", "rm-re", "edf-ro", "cbg", "rm-ro:2", "single", "events"),
+                         case_name);
 
 TEST_P(Churn, EveryCallbackIsAccountedFor) {
-  std::mt19937 random(1);
-  const auto chance = [&](unsigned of) { return std::uniform_int_distribution<unsigned>(0, of - 1)(random); };
-  std::atomic_int stayed{0}, ticks{0};
   const auto subscription = node->create_subscription<Int32>("stays", rclcpp::QoS(rclcpp::KeepLast(100)),
                                                              [&](Int32::ConstSharedPtr) { ++stayed; });
   const auto publisher = node->create_publisher<Int32>("stays", rclcpp::QoS(rclcpp::KeepLast(100)));
-  const auto timer = node->create_wall_timer(5ms, [&] { ++ticks; });
+  const auto timer = node->create_wall_timer(kPeriod, [&] { note_tick(); });
   executor->add_node(node);
   ASSERT_TRUE(eventually([&] { return publisher->get_subscription_count() == 1; }));
   int published = 0;
   {
     const Spinning spinning(*executor);
-    std::vector<Guest> guests;
-    int names = 0;
-    const auto leave = [&](std::size_t i) {
-      executor->remove_node(guests[i].node);
-      *guests[i].gone = true;
-      guests.erase(guests.begin() + static_cast<std::ptrdiff_t>(i));
-    };
     const auto end = std::chrono::steady_clock::now() + length();
     while (std::chrono::steady_clock::now() < end) {
-      switch (chance(8)) {
-        case 0: {
-          if (guests.size() > 6) break;
-          Guest& guest = guests.emplace_back();
-          guest.node = std::make_shared<rclcpp::Node>("guest" + std::to_string(names++),
-                                                      rclcpp::NodeOptions().start_parameter_services(false));
-          executor->add_node(guest.node);
-          break;
-        }
-        case 1:
-          if (!guests.empty() && chance(3) == 0) leave(chance(static_cast<unsigned>(guests.size())));
-          break;
-        case 2:
-        case 3: {
-          if (guests.empty()) break;
-          Guest& guest = guests[chance(static_cast<unsigned>(guests.size()))];
-          if (guest.timers.size() < 5) {
-            guest.groups.push_back(guest.node->create_callback_group(
-                chance(2) == 0 ? rclcpp::CallbackGroupType::Reentrant
-                               : rclcpp::CallbackGroupType::MutuallyExclusive));
-            guest.timers.push_back(guest.node->create_wall_timer(
-                1ms + 1ms * chance(5), [gone = guest.gone] { static_cast<void>(gone); },
-                guest.groups.back()));
-          } else {
-            guest.timers.erase(guest.timers.begin());
-            guest.groups.erase(guest.groups.begin());
-          }
-          break;
-        }
-        case 4: {
-          if (guests.empty()) break;
-          Guest& guest = guests[chance(static_cast<unsigned>(guests.size()))];
-          for (const auto& t : guest.timers) chance(2) == 0 ? t->cancel() : t->reset();
-          break;
-        }
-        case 5: {
-          if (guests.empty()) break;
-          Guest& guest = guests[chance(static_cast<unsigned>(guests.size()))];
-          guest.subscriptions.clear();
-          guest.subscriptions.push_back(
-              guest.node->create_subscription<Int32>("stays", 10, [](Int32::ConstSharedPtr) {}));
-          break;
-        }
-        default:
-          publisher->publish(Int32());
-          ++published;
-          EXPECT_TRUE(eventually([&] { return published - stayed < 50; }));
+      if (chance(4) > 0) {
+        change_guests();
+        continue;
       }
+      publisher->publish(Int32());
+      ++published;
+      EXPECT_TRUE(eventually([&] { return published - stayed < 50; }));
     }
     const int before = ticks;
     EXPECT_TRUE(eventually([&] { return stayed == published; })) << stayed << " of " << published;
@@ -109,6 +135,9 @@ TEST_P(Churn, EveryCallbackIsAccountedFor) {
     while (!guests.empty()) leave(0);
   }
   EXPECT_EQ(stayed, published);
+  EXPECT_EQ(lost_ticks, 0) << "of " << ticks;
+  EXPECT_GT(guest_ticks, 0);
+  EXPECT_LE(late, 3 * left);  // per thread, one that had begun
 }
 
 }  // namespace

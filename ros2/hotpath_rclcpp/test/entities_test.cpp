@@ -169,11 +169,10 @@ TEST_P(EveryExecutor, TakesUpWhatComesWhileItSpins) {
   executor->add_node(other);
   EXPECT_TRUE(eventually([&] { return other_ran >= 2; }));
   executor->remove_node(other);
-  std::this_thread::sleep_for(20ms);  // one may be in its callback
   const int after_removal = other_ran;
   const int timer_before = timer_ran;
-  EXPECT_TRUE(eventually([&] { return timer_ran >= timer_before + 5; }));
-  EXPECT_EQ(other_ran, after_removal);
+  EXPECT_TRUE(eventually([&] { return timer_ran >= timer_before + 20; }));
+  EXPECT_LE(other_ran, after_removal + 1);  // which had been taken up before
 }
 
 TEST_P(EveryExecutor, ServesGroupsThatAreAddedByHand) {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The ways to spin, to stop, and to fail.
-#include <unistd.h>
-
 #include <atomic>
-#include <fstream>
 #include <future>
 #include <hotpath_rclcpp_interfaces/action/count.hpp>
 #include <rclcpp_action/rclcpp_action.hpp>
@@ -192,6 +189,17 @@ TEST_P(EveryExecutor, GoesWithItsNodesAlive) {
   executor->spin_some();
 }
 
+TEST_P(EveryExecutor, GoesAfterItsContextWithGroupsThatWereAddedByHand) {
+  const auto group = node->create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive, false);
+  const auto timer = node->create_wall_timer(
+      1ms, [] {}, group);
+  executor->add_callback_group(group, node->get_node_base_interface());
+  executor->spin_some();
+  rclcpp::shutdown();
+  executor.reset();
+  EXPECT_FALSE(group->get_associated_with_executor_atomic().load());
+}
+
 TEST_P(EveryExecutor, RunsAnAction) {
   using Count = hotpath_rclcpp_interfaces::action::Count;
   using Goal = rclcpp_action::ServerGoalHandle<Count>;
@@ -223,37 +231,6 @@ TEST_P(EveryExecutor, RunsAnAction) {
   goal.to = 3;
   client->async_send_goal(goal, options);
   EXPECT_TRUE(eventually([&] { return reached == 3; }));
-}
-
-/// Voluntary context switches of a thread of this process.
-long switches(const std::string& thread) {
-  std::ifstream status("/proc/self/task/" + thread + "/status");
-  for (std::string word; status >> word;) {
-    if (word != "voluntary_ctxt_switches:") continue;
-    long count = 0;
-    status >> count;
-    return count;
-  }
-  return -1;
-}
-
-TEST_P(EveryExecutor, SleepsWhileThereIsNothingToDo) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
-  std::atomic_long id{0};
-  const auto subscription =
-      node->create_subscription<Int32>("topic", 10, [&](Int32::ConstSharedPtr) { id = gettid(); });
-  const auto publisher = node->create_publisher<Int32>("topic", 10);
-  executor->add_node(node);
-  const Spinning spinning(*executor);
-  ASSERT_TRUE(eventually([&] {
-    publisher->publish(Int32());
-    return id != 0;
-  }));
-  std::this_thread::sleep_for(100ms);
-  const long before = switches(std::to_string(id));
-  ASSERT_GE(before, 0);
-  std::this_thread::sleep_for(500ms);
-  EXPECT_LE(switches(std::to_string(id)) - before, 1);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "executors.hpp"
-#include "hotpath_rclcpp/priority_executor.hpp"
 
 namespace hotpath {
 
@@ -42,7 +41,8 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
       memory_(memory),
       logs_(memory.jobs()),
       entry_(entry_of(plan)),
-      tasks_of_run_(tasks.set.size()) {
+      tasks_of_run_(tasks.set.size()),
+      executor_threads_(plan.at("threads")) {
   auto transport = std::make_unique<RclcppTransport>(graph, tasks_, plan.at("namespace"));
   transport_ = transport.get();
   nodes_ =
@@ -55,6 +55,8 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
     tasks_of_run_[id].one_writer = feeders <= 1;
   }
   executor_ = make_executor(plan);
+  ours_ = dynamic_cast<const PriorityExecutor*>(executor_.get());
+  if (plan.contains("executor_policy")) policy_ = {parse_thread_policy(plan.at("executor_policy")), true, {}};
 }
 
 void RclcppSystem::add_timer(TaskId task) {
@@ -78,21 +80,33 @@ void RclcppSystem::start(Time epoch, Time end) {
     if (tasks_.set[id].kind == TaskKind::timer) add_timer(id);
   }
   for (const auto& node : transport_->nodes()) executor_->add_node(node);
-  thread_ = std::thread([this] {
-    try {
-      executor_->spin();
-    } catch (...) {
-      error_ = std::current_exception();
+  thread_ = std::thread([this] { spin(); });
+  while (!settled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (ended_ && error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+void RclcppSystem::spin() {
+  try {
+    if (ours_ == nullptr) {
+      // The threads that rclcpp starts take it over.
+      if (policy_.required) policy_.policy = apply_thread_policy(policy_);
+      prepared_ = true;
     }
-  });
+    executor_->spin();
+  } catch (...) {
+    error_ = std::current_exception();
+  }
+  ended_ = true;
+}
+
+bool RclcppSystem::settled() const {
+  return ended_ || (ours_ != nullptr ? !ours_->thread_policies().empty()
+                                     : prepared_ && executor_->is_spinning());
 }
 
 void RclcppSystem::stop() { end_ = std::min(end_.load(), now()); }
 
 Time RclcppSystem::join() {
-  while (thread_.joinable() && !executor_->is_spinning() && !error_) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
   executor_->cancel();
   if (thread_.joinable()) thread_.join();
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -100,7 +114,20 @@ Time RclcppSystem::join() {
 }
 
 std::vector<WorkerThread> RclcppSystem::workers() const {
-  return {{WorkerRole::executor, {}}};  // rclcpp does not tell
+  std::vector<WorkerThread> workers;
+  if (ours_ != nullptr) {
+    for (const std::string& text : ours_->thread_policies()) {
+      const std::size_t space = text.find(' ');
+      workers.push_back({*parse<WorkerRole>(text.substr(0, space)),
+                         parse_thread_policy(text.substr(space + 1))});
+    }
+    return workers;
+  }
+  workers.assign(executor_threads_, {WorkerRole::executor, policy_.policy});
+  if (entry_.traits.timers != TimerHandling::polled) {
+    workers.push_back({WorkerRole::timer_management, policy_.policy});
+  }
+  return workers;
 }
 
 Worker RclcppSystem::own_worker(bool timer) {

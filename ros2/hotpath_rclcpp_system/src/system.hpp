@@ -9,7 +9,9 @@
 #include <thread>
 #include <vector>
 
+#include "hotpath/live/thread_setup.hpp"
 #include "hotpath/reference_system/typed_live_nodes.hpp"
+#include "hotpath_rclcpp/priority_executor.hpp"
 #include "transport.hpp"
 
 namespace hotpath {
@@ -31,6 +33,10 @@ class RclcppSystem : private SampleSink {
   [[nodiscard]] std::vector<WorkerThread> workers() const;
 
  private:
+  /// Runs the executor, in a thread of its own.
+  void spin();
+  /// The threads of the executor exist, with their policies; or it has ended.
+  [[nodiscard]] bool settled() const;
   struct OfTask {
     std::mutex mutex;
     std::uint64_t next = 0;         ///< Sequence after that of the last job.
@@ -56,11 +62,16 @@ class RclcppSystem : private SampleSink {
   std::unique_ptr<LiveNodes> nodes_;
   std::deque<OfTask> tasks_of_run_;
   std::shared_ptr<rclcpp::Executor> executor_;
+  const PriorityExecutor* ours_ = nullptr;  ///< The executor, unless it is rclcpp's.
+  ThreadPolicyRequest policy_;              ///< Of rclcpp's executors; obtained once `settled`.
+  const std::size_t executor_threads_;
   Time epoch_{};
   std::atomic<Time> end_{kNever};
   std::atomic<Worker> threads_{0};
   std::thread thread_;
-  std::exception_ptr error_;
+  std::atomic_bool prepared_{false};  ///< rclcpp's executors: `policy_` is obtained.
+  std::atomic_bool ended_{false};
+  std::exception_ptr error_;  ///< Once `ended_`.
 };
 
 }  // namespace hotpath

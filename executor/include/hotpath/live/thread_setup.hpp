@@ -35,6 +35,9 @@ struct ThreadSetupError : std::runtime_error {
 /// a mere default was not permitted). Throws ThreadSetupError when what is required is refused.
 [[nodiscard]] ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request);
 
+/// What the calling thread has.
+[[nodiscard]] ThreadPolicy own_thread_policy();
+
 /// Why apply_thread_policy() refuses it, tried in a thread of its own; empty: it does not.
 [[nodiscard]] std::string refusal(const ThreadPolicyRequest& request);
 

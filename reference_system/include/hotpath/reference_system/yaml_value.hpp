@@ -22,8 +22,8 @@ inline constexpr std::size_t kMaxTopicBytes = 200;
 /// throw InputError.
 class YamlValue {
  public:
-  YamlValue(const std::string& file, YAML::Node node, std::string what, int line)
-      : file_(&file), node_(std::move(node)), what_(std::move(what)), line_(line) {}
+  YamlValue(const std::string& file, const YAML::Node& node, std::string what, int line)
+      : file_(&file), node_(node), what_(std::move(what)), line_(line) {}
 
   int line() const { return line_; }
   bool is_text() const { return node_.IsScalar(); }

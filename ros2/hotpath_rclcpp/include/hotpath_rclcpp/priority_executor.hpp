@@ -90,6 +90,10 @@ class PriorityExecutor : public rclcpp::Executor {
   /// what it is ordered by. Any thread.
   [[nodiscard]] std::vector<std::string> priority_order() const;
 
+  /// The threads of the spin() that runs, or ran last, that of its caller first, each with the policy that it
+  /// obtained: `executor other`, `timer_mgmt fifo:90`. Empty until all have theirs. Any thread.
+  [[nodiscard]] std::vector<std::string> thread_policies() const;
+
   /// Of the callback that the calling thread is in; nothing outside of one.
   [[nodiscard]] static std::optional<RunningCallback> running_callback();
 

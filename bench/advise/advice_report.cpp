@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "advise/advice_report.hpp"
+
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "advise/ranking.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using nlohmann::json;
+
+/// Timers of which some job waited for longer than a period.
+std::size_t waited_long(const ExecutorSummary& summary) {
+  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, [](const TaskSummary& t) {
+    return t.never_ran() || (t.period > Duration::zero() && t.longest_wait > t.period);
+  }));
+}
+
+const LatencySummary& latency(const Advice& advice, const Prediction& p) {
+  const ChainSummary& chain = p.summary.chains[advice.objective.chain];
+  return advice.objective.kind == Objective::Kind::requirements ? chain.end_to_end : chain.hot_path;
+}
+
+TextTable::Cell with_interval(double value, const std::optional<Interval>& interval) {
+  if (!interval) return fixed(value, 1);
+  return {fixed(value, 1), concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]")};
+}
+
+json json_of(double value, const std::optional<Interval>& interval) {
+  json j = {{"value", value}};
+  if (interval) j["interval"] = {interval->low, interval->high};
+  return j;
+}
+
+TextTable ranking_table(const Advice& advice) {
+  const bool chains = !advice.graph.chains.empty();
+  const bool lateness = advice.objective.kind == Objective::Kind::worst_lateness;
+  const std::string chain = chains ? advice.graph.chains[advice.objective.chain].name : "";
+  TextTable table(concat(chains ? chain : advice.graph.name, ": ",
+                         !chains                                                  ? "jobs"
+                         : advice.objective.kind == Objective::Kind::requirements ? "end-to-end latency in ms"
+                                                                                  : "hot-path latency in ms",
+                         ", best first by ", advice.objective.text),
+                  {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
+                   lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
+                   "cores\nused", "bound\nend to end"});
+  for (const Prediction* p : advice.ranked) {
+    if (!p->overload.empty()) continue;
+    TextTable::Cell median = "", p99 = "", worst = "";
+    if (chains) {
+      const LatencySummary& l = latency(advice, *p);
+      median = with_interval(l.quantiles.p50, l.p50);
+      p99 = with_interval(l.quantiles.p99, l.p99);
+      worst = with_interval(l.quantiles.max, l.max);
+    }
+    const std::size_t silent = never_ran(p->summary);
+    table.add_row({p->candidate->name, median, p99, worst,
+                   lateness ? fixed(score(advice.objective, p->summary).value, 1) : "",
+                   fixed(loss_percent(p->summary), 1), std::to_string(waited_long(p->summary)),
+                   silent > 0 ? std::to_string(silent) : "", std::to_string(p->candidate->threads),
+                   fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
+  }
+  return table;
+}
+
+/// Who cannot keep up, and who is ahead of the recommended one for nothing.
+void write_excluded(std::ostream& out, const Advice& advice) {
+  std::map<std::string, std::vector<std::string>> overloaded;
+  for (const Prediction* p : advice.ranked) {
+    if (!p->overload.empty()) overloaded[p->overload].push_back(p->candidate->name);
+  }
+  for (const auto& [why, names] : overloaded) out << joined(names) << " cannot keep up: " << why << "\n";
+  for (const Prediction* p : advice.ranked) {
+    if (p == advice.best || !p->overload.empty()) break;
+    const std::string why = why_not(*p, *advice.now);
+    if (!why.empty()) out << p->candidate->name << " is not recommended: " << why << "\n";
+  }
+}
+
+}  // namespace
+
+void write_ranking(std::ostream& out, const Advice& advice) {
+  out << ranking_table(advice) << "\n";
+  write_excluded(out, advice);
+  out << "\n";
+  for (const std::string& sentence : sentences(advice)) out << sentence << "\n";
+  for (const Doubt& doubt : advice.doubts) {
+    out << "Doubt, " << doubt.assumption << ": " << joined(doubt.tells) << ".\n";
+  }
+  if (!advice.change.empty()) out << "\nChange: " << advice.change << "\n";
+}
+
+json advice_json(const Advice& advice) {
+  json all = {
+      {"graph", advice.graph.name},
+      {"objective", advice.objective.text},
+      {"draws", advice.draws},
+      {"asked_draws", advice.asked_draws},
+      {"seconds", advice.seconds},
+      {"cores", advice.graph.platform.cores},
+      {"now", advice.now->candidate->name},
+      {"recommended", advice.best == nullptr ? json() : json(advice.best->candidate->name)},
+      {"sentences", sentences(advice)},
+      {"change", advice.change},
+      {"chain",
+       advice.graph.chains.empty() ? json() : json(advice.graph.chains[advice.objective.chain].name)}};
+  all["doubts"] = json::array();
+  for (const Doubt& d : advice.doubts) {
+    all["doubts"].push_back({{"assumption", d.assumption}, {"order", d.order}, {"same_first", d.same_first}});
+  }
+  for (const Prediction* p : advice.ranked) {
+    json row = {{"name", p->candidate->name},
+                {"description", p->candidate->description},
+                {"threads", p->candidate->threads},
+                {"overload", p->overload}};
+    if (p->overload.empty()) {
+      row["objective"] = score(advice.objective, p->summary).value;
+      row["lost_percent"] = loss_percent(p->summary);
+      row["timers_late"] = waited_long(p->summary);
+      row["never_ran"] = never_ran(p->summary);
+      row["cores_used"] = p->cores_used;
+      row["bound_ms"] = p->bound_ms ? json(*p->bound_ms) : json();
+      row["bound_method"] = p->bound_method;
+      if (!advice.graph.chains.empty()) {
+        const LatencySummary& l = latency(advice, *p);
+        row["median_ms"] = json_of(l.quantiles.p50, l.p50);
+        row["p99_ms"] = json_of(l.quantiles.p99, l.p99);
+        row["worst_ms"] = json_of(l.quantiles.max, l.max);
+      }
+    }
+    all["ranking"].push_back(std::move(row));
+  }
+  return all;
+}
+
+}  // namespace hotpath

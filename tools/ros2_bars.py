@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Says which bars of hotpath_rclcpp the runs of launch_scripts/ros2_bars.sh meet.
+
+Usage: ros2_bars.py FOLDER. Counts the wake-ups of an idle component_container_hotpath, too, which the sourced
+workspace must have. Exit code 1: a bar is not met.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+CRUNCHES_MS = 5 * 0.8 / 190 * 1000  # on one thread, at 80 % and 190 crunches a second
+IDLE_S = 10
+
+
+def executors(folder: Path) -> dict[str, Any]:
+    """What summary.json has of each executor, by its name without the stack."""
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    return {e["executor"].split("@")[0]: e for e in summary["executors"]}
+
+
+def hot_path(executor: dict[str, Any]) -> dict[str, Any]:
+    return next(c for c in executor["chains"] if c["chain"] == "hot_path")["hot_path_latency_ms"]
+
+
+def worst_loss(executor: dict[str, Any]) -> float:
+    """Share of the timestamps of a task, in percent, for which nothing ran: the largest."""
+    timers = [t["after_warm_up"] for t in executor["tasks"] if t["kind"] == "timer"]
+    return max(t["dropped_percent"] for t in timers)
+
+
+def voluntary_switches(process: int) -> int:
+    """Of the threads of an executor: the one that spins, and that of its timers."""
+    count = 0
+    for task in Path(f"/proc/{process}/task").iterdir():
+        name = (task / "comm").read_text(encoding="utf-8").strip()
+        if task.name != str(process) and not name.startswith("hotpath_"):
+            continue
+        for line in (task / "status").read_text(encoding="utf-8").splitlines():
+            if line.startswith("voluntary_ctxt_switches:"):
+                count += int(line.split()[1])
+    return count
+
+
+def idle_wakeups() -> int:
+    """Of an executor whose node has nothing to do, in IDLE_S seconds."""
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(":")
+    found = [Path(p) / "lib/hotpath_rclcpp/component_container_hotpath" for p in prefixes]
+    program = next((p for p in found if p.exists()), None)
+    if program is None:
+        sys.exit("ros2_bars.py: no sourced workspace has hotpath_rclcpp; build it with launch_scripts/ros2_build.sh")
+    with subprocess.Popen([program], stderr=subprocess.DEVNULL) as container:
+        time.sleep(3)
+        before = voluntary_switches(container.pid)
+        time.sleep(IDLE_S)
+        count = voluntary_switches(container.pid) - before
+        container.send_signal(signal.SIGINT)
+    return count
+
+
+def main() -> int:
+    folder = Path(sys.argv[1])
+    autoware, no_work, timers = (executors(folder / name) for name in ("autoware", "no_work", "timers"))
+    ours, default = hot_path(autoware["rm-ro"]), hot_path(autoware["default"])
+    cpu = {name: e["cpu_per_callback_us"] for name, e in no_work.items()}
+    skipped = {name: timers[name]["skipped"] + autoware[name]["skipped"] for name in ("rm-ro", "edf-ro")}
+    bars = [
+        ("worst hot path, default / rm-ro", default["max"] / ours["max"], ">=", 2.0),
+        ("median hot path of rm-ro / five crunches", ours["p50"] / CRUNCHES_MS, "<=", 1.1),
+        ("CPU of a callback without work, rm-ro / events-ro", cpu["rm-ro"] / cpu["events-ro"], "<=", 1.15),
+        ("CPU of a callback without work, rm-ro / default", cpu["rm-ro"] / cpu["default"], "<=", 1 / 3),
+        ("timestamps skipped by rm-ro", skipped["rm-ro"], "<=", 0),
+        ("timestamps skipped by edf-ro", skipped["edf-ro"], "<=", 0),
+        (f"wake-ups of an idle executor in {IDLE_S} s", idle_wakeups(), "<=", 0),
+    ]
+    code = 0
+    for what, measured, relation, bar in bars:
+        met = measured >= bar if relation == ">=" else measured <= bar
+        code |= not met
+        print(f"{what:52} {measured:8.3f}  {relation} {bar:.3g}  {'met' if met else 'NOT MET'}")
+    print(f"{'timestamps that default lost of one task, at most':52} {worst_loss(timers['default']):7.1f} %")
+    print("CPU of a callback without work, us: " + ", ".join(f"{n} {v:.1f}" for n, v in cpu.items()))
+    return int(code)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

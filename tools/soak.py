@@ -1,0 +1,140 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Live runs of hours, one for each executor and all at the same time: each must end well, keep its loss equations, and
+its processes' private memory, files and threads must not grow after start-up. With --publish the counts go to
+soak.json in that folder. Exit code 1 if a run fails or its memory grows by more than --most-growth."""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+SAMPLES = 720  # of memory, in each run
+
+
+@dataclass
+class Usage:
+    """What the processes of a run hold at an instant."""
+
+    private_kib: int = 0
+    files: int = 0
+    threads: int = 0
+
+    def add(self, process: Path) -> None:
+        """Counts another process in."""
+        status = dict(line.split(":", 1) for line in (process / "status").read_text().splitlines())
+        self.private_kib += int(status["RssAnon"].split()[0])
+        self.threads += int(status["Threads"])
+        self.files += sum(1 for _ in (process / "fd").iterdir())
+
+
+def usage_of(session: int) -> Usage:
+    """Of all processes of a session."""
+    usage = Usage()
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if int((process / "stat").read_text().rpartition(")")[2].split()[3]) == session:
+                usage.add(process)
+        except (OSError, KeyError):  # it has ended meanwhile
+            pass
+    return usage
+
+
+@dataclass
+class Soak:
+    """A run that goes on."""
+
+    executor: str
+    folder: Path
+    process: subprocess.Popen[str]
+    samples: list[Usage] = field(default_factory=list)
+
+    def grown_percent(self, what: str) -> float:
+        """From the second tenth of the run to its last tenth, on average."""
+        tenth = max(1, len(self.samples) // 10)
+        early, late = (
+            sum(getattr(u, what) for u in part) / len(part)
+            for part in (self.samples[tenth : 2 * tenth], self.samples[-tenth:])
+        )
+        return 100 * (late / early - 1)
+
+    def result(self, hours: float) -> dict[str, Any]:
+        """Waits for the end. Throws RuntimeError if the run failed."""
+        out, err = self.process.communicate()
+        if self.process.returncode != 0 or "Loss equations hold" not in out:
+            raise RuntimeError(f"{self.executor}: exit code {self.process.returncode}\n{out}{err}")
+        with open(self.folder / "jobs.csv", "rb") as jobs:
+            count = sum(1 for _ in jobs) - 1
+        return {
+            "hours": hours,
+            "jobs": count,
+            "private_mib": round(self.samples[-1].private_kib / 1024, 1),
+            "growth_percent": round(self.grown_percent("private_kib"), 3),
+            "files_grown": self.grown_percent("files") > 0.01,
+            "threads_grown": self.grown_percent("threads") > 0.01,
+        }
+
+
+def watch(soaks: list[Soak], seconds: float) -> None:
+    """Samples what they hold, until just before they end."""
+    begin = time.monotonic()
+    for k in range(1, SAMPLES):
+        time.sleep(max(0.0, begin + seconds * k / SAMPLES - time.monotonic()))
+        for soak in soaks:
+            if soak.process.poll() is not None:
+                raise RuntimeError(f"{soak.executor} ended early\n{''.join(soak.process.communicate())}")
+            soak.samples.append(usage_of(soak.process.pid))
+        if sys.stderr.isatty():
+            left = (seconds - (time.monotonic() - begin)) / 60
+            print(f"\r{left:.0f} min left ", end="", file=sys.stderr, flush=True)
+
+
+def main() -> int:
+    """Exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--hours", type=float, default=2)
+    parser.add_argument("--executors", default="default,rm-ro,cbg:2", help="one run for each of them")
+    parser.add_argument("--load", default="10", help="work of Autoware's nodes in percent of a core")
+    parser.add_argument("--cpus", help="processors to run on, as in 1 or 0,2-3; by default all")
+    parser.add_argument("--most-growth", type=float, default=1, metavar="PERCENT")
+    parser.add_argument("--hotpath", default=str(ROOT / "build/bench/hotpath"), metavar="PROGRAM")
+    parser.add_argument("--publish", type=Path, metavar="FOLDER")
+    o = parser.parse_args()
+    if o.hours <= 0:
+        parser.error("--hours: a positive number")
+    seconds = o.hours * 3600
+    with tempfile.TemporaryDirectory(prefix="hotpath_soak_") as scratch:
+        soaks = []
+        for domain, executor in enumerate(o.executors.split(","), 40):
+            folder = Path(scratch) / executor.replace(":", "_")
+            words = [o.hotpath, "run", "--executor", executor, "--load", o.load, "--domain", str(domain)]
+            words += ["--duration", f"{seconds:g}", "--output", str(folder)]
+            words += ["--cpus", o.cpus] if o.cpus else []
+            pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+            process = subprocess.Popen(words, text=True, start_new_session=True, **pipes)
+            soaks.append(Soak(executor, folder, process))
+        try:
+            watch(soaks, seconds)
+            results = {soak.executor: soak.result(o.hours) for soak in soaks}
+        except RuntimeError as error:
+            print(error, file=sys.stderr)
+            return 1
+        finally:
+            for soak in soaks:
+                soak.process.terminate()
+                soak.process.wait()
+    print(json.dumps(results, indent=1))
+    grown = [e for e, r in results.items() if r["growth_percent"] > o.most_growth or r["files_grown"]]
+    if not grown and o.publish:
+        (o.publish / "soak.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    return 1 if grown else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
