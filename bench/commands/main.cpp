@@ -21,6 +21,9 @@
 
 namespace {
 
+constexpr const char* kMemoryEnded =
+    "hotpath: memory ended; give it more (ulimit -v, cgroup); what run.json calls complete is whole\n";
+
 std::atomic<bool> memory_ended = false;
 
 /// Memory may be missing before main() begins, before its last handler, and in a function of the standard
@@ -36,7 +39,7 @@ std::atomic<bool> memory_ended = false;
       if (active) std::rethrow_exception(active);
       if (memory_ended) throw std::bad_alloc();
     } catch (const std::bad_alloc&) {
-      std::fputs("hotpath: memory ended; give it more (ulimit -v, cgroup)\n", stderr);
+      std::fputs(kMemoryEnded, stderr);
       _exit(1);
     } catch (const std::exception& error) {
       std::fprintf(stderr, "hotpath: internal error: %s\n", error.what());
@@ -119,6 +122,9 @@ int main(int argc, char** argv) {
     return interrupted() != 0 ? 128 + interrupted() : 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
+  } catch (const std::bad_alloc&) {
+    std::fputs(kMemoryEnded, stderr);
+    return 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hotpath: %s\n", error.what());
     return is_wrong_use(error) ? 2 : 1;

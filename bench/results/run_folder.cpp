@@ -66,11 +66,11 @@ void RunFolder::write(const std::string& name, const FileContent& content) const
 void RunFolder::conclude(nlohmann::json facts) const {
   try {
     write("run.json", facts);
-  } catch (const RunError&) {
+  } catch (const std::exception&) {  // memory may have ended, too
     facts["complete"] = false;
     try {
       write("run.json", facts);
-    } catch (const RunError&) {  // the first failure is the one to tell
+    } catch (const std::exception&) {  // the first failure is the one to tell
     }
     throw;
   }
