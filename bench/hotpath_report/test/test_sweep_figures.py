@@ -8,6 +8,8 @@ from pathlib import Path
 
 from hotpath_report.errors import InputError
 from hotpath_report.figures import capacity, sweep
+from hotpath_report.figures.sweep_table import Table
+from hotpath_report.tables import read_table
 
 COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
 COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_overruns"
@@ -37,7 +39,7 @@ class SweepFigures(unittest.TestCase):
 
     def test_a_point_is_the_median_of_its_repetitions_and_the_worst_case_their_largest(self):
         self.write()
-        table = sweep.Table(self.folder)
+        table = Table(self.folder)
         rows = table.rows[table.rows["executor"] == "rm-ro"]
         median, worst = (table.points(rows, m) for m in table.measures[:2])
         self.assertEqual({x: e.value for x, e in median.items()}, {20: 11, 40: 21, 60: 31})
@@ -46,7 +48,7 @@ class SweepFigures(unittest.TestCase):
 
     def test_overloaded_cells_are_counted_and_have_no_point(self):
         self.write()
-        table = sweep.Table(self.folder)
+        table = Table(self.folder)
         self.assertEqual(table.failed, 3)
         points = table.points(table.rows[table.rows["executor"] == "default"], table.measures[0])
         self.assertEqual(list(points), [20, 40])
@@ -71,7 +73,7 @@ class SweepFigures(unittest.TestCase):
         ]
         (self.folder / "levels.csv").write_text("\n".join(lines) + "\n")
         capacity.draw(str(self.folder))
-        rows = sweep.read_table(self.folder / "levels.csv")
+        rows = read_table(self.folder / "levels.csv")
         self.assertEqual(capacity.carried(rows[rows["source"] == "simulated"], "load"), 20)
         self.assertTrue((self.folder / "capacity.png").exists())
 
