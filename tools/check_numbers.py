@@ -202,6 +202,22 @@ def load_figures(root: Path) -> str:
     return f"On {cases[0]['date']}: {where}, {machine['compiler']}.\n\n{table(header, rows)}"
 
 
+def soak(root: Path) -> str:
+    """What tools/soak.py saw, of results/reliability."""
+    told = load(root, "reliability/soak.json")
+    rows = [
+        [
+            f"`{name}`",
+            f"{run['hours']:g}",
+            f"{run['jobs']:,}",
+            f"{run['private_mib']}",
+            f"{run['growth_percent']:+.2f} %",
+        ]
+        for name, run in told.items()
+    ]
+    return table(["executor", "hours", "jobs", "private memory MiB", "grown"], rows)
+
+
 def large_numbers(root: Path) -> str:
     """How far numbers went in virtual time, of results/reliability."""
     told = load(root, "reliability/load.json")["numbers"]
@@ -227,6 +243,7 @@ BLOCKS: dict[str, Callable[[Path], str]] = {
         kills,
         load_figures,
         large_numbers,
+        soak,
     )
 }
 

@@ -71,11 +71,11 @@ class Case:
 
 
 CASES = {
-    "nodes": Case("5000 nodes in one process", lambda: chains(5000, 5, 1000)),
+    "nodes": Case("5000 nodes in one process", lambda: chains(5000, 5, 1000), ("--phases", "random")),
     "tasks": Case(
         "10,000 tasks in one process, intra-process",
         lambda: chains(10000, 5, 1000),
-        ("--transport", "intra_process"),
+        ("--transport", "intra_process", "--phases", "random"),
     ),
     "processes": Case("100 processes", lambda: chains(200, 2, 100), ("--processes", "100")),
     "rate": Case("1000 publications a second on a topic, 5 readers", lambda: one_topic(5, 1)),

@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Live runs of hours, one for each executor and all at the same time: each must end well, keep its loss equations, and
-its processes' private memory, files and threads must not grow after start-up. With --publish the counts go to
-soak.json in that folder. Exit code 1 if a run fails or its memory grows by more than --most-growth."""
+its processes' private memory, files and threads must not grow after start-up, and `hotpath check` must find its
+schedule legal. With --publish the counts go to soak.json in that folder. Exit code 1 if a run fails or its memory
+grows by more than --most-growth."""
 
 import argparse
 import json
@@ -50,6 +51,7 @@ def usage_of(session: int) -> Usage:
 class Soak:
     """A run that goes on."""
 
+    hotpath: str
     executor: str
     folder: Path
     process: subprocess.Popen[str]
@@ -69,6 +71,8 @@ class Soak:
         out, err = self.process.communicate()
         if self.process.returncode != 0 or "Loss equations hold" not in out:
             raise RuntimeError(f"{self.executor}: exit code {self.process.returncode}\n{out}{err}")
+        if subprocess.run([self.hotpath, "check", self.folder], check=False).returncode != 0:
+            raise RuntimeError(f"{self.executor}: not a legal schedule")
         with open(self.folder / "jobs.csv", "rb") as jobs:
             count = sum(1 for _ in jobs) - 1
         return {
@@ -118,7 +122,7 @@ def main() -> int:
             words += ["--cpus", o.cpus] if o.cpus else []
             pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
             process = subprocess.Popen(words, text=True, start_new_session=True, **pipes)
-            soaks.append(Soak(executor, folder, process))
+            soaks.append(Soak(o.hotpath, executor, folder, process))
         try:
             watch(soaks, seconds)
             results = {soak.executor: soak.result(o.hours) for soak in soaks}
@@ -130,10 +134,13 @@ def main() -> int:
                 soak.process.terminate()
                 soak.process.wait()
     print(json.dumps(results, indent=1))
-    grown = [e for e, r in results.items() if r["growth_percent"] > o.most_growth or r["files_grown"]]
+    grown = any(
+        r["growth_percent"] > o.most_growth or r["files_grown"] or r["threads_grown"]
+        for r in results.values()
+    )
     if not grown and o.publish:
         (o.publish / "soak.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
-    return 1 if grown else 0
+    return int(grown)
 
 
 if __name__ == "__main__":

@@ -24,9 +24,9 @@ void check(const CheckOptions& options) {
 }  // namespace
 
 void add_check_command(CLI::App& app) {
-  auto [command, o] = add_command<CheckOptions>(
-      app, "check", "Check that the jobs of a stored run, live or simulated, are a legal schedule",
-      "hotpath check runs/first", check);
+  auto [command, o] =
+      add_command<CheckOptions>(app, "check", "Check that the jobs of a stored run are a legal schedule",
+                                "hotpath check runs/first", check);
   command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`, with its jobs.csv")
       ->required();
 }
