@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The generated numbers of README.md and docs/ against results/."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -33,7 +34,8 @@ class Numbers(unittest.TestCase):
             readme = root / "README.md"
             self.assertEqual(call("--check").returncode, 0)
             before = readme.read_text(encoding="utf-8")
-            readme.write_text(before.replace("| `default` | 38.4", "| `default` | 38.5"), encoding="utf-8")
+            changed = re.sub(r"(?<=\| `default` \| )[\d.]+", "1.0", before, count=1)
+            readme.write_text(changed, encoding="utf-8")
             found = call("--check")
             self.assertEqual(found.returncode, 1)
             self.assertIn("hot_path_table", found.stderr)
