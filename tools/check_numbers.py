@@ -173,7 +173,9 @@ def fuzz(root: Path) -> str:
 def faults(root: Path) -> str:
     """The calls that failed in failing_calls_test.py, of results/reliability."""
     told = load(root, "reliability/faults.json")
-    return f"{told['simulate']:,} faults in a simulation and {told['run']:,} in a live run: all ended well.\n"
+    texts = {"simulate": "a simulation", "run": "a live run"}
+    said = (f"{told[k]['injected']:,} faults at {told[k]['places']:,} places of {text}" for k, text in texts.items())
+    return " and ".join(said) + ": all ended well.\n"
 
 
 def kills(root: Path) -> str:
@@ -198,7 +200,7 @@ def load_figures(root: Path) -> str:
         rows.append(cells)
     header = ["10 s of", "tasks", "jobs", "skipped", "overwritten", "s beside them", "memory MiB"]
     machine = cases[0]["machine"]
-    where = f"{machine['cpu_model']}, {cases[0]['cpus']} processor, Linux {machine['kernel'].split('-')[0]}"
+    where = f"{machine['cpu_model']}, {cases[0]['cpus']} processors, Linux {machine['kernel'].split('-')[0]}"
     return f"On {cases[0]['date']}: {where}, {machine['compiler']}.\n\n{table(header, rows)}"
 
 

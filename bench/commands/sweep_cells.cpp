@@ -68,14 +68,6 @@ class OptionParser {
   SimulateOptions simulate_;
 };
 
-/// Enough to find those that the command refuses: of a range its ends, and the first step if it has any.
-Words tried_values(const SweepAxis& axis) {
-  if (!axis.listed.empty()) return axis.listed;
-  if (axis.size() == 0) return {text("%.10g", axis.low), text("%.10g", axis.high)};
-  return {axis.value(0), axis.value(std::min<std::uint64_t>(1, axis.size() - 1)),
-          axis.value(axis.size() - 1)};
-}
-
 }  // namespace
 
 SweepCells::SweepCells(SweepDesign design, fs::path output)
@@ -89,7 +81,7 @@ SweepCells::SweepCells(SweepDesign design, fs::path output)
   for (const SweepOption& option : design_.fixed) check_name(option.name, option.line);
   for (const SweepAxis& axis : design_.axes) {
     check_name(axis.name, axis.line);
-    for (const std::string& value : tried_values(axis)) {
+    for (const std::string& value : axis.examples()) {
       std::vector<SweepOption> at = design_.coordinates(0);
       std::ranges::find(at, axis.name, &SweepOption::name)->value = value;
       check_cell(at, axis.line);

@@ -20,7 +20,6 @@
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
-#include "program/memory_limit.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -169,8 +168,7 @@ class LiveRun {
 
   /// Refuses a run whose traces would not fit: those of all repetitions, and the buffers of one.
   void check_memory() const {
-    double jobs_per_s = 0, buffers = 0;
-    for (const double rate : activation_rates(tasks_)) jobs_per_s += rate;
+    double buffers = 0;
     for (const ExecutorSpec& e : executors_) {
       RepetitionPlan p = plan_;
       p.executor = e;
@@ -181,9 +179,7 @@ class LiveRun {
       }
       buffers = std::max(buffers, own);
     }
-    const double traces = jobs_per_s * to_ms(length()) / 1000 * static_cast<double>(runs_planned()) *
-                          static_cast<double>(sizeof(JobRecord));
-    check_trace_memory(traces + buffers, text("--duration %.2g", options_.duration_s),
+    check_trace_memory(options_, tasks_, runs_planned(), buffers,
                        "a shorter --duration or fewer --repetitions");
   }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <ctime>
 #include <fstream>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -11,6 +12,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
 #include "program/errors.hpp"
+#include "program/memory_limit.hpp"
 
 namespace hotpath {
 
@@ -134,6 +136,14 @@ std::vector<std::pair<std::uint32_t, std::size_t>> interleaved(std::uint32_t rep
     }
   }
   return order;
+}
+
+void check_trace_memory(const CommonOptions& options, const GraphTasks& tasks, std::size_t runs, double more,
+                        const std::string& remedy) {
+  const std::vector<double> rates = activation_rates(tasks);
+  const double jobs = std::reduce(rates.begin(), rates.end()) * (options.warm_up_s + options.duration_s) *
+                      static_cast<double>(runs);
+  check_trace_memory(jobs * sizeof(JobRecord) + more, text("--duration %.2g", options.duration_s), remedy);
 }
 
 void set_phases(TaskSet& set, const std::vector<Duration>& first) {

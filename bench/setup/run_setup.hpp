@@ -70,6 +70,11 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
 std::vector<std::pair<std::uint32_t, std::size_t>> interleaved(std::uint32_t repetitions,
                                                                std::size_t subjects, std::uint64_t seed);
 
+/// Refuses traces that would not fit into the memory: those of `runs` repetitions, and `more` bytes. Throws
+/// UsageError, which ends with `remedy`.
+void check_trace_memory(const CommonOptions& options, const GraphTasks& tasks, std::size_t runs, double more,
+                        const std::string& remedy);
+
 /// Takes first timestamps of timers as the tasks' phases.
 void set_phases(TaskSet& set, const std::vector<Duration>& first);
 

@@ -8,7 +8,6 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
-#include "program/memory_limit.hpp"
 #include "program/parallel.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -94,7 +93,9 @@ class SimulatedRun {
       SimulatedSystem(executor(i), graph_, tasks_);
       execution_times(i);  // so that a missing measurement stops us before anything runs
     }
-    check_memory();
+    if (options_.no_trace) return;
+    check_trace_memory(options_, tasks_, simulations_.size(), 0,
+                       "a shorter --duration, fewer --repetitions, or --no-trace");
   }
 
   std::string execution_times_name() const {
@@ -114,17 +115,6 @@ class SimulatedRun {
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
     if (replayed_) return replayed_times(*replayed_, graph_, tasks_, executor(i).label, repetition(i));
     return execution_times_of(graph_, tasks_, options_.seed + repetition(i));
-  }
-
-  /// Refuses a run whose traces would not fit into this machine.
-  void check_memory() const {
-    if (options_.no_trace) return;
-    double per_second = 0;
-    for (const double rate : activation_rates(tasks_)) per_second += rate;
-    const double bytes = per_second * (options_.warm_up_s + options_.duration_s) *
-                         static_cast<double>(simulations_.size()) * sizeof(JobRecord);
-    check_trace_memory(bytes, text("--duration %.2g", options_.duration_s),
-                       "a shorter --duration, fewer --repetitions, or --no-trace");
   }
 
   void simulate_one(std::size_t i) {

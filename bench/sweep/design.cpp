@@ -36,6 +36,12 @@ std::string SweepAxis::value(std::uint64_t i) const {
   return step == 0 ? listed[i] : number_text(low + static_cast<double>(i) * step);
 }
 
+std::vector<std::string> SweepAxis::examples() const {
+  if (!listed.empty()) return listed;
+  if (step == 0) return {number_text(low), number_text(high)};
+  return {value(0), value(std::min<std::uint64_t>(1, size() - 1)), value(size() - 1)};
+}
+
 std::string SweepAxis::named(const std::string& wanted) const {
   if (step == 0) return std::ranges::count(listed, wanted) > 0 ? wanted : "";
   const double given = std::strtod(wanted.c_str(), nullptr);

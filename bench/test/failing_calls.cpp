@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A library for LD_PRELOAD that lets one call of the command `hotpath` and its processes fail. HOTPATH_CALLS
-// is a file of zeros in which each kind of call has a counter of eight bytes, in the order of kCalls.
-// HOTPATH_FAIL=`NAME NUMBER ERRNO` lets the call with that number fail with that error; ERRNO 0 lets a write
-// end after half of its bytes.
+// is a file of kPlaces zeros of eight bytes, in which each place that calls is noted: the innermost callers,
+// hashed, and above that the kind of call, by its number in kCalls. HOTPATH_FAIL=`PLACE ERRNO` lets the first
+// call at that place fail with that error; ERRNO 0 lets a write end after half of its bytes. The first eight
+// bytes of the file then become 1.
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <pthread.h>
@@ -56,16 +58,19 @@ constexpr const char* kCalls[] = {"malloc",
                                   "flock"};
 constexpr std::size_t kCount = sizeof kCalls / sizeof *kCalls;
 
-constexpr std::size_t place(const char* name) {
+constexpr std::size_t number(const char* name) {
   for (std::size_t i = 0; i < kCount; ++i) {
     if (__builtin_strcmp(kCalls[i], name) == 0) return i;
   }
   __builtin_unreachable();
 }
 
-std::atomic<std::uint64_t>* counters = nullptr;  // shared with all processes of the run
-std::size_t failing = kCount;
-std::uint64_t failing_number = 0;
+constexpr std::size_t kPlaces = 1 << 16;
+constexpr int kCallers = 8;  // that tell one place from another
+constexpr unsigned kHashBits = 48;
+
+std::atomic<std::uint64_t>* places = nullptr;  // shared with all processes of the run
+std::uint64_t failing_place = 0;
 int failing_error = 0;
 
 /// Before any other code of the program, and without a call that is replaced below.
@@ -74,24 +79,52 @@ __attribute__((constructor)) void begin() {
   if (file == nullptr || strcmp(program_invocation_short_name, "hotpath") != 0) return;
   const auto descriptor = static_cast<int>(syscall(SYS_openat, AT_FDCWD, file, O_RDWR | O_CLOEXEC));
   if (descriptor < 0) return;
-  const long memory = syscall(SYS_mmap, nullptr, kCount * sizeof(std::uint64_t), PROT_READ | PROT_WRITE,
+  const long memory = syscall(SYS_mmap, nullptr, kPlaces * sizeof(std::uint64_t), PROT_READ | PROT_WRITE,
                               MAP_SHARED, descriptor, 0);
   close(descriptor);
   if (const char* const plan = getenv("HOTPATH_FAIL")) {
-    char name[64];
-    unsigned long number = 0;
-    if (sscanf(plan, "%63s %lu %d", name, &number, &failing_error) == 3) {
-      failing_number = number;
-      for (failing = 0; failing < kCount && strcmp(kCalls[failing], name) != 0;) ++failing;
-    }
+    if (sscanf(plan, "%lu %d", &failing_place, &failing_error) != 2) abort();
   }
-  counters = reinterpret_cast<std::atomic<std::uint64_t>*>(memory);
+  void* callers[1];
+  backtrace(callers, 1);  // which loads a library the first time
+  places = reinterpret_cast<std::atomic<std::uint64_t>*>(memory);
 }
 
-/// Counts the call; true, with errno, for the one that fails.
-bool fails(std::size_t call) {
-  if (counters == nullptr) return false;
-  const bool chosen = counters[call].fetch_add(1) + 1 == failing_number && call == failing;
+/// The same in every run: addresses within the files that the callers are in.
+__attribute__((noinline)) std::uint64_t place_of(std::size_t call) {
+  constexpr int kOwn = 3;  // this function, fails() and the call
+  void* callers[kOwn + kCallers];
+  const int count = backtrace(callers, kOwn + kCallers);
+  std::uint64_t hash = 14695981039346656037U;
+  for (int i = kOwn; i < count; ++i) {
+    dl_find_object found{};
+    if (_dl_find_object(callers[i], &found) != 0) continue;
+    const auto at = reinterpret_cast<std::uintptr_t>(callers[i]) -
+                    reinterpret_cast<std::uintptr_t>(found.dlfo_map_start);
+    hash = (hash ^ at) * 1099511628211U;
+  }
+  return (hash >> (64 - kHashBits)) | (call + 1) << kHashBits;
+}
+
+/// Open addressing; the first of the table is the mark.
+void note(std::uint64_t place) {
+  for (std::size_t i = place % (kPlaces - 1), tried = 0; tried < kPlaces - 1; ++tried) {
+    std::uint64_t there = 0;
+    if (places[1 + i].compare_exchange_strong(there, place) || there == place) return;
+    i = (i + 1) % (kPlaces - 1);
+  }
+  abort();
+}
+
+/// Notes the place; true, with errno, for the call that fails.
+__attribute__((noinline)) bool fails(std::size_t call) {
+  static thread_local bool inside = false;  // of a search for callers, which may allocate
+  if (places == nullptr || inside) return false;
+  inside = true;
+  const std::uint64_t place = place_of(call);
+  note(place);
+  inside = false;
+  const bool chosen = place == failing_place && places[0].exchange(1) == 0;
   if (chosen) errno = failing_error;
   return chosen;
 }
@@ -101,12 +134,12 @@ bool fails(std::size_t call) {
 extern "C" {
 
 void* __libc_malloc(size_t size);
-void* malloc(size_t size) { return fails(place("malloc")) ? nullptr : __libc_malloc(size); }
+void* malloc(size_t size) { return fails(number("malloc")) ? nullptr : __libc_malloc(size); }
 
 #define REPLACED(Type, name, failure, parameters, arguments)                                \
   Type name parameters {                                                                    \
     static const auto real = reinterpret_cast<Type(*) parameters>(dlsym(RTLD_NEXT, #name)); \
-    return fails(place(#name)) ? failure : real arguments;                                  \
+    return fails(number(#name)) ? failure : real arguments;                                  \
   }
 // clang-format off
 REPLACED(pid_t, fork, -1, (), ())
@@ -134,18 +167,18 @@ REPLACED(ssize_t, writev, -1, (int file, const iovec* parts, int count), (file, 
 // clang-format on
 
 ssize_t write(int file, const void* data, size_t size) {
-  if (!fails(place("write"))) return syscall(SYS_write, file, data, size);
+  if (!fails(number("write"))) return syscall(SYS_write, file, data, size);
   return failing_error != 0 || size < 2 ? -1 : syscall(SYS_write, file, data, size / 2);
 }
 
 FILE* fopen(const char* path, const char* mode) {
   static const auto real = reinterpret_cast<FILE* (*)(const char*, const char*)>(dlsym(RTLD_NEXT, "fopen"));
-  return fails(place("fopen")) ? nullptr : real(path, mode);
+  return fails(number("fopen")) ? nullptr : real(path, mode);
 }
 FILE* fopen64(const char* path, const char* mode) { return fopen(path, mode); }
 
 int open(const char* path, int flags, ...) {
-  if (fails(place("open"))) return -1;
+  if (fails(number("open"))) return -1;
   va_list more;
   va_start(more, flags);
   const mode_t mode = va_arg(more, mode_t);  // garbage that is not used, without O_CREAT

@@ -2,16 +2,17 @@
 """One system call fails: the command succeeds all the same, or ends with one clear sentence; nothing stays behind.
 
 Every kind of call that failing_calls.cpp knows fails in a short simulation and a short live run, with each of its errors,
-at `HOTPATH_FAULTS` places (default 1: the last one; 0: all), spread over the run. The places are those that a run
-without a fault counts. With HOTPATH_RELIABILITY, a folder, the counts are written to its faults.json.
+at `HOTPATH_FAULTS` places each (default 1; 0: at all). A place is where a call comes from, as the innermost callers; its
+first call fails. The places are those of a run without a fault. With HOTPATH_RELIABILITY, a folder, the counts are written
+to its faults.json.
 """
 
+import array
 import errno
 import json
 import os
 import pathlib
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
@@ -23,6 +24,7 @@ from hotpath_command import HOTPATH, left_behind, shared_memory_files, processes
 LIBRARY = os.environ.get("FAILING_CALLS", "")
 PLACES = int(os.environ.get("HOTPATH_FAULTS", "1"))
 TIME_LIMIT_S = 60
+MOST_PLACES, HASH_BITS = 1 << 16, 48  # of failing_calls.cpp
 # Kinds in the order of failing_calls.cpp, with the errors that the system gives; 0: a short write.
 KINDS = {
     "malloc": [errno.ENOMEM],
@@ -63,7 +65,7 @@ class Run:
 
     def __init__(self, folder, arguments, fault=None):
         calls = folder / "calls"
-        calls.write_bytes(bytes(8 * len(KINDS)))
+        calls.write_bytes(bytes(8 * MOST_PLACES))
         self.output = folder / "run"
         # Figures take long: Python finds no matplotlib.
         broken = folder / "without_matplotlib"
@@ -85,7 +87,11 @@ class Run:
             self.errors = process.communicate()[1]
         self.code = process.returncode
         self.left = self.processes_left(process.pid)
-        self.counts = dict(zip(KINDS, struct.unpack(f"{len(KINDS)}Q", calls.read_bytes())))
+        noted = array.array("Q", calls.read_bytes())
+        self.failed = noted[0] != 0
+        self.places = {kind: [] for kind in KINDS}
+        for place in sorted(filter(None, noted[1:])):
+            self.places[list(KINDS)[(place >> HASH_BITS) - 1]].append(place)
 
     @staticmethod
     def processes_left(session):
@@ -128,13 +134,9 @@ class Run:
         return "" if said and whole else f"it fails with a result that looks whole: {sentences[0]}"
 
 
-def places(count):
-    """Numbers of calls, from the first to the last."""
-    if PLACES == 1:
-        return [count] if count > 0 else []
-    if PLACES == 0 or count <= PLACES:
-        return range(1, count + 1)
-    return sorted({1 + round(i * (count - 1) / (PLACES - 1)) for i in range(PLACES)})
+def some(places):
+    """As many as are wanted."""
+    return places if PLACES == 0 else places[:: max(1, len(places) // PLACES)][:PLACES]
 
 
 class FailingCalls(unittest.TestCase):
@@ -150,20 +152,23 @@ class FailingCalls(unittest.TestCase):
     def inject(self, name):
         whole, defect = self.run_with(COMMANDS[name])
         self.assertEqual((whole.code, defect), (0, ""), whole.errors)
-        injected = 0
-        for kind, errors in KINDS.items():
-            for number in places(whole.counts[kind]):
-                for error in errors:
-                    fault = (kind, number, error)
-                    with self.subTest(command=name, fault=fault):
-                        _, defect = self.run_with(COMMANDS[name], fault)
-                        self.assertEqual(defect, "")
-                    injected += 1
-        print(f"{name}: {injected} faults injected", file=sys.stderr)
-        if "HOTPATH_RELIABILITY" in os.environ:
+        faults = [(p, e) for kind, errors in KINDS.items() for p in some(whole.places[kind]) for e in errors]
+        injected, defects, begin = 0, 0, time.monotonic()
+        for i, fault in enumerate(faults):
+            with self.subTest(command=name, kind=list(KINDS)[(fault[0] >> HASH_BITS) - 1], fault=fault):
+                run, defect = self.run_with(COMMANDS[name], fault)
+                injected += run.failed
+                defects += defect != ""
+                self.assertEqual(defect, "")
+            if sys.stderr.isatty():
+                left = (time.monotonic() - begin) / (i + 1) * (len(faults) - i - 1)
+                print(f"\r{name}: {i + 1} of {len(faults)}, {left:.0f} s left ", end="", file=sys.stderr)
+        found = sum(map(len, whole.places.values()))
+        print(f"{name}: {injected} faults injected; {found} places", file=sys.stderr)
+        if "HOTPATH_RELIABILITY" in os.environ and defects == 0:
             file = pathlib.Path(os.environ["HOTPATH_RELIABILITY"]) / "faults.json"
             facts = json.loads(file.read_text()) if file.exists() else {}
-            file.write_text(json.dumps(facts | {name: injected}, indent=2) + "\n")
+            file.write_text(json.dumps(facts | {name: {"places": found, "injected": injected}}, indent=2) + "\n")
         self.assertGreater(injected, 8)
 
     def test_simulate(self):

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A DDS participant that is none of ours: publishes on a topic of a run, in its partition and under its
 // type's name, payloads of any length and content, until it is told to end. Prints how many.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -20,8 +18,6 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
-
-volatile std::sig_atomic_t ended = 0;
 
 /// Bytes as they are, under the name of another type.
 class AnyBytes final : public fast::TopicDataType {
@@ -76,7 +72,10 @@ int main(int argc, char** argv) {
   bool everywhere = false;
   app.add_flag("--all-interfaces", everywhere, "Not on this machine alone");
   CLI11_PARSE(app, argc, argv);
-  std::signal(SIGTERM, [](int) { ended = 1; });
+  sigset_t end;
+  sigemptyset(&end);
+  sigaddset(&end, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &end, nullptr);  // in all threads that come from here
 
   options.loopback_only = !everywhere;
   fast::DomainParticipant* participant = hotpath::create_participant(options);
@@ -91,10 +90,10 @@ int main(int argc, char** argv) {
       participant->create_topic(topic, type, fast::TOPIC_QOS_DEFAULT), writer_qos);
   std::mt19937_64 random(1);
   unsigned long count = 0;
-  while (ended == 0) {
+  constexpr timespec kPace{0, 1'000'000};
+  while (count % 16 != 0 || sigtimedwait(&end, nullptr, &kPace) != SIGTERM) {
     std::vector<std::uint8_t> payload = any_payload(random, size);
     count += writer->write(&payload);
-    if (count % 16 == 0) usleep(1000);
   }
   std::printf("%lu\n", count);
   participant->delete_contained_entities();

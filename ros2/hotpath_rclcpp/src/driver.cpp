@@ -14,10 +14,6 @@ namespace {
 /// No publication is new for that long: everything is known.
 constexpr Duration kLeastLearning = std::chrono::seconds(2);
 
-/// spin_all() waits that long for more, as rclcpp's executors need for a wait set: a thread that is about to
-/// publish, on the same processor, comes to it.
-constexpr Duration kLastLook = std::chrono::microseconds(100);
-
 }  // namespace
 
 WorkerSet ExecutorDriver::claim(WorkerSet wake) {
@@ -184,7 +180,6 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
                                      Time until, Time wait_until) {
   const auto timer_worker = static_cast<Worker>(lanes_.size() - 1);
   std::size_t ran = 0;
-  bool gave_way = jobs != kAllJobs;
   Lock lock(mutex_);
   while (goes_on(spinning) && ran < jobs) {
     const Time now = hotpath::now();
@@ -200,11 +195,8 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
     }
     if (next) {
       ran += run_job(lock, next->first, next->second, {}) ? 1 : 0;
-      gave_way = jobs != kAllJobs;
     } else if (ran == 0 && now < wait_until) {
       if (running_ > 0 || !schedule_.compact(now)) sleep(lock, 0, std::min(wake_at, wait_until));
-    } else if (!std::exchange(gave_way, true)) {
-      sleep(lock, 0, now + kLastLook);
     } else {
       break;
     }

@@ -271,7 +271,8 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
   }
   const auto arrived = [driver = driver_, entry](std::size_t count) { driver->arrived(entry, count, 0); };
   try {
-    if (const auto s = entry->entity.lock(); !s) return;
+    const auto alive = entry->entity.lock();  // until all is set: its owner may let it go meanwhile
+    if (!alive) return;
     switch (entry->kind) {
       case EntryKind::timer: {
         const auto timer = lock<rclcpp::TimerBase>(*entry);

@@ -44,7 +44,7 @@ struct Entry {
   Task task;                  ///< What the scheduler is told of it; timers: the period that it has.
   TaskId number = kNoTask;    ///< kNoTask: not in the schedule.
   TaskId ghost = kNoTask;     ///< Simulated time: the task that hands down the timer's priority.
-  std::vector<Entry*> feeds;  ///< Learnt.
+  std::vector<std::weak_ptr<Entry>> feeds;  ///< Learnt.
   std::deque<int> ready;      ///< Waitables: what is ready, first come first.
 
   TimerClock clock = TimerClock::steady;

@@ -93,7 +93,7 @@ void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t co
     if (running.driver == this) {
       info.deadline = running.job.deadline;
       info.parent = running.job.ref();
-      if (schedule_.learn(running.job.task, *entry)) learnt_at_ = now;
+      if (schedule_.learn(running.job.task, entry)) learnt_at_ = now;
     }
     for (; count > 0; --count) {
       if (entry->kind == EntryKind::waitable) entry->ready.push_back(which);

@@ -16,6 +16,11 @@ bool same_topic(const std::string& topic, const std::string& of_graph) {
   return topic == of_graph || topic.ends_with("/" + of_graph);
 }
 
+/// Whether it has been learnt that `publisher` feeds `fed`.
+bool knows(const Entry& publisher, const Entry& fed) {
+  return std::ranges::any_of(publisher.feeds, [&](const auto& weak) { return weak.lock().get() == &fed; });
+}
+
 }  // namespace
 
 Schedule::Schedule(Setup setup)
@@ -55,8 +60,9 @@ std::optional<std::int64_t> Schedule::priority_of(const Entry& entry) const {
 
 std::vector<TaskId> Schedule::feeds_of(const Entry& entry) const {
   std::vector<TaskId> feeds;
-  for (const Entry* fed : entry.feeds) {
-    if (fed->number != kNoTask) feeds.push_back(fed->number);
+  for (const std::weak_ptr<Entry>& weak : entry.feeds) {
+    const auto fed = weak.lock();
+    if (fed && fed->number != kNoTask) feeds.push_back(fed->number);
   }
   return feeds;
 }
@@ -69,7 +75,7 @@ std::vector<TaskId> Schedule::feeders_of(const Entry& entry) const {
     }
   }
   for (const std::shared_ptr<Entry>& other : living()) {
-    if (std::ranges::count(other->feeds, &entry) > 0) feeders.push_back(other->number);
+    if (knows(*other, entry)) feeders.push_back(other->number);
   }
   return feeders;
 }
@@ -127,10 +133,6 @@ std::size_t Schedule::leave(Entry& entry, Time now) {
   return dropped;
 }
 
-void Schedule::forget(const Entry& entry) {
-  for (const std::shared_ptr<Entry>& other : living()) std::erase(other->feeds, &entry);
-}
-
 std::vector<std::shared_ptr<Entry>> Schedule::living() const {
   std::vector<std::shared_ptr<Entry>> all;
   std::ranges::copy_if(entries_, std::back_inserter(all), [](const auto& e) { return e != nullptr; });
@@ -166,11 +168,12 @@ void Schedule::change(const Entry& entry) {
   scheduler_->change_task(entry.number, task.priority, task.feeds);
 }
 
-bool Schedule::learn(TaskId from, Entry& to) {
+bool Schedule::learn(TaskId from, const std::shared_ptr<Entry>& to) {
   if (!setup_.learn || from >= entries_.size() || !entries_[from]) return false;
   Entry& publisher = *entries_[from];
-  if (std::ranges::count(publisher.feeds, &to) > 0) return false;
-  publisher.feeds.push_back(&to);
+  if (knows(publisher, *to)) return false;
+  std::erase_if(publisher.feeds, [](const auto& fed) { return fed.expired(); });
+  publisher.feeds.push_back(to);
   change(publisher);
   return true;
 }

@@ -24,8 +24,6 @@ class Schedule {
   WorkerSet join(const std::shared_ptr<Entry>& entry, Time first, Time now);
   /// No job of it starts any more; returns how many were released or unread.
   std::size_t leave(Entry& entry, Time now);
-  /// It will not come back.
-  void forget(const Entry& entry);
 
   /// Null: it was removed.
   [[nodiscard]] const std::shared_ptr<Entry>& entry(TaskId task) const { return entries_[task]; }
@@ -37,7 +35,7 @@ class Schedule {
   bool compact(Time now);
 
   /// A job of `from` published what arrived at `to`; true: that was not known.
-  bool learn(TaskId from, Entry& to);
+  bool learn(TaskId from, const std::shared_ptr<Entry>& to);
 
   /// By hand. Throws std::invalid_argument when the policy has no given priorities.
   void set_priority(const std::shared_ptr<void>& entity, std::int64_t priority);

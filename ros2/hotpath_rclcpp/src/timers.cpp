@@ -64,7 +64,6 @@ std::vector<int> ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
   const std::lock_guard lock(mutex_);
   entry->removed = true;
   const std::size_t dropped = schedule_.leave(*entry, now());
-  schedule_.forget(*entry);
   if (entry->kind == EntryKind::waitable) return {entry->ready.begin(), entry->ready.end()};
   return std::vector<int>(dropped, 0);
 }

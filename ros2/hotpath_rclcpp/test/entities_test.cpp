@@ -2,6 +2,8 @@
 // Every kind of entity, under every executor: each callback is counted.
 #include <atomic>
 #include <composition_interfaces/srv/list_nodes.hpp>
+#include <condition_variable>
+#include <mutex>
 #include <std_msgs/msg/int32.hpp>
 
 #include "executors.hpp"
@@ -199,7 +201,7 @@ TEST_P(EveryExecutor, KeepsAMutuallyExclusiveGroupApart) {
   std::atomic_int inside{0}, together{0}, ran{0};
   const auto callback = [&] {
     if (++inside > 1) ++together;
-    std::this_thread::sleep_for(1ms);
+    for (int chances = 0; chances < 1000; ++chances) std::this_thread::yield();
     --inside;
     ++ran;
   };
@@ -214,13 +216,15 @@ TEST_P(EveryExecutor, KeepsAMutuallyExclusiveGroupApart) {
 TEST_P(EveryExecutor, RunsAReentrantGroupInSeveralThreads) {
   if (GetParam() != "rm-ro:2" && GetParam() != "multi") GTEST_SKIP() << "one thread, or one job of a group";
   const auto group = node->create_callback_group(rclcpp::CallbackGroupType::Reentrant);
-  std::atomic_int inside{0};
+  std::mutex mutex;
+  std::condition_variable entered;
+  int inside = 0;
   std::atomic_bool together{false};
   const auto callback = [&] {
+    std::unique_lock lock(mutex);
     ++inside;
-    const auto limit = std::chrono::steady_clock::now() + 200ms;
-    while (inside < 2 && std::chrono::steady_clock::now() < limit) std::this_thread::sleep_for(100us);
-    if (inside >= 2) together = true;
+    entered.notify_all();
+    if (entered.wait_for(lock, 200ms, [&] { return inside >= 2; })) together = true;
     --inside;
   };
   const auto a = node->create_wall_timer(5ms, callback, group);

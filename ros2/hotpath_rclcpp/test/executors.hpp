@@ -44,6 +44,17 @@ inline std::shared_ptr<rclcpp::Executor> make_executor(const std::string& name) 
   return std::make_shared<PriorityExecutor>(options);
 }
 
+/// Waits until `condition` holds, for long enough for a busy machine.
+template <class Condition>
+bool eventually(Condition condition) {
+  const auto limit = std::chrono::steady_clock::now() + 10s;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > limit) return false;
+    std::this_thread::sleep_for(1ms);
+  }
+  return true;
+}
+
 /// Spins in a thread of its own until it is cancelled, or goes out of scope.
 class Spinning {
  public:
@@ -55,7 +66,7 @@ class Spinning {
   ~Spinning() { stop(); }
   void stop() {
     // spin() may not have begun yet, and then does not notice a cancel().
-    while (thread_.joinable() && !executor_.is_spinning() && !ended_) std::this_thread::sleep_for(1ms);
+    if (thread_.joinable()) eventually([&] { return executor_.is_spinning() || ended_; });
     executor_.cancel();
     if (thread_.joinable()) thread_.join();
   }
@@ -65,17 +76,6 @@ class Spinning {
   std::atomic_bool ended_{false};
   std::thread thread_;
 };
-
-/// Waits until `condition` holds, for long enough for a busy machine.
-template <class Condition>
-bool eventually(Condition condition) {
-  const auto limit = std::chrono::steady_clock::now() + 10s;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > limit) return false;
-    std::this_thread::sleep_for(1ms);
-  }
-  return true;
-}
 
 /// One case per executor; a context of its own for each.
 class EveryExecutor : public testing::TestWithParam<std::string> {
