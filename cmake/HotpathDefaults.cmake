@@ -15,7 +15,18 @@ option(BUILD_TESTING "Build the tests" ON)
 option(HOTPATH_FUZZ "Build the fuzz targets: needs clang, and the flags of the preset `fuzz`" OFF)
 # The transport fastdds and what publishes over it. Off where Fast DDS or its generator is missing, as on Ubuntu with
 # ROS 2, whose own Fast DDS must not meet another one in a process.
-option(HOTPATH_FASTDDS "Build the transport fastdds" ON)
+if(NOT DEFINED HOTPATH_FASTDDS)
+  find_program(FASTDDSGEN fastddsgen)
+  find_package(fastrtps 2.9 QUIET)
+  if(FASTDDSGEN AND fastrtps_FOUND)
+    set(fastdds_found ON)
+  else()
+    set(fastdds_found OFF)
+    message(STATUS "Fast DDS or its generator not found (Debian: apt install libfastrtps-dev fastddsgen): "
+      "without the transport fastdds, --live, replay and the bridge")
+  endif()
+endif()
+option(HOTPATH_FASTDDS "Build the transport fastdds" ${fastdds_found})
 
 # Warnings for our own code only: generated code is compiled without this.
 function(hotpath_warnings target)

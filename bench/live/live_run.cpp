@@ -139,6 +139,7 @@ class LiveRun {
     plan_.fastdds.key = any_name();
     plan_.length = length();
     plan_.time_out = seconds(options_.time_out_s);
+    check_fastdds();
     check_publishing();
     try {
       if (!options_.executor_policy.empty())
@@ -164,6 +165,17 @@ class LiveRun {
       }
     }
     check_memory();
+  }
+
+  void check_fastdds() const {
+    if (has_fastdds()) return;
+    const bool native = std::ranges::count(executors_, Stack::native, &ExecutorSpec::stack) > 0;
+    if (native && plan_.transport == TransportKind::fastdds) {
+      throw UsageError("this hotpath was built without Fast DDS: take --transport intra_process");
+    }
+    if (options_.live || options_.live_alternate) {
+      throw UsageError("--live publishes over Fast DDS, without which this hotpath was built; leave it out");
+    }
   }
 
   /// Refuses a run whose traces would not fit: those of all repetitions, and the buffers of one.

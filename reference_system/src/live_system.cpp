@@ -1,52 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/reference_system/live_system.hpp"
 
-#include <Message4kbPubSubTypes.h>
-#include <TaskMessagePubSubTypes.h>
-
 #include <algorithm>
 #include <cassert>
 
-#include "hotpath/fastdds/fastdds_transport.hpp"
-#include "hotpath/live/intra_process_transport.hpp"
-#include "hotpath/reference_system/message.hpp"
-#include "hotpath/reference_system/task_message.hpp"
-#include "hotpath/reference_system/typed_live_nodes.hpp"
+#include "make_live_nodes.hpp"
 
 namespace hotpath {
 
-namespace {
-
-template <class Messages>
-std::unique_ptr<LiveNodes> make_nodes(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,
-                                      RunMemory& memory, const typename Messages::History& history) {
-  using Message = typename Messages::Message;
-  const auto reserve = [n = tasks.set.size()](Message& message) { Messages::History::reserve(message, n); };
-  std::unique_ptr<Transport<Message>> transport;
-  if (options.transport == TransportKind::intra_process) {
-    transport = std::make_unique<IntraProcessTransport<Message>>(reserve);
-  } else {
-    transport = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, tasks.set.size(), reserve);
-  }
-  return std::make_unique<TypedLiveNodes<Messages>>(graph, tasks, options.calibration, memory, history,
-                                                    std::move(transport));
-}
-
-std::unique_ptr<LiveNodes> make_nodes(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,
-                                      RunMemory& memory) {
-  using Messages4kb = LiveMessages<Message4kbHistory, msg::Message4kbPubSubType>;
-  using TaskMessages = LiveMessages<TaskMessageHistory, msg::TaskMessagePubSubType>;
-  if (graph.has_callbacks()) {
-    return make_nodes<TaskMessages>(graph, tasks, options, memory, TaskMessageHistory());
-  }
-  return make_nodes<Messages4kb>(graph, tasks, options, memory, Message4kbHistory(graph, tasks));
-}
-
-}  // namespace
-
 LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,
                        RunMemory& memory)
-    : executor_of_(options.executor_of), nodes_(make_nodes(graph, tasks, options, memory)) {
+    : executor_of_(options.executor_of), nodes_(make_live_nodes(graph, tasks, options, memory)) {
   const std::size_t all_workers = memory.jobs().size() - options.executors.size();
   Worker first_worker = 0;
   for (const LiveExecutor& live : options.executors) {

@@ -12,7 +12,7 @@ namespace hotpath {
 
 namespace {
 
-using Messages = LiveMessages<TaskHistory<RclcppMessage>>;
+using Messages = LiveMessages<TaskHistory<BoundedMessage>>;
 
 const ExecutorEntry& entry_of(const nlohmann::json& plan) {
   const std::string text = plan.at("executor");
@@ -47,7 +47,7 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
   transport_ = transport.get();
   nodes_ =
       std::make_unique<TypedLiveNodes<Messages>>(graph, tasks_, Calibration{plan.at("divisions_per_us")},
-                                                 memory, TaskHistory<RclcppMessage>(), std::move(transport));
+                                                 memory, TaskHistory<BoundedMessage>(), std::move(transport));
   nodes_->connect(*this);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const auto feeders = std::ranges::count_if(
@@ -158,7 +158,7 @@ void RclcppSystem::deliver(TaskId task, const SampleInfo& info, Sample sample) {
   record.job.parent = info.parent;
   {
     const std::lock_guard lock(own.mutex);
-    const std::uint64_t sequence = own.one_writer ? sample.as<RclcppMessage>().publication() : own.next;
+    const std::uint64_t sequence = own.one_writer ? sample.as<BoundedMessage>().publication() : own.next;
     // What the history lost: only the sample after it shows it.
     for (; own.next < sequence; ++own.next) {
       JobRecord lost = record;

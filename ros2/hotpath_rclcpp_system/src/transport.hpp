@@ -15,7 +15,7 @@ namespace hotpath {
 
 /// Publishers and subscriptions of rclcpp, each in a node with the name that it has in the graph. A
 /// subscription's callback hands its sample to the sink, which runs the job there and then.
-class RclcppTransport final : public Transport<RclcppMessage>, private SampleOwner {
+class RclcppTransport final : public Transport<BoundedMessage>, private SampleOwner {
  public:
   using RosMessage = hotpath_rclcpp_interfaces::msg::Message4kb;
 
@@ -51,8 +51,8 @@ class RclcppTransport final : public Transport<RclcppMessage>, private SampleOwn
     options.callback_group = group(task);
     const auto deliver = [this, task, &sink](RosMessage::ConstSharedPtr message) {
       auto* held = new Held{std::move(message), {1}};
-      const RclcppMessage& content = RclcppMessage::in(*held->message);
-      sink.deliver(task, read_info(content), Sample(&content, *this, reinterpret_cast<std::uintptr_t>(held)));
+      const BoundedMessage& sample = content(*held->message);
+      sink.deliver(task, read_info(sample), Sample(&sample, *this, reinterpret_cast<std::uintptr_t>(held)));
     };
     rclcpp::Node& node = *nodes_[tasks_.origin[task].node];
     readers_.push_back({node.create_subscription<RosMessage>(topic, depth, deliver, options), writers});
@@ -79,9 +79,9 @@ class RclcppTransport final : public Transport<RclcppMessage>, private SampleOwn
     }
   }
 
-  RclcppMessage& borrow(WriterId) override { return RclcppMessage::in(scratch()); }
+  BoundedMessage& borrow(WriterId) override { return content(scratch()); }
 
-  void publish(WriterId writer, RclcppMessage&, const SampleInfo&) override {
+  void publish(WriterId writer, BoundedMessage&, const SampleInfo&) override {
     writers_[writer].publisher->publish(scratch());
   }
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "hotpath/fastdds/participant.hpp"
+#include "hotpath/fastdds/options.hpp"
 #include "hotpath/live/executor.hpp"
 #include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/live_nodes.hpp"
@@ -18,6 +18,9 @@ constexpr auto enum_texts(TransportKind) {
   return std::to_array<EnumText<TransportKind>>(
       {{TransportKind::fastdds, "fastdds"}, {TransportKind::intra_process, "intra_process"}});
 }
+
+/// Whether this build has the transport fastdds.
+[[nodiscard]] bool has_fastdds();
 
 /// One executor of a live system.
 struct LiveExecutor {

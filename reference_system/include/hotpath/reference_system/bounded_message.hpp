@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "hotpath/core/job.hpp"
+#include "hotpath/reference_system/stat.hpp"
+
+namespace hotpath {
+
+/// One entry of the history of a message.
+struct HistoryEntry {
+  std::uint32_t task, dropped;
+  std::uint64_t sequence;
+  std::int64_t start;  ///< ns of CLOCK_MONOTONIC.
+};
+inline TaskId task_of(const HistoryEntry& entry) { return entry.task; }
+inline Stat stat_of(const HistoryEntry& e) { return {e.task, e.dropped, e.sequence, from_ns(e.start)}; }
+inline void set_stat(HistoryEntry& e, const Stat& s) { e = {s.task, s.dropped, s.sequence, to_ns(s.start)}; }
+
+/// As many entries as fit into 4096 bytes; what comes when they are full is left out, as upstream does.
+class BoundedHistory {
+ public:
+  static constexpr std::uint32_t kCapacity = 168;
+
+  [[nodiscard]] const HistoryEntry* begin() const { return entries_.data(); }
+  [[nodiscard]] const HistoryEntry* end() const { return entries_.data() + size_; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  void reserve(std::size_t) {}
+  void clear() { size_ = 0; }
+  HistoryEntry& emplace_back() { return entries_[size_ < kCapacity ? size_++ : kCapacity - 1]; }
+  void erase(const HistoryEntry* entry) {
+    std::copy(entry + 1, end(), entries_.data() + (entry - begin()));
+    --size_;
+  }
+  void push_back(const HistoryEntry& entry) {
+    if (size_ < kCapacity) entries_[size_++] = entry;
+  }
+
+ private:
+  std::array<HistoryEntry, kCapacity> entries_;
+  std::uint32_t size_, padding_;
+};
+
+/// What Message4kb carries, in at most 4096 bytes and without code that a generator of messages makes.
+class __attribute__((may_alias)) BoundedMessage {
+ public:
+  [[nodiscard]] const BoundedHistory& history() const { return history_; }
+  [[nodiscard]] BoundedHistory& history() { return history_; }
+  [[nodiscard]] std::uint32_t publication() const { return publication_; }
+  void publication(std::uint32_t number) { publication_ = number; }
+
+ private:
+  friend void complete(BoundedMessage& m, const SampleInfo& info, std::int64_t result) {
+    m.result_ = result;
+    m.published_ = to_ns(info.published);
+    m.deadline_ = to_ns(info.deadline);
+    m.parent_ = info.parent.task;
+    m.parent_sequence_ = info.parent.sequence;
+  }
+  friend SampleInfo read_info(const BoundedMessage& m) {
+    return {from_ns(m.published_), from_ns(m.deadline_), {m.parent_, m.parent_sequence_}};
+  }
+
+  BoundedHistory history_;
+  std::int64_t result_, published_, deadline_;
+  std::uint64_t parent_sequence_;
+  std::uint32_t parent_, publication_;
+};
+static_assert(sizeof(BoundedMessage) <= 4096);
+
+}  // namespace hotpath

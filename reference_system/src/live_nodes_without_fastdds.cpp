@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pointers within the process alone, where there is no Fast DDS or no generator for its messages.
+#include "hotpath/live/intra_process_transport.hpp"
+#include "hotpath/reference_system/bounded_message.hpp"
+#include "hotpath/reference_system/task_history.hpp"
+#include "hotpath/reference_system/typed_live_nodes.hpp"
+#include "make_live_nodes.hpp"
+
+namespace hotpath {
+
+bool has_fastdds() { return false; }
+
+std::unique_ptr<LiveNodes> make_live_nodes(const Graph& graph, const GraphTasks& tasks,
+                                           const LiveOptions& options, RunMemory& memory) {
+  if (options.transport == TransportKind::fastdds) throw TransportError("this build has no Fast DDS");
+  using Messages = LiveMessages<TaskHistory<BoundedMessage>>;
+  return std::make_unique<TypedLiveNodes<Messages>>(
+      graph, tasks, options.calibration, memory, Messages::History(),
+      std::make_unique<IntraProcessTransport<BoundedMessage>>([](BoundedMessage&) {}));
+}
+
+}  // namespace hotpath
