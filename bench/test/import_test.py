@@ -4,6 +4,8 @@ ours that `export ctf` wrote. HOTPATH_TRACES names another folder of traces (NAM
 
 import json
 import os
+import random
+import shutil
 import tarfile
 import unittest
 from pathlib import Path
@@ -271,6 +273,30 @@ class Faults(ImportTest):
         check = facts["self_check"]
         self.assertNotEqual(check["light"], "green")
         self.assertTrue(any("publishes 7.0 ms before its jobs end" in r for r in check["reasons"]), check)
+
+
+class Mutations(ImportTest):
+    """Traces of which a few bytes are others are read, or refused with one sentence. HOTPATH_MUTATIONS: how many."""
+
+    def test_any_bytes(self):
+        whole = sensor_and_filter(20)[0].write(self.folder / "whole")
+        numbers = random.Random(1)
+        for i in range(int(os.environ.get("HOTPATH_MUTATIONS", "40"))):
+            with self.subTest(i=i):
+                trace = Path(shutil.copytree(whole, self.folder / "trace", dirs_exist_ok=True))
+                file = numbers.choice(sorted(f for f in trace.iterdir() if f.is_file()))
+                content = bytearray(file.read_bytes())
+                for _ in range(numbers.choice((1, 1, 4))):
+                    at = numbers.randrange(len(content))
+                    size = numbers.choice((1, 1, 4, 8))
+                    content[at : at + size] = numbers.choice((numbers.randbytes(size), b"\xff" * size, bytes(size), b""))
+                file.write_bytes(content)
+                output = self.folder / "imported"
+                code, _, err = self.command("import", "ctf", trace, "--output", output)
+                self.assertIn(code, (0, 2), err)
+                if code == 2:
+                    self.assertEqual([line[:9] for line in err.strip().splitlines()], ["hotpath: "], err)
+                shutil.rmtree(output, ignore_errors=True)
 
 
 if __name__ == "__main__":

@@ -159,13 +159,14 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
         tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; going on with the rest")
-    builds = [runner.facts(c).get("build", runner.build) for c in todo if c.source == "live"]
-    outdated = sum(build != runner.build for build in builds)
-    if outdated:
-        tell(
-            f"{outdated} live cells were measured by another build than {runner.build}; they are measured again and"
-            f" kept in {options.output}/superseded"
-        )
+    before = [facts["build"] for c in todo if c.source == "live" and (facts := runner.facts(c)).get("complete")]
+    elsewhere = before.count(runner.build)
+    for count, how in (
+        (len(before) - elsewhere, f"by another build than {runner.build}"),
+        (elsewhere, f"on other processors than {','.join(map(str, runner.cpus))}"),
+    ):
+        if count:
+            tell(f"{count} live cells were measured {how}; they are measured again and kept in {options.output}/superseded")
     total, on_terminal = sum(c.seconds for c in todo), sys.stderr.isatty()
     bar: Any = tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=not on_terminal)
 

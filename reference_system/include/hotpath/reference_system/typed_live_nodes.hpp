@@ -75,10 +75,13 @@ class TypedLiveNodes final : public LiveNodes {
         for (Activation<Messages>& job : jobs_) local.logic.reserve(job, chains_.size());
       }
       local_[id] = &locals_.back();
-      if (origin.input) {
-        const Input& input = node.inputs[*origin.input];
-        transport_->add_reader(input.topic, id, input.depth, writers[input.topic], sink);
-      }
+    }
+    // A reader that comes after its writer gets samples in the order in which the readers came.
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      const TaskOrigin origin = tasks_.origin[id];
+      if (!tasks_.set[id].local || !origin.input) continue;
+      const Input& input = graph_.nodes[origin.node].inputs[*origin.input];
+      transport_->add_reader(input.topic, id, input.depth, writers[input.topic], sink);
     }
   }
 
