@@ -13,6 +13,7 @@
 #include "hotpath/reference_system/graph_scaling.hpp"
 #include "program/errors.hpp"
 #include "program/memory_limit.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
