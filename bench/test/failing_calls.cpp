@@ -66,7 +66,8 @@ constexpr std::size_t number(const char* name) {
 }
 
 constexpr std::size_t kPlaces = 1 << 16;
-constexpr int kCallers = 8;  // that tell one place from another
+constexpr int kCallers = 8;          // that tell one place from another
+constexpr int kCallersOfMalloc = 3;  // which is called from thousands of places
 constexpr unsigned kHashBits = 48;
 
 std::atomic<std::uint64_t>* places = nullptr;  // shared with all processes of the run
@@ -94,13 +95,13 @@ __attribute__((constructor)) void begin() {
 __attribute__((noinline)) std::uint64_t place_of(std::size_t call) {
   constexpr int kOwn = 3;  // this function, fails() and the call
   void* callers[kOwn + kCallers];
-  const int count = backtrace(callers, kOwn + kCallers);
+  const int count = backtrace(callers, kOwn + (call == number("malloc") ? kCallersOfMalloc : kCallers));
   std::uint64_t hash = 14695981039346656037U;
   for (int i = kOwn; i < count; ++i) {
     dl_find_object found{};
     if (_dl_find_object(callers[i], &found) != 0) continue;
-    const auto at = reinterpret_cast<std::uintptr_t>(callers[i]) -
-                    reinterpret_cast<std::uintptr_t>(found.dlfo_map_start);
+    const auto at =
+        reinterpret_cast<std::uintptr_t>(callers[i]) - reinterpret_cast<std::uintptr_t>(found.dlfo_map_start);
     hash = (hash ^ at) * 1099511628211U;
   }
   return (hash >> (64 - kHashBits)) | (call + 1) << kHashBits;
@@ -139,7 +140,7 @@ void* malloc(size_t size) { return fails(number("malloc")) ? nullptr : __libc_ma
 #define REPLACED(Type, name, failure, parameters, arguments)                                \
   Type name parameters {                                                                    \
     static const auto real = reinterpret_cast<Type(*) parameters>(dlsym(RTLD_NEXT, #name)); \
-    return fails(number(#name)) ? failure : real arguments;                                  \
+    return fails(number(#name)) ? failure : real arguments;                                 \
   }
 // clang-format off
 REPLACED(pid_t, fork, -1, (), ())

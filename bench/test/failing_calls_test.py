@@ -158,7 +158,9 @@ class FailingCalls(unittest.TestCase):
             with self.subTest(command=name, kind=list(KINDS)[(fault[0] >> HASH_BITS) - 1], fault=fault):
                 run, defect = self.run_with(COMMANDS[name], fault)
                 injected += run.failed
-                defects += defect != ""
+                if defect != "":
+                    defects += 1
+                    print(f"{name}, {fault}: {defect}", file=sys.stderr)  # long before the end
                 self.assertEqual(defect, "")
             if sys.stderr.isatty():
                 left = (time.monotonic() - begin) / (i + 1) * (len(faults) - i - 1)
