@@ -174,7 +174,10 @@ def faults(root: Path) -> str:
     """The calls that failed in failing_calls_test.py, of results/reliability."""
     told = load(root, "reliability/faults.json")
     texts = {"simulate": "a simulation", "run": "a live run"}
-    said = (f"{told[k]['injected']:,} faults at {told[k]['places']:,} places of {text}" for k, text in texts.items())
+    said = (
+        f"{told[k]['injected']:,} faults at {told[k]['places']:,} places of {text}"
+        for k, text in texts.items()
+    )
     return " and ".join(said) + ": all ended well.\n"
 
 

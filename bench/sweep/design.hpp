@@ -29,7 +29,8 @@ struct SweepAxis {
   [[nodiscard]] std::uint64_t size() const;
   /// The i-th of them, from 0.
   [[nodiscard]] std::string value(std::uint64_t i) const;
-  /// Enough values to find those that a command refuses: of a range its ends, and the first step if it has any.
+  /// Enough values to find those that a command refuses: of a range its ends, and the first step if it has
+  /// any.
   [[nodiscard]] std::vector<std::string> examples() const;
   /// A value as the axis writes it, `20` for `20.0`; empty if it has no such value.
   [[nodiscard]] std::string named(const std::string& wanted) const;

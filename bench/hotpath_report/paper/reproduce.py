@@ -159,14 +159,19 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
         tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; going on with the rest")
-    before = [facts["build"] for c in todo if c.source == "live" and (facts := runner.facts(c)).get("complete")]
+    before = [
+        facts["build"] for c in todo if c.source == "live" and (facts := runner.facts(c)).get("complete")
+    ]
     elsewhere = before.count(runner.build)
     for count, how in (
         (len(before) - elsewhere, f"by another build than {runner.build}"),
         (elsewhere, f"on other processors than {','.join(map(str, runner.cpus))}"),
     ):
         if count:
-            tell(f"{count} live cells were measured {how}; they are measured again and kept in {options.output}/superseded")
+            tell(
+                f"{count} live cells were measured {how}; they are measured again and kept in"
+                f" {options.output}/superseded"
+            )
     total, on_terminal = sum(c.seconds for c in todo), sys.stderr.isatty()
     bar: Any = tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=not on_terminal)
 

@@ -41,11 +41,11 @@ struct Entry {
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.
 
-  Task task;                  ///< What the scheduler is told of it; timers: the period that it has.
-  TaskId number = kNoTask;    ///< kNoTask: not in the schedule.
-  TaskId ghost = kNoTask;     ///< Simulated time: the task that hands down the timer's priority.
+  Task task;                ///< What the scheduler is told of it; timers: the period that it has.
+  TaskId number = kNoTask;  ///< kNoTask: not in the schedule.
+  TaskId ghost = kNoTask;   ///< Simulated time: the task that hands down the timer's priority.
   std::vector<std::weak_ptr<Entry>> feeds;  ///< Learnt.
-  std::deque<int> ready;      ///< Waitables: what is ready, first come first.
+  std::deque<int> ready;                    ///< Waitables: what is ready, first come first.
 
   TimerClock clock = TimerClock::steady;
   bool pending = false;        ///< Simulated time: released and not started.
