@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hotpath/core/task.hpp"
+#include "message_callback.hpp"
 
 namespace hotpath {
 
@@ -41,11 +42,11 @@ struct Entry {
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.
 
-  Task task;                  ///< What the scheduler is told of it; timers: the period that it has.
-  TaskId number = kNoTask;    ///< kNoTask: not in the schedule.
-  TaskId ghost = kNoTask;     ///< Simulated time: the task that hands down the timer's priority.
+  Task task;                ///< What the scheduler is told of it; timers: the period that it has.
+  TaskId number = kNoTask;  ///< kNoTask: not in the schedule.
+  TaskId ghost = kNoTask;   ///< Simulated time: the task that hands down the timer's priority.
   std::vector<std::weak_ptr<Entry>> feeds;  ///< Learnt.
-  std::deque<int> ready;      ///< Waitables: what is ready, first come first.
+  std::deque<int> ready;                    ///< Waitables: what is ready, first come first.
 
   TimerClock clock = TimerClock::steady;
   bool pending = false;        ///< Simulated time: released and not started.
@@ -53,7 +54,9 @@ struct Entry {
   Time next_release = kNever;  ///< Timers: nominal instant.
   /// Checked timers: rcl's next call when it was last looked at, from and to.
   std::pair<Time, Time> rcl_next{kNever, kNever};
-  std::shared_ptr<rclcpp::JumpHandler> jumps;  ///< Written with the entities' lock held.
+  // Written with the entities' lock held.
+  std::shared_ptr<rclcpp::JumpHandler> jumps;
+  std::unique_ptr<MessageCallback> messages;
 };
 
 template <class Entity>
