@@ -294,7 +294,8 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
         return;
       }
       case EntryKind::subscription:
-        return lock<rclcpp::SubscriptionBase>(*entry)->set_on_new_message_callback(arrived);
+        entry->messages = std::make_unique<MessageCallback>(lock<rclcpp::SubscriptionBase>(*entry), arrived);
+        return;
       case EntryKind::service:
         return lock<rclcpp::ServiceBase>(*entry)->set_on_new_request_callback(arrived);
       case EntryKind::client:
@@ -320,13 +321,13 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
 
 void Entities::ignore(const std::shared_ptr<Entry>& entry) {
   entry->jumps.reset();
+  entry->messages.reset();
   if (const auto alive = entry->entity.lock()) {
     switch (entry->kind) {
       case EntryKind::timer:
         versions::on_reset(*lock<rclcpp::TimerBase>(*entry), nullptr);
         break;
       case EntryKind::subscription:
-        lock<rclcpp::SubscriptionBase>(*entry)->clear_on_new_message_callback();
         break;
       case EntryKind::service:
         lock<rclcpp::ServiceBase>(*entry)->clear_on_new_request_callback();

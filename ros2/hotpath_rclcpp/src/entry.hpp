@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hotpath/core/task.hpp"
+#include "message_callback.hpp"
 
 namespace hotpath {
 
@@ -53,7 +54,9 @@ struct Entry {
   Time next_release = kNever;  ///< Timers: nominal instant.
   /// Checked timers: rcl's next call when it was last looked at, from and to.
   std::pair<Time, Time> rcl_next{kNever, kNever};
-  std::shared_ptr<rclcpp::JumpHandler> jumps;  ///< Written with the entities' lock held.
+  // Written with the entities' lock held.
+  std::shared_ptr<rclcpp::JumpHandler> jumps;
+  std::unique_ptr<MessageCallback> messages;
 };
 
 template <class Entity>

@@ -154,7 +154,7 @@ TEST_P(EveryExecutor, RunsAGuardConditionsWaitable) {
   const Spinning spinning(*executor);
   for (int i = 0; i < 20; ++i) {
     waitable->condition.trigger();
-    EXPECT_TRUE(eventually([&] { return waitable->executed == i + 1; })) << i;
+    ASSERT_TRUE(eventually([&] { return waitable->executed == i + 1; })) << i << ": " << waitable->executed;
   }
 }
 
