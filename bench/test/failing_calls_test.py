@@ -12,6 +12,7 @@ import errno
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -109,8 +110,9 @@ class Run:
 
     def defect(self):
         """What is wrong with how it ended; empty: nothing."""
-        # Without memory, Fast DDS may end a process of the run in an assertion of its own.
-        lines = [line for line in self.errors.splitlines() if "./src/cpp/rtps/" not in line]
+        # Without memory, Fast DDS and glibc may end a process of the run in an assertion of their own.
+        foreign = re.compile(r".*\./src/cpp/rtps/|hotpath: \w+\.c:\d+: .*Assertion")
+        lines = [line for line in self.errors.splitlines() if not foreign.match(line)]
         sentences = [line for line in lines if line.startswith("hotpath: ")]
         if self.hung:
             return "it did not end"
