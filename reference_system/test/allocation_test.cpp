@@ -46,6 +46,10 @@ void* allocate(std::size_t size, const void* caller) {
 [[gnu::noinline]] void* operator new[](std::size_t size) {
   return allocate(size, __builtin_return_address(0));
 }
+// By std::stable_sort; AddressSanitizer has one of its own.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return allocate(size, __builtin_return_address(0));
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
