@@ -49,7 +49,7 @@ build() {
   mkdir -p "$base/log"
   local cmake=(--cmake-args -G Ninja -DHOTPATH_FASTDDS=OFF -DPython3_EXECUTABLE=/usr/bin/python3)
   if [ -n "$flags" ]; then
-    cmake+=(-DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS="-O1 -g1 -fno-omit-frame-pointer -fsanitize=$flags")
+    cmake+=(-DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS="-O1 -g1 -fno-omit-frame-pointer -fsanitize=$flags")
   fi
   shift
   run() {

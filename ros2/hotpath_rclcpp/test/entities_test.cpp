@@ -58,6 +58,21 @@ TEST_P(EveryExecutor, DeliversWhatWasPublishedBeforeItSpun) {
   EXPECT_TRUE(eventually([&] { return count == 5; }));
 }
 
+TEST_P(EveryExecutor, OutlivesASubscriptionWhoseEventsAreHeld) {
+  if (!is_ours(GetParam())) GTEST_SKIP() << "the middleware calls rclcpp's, which are gone";
+  int got = 0;
+  auto subscription = node->create_subscription<Int32>("topic", 10, [&](Int32::ConstSharedPtr) { ++got; });
+  const auto publisher = node->create_publisher<Int32>("topic", 10);
+  executor->add_node(node);
+  ASSERT_TRUE(eventually([&] { return publisher->get_subscription_count() == 1; }));
+  const auto held = subscription->get_event_handlers();  // these keep what the middleware has of it
+  ASSERT_FALSE(held.empty());
+  subscription.reset();
+  for (int i = 0; i < 3; ++i) publisher->publish(message(i));
+  executor->spin_some();
+  EXPECT_EQ(got, 0);
+}
+
 TEST_P(EveryExecutor, DeliversWithinTheProcess) {
   const auto options = rclcpp::NodeOptions().use_intra_process_comms(true);
   const auto inner = std::make_shared<rclcpp::Node>("intra", options);
