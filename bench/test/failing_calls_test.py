@@ -25,7 +25,7 @@ from hotpath_command import HOTPATH, left_behind, shared_memory_files, processes
 LIBRARY = os.environ.get("FAILING_CALLS", "")
 PLACES = int(os.environ.get("HOTPATH_FAULTS", "1"))
 TIME_LIMIT_S = 60
-MOST_PLACES, HASH_BITS = 1 << 16, 48  # of failing_calls.cpp
+NO_PLACES, HASH_BITS = bytes(8 << 16), 48  # of failing_calls.cpp
 # Kinds in the order of failing_calls.cpp, with the errors that the system gives; 0: a short write.
 KINDS = {
     "malloc": [errno.ENOMEM],
@@ -61,12 +61,21 @@ COMMANDS = {
 }
 
 
+def noted_places(calls):
+    """Of the file that began as NO_PLACES: whether the call failed, and the places by kind."""
+    noted = array.array("Q", calls.read_bytes())
+    places = {kind: [] for kind in KINDS}
+    for place in sorted(filter(None, noted[1:])):
+        places[list(KINDS)[(place >> HASH_BITS) - 1]].append(place)
+    return noted[0] != 0, places
+
+
 class Run:
     """The command with a fault, in a session of its own."""
 
     def __init__(self, folder, arguments, fault=None):
         calls = folder / "calls"
-        calls.write_bytes(bytes(8 * MOST_PLACES))
+        calls.write_bytes(NO_PLACES)
         self.output = folder / "run"
         # Figures take long: Python finds no matplotlib.
         broken = folder / "without_matplotlib"
@@ -88,11 +97,7 @@ class Run:
             self.errors = process.communicate()[1]
         self.code = process.returncode
         self.left = self.processes_left(process.pid)
-        noted = array.array("Q", calls.read_bytes())
-        self.failed = noted[0] != 0
-        self.places = {kind: [] for kind in KINDS}
-        for place in sorted(filter(None, noted[1:])):
-            self.places[list(KINDS)[(place >> HASH_BITS) - 1]].append(place)
+        self.failed, self.places = noted_places(calls)
 
     @staticmethod
     def processes_left(session):
