@@ -214,7 +214,7 @@ class Capacities(SweepTest):
 
 class TwoBuilds(CommandTest):
     def test_compare_against_the_same_build(self):
-        words = "--executors default --graph timers_only_60 --transport intra_process --duration 0.3 --warm-up 0".split()
+        words = "--executors default --graph timers_only_60 --transport intra_process --duration 1 --warm-up 0".split()
         self.environment = dict(os.environ, HOTPATH_FIGURES="none")  # the gate is Python
         reports = ["--junit", "gate.xml", "--markdown", "gate.md"]
         code, out, err = self.command(
