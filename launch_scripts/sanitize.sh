@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Tests under sanitizers, in build folders of their presets: ThreadSanitizer for the live executor and the record log,
 # AddressSanitizer with UndefinedBehaviorSanitizer for executor, graphs and analysis. With --all, the latter for every
-# test but those that put a library in front of the system's, where the sanitizer's must be, or leave no file open, which
-# its checks of types need.
+# test but those of faults: they put a library in front of the system's, where the sanitizer's must be, or take the files
+# and the memory that it needs, or lock memory, which it ignores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
@@ -21,7 +21,7 @@ run tsan "${threads[*]}" "$(IFS='|'; echo "^(${threads[*]})\$")"
 if [ "${1:-}" = --all ]; then
   # Debian's libbabeltrace2 loses 16 bytes when it refuses a trace, in a plugin that is unloaded before it can be named.
   export HOTPATH_MUTATIONS=0
-  run asan all . 'bench_(failing_calls|machine_faults|process_faults|second_host)_test'
+  run asan all . 'bench_(failing_calls|((machine|process)_)?faults|second_host)_test'
 else
   memory=(hotpath_executor_{trace,csv,simulator,wait_set,live_executor}_test)
   run asan "${memory[*]}" "$(IFS='|'; echo "^(${memory[*]})\$")"
