@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import time
@@ -78,15 +79,6 @@ class Memory(CommandTest):
                 self.assertRegex(err, r"--duration .* about \d\S* GB of memory, and there are 0.31; take a shorter")
                 self.assertFalse((self.folder / "run").exists())
 
-    @staticmethod
-    def is_measuring(process):
-        """Whether there is a process of the run that Linux would end first."""
-        try:
-            scores = [pathlib.Path(f"/proc/{p}/oom_score_adj").read_text() for p in processes_of(process.pid)]
-        except OSError:
-            return False
-        return any(int(score) > 0 for score in scores)
-
     def test_the_limit_is_reached_during_a_run(self):
         limit = self.limited(300)
         process = self.start(
@@ -97,13 +89,15 @@ class Memory(CommandTest):
         self.addCleanup(lambda: process.poll() is None and process.kill())
         facts = self.folder / "run" / "run.json"
         self.wait_for(lambda: facts.exists() and json.loads(facts.read_text())["runs"], "no repetition ends")
-        # Between two repetitions Linux has nobody to end but the command.
-        self.wait_for(lambda: self.is_measuring(process), "no repetition follows")
         hog = subprocess.run(
             ["/usr/bin/python3", "-c", HOG, self.group / "memory.oom_control"], check=False, **limit
         )  # fmt: skip
         self.assertEqual(hog.returncode, 0)
         code, _, err = self.finish(process)
+        if code == -signal.SIGKILL:  # between two repetitions Linux has nobody to end but the command
+            self.accepted("recover", "run")
+            self.assertGreater(len(self.checked("run").jobs()), 0)
+            return
         self.assertEqual(code, FAILURE, err)
         sentences = [line for line in err.splitlines() if line.startswith("hotpath: ")]
         self.assertEqual(len(sentences), 1, err)
