@@ -7,6 +7,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "import/early_publications.hpp"
 #include "import/recorded_chains.hpp"
+#include "program/errors.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "setup/run_setup.hpp"
@@ -278,6 +279,8 @@ Recording beginning(const Recording& all, std::size_t jobs) {
 Interpretations best_of(const Recording& recording, const std::filesystem::path& folder, Duration warm_up) {
   std::vector<std::string> labels;
   for (const RecordedExecutor& e : recording.executors.executors) labels.push_back(e.candidates.front());
+  if (labels.empty())
+    throw UsageError("the trace tells of no executor: record it from the start of the nodes on");
   Interpretations found{interpret(recording, labels, TimerThread::by_executor, folder, warm_up), {}};
   const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
   const auto attempt = [&](const std::vector<std::string>& with, TimerThread timer_thread,
