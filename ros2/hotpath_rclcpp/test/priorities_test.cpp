@@ -61,7 +61,7 @@ TEST_F(Priorities, TheShorterPeriodRunsFirst) {
   const auto slow = node->create_wall_timer(30ms, [&] { ran.push_back('s'); });
   const auto fast = node->create_wall_timer(10ms, [&] { ran.push_back('f'); });
   executor.add_node(node);
-  std::this_thread::sleep_for(40ms);
+  ASSERT_TRUE(eventually([&] { return slow->is_ready() && fast->is_ready(); }));
   executor.spin_some();
   ASSERT_GE(ran.size(), 2U);
   EXPECT_EQ(ran[0], 'f');
@@ -166,7 +166,7 @@ TEST_F(Priorities, AFileGivesThem) {
   const std::vector<std::string> expected = {"/node@Timer(20000000): 1", "/node@Subscription(/b): 2",
                                              "/node@Timer(10000000): 3"};
   EXPECT_EQ(given_order(executor), expected);
-  std::this_thread::sleep_for(30ms);
+  ASSERT_TRUE(eventually([&] { return ten->is_ready() && twenty->is_ready(); }));
   executor.spin_some();
   ASSERT_GE(ran.size(), 2U);
   EXPECT_EQ(ran.front(), 'T');

@@ -80,7 +80,7 @@ TEST(APolicyThatIsRefused, IsAnErrorBeforeAnyCallbackRuns) {
     const OneProcessor pinned;
     PriorityExecutor executor(options);
     executor.add_node(node);
-    std::this_thread::sleep_for(2ms);  // it is due
+    ASSERT_TRUE(eventually([&] { return timer->is_ready(); }));
     EXPECT_THROW(executor.spin(), std::runtime_error);
     EXPECT_EQ(ran, 0);
     EXPECT_FALSE(executor.is_spinning());
@@ -126,8 +126,11 @@ TEST_P(EveryExecutor, SleepsWhileThereIsNothingToDo) {
     publisher->publish(Int32());
     return id != 0;
   }));
-  std::this_thread::sleep_for(100ms);
-  const long before = switches(std::to_string(id));
+  long before = -1;
+  ASSERT_TRUE(eventually([&] {  // it has gone to sleep
+    const long last = std::exchange(before, switches(std::to_string(id)));
+    return last == before;
+  }));
   ASSERT_GE(before, 0);
   std::this_thread::sleep_for(500ms);
   EXPECT_LE(switches(std::to_string(id)) - before, 1);
