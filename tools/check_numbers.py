@@ -223,6 +223,28 @@ def soak(root: Path) -> str:
     return table(["executor", "hours", "jobs", "private memory MiB", "grown"], rows)
 
 
+def neighbour(root: Path) -> str:
+    """What strangers did to the hot path, of results/reliability."""
+    told = load(root, "reliability/neighbour.json")
+    texts = {"again": "nobody, again", "unmatched": "strangers in the run's partition"}
+    texts["matched"] = "strangers in all partitions, matched"
+    rows = []
+    for kind, text in texts.items():
+        value, low, high = (100 * (v - 1) for v in told["over_alone"][kind])
+        cells = [text, f"{told['written'].get(kind, 0) / told['rounds'] / told['seconds']:,.0f}"]
+        rows.append([*cells, f"{value:+.2f} % [{low:+.2f}, {high:+.2f}]"])
+    header = ["beside", "their samples a second", f"median of the hot path ({told['median_ms']:g} ms alone)"]
+    return f"{told['rounds']} rounds of {told['seconds']:g} s each:\n\n{table(header, rows)}"
+
+
+def ros2_bars(root: Path) -> str:
+    """What launch_scripts/ros2_bars.sh measured."""
+    told = load(root, "ros2/bars.json")
+    rows = [[bar["what"], f"{bar['measured']:g}", bar["bar"]] for bar in told["bars"]]
+    lost = f"; default lost up to {told['default_lost_percent']:g} % of a task's timestamps at 90 %"
+    return f"Jazzy, one processor ({told['machine']}), {told['date']}{lost}.\n\n{table(['', 'measured', 'bar'], rows)}"
+
+
 def large_numbers(root: Path) -> str:
     """How far numbers went in virtual time, of results/reliability."""
     told = load(root, "reliability/load.json")["numbers"]
@@ -248,6 +270,8 @@ BLOCKS: dict[str, Callable[[Path], str]] = {
         kills,
         load_figures,
         large_numbers,
+        neighbour,
+        ros2_bars,
         soak,
     )
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "hotpath/reference_system/utf8.hpp"
 #include "import/ctf_folders.hpp"
 #include "import/whole_packets.hpp"
 #include "program/errors.hpp"
@@ -94,7 +95,7 @@ struct EventClass {
   const TraceEventFormat* format = nullptr;
   std::array<std::uint64_t, 4> numbers{};
   std::array<std::uint64_t, 2> texts{};
-  std::uint64_t process = kNoField, thread = kNoField, process_name = kNoField, processor = kNoField;
+  std::uint64_t process = kNoField, thread = kNoField, processor = kNoField;
 };
 
 class Reader {
@@ -103,6 +104,7 @@ class Reader {
       : visitor_(visitor), progress_(progress) {}
 
   TraceReading read(const std::vector<fs::path>& folders) {
+    trace_ = folders.front().string();
     const Plugin ctf = plugin("ctf"), utils = plugin("utils");
     const auto* const fs_class = bt_plugin_borrow_source_component_class_by_name_const(ctf.get(), "fs");
     const auto* const muxer_class =
@@ -142,8 +144,7 @@ class Reader {
         reading_.broken_off = text("its clock jumps back after %.1f s", last_s);
       }
       if (reading_.all_events == 0)
-        throw UsageError(folders.front().string() +
-                         " is a CTF trace that cannot be read: " + reading_.broken_off);
+        throw UsageError(trace_ + " is a CTF trace that cannot be read: " + reading_.broken_off);
     }
     return std::move(reading_);
   }
@@ -254,11 +255,18 @@ class Reader {
     }
     for (std::size_t i = 0; i < known.numbers.size(); ++i)
       if (known.numbers[i] != kNoField) seen.number[i] = number_in(member(payload, known.numbers[i]));
-    for (std::size_t i = 0; i < known.texts.size(); ++i)
-      if (known.texts[i] != kNoField) seen.text[i] = string_in(member(payload, known.texts[i]));
-    if (seen.kind == TraceEventKind::node_init)
-      seen.process_name = string_in(member(context, known.process_name));
+    for (std::size_t i = 0; i < known.texts.size(); ++i) {
+      if (known.texts[i] == kNoField) continue;
+      seen.text[i] = string_in(member(payload, known.texts[i]));
+      check_name(seen.text[i], known.format->name);
+    }
     visitor_.visit(seen);
+  }
+
+  void check_name(std::string_view name, std::string_view where) const {
+    if (is_utf8(name)) return;
+    throw UsageError(concat(trace_, " is a CTF trace that is damaged: a name in `", where,
+                            "` is not valid UTF-8; record it again"));
   }
 
   const EventClass& class_of(const bt_event* event) {
@@ -267,6 +275,7 @@ class Reader {
     EventClass& known = at->second;
     if (!is_new) return known;
     const char* const name = bt_event_class_get_name(event_class);
+    if (name != nullptr) check_name(name, "metadata");
     known.count = &reading_.events[name != nullptr ? name : "?"];
     for (const TraceEventFormat& format : trace_event_formats()) {
       if (name != nullptr && format.name == name) known.format = &format;
@@ -281,7 +290,6 @@ class Reader {
     const auto* const context = bt_stream_class_borrow_event_common_context_field_class_const(stream);
     known.process = position(context, "vpid");
     known.thread = position(context, "vtid");
-    known.process_name = position(context, "procname");
     known.processor = position(bt_stream_class_borrow_packet_context_field_class_const(stream), "cpu_id");
     return known;
   }
@@ -295,6 +303,7 @@ class Reader {
   TraceVisitor& visitor_;
   const std::function<void(double)>& progress_;
   TraceReading reading_;
+  std::string trace_;
   std::unordered_map<const bt_event_class*, EventClass> classes_;
   std::exception_ptr failure_;
   std::int64_t end_ns_ = 0;

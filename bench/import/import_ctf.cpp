@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/import_ctf.hpp"
 
+#include <sys/wait.h>
+
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -14,6 +18,7 @@
 #include "import/import_page.hpp"
 #include "import/interpretation.hpp"
 #include "import/trace_assembler.hpp"
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
@@ -126,7 +131,7 @@ class CtfImport final : public RecordedJobSink {
     Recording& r = *recording_;
     r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback,
                                   fs::path(options_.trace).lexically_normal().filename(), order);
-    r.timers = recorded_timers(r.system, r.graph, r.jobs);
+    r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
     set_phases();
     find_the_chains();
   }
@@ -166,7 +171,7 @@ class CtfImport final : public RecordedJobSink {
       if (callback.input) continue;
       Duration phase = graph.callback_of[id] != kNone ? recording_->timers.first[id] - graph.epoch
                                                       : *callback.phase - (graph.epoch - Time{});
-      while (phase < Duration::zero()) phase += callback.period;
+      if (phase < Duration::zero()) phase -= ((phase + Duration(1)) / callback.period - 1) * callback.period;
       callback.phase = phase;
       if (graph.callback_of[id] == kNone) recording_->timers.first[id] = graph.epoch + phase;
     }
@@ -269,6 +274,13 @@ class CtfImport final : public RecordedJobSink {
 
 }  // namespace
 
-void import_ctf(const ImportCtfOptions& options) { CtfImport(options).run(); }
+void import_ctf(const ImportCtfOptions& options) {
+  // On some damaged traces libbabeltrace2 ends its process, by an assertion or a division by zero.
+  const std::optional<int> status = continue_in_child();
+  if (!status) return CtfImport(options).run();
+  const std::string problem = "reading " + options.trace + " " + how_it_ended(*status);
+  if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; did memory end?");
+  throw UsageError(problem + ": it is damaged so that libbabeltrace2 does not survive it; record it again");
+}
 
 }  // namespace hotpath

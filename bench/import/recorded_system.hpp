@@ -55,8 +55,8 @@ struct RecordedThread {
 
 /// What a trace says of a running system.
 struct RecordedSystem {
-  std::string rcl_version;                         ///< Empty: the trace does not say.
-  std::map<std::uint32_t, std::string> processes;  ///< Names by id.
+  std::string rcl_version;            ///< Empty: the trace does not say.
+  std::set<std::uint32_t> processes;  ///< Ids.
   std::vector<RecordedNode> nodes;
   std::vector<RecordedCallback> callbacks;
   std::vector<RecordedTopic> topics;

@@ -3,12 +3,18 @@
 
 #include <algorithm>
 
+#include "program/errors.hpp"
+#include "program/text.hpp"
+
 namespace hotpath {
 
 namespace {
 
 /// The event of a timer's creation comes so much later than rcl's clock reading at most.
 constexpr Duration kCreationEvent = std::chrono::milliseconds(1);
+
+/// Releases beyond which, if they are that many for each job, a trace's clock must have jumped.
+constexpr double kManyReleases = 1e6, kReleasesPerJob = 1e3;
 
 /// A call at `start` steps from `next` over all timestamps until then; returns how many more than one.
 std::uint32_t step(Time& next, Time start, Duration period) {
@@ -19,10 +25,23 @@ std::uint32_t step(Time& next, Time start, Duration period) {
   return skipped;
 }
 
+void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std::size_t jobs, Time end) {
+  for (TaskId id = 0; id < timers.first.size(); ++id) {
+    const Task& task = graph.tasks.set[id];
+    if (task.kind != TaskKind::timer || graph.callback_of[id] == kNone) continue;
+    const double span_ms = to_ms(end - timers.first[id]), releases = span_ms / to_ms(task.period);
+    if (releases < std::max(kManyReleases, kReleasesPerJob * static_cast<double>(jobs))) continue;
+    throw UsageError(
+        text("the trace's clock jumps, or the trace is damaged: `%s`, of period %g ms, would have been "
+             "due %.0f times in %.0f s, in which %zu callbacks ran; record it again, or cut it",
+             task.name.c_str(), to_ms(task.period), releases, span_ms / 1e3, jobs));
+  }
+}
+
 }  // namespace
 
 RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
-                               std::span<const RecordedJob> jobs) {
+                               std::span<const RecordedJob> jobs, Time end) {
   const TaskId count = graph.tasks.set.size();
   RecordedTimers timers{std::vector<Time>(count), {}, std::vector<std::uint64_t>(count, 0)};
   const auto first =
@@ -47,6 +66,7 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
     step(next[id], job.start, graph.tasks.set[id].period);
   }
   for (TaskId id = 0; id < count; ++id) timers.first[id] -= ahead[id];
+  refuse_jumps(timers, graph, jobs.size(), end);
   return timers;
 }
 

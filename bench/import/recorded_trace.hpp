@@ -20,8 +20,10 @@ struct RecordedTimers {
 
 /// `jobs` are by start. A timer's first release is its creation plus its period; where jobs begin somewhat
 /// before what follows from the event of the creation, which comes a little after it, it is as much earlier.
+/// Throws UsageError for timers that are due until `end` a thousand times as often as anything ran: then the
+/// clock of the trace jumps.
 [[nodiscard]] RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
-                                             std::span<const RecordedJob> jobs);
+                                             std::span<const RecordedJob> jobs, Time end);
 
 /// Turns what was recorded into the rows of a run. Timestamps of timers are not in a trace: where a
 /// releaser's thread calls timers, the n-th job has the n-th after those skipped when it began; else a timer
@@ -51,7 +53,6 @@ class RecordedTrace {
   const RecordedSystem& system_;
   const RecordedGraph& graph_;
   const std::vector<bool> release_only_;
-  std::vector<std::uint16_t> process_of_;  // by thread: position of its process
   const Time begin_;
   std::vector<TimerState> timers_;                     // by task
   std::vector<std::vector<std::uint64_t>> sequences_;  // by task: of the latest jobs, by number

@@ -7,6 +7,13 @@
 
 namespace hotpath {
 
+namespace {
+
+/// The longest period that a graph file can say; whoever waits that long is no task.
+constexpr Duration kLongestPeriod = std::chrono::milliseconds(999'999'999);
+
+}  // namespace
+
 bool TraceAssembler::describe(const TraceEvent& e) {
   const Handle first{e.process, e.number[0]};
   using K = TraceEventKind;
@@ -59,7 +66,7 @@ void TraceAssembler::node(const TraceEvent& e) {
   name += e.text[0];
   nodes_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(system_.nodes.size());
   system_.nodes.push_back({e.process, std::move(name)});
-  system_.processes.try_emplace(e.process, e.process_name);
+  system_.processes.insert(e.process);
 }
 
 void TraceAssembler::publisher(const TraceEvent& e) {
@@ -95,7 +102,7 @@ void TraceAssembler::link(const TraceEvent& e) {
 
 void TraceAssembler::timer_callback(const TraceEvent& e) {
   Timer& timer = timers_[{e.process, e.number[0]}];
-  if (timer.period <= Duration::zero()) return;
+  if (timer.period <= Duration::zero() || timer.period > kLongestPeriod) return;
   timer.callback = static_cast<std::uint32_t>(system_.callbacks.size());
   RecordedCallback& made = system_.callbacks.emplace_back();
   made.kind = RecordedKind::timer;

@@ -59,7 +59,6 @@ struct TraceEvent {
   std::int32_t processor = -1;  ///< -1: the trace does not say.
   std::array<std::uint64_t, 4> number = {};
   std::array<std::string_view, 2> text = {};
-  std::string_view process_name = {};  ///< Of node_init.
 };
 
 /// Receives the events of a trace in the order of time.

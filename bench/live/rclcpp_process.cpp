@@ -90,9 +90,9 @@ std::string find_rclcpp_runner(const std::string& given) {
 
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
   std::vector<std::string> words = {plan.rclcpp.runner, plan_json(plan, memory, coordinator).dump()};
-  // This run's alone: rclcpp has no partitions, so the namespace and the machine keep others out.
+  // This run's alone: rclcpp has no partitions, so the namespace keeps others out, and the runner those of
+  // other machines.
   setenv("ROS_DOMAIN_ID", std::to_string(plan.fastdds.domain).c_str(), 1);
-  setenv("ROS_LOCALHOST_ONLY", "1", 1);
   execv(words.front().c_str(), argument_list(words).data());
   coordinator.send({ChannelMessage::Kind::failed,
                     {},

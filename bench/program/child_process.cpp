@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -48,6 +49,20 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
     end.errors.push_back(static_cast<char>(c));
   }
   return end;
+}
+
+std::optional<int> continue_in_child() {
+  const pid_t parent = getpid(), child = fork();
+  if (child < 0) throw RunError(std::string("no process could be made: ") + std::strerror(errno));
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(1);
+    return std::nullopt;
+  }
+  int status = 0;
+  await_process(child, &status);
+  if (WIFEXITED(status)) _exit(WEXITSTATUS(status));
+  return status;
 }
 
 pid_t await_process(pid_t id, int* status, int flags) {

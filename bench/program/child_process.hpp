@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,11 @@ struct ProgramEnd {
 /// Runs a program (found along PATH) with its arguments to its end; its other streams are ours, except what
 /// it prints where `silent`. One that is stopped is told to go on. Throws RunError when it cannot be started.
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
+
+/// Goes on in a child, which is killed with this process. This process only waits: it ends with the child's
+/// exit code, or returns the child's status, as waitpid() gives it, where a signal ended it; the child gets
+/// nothing. Throws RunError when there can be no child.
+std::optional<int> continue_in_child();
 
 /// waitpid(), which no signal interrupts.
 pid_t await_process(pid_t id, int* status, int flags = 0);

@@ -217,6 +217,11 @@ class Faults(ImportTest):
         facts = self.warned(trace, "no event for 60.0 s from 2.0 s on", 600)
         self.assertNotEqual(facts["self_check"]["light"], "green")
 
+    def test_a_clock_that_jumps_by_a_year(self):
+        trace, made = sensor_and_filter()
+        run_on(trace, made, made["at"] + 365 * 24 * 3_600_000 * MS, 100)
+        self.refused(2, "the trace's clock jumps, or the trace is damaged", trace.write(self.folder / "trace"))
+
     def test_a_clock_that_jumps_back(self):
         trace, made = sensor_and_filter()
         run_on(trace, made, made["at"] - 1000 * MS, 100)
@@ -237,6 +242,18 @@ class Faults(ImportTest):
         trace, made = sensor_and_filter()
         trace.job(made["at"], None, made["timer"])
         self.warned(trace, "1 jobs have no end in the trace", 401)
+
+    def test_a_trace_that_its_library_does_not_survive(self):
+        trace = sensor_and_filter()[0].write(self.folder / "trace")
+        metadata = trace / "metadata"
+        metadata.write_text(metadata.read_text().replace("freq =", "frequency_hz ="))
+        self.refused(2, "libbabeltrace2 does not survive it", trace)
+
+    def test_a_name_that_is_no_text(self):
+        trace = sensor_and_filter()[0].write(self.folder / "trace")
+        stream = trace / "stream_0"
+        stream.write_bytes(stream.read_bytes().replace(b"filter\0", b"fil\xffer\0"))
+        self.refused(2, "a name in `ros2:rcl_node_init` is not valid UTF-8", trace)
 
     def test_handles_used_again(self):
         trace, made = sensor_and_filter(100)
@@ -294,8 +311,9 @@ class Mutations(ImportTest):
                 output = self.folder / "imported"
                 code, _, err = self.command("import", "ctf", trace, "--output", output)
                 self.assertIn(code, (0, 2), err)
-                if code == 2:
-                    self.assertEqual([line[:9] for line in err.strip().splitlines()], ["hotpath: "], err)
+                if code == 2:  # before it, an assertion of libbabeltrace2 may say that it failed
+                    lines = [line for line in err.strip().splitlines() if "Assertion" not in line]
+                    self.assertEqual([line[:9] for line in lines], ["hotpath: "], err)
                 shutil.rmtree(output, ignore_errors=True)
 
 

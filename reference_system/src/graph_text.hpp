@@ -16,7 +16,4 @@ std::optional<Duration> parse_ms(std::string_view text);
 /// Decimal milliseconds without trailing zeros: the inverse of parse_ms.
 std::string format_ms(Duration duration);
 
-/// Whether the text is valid UTF-8: whole sequences, none longer than needed, no surrogates.
-[[nodiscard]] bool is_utf8(std::string_view text);
-
 }  // namespace hotpath

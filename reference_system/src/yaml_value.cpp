@@ -6,6 +6,7 @@
 
 #include "graph_text.hpp"
 #include "hotpath/core/suggestion.hpp"
+#include "hotpath/reference_system/utf8.hpp"
 
 namespace hotpath {
 

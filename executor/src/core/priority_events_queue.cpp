@@ -35,6 +35,7 @@ Job PriorityEventsQueue::pop() {
 }
 
 std::optional<Job> PriorityEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
+  if (!heap_.empty() && may_run(slots_[heap_.front().slot])) return pop();
   auto first = heap_.end();
   for (auto entry = heap_.begin(); entry != heap_.end(); ++entry) {
     const bool earlier = first == heap_.end() || entry->key < first->key;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The process of a repetition of `hotpath run --stack rclcpp`: its only argument is the plan, JSON.
+#include <rclcpp/version.h>
 #include <csignal>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -35,6 +36,16 @@ void run(const json& plan, const Channel& coordinator) {
       .live_through(system, now() + Duration(plan.at("time_out_ns").get<std::int64_t>()), settle);
 }
 
+/// Nothing of a run leaves the machine. Since Iron the variable of Humble is answered by a warning.
+void stay_on_this_machine() {
+#if RCLCPP_VERSION_GTE(21, 0, 0)
+  unsetenv("ROS_LOCALHOST_ONLY");
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
+#else
+  setenv("ROS_LOCALHOST_ONLY", "1", 1);
+#endif
+}
+
 }  // namespace
 }  // namespace hotpath
 
@@ -51,6 +62,7 @@ int main(int argc, char** argv) {
   std::signal(SIGTERM, SIG_IGN);
   int code = 1;
   try {
+    stay_on_this_machine();
     rclcpp::init(0, nullptr, rclcpp::InitOptions(), rclcpp::SignalHandlerOptions::None);
     rclcpp::get_logger("hotpath_rclcpp").set_level(rclcpp::Logger::Level::Warn);
     run(plan, coordinator);

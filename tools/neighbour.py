@@ -1,0 +1,119 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""What strangers on the DDS domain, who publish nonsense on another processor, do to the hot path.
+
+Live runs of Autoware under rm-ro on the last processor, by turns: alone, alone again, beside strangers in the run's
+partition, and beside strangers in all partitions, whom the run's readers match. Medians are compared with those of the
+first. With --publish the figures go to results/reliability/neighbour.json. Exit code 1: strangers whom nobody matches
+move the median by more than a run against itself does.
+"""
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "bench"))
+
+# pylint: disable=wrong-import-position
+from hotpath_report.run import Run  # noqa: E402
+from hotpath_report.statistics import Samples, ratio  # noqa: E402
+
+HOTPATH = os.environ.get("HOTPATH", str(ROOT / "build/bench/hotpath"))
+STRANGER = os.environ.get("STRANGER", str(ROOT / "build/bench/test/stranger"))
+DOMAIN = 97
+TOPICS = ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")
+ALONE, AGAIN, UNMATCHED, MATCHED = "alone", "again", "unmatched", "matched"
+PARTITIONS = {
+    UNMATCHED: "hotpath-*",
+    MATCHED: "*",
+}  # a reader's partition is a name, a pattern meets it or not
+
+
+@contextmanager
+def strangers(partition: str | None, processor: int) -> Iterator[list[int]]:
+    """Lets them publish on that processor; the list has, once they ended, how many samples each wrote."""
+    written: list[int] = []
+    words = [STRANGER, "--domain", str(DOMAIN), "--partition", str(partition), "--topic"]
+    began = [
+        subprocess.Popen(["taskset", "-c", str(processor), *words, topic], stdout=subprocess.PIPE, text=True)
+        for topic in (TOPICS if partition else ())
+    ]
+    try:
+        yield written
+    finally:
+        for process in began:
+            process.send_signal(signal.SIGTERM)
+        written += [int(process.communicate()[0]) for process in began]
+
+
+def measured(kind: str, seconds: float, processors: list[int]) -> tuple[list[float], int]:
+    """Latencies of the hot path (ms), and how many samples strangers wrote meanwhile."""
+    with tempfile.TemporaryDirectory(prefix="hotpath_neighbour_") as scratch:
+        folder = Path(scratch) / "run"
+        words = [HOTPATH, "run", "--executor", "rm-ro", "--load", "80", "--warm-up", "1"]
+        words += ["--duration", f"{seconds:g}", "--cpus", str(processors[-1]), "--domain", str(DOMAIN)]
+        with strangers(PARTITIONS.get(kind), processors[0]) as written:
+            done = subprocess.run([*words, "--output", folder], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            sys.exit(f"neighbour.py: {kind}: exit code {done.returncode}: {done.stderr.strip()}")
+        latencies = Run(folder).latencies()
+        return list(latencies[latencies["chain"] == "hot_path"]["hot_path_ms"]), sum(written)
+
+
+def compared(samples: dict[str, Samples], first: Samples) -> dict[str, Any]:
+    """Medians over that of the first, with their 95 % intervals."""
+    found = {kind: ratio(of, first, 0.5) for kind, of in samples.items()}
+    return {kind: [round(v, 4) for v in (r.value, r.low, r.high)] for kind, r in found.items()}
+
+
+def main() -> int:
+    """The exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+    parser.add_argument("--rounds", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=8, help="of each run")
+    parser.add_argument("--publish", action="store_true")
+    options = parser.parse_args()
+    processors = sorted(os.sched_getaffinity(0))
+    if len(processors) < 2:
+        sys.exit("neighbour.py: the neighbour needs a processor that is not the run's; there is only one")
+    if options.rounds < 2 or options.seconds <= 0:
+        parser.error("--rounds: at least 2; --seconds: a positive number")
+    kinds = [ALONE, AGAIN, UNMATCHED, MATCHED]
+    latencies: dict[str, list[list[float]]] = {kind: [] for kind in kinds}
+    written = dict.fromkeys(kinds, 0)
+    for number in range(options.rounds):
+        for kind in kinds[number % 4 :] + kinds[: number % 4]:
+            of_run, samples = measured(kind, options.seconds, processors)
+            latencies[kind].append(of_run)
+            written[kind] += samples
+        if sys.stderr.isatty():
+            print(f"\r{number + 1} of {options.rounds} rounds ", end="", file=sys.stderr, flush=True)
+    pooled = {kind: Samples(of_kind) for kind, of_kind in latencies.items()}
+    first = pooled.pop(ALONE)
+    told = {
+        "rounds": options.rounds,
+        "seconds": options.seconds,
+        "median_ms": round(first.quantile(0.5), 3),
+        "over_alone": compared(pooled, first),
+        "written": {kind: count for kind, count in written.items() if count},
+    }
+    print(json.dumps(told, indent=2))
+    value, low, high = told["over_alone"][AGAIN]
+    moved = abs(told["over_alone"][UNMATCHED][0] - 1) > max(abs(1 - value), 1 - low, high - 1)
+    if options.publish and not moved:
+        file = ROOT / "results/reliability/neighbour.json"
+        file.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    return int(moved)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
