@@ -8,8 +8,6 @@
 #include <unordered_map>
 
 #include "hotpath/reference_system/utf8.hpp"
-#include "import/ctf_folders.hpp"
-#include "import/whole_packets.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -311,13 +309,10 @@ class Reader {
 
 }  // namespace
 
-TraceReading read_ctf(const fs::path& folder, TraceVisitor& visitor,
+TraceReading read_ctf(const WholePackets& trace, TraceVisitor& visitor,
                       const std::function<void(double)>& progress) {
-  std::vector<fs::path> folders = ctf_folders(folder);
-  WholePackets whole;
-  const std::string cut = whole.replace_cut(folders);
-  TraceReading reading = Reader(visitor, progress).read(folders);
-  if (reading.broken_off.empty()) reading.broken_off = cut;
+  TraceReading reading = Reader(visitor, progress).read(trace.folders());
+  if (reading.broken_off.empty()) reading.broken_off = trace.cut();
   return reading;
 }
 

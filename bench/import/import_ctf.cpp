@@ -14,6 +14,7 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "import/chain_option.hpp"
+#include "import/ctf_folders.hpp"
 #include "import/ctf_reader.hpp"
 #include "import/import_page.hpp"
 #include "import/interpretation.hpp"
@@ -49,8 +50,9 @@ constexpr Duration kWarmUp{};
 
 class CtfImport final : public RecordedJobSink {
  public:
-  explicit CtfImport(const ImportCtfOptions& options)
+  CtfImport(const ImportCtfOptions& options, const WholePackets& trace)
       : options_(options),
+        trace_(trace),
         output_(options.output.empty()
                     ? fs::path("imports") / fs::path(options.trace).lexically_normal().filename()
                     : fs::path(options.output)),
@@ -71,7 +73,7 @@ class CtfImport final : public RecordedJobSink {
           Duration(static_cast<std::int64_t>(static_cast<double>(elapsed.count()) / std::max(share, 0.001)));
       progress.update(elapsed, all);
     };
-    reading_ = read_ctf(options_.trace, assembler_, tell);
+    reading_ = read_ctf(trace_, assembler_, tell);
     assembler_.finish();
     progress.clear();
     if (!learnt_) learn();
@@ -260,6 +262,7 @@ class CtfImport final : public RecordedJobSink {
   }
 
   const ImportCtfOptions& options_;
+  const WholePackets& trace_;
   const fs::path output_;
   TraceAssembler assembler_;
   TraceReading reading_;
@@ -275,9 +278,10 @@ class CtfImport final : public RecordedJobSink {
 }  // namespace
 
 void import_ctf(const ImportCtfOptions& options) {
+  const WholePackets trace(ctf_folders(options.trace));
   // On some damaged traces libbabeltrace2 ends its process, by an assertion or a division by zero.
   const std::optional<int> status = continue_in_child();
-  if (!status) return CtfImport(options).run();
+  if (!status) return CtfImport(options, trace).run();
   const std::string problem = "reading " + options.trace + " " + how_it_ended(*status);
   if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; did memory end?");
   throw UsageError(problem + ": it is damaged so that libbabeltrace2 does not survive it; record it again");

@@ -16,9 +16,7 @@ namespace {
 
 }  // namespace
 
-TraceReading read_ctf(const std::filesystem::path&, TraceVisitor&, const std::function<void(double)>&) {
-  refuse();
-}
+TraceReading read_ctf(const WholePackets&, TraceVisitor&, const std::function<void(double)>&) { refuse(); }
 void write_ctf(const std::filesystem::path&, const WrittenTrace&) { refuse(); }
 
 }  // namespace hotpath

@@ -54,22 +54,22 @@ std::uintmax_t whole_bytes(const fs::path& stream) {
 
 }  // namespace
 
-WholePackets::~WholePackets() {
+WholePackets::Copies::~Copies() {
   std::error_code ignored;
-  for (const fs::path& copy : copies_) fs::remove_all(copy, ignored);
+  for (const fs::path& copy : folders) fs::remove_all(copy, ignored);
 }
 
-std::string WholePackets::replace_cut(std::vector<fs::path>& folders) {
+WholePackets::WholePackets(std::vector<fs::path> folders) : folders_(std::move(folders)) {
   std::vector<std::string> cut;
-  for (fs::path& folder : folders) {
+  for (fs::path& folder : folders_) {
     if (!is_of_lttng(folder)) continue;
     const std::size_t before = cut.size();
     for (const auto& entry : fs::directory_iterator(folder))
       if (is_stream(entry) && whole_bytes(entry) < entry.file_size()) cut.push_back(entry.path().filename());
     if (cut.size() > before) folder = copy(folder);
   }
-  if (cut.empty()) return {};
-  return concat("within a packet of ", joined(cut, ", "), ", as when a recording is killed");
+  if (cut.empty()) return;
+  cut_ = concat("within a packet of ", joined(cut, ", "), ", as when a recording is killed");
 }
 
 fs::path WholePackets::copy(const fs::path& folder) {
@@ -77,7 +77,7 @@ fs::path WholePackets::copy(const fs::path& folder) {
   try {
     if (mkdtemp(name.data()) == nullptr)
       throw fs::filesystem_error("", std::error_code(errno, std::generic_category()));
-    copies_.emplace_back(name);
+    copies_.folders.emplace_back(name);
     for (const auto& entry : fs::directory_iterator(folder)) {
       if (!entry.is_regular_file()) continue;
       const fs::path to = fs::path(name) / entry.path().filename();

@@ -7,24 +7,31 @@
 
 namespace hotpath {
 
-/// Makes traces of LTTng readable whose stream files end within a packet, as after a loss of power or on a
-/// full disk: libbabeltrace2 refuses such files as a whole.
+/// Folders of CTF traces with nothing but whole packets. Stream files of LTTng that end within a packet, as
+/// after a loss of power or on a full disk, libbabeltrace2 refuses as a whole: their folders are replaced by
+/// temporary copies without their last packets.
 class WholePackets {
  public:
-  WholePackets() = default;
-  WholePackets(const WholePackets&) = delete;
-  WholePackets& operator=(const WholePackets&) = delete;
-  /// Removes the copies.
-  ~WholePackets();
-
-  /// Replaces folders with cut files by temporary copies without their last packets. Returns what was cut, or
-  /// nothing. Throws RunError where a copy cannot be made.
-  [[nodiscard]] std::string replace_cut(std::vector<std::filesystem::path>& folders);
+  /// Throws RunError where a copy cannot be made.
+  explicit WholePackets(std::vector<std::filesystem::path> folders);
+  [[nodiscard]] const std::vector<std::filesystem::path>& folders() const { return folders_; }
+  /// What was cut; empty: nothing.
+  [[nodiscard]] const std::string& cut() const { return cut_; }
 
  private:
   std::filesystem::path copy(const std::filesystem::path& folder);
 
-  std::vector<std::filesystem::path> copies_;
+  /// Removed at the end.
+  struct Copies {
+    Copies() = default;
+    Copies(const Copies&) = delete;
+    Copies& operator=(const Copies&) = delete;
+    ~Copies();
+    std::vector<std::filesystem::path> folders;
+  };
+  Copies copies_;
+  std::vector<std::filesystem::path> folders_;
+  std::string cut_;
 };
 
 }  // namespace hotpath
