@@ -71,12 +71,14 @@ build() {
   [ -n "$sanitizer" ] || run OFF ros2/hotpath_rclcpp_system -- "$@"
   [ "$test" = OFF ] && return
   . "$base/install/local_setup.bash"
+  local local=ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
+  [ "$ROS_DISTRO" = humble ] && local=ROS_LOCALHOST_ONLY=1
   # A domain of their own, so that no other program's nodes are among them.
   # Under a sanitizer: ros2/sanitizers/ says what is let pass, and why. Debian's and ROS 2's libraries are not built for
   # it; what they alone do is not reported.
   TSAN_OPTIONS="suppressions=$root/ros2/sanitizers/thread.supp ignore_noninstrumented_modules=1" \
-    LSAN_OPTIONS="suppressions=$root/ros2/sanitizers/leaks.supp" ASAN_OPTIONS="new_delete_type_mismatch=0" \
-    ROS_LOCALHOST_ONLY=1 ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-$((100 + $$ % 100))} \
+    ASAN_OPTIONS="new_delete_type_mismatch=0" \
+    env "$local" ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-$((100 + $$ % 100))} \
     ctest --test-dir "$base/build/hotpath_rclcpp" --output-on-failure
 }
 

@@ -45,8 +45,12 @@ class Churn : public EveryExecutor {
   void enter() {
     if (guests.size() > 6) return;
     Guest& guest = guests.emplace_back();
-    guest.node = std::make_shared<rclcpp::Node>("guest" + std::to_string(names++),
-                                                rclcpp::NodeOptions().start_parameter_services(false));
+    // Without publishers: while one goes, Fast DDS 2.14 now and then waits for itself for ever.
+    const auto options = rclcpp::NodeOptions()
+                             .start_parameter_services(false)
+                             .start_parameter_event_publisher(false)
+                             .enable_rosout(false);
+    guest.node = std::make_shared<rclcpp::Node>("guest" + std::to_string(names++), options);
     executor->add_node(guest.node);
   }
 
