@@ -45,6 +45,7 @@ std::optional<bool> differs(const Objective& objective, const Prediction& a, con
 std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
                                       const Objective& objective) {
   std::vector<const Prediction*> order;
+  order.reserve(predictions.size());
   for (const Prediction& p : predictions) order.push_back(&p);
   std::ranges::stable_sort(order, [&](const Prediction* a, const Prediction* b) {
     if (a->overload.empty() != b->overload.empty()) return a->overload.empty();

@@ -89,7 +89,7 @@ class TraceAssembler final : public TraceVisitor {
   void take(const TraceEvent& e, const ByHandle<std::uint32_t>& subscriptions);
   void enqueue(const TraceEvent& e);
   void dequeue(const TraceEvent& e);
-  void hold(Thread& thread, std::uint32_t subscription, std::deque<Unread>::iterator found);
+  void hold(Thread& thread, std::uint32_t subscription, const std::deque<Unread>::iterator& found);
   void give_up(RecordedJob& job);
 
   std::uint32_t node_of(Handle handle) const;

@@ -90,7 +90,8 @@ void TraceAssembler::take(const TraceEvent& e, const ByHandle<std::uint32_t>& su
                   {}};
 }
 
-void TraceAssembler::hold(Thread& thread, std::uint32_t subscription, std::deque<Unread>::iterator found) {
+void TraceAssembler::hold(Thread& thread, std::uint32_t subscription,
+                          const std::deque<Unread>::iterator& found) {
   thread.taken_by = subscription;
   thread.taken = found->sample;
   readers_[subscription].unread.erase(found);
