@@ -10,13 +10,16 @@ import argparse
 import json
 import os
 import signal
+import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
+HOTPATH = os.environ.get("HOTPATH", str(ROOT / "build/bench/hotpath"))
 CRUNCHES_MS = 5 * 0.8 / 190 * 1000  # on one thread, at 80 % and 190 crunches a second
 IDLE_S = 10
 
@@ -74,6 +77,19 @@ def stolen(folder: Path, name: str) -> str:
     return ", ".join(f"{r['usage']['stolen_ms']:.0f}" for r in runs if r["executor"].split("@")[0] == name)
 
 
+def similarities(run: Path) -> dict[str, list[float]]:
+    """How alike the order of jobs is to the simulator's: by executor, of each repetition in rising order."""
+    with tempfile.TemporaryDirectory(prefix="hotpath_bars_") as scratch:
+        output = Path(scratch) / "validation"
+        words = [HOTPATH, "validate", str(run), "--output", str(output)]
+        subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+        validation = json.loads((output / "validation.json").read_text(encoding="utf-8"))
+    found: dict[str, list[float]] = {}
+    for compared in validation["runs"]:
+        found.setdefault(compared["executor"].split("@")[0], []).append(compared["comparison"]["similarity"])
+    return {name: sorted(values) for name, values in found.items()}
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
     parser.add_argument("folder", type=Path, help="of launch_scripts/ros2_bars.sh")
@@ -93,6 +109,12 @@ def main() -> int:
         (f"{crowded} edf-ro", timers["edf-ro"]["skipped"], "<=", 0),
         (f"wake-ups of an idle executor in {IDLE_S} s", idle_wakeups(), "<=", 0),
     ]
+    for name in ("timers", "autoware"):
+        alike = similarities(folder / name)
+        for executor in ("rm-ro", "edf-ro"):
+            what = f"order of jobs as simulated, {name}, {executor}, median"
+            bars.append((what, statistics.median(alike[executor]), ">=", 0.98))
+            print(f"{name}, {executor}, as simulated: {', '.join(f'{v:.3f}' for v in alike[executor])}")
     told = [
         {"what": what, "measured": round(value, 3), "bar": f"{relation} {bar:.3g}",
          "met": value >= bar if relation == ">=" else value <= bar}

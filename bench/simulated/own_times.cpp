@@ -2,6 +2,8 @@
 #include "simulated/own_times.hpp"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "hotpath/core/events_scheduler.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
@@ -52,6 +54,34 @@ Trace with_own_times(Trace trace, unsigned cores, bool raised) {
     r.finish = r.start + (measured ? r.cpu_time : Duration(static_cast<std::int64_t>(own_ns[i] + 0.5)));
   }
   return trace;
+}
+
+OwnCosts own_costs(const Trace& trace, unsigned cores) {
+  std::map<std::uint32_t, Time> free_at;  // by thread
+  Duration dispatches{};
+  std::vector<Duration> wake_ups;
+  std::int64_t dispatched = 0;
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome != Outcome::ran) continue;
+    const auto [last, is_first] = free_at.try_emplace(cores == 1 ? 0U : r.worker, r.finish);
+    if (is_first) continue;
+    const Time free = std::exchange(last->second, std::max(last->second, r.finish));
+    if (r.start < free) continue;  // it displaced a job
+    if (r.job.timestamp > free) {
+      wake_ups.push_back(r.start - r.job.timestamp);
+    } else {
+      dispatches += r.start - free;
+      ++dispatched;
+    }
+  }
+  OwnCosts costs;
+  if (dispatched > 0) costs.dispatch = dispatches / dispatched;
+  if (!wake_ups.empty()) {
+    const auto middle = wake_ups.begin() + static_cast<std::ptrdiff_t>(wake_ups.size() / 2);
+    std::ranges::nth_element(wake_ups, middle);
+    costs.wake_up = std::max(Duration{}, *middle - costs.dispatch);
+  }
+  return costs;
 }
 
 std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph& graph,

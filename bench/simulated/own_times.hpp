@@ -14,6 +14,15 @@ namespace hotpath {
 /// the raised timer management thread (`raised`) count as running and the others share what is left.
 [[nodiscard]] Trace with_own_times(Trace trace, unsigned cores, bool raised);
 
+/// What the threads of a live run took beside their jobs; zero where nothing tells.
+struct OwnCosts {
+  Duration dispatch{};  ///< On average, from the end of a job to the start of one that was due by then.
+  Duration
+      wake_up{};  ///< Median from the timestamp of a job for which a thread slept to its start, beyond that.
+};
+/// On one core of all its threads together, else of each by itself. The trace's jobs are by start.
+[[nodiscard]] OwnCosts own_costs(const Trace& trace, unsigned cores);
+
 /// Execution times that `run`, which is loaded, measured under one executor in one repetition. Throws
 /// UsageError when that did not run, or is a deployment whose jobs have no CPU times.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph& graph,

@@ -125,5 +125,21 @@ TEST(OwnTimes, TimeOfTheRaisedThreadIsNotThatOfTheJobItDisplaces) {
   EXPECT_EQ(with_own_times(trace, 1, true).jobs[0].finish, at(6900us));
 }
 
+TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
+  Trace trace;
+  // Woken 120 us late; two that waited, after 10 and 30 us; one on another thread in the midst of a job.
+  trace.jobs = {timer_job(0, 0, 0ms, 0ms, 0ms, 1ms), timer_job(0, 1, 10ms, 10ms, 10120us, 20ms),
+                timer_job(1, 0, 15ms, 15ms, 15ms, 16ms), timer_job(0, 2, 20ms, 20ms, 20010us, 25ms),
+                timer_job(1, 1, 20ms, 20ms, 25030us, 26ms)};
+  trace.jobs[2].worker = 1;
+  const OwnCosts one = own_costs(trace, 1);
+  EXPECT_EQ(one.dispatch, 20us);
+  EXPECT_EQ(one.wake_up, 100us);
+  trace.jobs[4].worker = 1;  // with a core of its own it slept for this job, and was woken 5 ms late
+  EXPECT_EQ(own_costs(trace, 2).dispatch, 10us);
+  EXPECT_EQ(own_costs(trace, 2).wake_up, 5030us - 10us);
+  EXPECT_EQ(own_costs(Trace{}, 1).dispatch, 0us);
+}
+
 }  // namespace
 }  // namespace hotpath

@@ -77,12 +77,19 @@ class ValidatedRun {
     SimulationOptions options;
     options.platform = make_platform(graph_, *executor.entry);
     options.duration = measured_.length();
+    if (!measured_.facts().contains("platform")) {  // live
+      const OwnCosts costs = own_costs(trace, options.platform.cores);
+      options.platform.dispatch_cost = costs.dispatch;
+      options.platform.wake_up_latency = costs.wake_up;
+    }
     const auto times = replayed_times(measured_, graph_, tasks, trace.executor, trace.repetition);
     const Prediction p = predict(graph_, tasks, executor, *times, options, measured_.warm_up());
     const Schedule schedule = schedule_of(tasks.set, trace);
     RunValidation v{measured_.folder().string(),
                     trace.executor,
                     trace.repetition,
+                    {{"dispatch", 1e3 * to_ms(options.platform.dispatch_cost)},
+                     {"wake_up", 1e3 * to_ms(options.platform.wake_up_latency)}},
                     compare_schedules(schedule, schedule_of(tasks.set, p.trace)),
                     {},
                     {}};

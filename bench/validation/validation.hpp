@@ -147,13 +147,15 @@ struct RunLatencies {
   bool agrees = false;  ///< The medians of run and simulation do.
 };
 
-/// One executor and repetition of a stored run, live or simulated, against the simulation with its phases and
-/// measured execution times, and against what the reference has of the real stack on the same graph.
+/// One executor and repetition of a stored run, live or simulated, against the simulation with its phases,
+/// measured execution times and own costs, and against what the reference has of the real stack on the same
+/// graph.
 struct RunValidation {
   std::string run, executor;  ///< Folder, label.
   std::uint32_t repetition = 0;
-  ScheduleComparison comparison;          ///< Run, simulation.
-  std::optional<RunLatencies> latencies;  ///< Of graphs with chains.
+  std::map<std::string, double> costs_us;  ///< As charged: those of a live run from its own gaps.
+  ScheduleComparison comparison;           ///< Run, simulation.
+  std::optional<RunLatencies> latencies;   ///< Of graphs with chains.
   std::optional<RunAgainstGolden> golden;
 };
 

@@ -20,7 +20,7 @@ static HOTPATH_JSON_FIELDS(AutowareValidation, executor, measured_ms, simulated_
 static HOTPATH_JSON_FIELDS(RunAgainstGolden, set, phases_differ_ms, real_busy_percent, run_busy_percent,
                            comparison, phases_file);
 static HOTPATH_JSON_FIELDS(RunLatencies, measured_ms, simulated_ms, real_ms, phases_differ_ms, agrees);
-static HOTPATH_JSON_FIELDS(RunValidation, run, executor, repetition, comparison, latencies, golden);
+static HOTPATH_JSON_FIELDS(RunValidation, run, executor, repetition, costs_us, comparison, latencies, golden);
 HOTPATH_JSON_FIELDS(Validation, golden, timers_only, autoware, runs);
 
 }  // namespace hotpath
