@@ -111,6 +111,7 @@ std::vector<Blocker> BusyLevel::all_blockers() const {
     blocker.work = std::max({blocker.work, job_work(id), overheads_.wake_up});
   }
   std::vector<Blocker> all;
+  all.reserve(longest.size());
   for (const auto& [activated, blocker] : longest) all.push_back(blocker);
   return all;
 }

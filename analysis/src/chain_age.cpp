@@ -239,7 +239,7 @@ class Ages {
 std::optional<ChainAge> chain_age(const GraphTopology& topology, const PathBounds& paths,
                                   const CallbackGraph::DataChain& chain, std::string& why) {
   try {
-    const auto age = Ages(topology, paths, chain).largest();
+    auto age = Ages(topology, paths, chain).largest();
     if (!age) why = "no data of its sources reaches its sink";
     return age;
   } catch (const AnalysisError& error) {

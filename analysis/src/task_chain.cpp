@@ -14,7 +14,7 @@ TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> na
     const std::string where = "element " + std::to_string(i + 1) + " of the chain";
     if (found == tasks.end()) {
       std::string known;
-      for (const PeriodicTask& t : tasks) known += (known.empty() ? "" : ", ") + t.name;
+      for (const PeriodicTask& t : tasks) known.append(known.empty() ? "" : ", ").append(t.name);
       throw AnalysisError(where + " names the unknown task '" + names[i] + "'; the tasks are " + known);
     }
     const auto position = static_cast<std::size_t>(found - tasks.begin());

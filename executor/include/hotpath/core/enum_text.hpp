@@ -47,6 +47,7 @@ template <EnumWithTexts Enum>
 [[nodiscard]] std::vector<std::string> words() {
   constexpr auto texts = enum_texts(Enum{});
   std::vector<std::string> all;
+  all.reserve(texts.size());
   for (const auto& t : texts) all.emplace_back(t.text);
   return all;
 }
