@@ -16,7 +16,6 @@
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "hotpath/analysis/teper_2022.hpp"
 #include "hotpath/analysis/teper_2024.hpp"
-#include "hotpath/analysis/tightness.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"
 
@@ -165,21 +164,6 @@ TEST(BadInput, DefaultExecutorCallbacks) {
 TEST(BadInput, OtherBoundaries) {
   EXPECT_THAT(refusal([] { release_overhead_re(3, -1); }), HasSubstr("-1 ns is negative"));
   EXPECT_THAT(refusal([] { paper_timers_only(70); }), HasSubstr("60, 80 or 90"));
-  EXPECT_THAT(refusal([] { compare_with_bounds({{"imu", 0, 5}}); }), HasSubstr("'imu'"));
-}
-
-TEST(Tightness, RatioAndViolationsOfBoundsAndObservations) {
-  const TightnessReport report = compare_with_bounds({{"held", 100, 80},
-                                                      {"reached", 100, 100},
-                                                      {"broken", 100, 101},
-                                                      {"unbounded", std::nullopt, 7},
-                                                      {"idle", 9, std::nullopt}});
-  EXPECT_EQ(report.violations, 1U);
-  EXPECT_DOUBLE_EQ(*report.rows[0].ratio, 0.8);
-  EXPECT_FALSE(report.rows[1].violated);
-  EXPECT_TRUE(report.rows[2].violated);
-  EXPECT_EQ(report.rows[3].ratio, std::nullopt);
-  EXPECT_EQ(report.rows[4].ratio, std::nullopt);
 }
 
 TEST(PeriodicTasks, ComeInPriorityOrderOfTheTaskSet) {

@@ -131,7 +131,7 @@ void add_bound(Prediction& prediction, const std::string& chain) {
   try {
     const CallbackGraph callbacks = callback_graph(candidate.graph, candidate.tasks, false);
     for (const GraphBounds& bounds :
-         graph_bounds(bounded_system(candidate.graph, callbacks, candidate.spec))) {
+         graph_bounds(bounded_system(candidate.graph, callbacks, *candidate.spec.entry, candidate.spec.scheduler))) {
       for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
         if (callbacks.chains[c].name != chain || !bounds.chains[c]) continue;
         const double ms = to_ms(Duration(bounds.chains[c]->latency));

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "hotpath/analysis/graph_bounds.hpp"
-#include "hotpath/analysis/tightness.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "results/measures.hpp"
@@ -146,18 +145,22 @@ class BoundReport {
     const auto& [key, method, bound, deadline, response, waiting, dominated] = row;
     std::vector<TextTable::Cell> cells = {key[2], in_ms(bound)};
     cells.insert(cells.end(), more.begin(), more.end());
-    Tightness t{key[2], bound, std::nullopt, std::nullopt, false};
+    std::optional<std::int64_t> observed;
+    std::optional<double> tightness;  // observed / bound
+    bool violated = false;
     if (observed_) {
       const std::vector<std::int64_t>& values = observed_->of(key);
-      if (!values.empty()) t.observed = std::ranges::max(values);
-      if (bound && *bound > 0) t = compare_with_bounds({{t.name, bound, t.observed}}).rows.front();
-      t.violated = bound && t.observed.value_or(0) > *bound;
+      if (!values.empty()) observed = std::ranges::max(values);
+      if (bound && observed) {
+        violated = *observed > *bound;
+        if (*bound > 0) tightness = static_cast<double>(*observed) / static_cast<double>(*bound);
+      }
       count(values, key, method, bound);
       cells.insert(cells.end(),
-                   {in_ms(t.observed), t.ratio ? fixed(*t.ratio, 3) : "-", t.violated ? "VIOLATED" : ""});
+                   {in_ms(observed), tightness ? fixed(*tightness, 3) : "-", violated ? "VIOLATED" : ""});
     }
     rows.add_row(std::move(cells));
-    write_row(csv_, key[1], method, key[0], t.name, t.bound, t.observed, t.ratio, t.violated ? "yes" : "no",
+    write_row(csv_, key[1], method, key[0], key[2], bound, observed, tightness, violated ? "yes" : "no",
               deadline, response, waiting, dominated);
   }
 

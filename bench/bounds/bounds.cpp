@@ -81,8 +81,8 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
 }
 
 BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
-                             const ExecutorSpec& executor) {
-  return {callbacks, *executor.entry, executor.scheduler, make_platform(graph, *executor.entry)};
+                             const ExecutorEntry& executor, const SchedulerOptions& options) {
+  return {callbacks, executor, options, make_platform(graph, executor)};
 }
 
 }  // namespace hotpath

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "hotpath/analysis/graph_bounds.hpp"
+#include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph.hpp"
-#include "setup/executor_spec.hpp"
 
 namespace hotpath {
 
@@ -13,6 +13,6 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
 
 /// The graph under an executor on the machine of its platform. `callbacks` must outlive it.
 BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
-                             const ExecutorSpec& executor);
+                             const ExecutorEntry& executor, const SchedulerOptions& options);
 
 }  // namespace hotpath

@@ -174,7 +174,7 @@ class Analysis {
     check_phases_of_run(callbacks, executor.label);
     std::string refusals;
     bool any = false;
-    const BoundedSystem system = bounded_system(graph_, callbacks, executor);
+    const BoundedSystem system = bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system);
     if (options_.exact) all.push_back(exact_bounds(system));
     for (const GraphBounds& bounds : all) {
@@ -199,7 +199,7 @@ class Analysis {
         executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
         {"method", "ms", ""});
     for (const TimerChainBound& b :
-         timer_chain_bounds(bounded_system(graph_, callbacks, executor), options_.chain)) {
+         timer_chain_bounds(bounded_system(graph_, callbacks, *executor.entry, executor.scheduler), options_.chain)) {
       table.add_row({b.method, in_ms(b.latency), b.refusal});
     }
     std::cout << "\n" << table;

@@ -94,7 +94,8 @@ class Run:
         return frame
 
     def jobs(self, executor: str, repetition: int) -> pd.DataFrame:
-        """Rows of jobs.csv with instants in ms, NaN for one that did not come. Raises InputError where there are
+        """Rows of jobs.csv with instants in ms, NaN for one that did not come, and whether it was `late`: finished after its
+        deadline. Raises InputError where there are
         none."""
         path, instants = self.folder / "jobs.csv", ["timestamp", "release", "start", "finish", "deadline"]
         named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
@@ -105,6 +106,7 @@ class Run:
             found = [f"{r['executor']} (repetition {r['repetition']})" for r in self["runs"]]
             what = f"no job of {executor} (repetition {repetition}); there are {', '.join(found)}"
             raise InputError(f"{path}: {what}")
+        jobs["late"] = jobs["finish_ns"] > jobs["deadline_ns"]
         jobs = jobs.assign(**{name: jobs.pop(f"{name}_ns") / NS_PER_MS for name in instants})
         for name in ("worker", "process"):
             jobs[name] = jobs[name].fillna(0).astype(int)

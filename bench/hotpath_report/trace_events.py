@@ -56,7 +56,7 @@ def slices(job: Any, ends: dict[str, list[int]]) -> Iterator[Event]:
     for phase, numbers in ends.items():
         for number in numbers:
             yield event(job, phase, "message", cat="flow", id=number, bp="e", **place)
-    if job.finish > job.deadline:
+    if job.late:
         yield marker(job, "deadline missed", job.finish)
 
 

@@ -127,7 +127,7 @@ class Interpreter {
     trace.end = recording_.end - epoch;
     trace.published.resize(made_.tasks.set.size());
     const auto add = [&](JobRecord r) {
-      if (r.outcome == Outcome::ran || r.outcome == Outcome::running) r.start -= epoch;
+      if (started(r)) r.start -= epoch;
       if (r.outcome == Outcome::ran) r.finish -= epoch;
       r.job.timestamp -= epoch;
       r.job.release -= epoch;
@@ -310,7 +310,13 @@ Interpretations best_of(const Recording& recording, const std::filesystem::path&
 
 Interpretations best_interpretation(const Recording& recording, const std::filesystem::path& folder,
                                     Duration warm_up) {
-  if (recording.jobs.size() <= kTried) return best_of(recording, folder, warm_up);
+  if (recording.jobs.size() <= kTried) {
+    Interpretations found = best_of(recording, folder, warm_up);
+    // The file there is that of the last attempt.
+    const std::string& deployment = found.best.deployment_yaml;
+    if (!deployment.empty()) write_whole_file(folder / "deployment.yaml", deployment);
+    return found;
+  }
   const Recording few = beginning(recording, kTried);
   Interpretations found = best_of(few, folder, warm_up);
   found.best = interpret(recording, std::vector(found.best.labels), found.best.graph.platform.timer_thread,

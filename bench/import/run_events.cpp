@@ -188,7 +188,7 @@ class Teller {
   void tell_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)
-      if (r.outcome == Outcome::ran || r.outcome == Outcome::running) jobs.push_back(&r);
+      if (started(r)) jobs.push_back(&r);
     std::ranges::stable_sort(jobs, {}, [](const JobRecord* r) { return std::pair(r->start, r->finish); });
     std::map<std::uint16_t, const JobRecord*> previous;  // by worker
     for (const JobRecord* r : jobs) {

@@ -7,6 +7,7 @@
 #include <latch>
 #include <thread>
 
+#include "hotpath/live/clock.hpp"
 #include "hotpath/live/thread_setup.hpp"
 #include "program/text.hpp"
 
@@ -14,30 +15,24 @@ namespace hotpath {
 
 namespace {
 
-std::int64_t read_clock(clockid_t clock) {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return t.tv_sec * std::int64_t{1'000'000'000} + t.tv_nsec;
-}
-
 /// Cheapest of a few rounds, so that interruptions do not count.
 double clock_cost(clockid_t clock) {
   constexpr int kReadings = 200;
   double best = 1e9;
   for (int round = 0; round < 20; ++round) {
-    const std::int64_t begin = read_clock(CLOCK_MONOTONIC);
-    for (int i = 0; i < kReadings; ++i) read_clock(clock);
-    best = std::min(best, static_cast<double>(read_clock(CLOCK_MONOTONIC) - begin) / kReadings);
+    const std::int64_t begin = read_clock(CLOCK_MONOTONIC).count();
+    for (int i = 0; i < kReadings; ++i) static_cast<void>(read_clock(clock));
+    best = std::min(best, static_cast<double>(read_clock(CLOCK_MONOTONIC).count() - begin) / kReadings);
   }
   return best;
 }
 
 HiccupHistogram watch(Duration length) {
   HiccupHistogram distances;
-  std::int64_t before = read_clock(CLOCK_MONOTONIC);
+  std::int64_t before = read_clock(CLOCK_MONOTONIC).count();
   const std::int64_t end = before + length.count();
   while (before < end) {
-    const std::int64_t now = read_clock(CLOCK_MONOTONIC);
+    const std::int64_t now = read_clock(CLOCK_MONOTONIC).count();
     distances.add(Duration(now - before));
     before = now;
   }

@@ -26,11 +26,7 @@ using namespace std::chrono_literals;
 inline double ns(Duration d) { return static_cast<double>(d.count()); }
 
 /// CPU time of the calling process so far, all threads.
-inline Duration process_cpu_time() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return std::chrono::seconds(t.tv_sec) + Duration(t.tv_nsec);
-}
+inline Duration process_cpu_time() { return read_clock(CLOCK_PROCESS_CPUTIME_ID); }
 
 /// The samples without the first `share` of them, in which a measurement warms up.
 inline std::vector<double> warm(std::vector<double> samples, double share = 0.1) {

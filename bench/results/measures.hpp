@@ -33,9 +33,8 @@ namespace hotpath {
 /// when it is still queued then. Of a wait that began in the warm-up, what lies after it counts: a task that
 /// starves from the warm-up on has no later job. 0 for samples that were never taken.
 [[nodiscard]] inline Duration wait_of(const JobRecord& r, Time counted_from, Time end) {
-  const bool started = r.outcome == Outcome::ran || r.outcome == Outcome::running;
-  if (!started && r.outcome != Outcome::queued) return Duration::zero();
-  return std::max(Duration::zero(), (started ? r.start : end) - std::max(r.job.timestamp, counted_from));
+  if (!started(r) && r.outcome != Outcome::queued) return Duration::zero();
+  return std::max(Duration::zero(), (started(r) ? r.start : end) - std::max(r.job.timestamp, counted_from));
 }
 
 /// What became of a timer's timestamps after the warm-up.

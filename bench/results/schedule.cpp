@@ -12,8 +12,7 @@ namespace {
 std::vector<std::vector<const Job*>> releases(const TaskSet& set, const Trace& trace) {
   std::vector<std::vector<const Job*>> released(set.size());
   for (const JobRecord& r : trace.jobs) {
-    const bool counts =
-        r.outcome == Outcome::ran || r.outcome == Outcome::running || r.outcome == Outcome::queued;
+    const bool counts = started(r) || r.outcome == Outcome::queued;
     if (counts && set[r.job.task].kind == TaskKind::timer) released[r.job.task].push_back(&r.job);
   }
   for (auto& of_timer : released) {
@@ -29,7 +28,7 @@ Schedule schedule_of(const TaskSet& set, const Trace& trace) {
   const auto since_epoch = [&](Time t) { return Time{} + (t - trace.epoch); };
   const auto released = releases(set, trace);
   for (const JobRecord& r : trace.jobs) {
-    if (r.outcome != Outcome::ran && r.outcome != Outcome::running) continue;
+    if (!started(r)) continue;
     ExecutedJob& job = schedule.jobs.emplace_back();
     job.task = r.job.task;
     job.timestamp = since_epoch(r.job.timestamp);

@@ -135,14 +135,15 @@ void StoredRun::read_jobs() {
 
 void StoredRun::read_chains() {
   std::ifstream in = open("chains.csv");
-  for (const ChainRow& row : read_chains_csv(in, (folder_ / "chains.csv").string())) {
+  const std::string file = (folder_ / "chains.csv").string();
+  for (const ChainRow& row : read_chains_csv(in, file)) {
+    const auto refuse = [&](const std::string& what) {
+      throw InputError(file, static_cast<std::int64_t>(row.line), what, "the files are not of one run");
+    };
     const auto trace = find_trace(traces_, row.executor, row.repetition);
-    if (trace == traces_.end()) {
-      fail("chains.csv has rows of a repetition that jobs.csv does not have; the files are not of one run");
-    }
+    if (trace == traces_.end()) refuse("jobs.csv has no such repetition of `" + row.executor + "`");
     const auto chain = std::ranges::find(chains_, row.chain);
-    if (chain == chains_.end())
-      fail("chains.csv has chain `" + row.chain + "`, which run.json does not name");
+    if (chain == chains_.end()) refuse("run.json names no chain `" + row.chain + "`");
     ChainRecord& r = trace->chains.emplace_back(row.record);
     r.chain = static_cast<std::uint32_t>(chain - chains_.begin());
   }

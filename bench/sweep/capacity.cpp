@@ -79,7 +79,7 @@ std::string Requirement::failure(const std::vector<MeasuredRow>& rows, const std
       return concat(row.skipped, " timestamps skipped, ", row.overwritten, " samples overwritten");
     }
     if (deadlines && row.deadline_overruns > 0) return concat(row.deadline_overruns, " deadlines missed");
-    if (row.starved > 0) return concat(row.starved, " tasks never ran");
+    if (row.never_ran > 0) return concat(row.never_ran, " tasks never ran");
     if (!latency_ms || row.chain.empty()) continue;
     if (!row.hot_path_max_ms) return "no output of chain " + row.chain;
     if (*row.hot_path_max_ms > *latency_ms) return text("latency %.1f ms", *row.hot_path_max_ms);

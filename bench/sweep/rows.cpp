@@ -22,7 +22,7 @@ void add_executor(const ExecutorSummary& executor, MeasuredRow& row) {
   row.deadline_overruns = executor.after_warm_up.deadline_overruns;
   for (const TaskSummary& task : executor.tasks) {
     row.longest_wait_ms = std::max(row.longest_wait_ms, to_ms(task.longest_wait));
-    row.starved += task.never_ran();
+    row.never_ran += task.never_ran();
     if (task.kind != TaskKind::timer || task.response_ms.n == 0) continue;
     const double share = task.response_ms.max / to_ms(task.deadline);
     row.response_share_max = std::max(row.response_share_max.value_or(0), share);
@@ -34,7 +34,7 @@ void add_executor(const ExecutorSummary& executor, MeasuredRow& row) {
 const char* const kMeasuredColumns =
     "executor,chain,samples,hot_path_p50_ms,hot_path_p99_ms,hot_path_max_ms,end_to_end_p50_ms,"
     "end_to_end_max_ms,drops,callbacks,skipped,overwritten,lost,deadline_overruns,response_share_max,"
-    "longest_wait_ms,starved";
+    "longest_wait_ms,never_ran";
 
 std::vector<MeasuredRow> measured_rows(const Summary& summary) {
   std::vector<MeasuredRow> rows;
@@ -64,7 +64,7 @@ std::string csv_of(const MeasuredRow& row) {
   write_row(line, row.executor, row.chain, row.samples, row.hot_path_p50_ms, row.hot_path_p99_ms,
             row.hot_path_max_ms, row.end_to_end_p50_ms, row.end_to_end_max_ms, row.drops, row.callbacks,
             row.skipped, row.overwritten, row.lost(), row.deadline_overruns, row.response_share_max,
-            row.longest_wait_ms, row.starved);
+            row.longest_wait_ms, row.never_ran);
   std::string text = line.str();
   text.pop_back();
   return text;

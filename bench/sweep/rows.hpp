@@ -21,7 +21,7 @@ struct MeasuredRow {
   /// The largest response time of a timer divided by its deadline.
   std::optional<double> response_share_max;
   double longest_wait_ms = 0;
-  std::uint64_t starved = 0;  ///< Tasks that had work and never ran.
+  std::uint64_t never_ran = 0;  ///< Tasks that had work and never ran.
 
   /// Timestamps and samples that no job ever used; the column `lost`.
   [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }

@@ -28,8 +28,7 @@ std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const Me
   std::map<std::uint64_t, const JobRecord*> jobs;
   for (const JobRecord& r : trace.jobs) {
     const auto& sinks = chain.sink_tasks;
-    const bool started = r.outcome == Outcome::ran || r.outcome == Outcome::running;
-    if (!started || std::ranges::find(sinks, r.job.task) == sinks.end()) continue;
+    if (!started(r) || std::ranges::find(sinks, r.job.task) == sinks.end()) continue;
     const JobRecord*& found = jobs[r.job.sequence];
     if (found == nullptr || r.start > found->start) found = &r;
   }

@@ -13,6 +13,7 @@
 #include "hotpath/reference_system/phases.hpp"
 #include "program/text.hpp"
 #include "random_graphs.hpp"
+#include "setup/executor_spec.hpp"
 
 namespace hotpath::test {
 
@@ -115,7 +116,7 @@ class BoundCase {
  private:
   std::vector<GraphBounds> bounds() {
     callbacks_ = callback_graph(graph_, tasks_, phases_known_);
-    const BoundedSystem system = bounded_system(graph_, callbacks_, executor_);
+    const BoundedSystem system = bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
     all.push_back(exact_bounds(system, also_covers_));
     return all;
@@ -214,7 +215,8 @@ CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::u
   const bool phases_known = chance(random, 50);
   draw_phases(random, graph, tasks);
   const CallbackGraph callbacks = callback_graph(graph, tasks, phases_known);
-  const auto bounds = timer_chain_bounds(bounded_system(graph, callbacks, executor), names, also_covers);
+  const auto bounds = timer_chain_bounds(
+      bounded_system(graph, callbacks, *executor.entry, executor.scheduler), names, also_covers);
   CaseResult result;
   for (int run = 0; run < kRuns; ++run) {
     if (!phases_known && run > 0) draw_phases(random, graph, tasks);

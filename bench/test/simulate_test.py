@@ -357,6 +357,20 @@ class WrongUse(SimulateTest):
         (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
         self.assert_refused("--graph", "timers_only_60", "--phases-of", run.path, says=["run.json"])
 
+    def test_a_row_of_another_run_is_named_with_its_line(self):
+        run = self.simulate("--executors", "rm-ro", *BRIEF)
+        header, first, *rows = (run.path / "chains.csv").read_text().splitlines()
+        executor, repetition, *cells = first.split(",")
+        for other, says in (
+            ([executor, "7", *cells], "no such repetition of `rm-ro`"),
+            ([executor, repetition, "elsewhere", *cells[1:]], "no chain `elsewhere`"),
+        ):
+            (run.path / "chains.csv").write_text("\n".join([header, first, ",".join(other), *rows]) + "\n")
+            code, out, err = self.command("summarize", run.path)
+            self.assertEqual((code, out), (2, ""))
+            self.assertIn("chains.csv:3: ", err)
+            self.assertIn(says, err)
+
 
 if __name__ == "__main__":
     unittest.main()

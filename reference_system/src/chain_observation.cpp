@@ -46,7 +46,7 @@ ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
 }
 
 void ChainJoin::add(const JobRecord& r) {
-  if (r.outcome != Outcome::ran && r.outcome != Outcome::running) return;
+  if (!started(r)) return;
   if (is_source_[r.job.task]) {
     source_jobs_[r.job.task].sequences.push_back(r.job.sequence);
     source_jobs_[r.job.task].timestamps.push_back(r.job.timestamp);

@@ -9,11 +9,7 @@ namespace hotpath {
 
 namespace {
 
-Time thread_cpu_clock() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return Time(std::chrono::seconds(t.tv_sec) + Duration(t.tv_nsec));
-}
+Time thread_cpu_clock() { return Time(read_clock(CLOCK_THREAD_CPUTIME_ID)); }
 
 }  // namespace
 

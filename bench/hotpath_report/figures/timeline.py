@@ -34,7 +34,7 @@ class Window:
         self.run, self.executor, (self.begin, self.end) = run, executor, part
         self.traits = executor_named(executor)
         self.jobs = self.read(repetition)
-        self.late = self.jobs["finish"] > self.jobs["deadline"] + 1e-9
+        self.late = self.jobs["late"]
         self.timer_thread = run.has_timer_thread(executor)
         self.release_slots = self.paid_releases()
         one_core = (

@@ -10,7 +10,7 @@ void TraceRecorder::started(const JobRecord& record) {
 }
 
 void TraceRecorder::ended(const JobRecord& record) {
-  if (record.outcome == Outcome::ran || record.outcome == Outcome::running) {
+  if (hotpath::started(record)) {
     trace_.jobs[open_[record.worker]] = record;
   } else {
     trace_.jobs.push_back(record);

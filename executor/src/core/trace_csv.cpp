@@ -347,6 +347,7 @@ std::vector<ChainRow> read_chains_csv(std::istream& stream, const std::string& f
   std::vector<ChainRow> rows;
   while (in.next()) {
     ChainRow& row = rows.emplace_back();
+    row.line = in.line();
     row.executor = in.text(0);
     row.repetition = in.number<std::uint32_t>(1);
     row.chain = in.text(2);

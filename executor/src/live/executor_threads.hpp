@@ -13,11 +13,7 @@
 
 namespace hotpath {
 
-inline Duration thread_cpu_time() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return std::chrono::seconds(t.tv_sec) + Duration(t.tv_nsec);
-}
+inline Duration thread_cpu_time() { return read_clock(CLOCK_THREAD_CPUTIME_ID); }
 
 template <class Sync>
 BasicExecutor<Sync>::BasicExecutor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler,

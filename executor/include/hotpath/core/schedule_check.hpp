@@ -11,11 +11,6 @@
 
 namespace hotpath {
 
-/// Whether its callback began.
-[[nodiscard]] inline bool started(const JobRecord& r) {
-  return r.outcome == Outcome::ran || r.outcome == Outcome::running;
-}
-
 /// What must hold of the records of one run, whatever executor it had, live or simulated. Records come one
 /// after another, those that started in the order of their starts. Memory is needed for tasks and workers,
 /// and for records that come in another order than their sequences, not for the records themselves.

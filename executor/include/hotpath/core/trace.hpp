@@ -21,6 +21,11 @@ struct JobRecord {
   std::int16_t cpu = -1;  ///< Processor on which the job finished; -1: unknown.
 };
 
+/// Whether its callback began.
+[[nodiscard]] inline bool started(const JobRecord& r) {
+  return r.outcome == Outcome::ran || r.outcome == Outcome::running;
+}
+
 /// One output of a chain's sink.
 struct ChainRecord {
   std::uint32_t chain = 0;     ///< Index into the graph's chains.

@@ -53,7 +53,8 @@ struct ChainRow {
   std::string executor;
   std::uint32_t repetition = 0;
   std::string chain;
-  ChainRecord record;  ///< `chain` counts the names in order of appearance; `dropped` is not in this file.
+  std::size_t line = 0;  ///< In the file; counts from 1.
+  ChainRecord record;    ///< `chain` counts the names in order of appearance; `dropped` is not in this file.
 };
 /// All rows in the file's order. Throws InputError.
 [[nodiscard]] std::vector<ChainRow> read_chains_csv(std::istream& in, const std::string& file_name);
