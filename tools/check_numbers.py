@@ -226,8 +226,8 @@ def soak(root: Path) -> str:
 def neighbour(root: Path) -> str:
     """What strangers did to the hot path, of results/reliability."""
     told = load(root, "reliability/neighbour.json")
-    texts = {"again": "nobody, again", "unmatched": "strangers in the run's partition"}
-    texts["matched"] = "strangers in all partitions, matched"
+    texts = {"again": "nobody, again", "unmatched": "strangers whom nobody matches"}
+    texts["matched"] = "strangers whom its readers match"
     rows = []
     for kind, text in texts.items():
         value, low, high = (100 * (v - 1) for v in told["over_alone"][kind])

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What strangers on the DDS domain, who publish nonsense on another processor, do to the hot path.
 
-Live runs of Autoware under rm-ro on the last processor, by turns: alone, alone again, beside strangers in the run's
-partition, and beside strangers in all partitions, whom the run's readers match. Medians are compared with those of the
-first. With --publish the figures go to results/reliability/neighbour.json. Exit code 1: strangers whom nobody matches
-move the median by more than a run against itself does.
+Live runs of Autoware under rm-ro on the last processor, by turns: alone, alone again, beside strangers who take the
+graph's names in all partitions, and beside strangers who read the run's own names in the traffic of discovery, so that
+its readers match them. Medians are compared with those of the first. With --publish the figures go to
+results/reliability/neighbour.json. Exit code 1: strangers whom nobody matches move the median by more than a run against itself does.
 """
 
 import argparse
@@ -32,20 +32,17 @@ STRANGER = os.environ.get("STRANGER", str(ROOT / "build/bench/test/stranger"))
 DOMAIN = 97
 TOPICS = ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")
 ALONE, AGAIN, UNMATCHED, MATCHED = "alone", "again", "unmatched", "matched"
-PARTITIONS = {
-    UNMATCHED: "hotpath-*",
-    MATCHED: "*",
-}  # a reader's partition is a name, a pattern meets it or not
+OPTIONS = {UNMATCHED: ["--partition", "*"], MATCHED: ["--spy"]}
 
 
 @contextmanager
-def strangers(partition: str | None, processor: int) -> Iterator[list[int]]:
+def strangers(options: list[str] | None, processor: int) -> Iterator[list[int]]:
     """Lets them publish on that processor; the list has, once they ended, how many samples each wrote."""
     written: list[int] = []
-    words = [STRANGER, "--domain", str(DOMAIN), "--partition", str(partition), "--topic"]
+    words = [STRANGER, "--domain", str(DOMAIN), *(options or []), "--topic"]
     began = [
         subprocess.Popen(["taskset", "-c", str(processor), *words, topic], stdout=subprocess.PIPE, text=True)
-        for topic in (TOPICS if partition else ())
+        for topic in (TOPICS if options else ())
     ]
     try:
         yield written
@@ -61,12 +58,15 @@ def measured(kind: str, seconds: float, processors: list[int]) -> tuple[list[flo
         folder = Path(scratch) / "run"
         words = [HOTPATH, "run", "--executor", "rm-ro", "--load", "80", "--warm-up", "1"]
         words += ["--duration", f"{seconds:g}", "--cpus", str(processors[-1]), "--domain", str(DOMAIN)]
-        with strangers(PARTITIONS.get(kind), processors[0]) as written:
+        with strangers(OPTIONS.get(kind), processors[0]) as written:
             done = subprocess.run([*words, "--output", folder], capture_output=True, text=True, check=False)
         if done.returncode != 0:
             sys.exit(f"neighbour.py: {kind}: exit code {done.returncode}: {done.stderr.strip()}")
         latencies = Run(folder).latencies()
-        return list(latencies[latencies["chain"] == "hot_path"]["hot_path_ms"]), sum(written)
+        of_hot_path = list(latencies[latencies["chain"] == "hot_path"]["hot_path_ms"])
+        if not of_hot_path:
+            sys.exit(f"neighbour.py: {kind}: the hot path never ended; --seconds longer, on a machine that is idle")
+        return of_hot_path, sum(written)
 
 
 def compared(samples: dict[str, Samples], first: Samples) -> dict[str, Any]:

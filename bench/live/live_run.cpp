@@ -134,9 +134,9 @@ class LiveRun {
   void check() {
     plan_.cpus = parse_cpus("--cpus", options_.cpus);
     plan_.fastdds.loopback_only = !options_.all_interfaces;
-    // Keeps runs at the same time on one machine apart.
-    plan_.fastdds.partition = "hotpath-" + std::to_string(getpid());
-    plan_.fastdds.key = any_name();
+    // Keep others out, and runs at the same time apart. Only the prefix may be told to those who read along.
+    plan_.fastdds.partition = any_name();
+    plan_.fastdds.topic_prefix = any_name() + "/";
     plan_.length = length();
     plan_.time_out = seconds(options_.time_out_s);
     check_fastdds();

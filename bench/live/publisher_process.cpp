@@ -28,7 +28,7 @@ constexpr Duration kFlush = std::chrono::seconds(1);
 telemetry::RunInfo run_info(const RepetitionPlan& plan, std::int64_t epoch_ns) {
   telemetry::RunInfo info = make_run_info(*plan.graph, plan.executor.label, plan.repetition, epoch_ns);
   info.transport(to_string(plan.transport));
-  if (plan.transport == TransportKind::fastdds) info.partition(plan.fastdds.partition);
+  if (plan.transport == TransportKind::fastdds) info.topic_prefix(plan.fastdds.topic_prefix);
   info.origin("live");
   info.speed(1);
   info.facts(plan.publishing->facts);

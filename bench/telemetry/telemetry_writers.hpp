@@ -13,7 +13,7 @@ namespace hotpath {
 /// partition. No publication waits for a reader. Its destruction removes all that Fast DDS created.
 class TelemetryWriters {
  public:
-  /// The partition of `options` is not used. Throws TransportError.
+  /// Partition and topic prefix of `options` are not used. Throws TransportError.
   explicit TelemetryWriters(const FastDdsOptions& options);
   ~TelemetryWriters();
   TelemetryWriters(const TelemetryWriters&) = delete;

@@ -134,10 +134,10 @@ class SecondHost(CommandTest):
                 self.assertNotEqual(places["malloc"], [], "the calls are not noted")
 
     def beside_a_stranger_there(self, *arguments):
-        """The run, while somebody on the other host publishes in all partitions."""
+        """The run, while somebody on the other host spies out what its topics are called, and publishes there."""
         with tempfile.TemporaryFile() as log:
             stranger = subprocess.Popen(
-                [*inside(THERE), STRANGER, "--all-interfaces", "--topic", "FrontLidarDriver", "--partition", "*"],
+                [*inside(THERE), STRANGER, "--all-interfaces", "--topic", "FrontLidarDriver", "--spy"],
                 stdout=log, stderr=log,
             )  # fmt: skip
             try:

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A DDS participant that is none of ours: publishes on a topic of a run, in its partition and under its
-// type's name, payloads of any length and content, until it is told to end. Prints how many.
+// A DDS participant that is none of ours. Publishes on a topic, under its type's name, payloads of any length
+// and content, until it is told to end; prints how many. Or reads reliably, and prints `matched` when it has
+// a writer. With
+// --spy it waits until discovery tells what a run calls that topic.
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
+#include <mutex>
 #include <random>
 #include <vector>
 
@@ -18,6 +24,23 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
+
+constexpr timespec kPace{0, 1'000'000};
+
+struct Arguments {
+  hotpath::FastDdsOptions options;
+  std::string topic, type = "hotpath::msg::Message4kb", partition = "*";
+  std::size_t size = 4100;
+  bool everywhere = false, spies = false, reads = false;
+};
+
+/// Whether it has been told to end, after at most one pace.
+bool told_to_end() {
+  sigset_t end;
+  sigemptyset(&end);
+  sigaddset(&end, SIGTERM);
+  return sigtimedwait(&end, nullptr, &kPace) == SIGTERM;
+}
 
 /// Bytes as they are, under the name of another type.
 class AnyBytes final : public fast::TopicDataType {
@@ -56,46 +79,101 @@ std::vector<std::uint8_t> any_payload(std::mt19937_64& random, std::size_t size)
   return bytes;
 }
 
+/// Reads the names of others' topics in the traffic of discovery.
+class Spy final : public fast::DomainParticipantListener {
+ public:
+  explicit Spy(const std::string& topic) : ending_("/" + topic) {}
+
+  /// What a run calls the topic; empty: not seen yet.
+  std::string found() const {
+    const std::lock_guard lock(mutex_);
+    return found_;
+  }
+
+ private:
+  void note(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    if (name.ends_with(ending_)) found_ = name;
+  }
+  void on_publisher_discovery(fast::DomainParticipant*, rtps::WriterDiscoveryInfo&& writer) override {
+    note(writer.info.topicName().to_string());
+  }
+  void on_subscriber_discovery(fast::DomainParticipant*, rtps::ReaderDiscoveryInfo&& reader) override {
+    note(reader.info.topicName().to_string());
+  }
+
+  const std::string ending_;
+  mutable std::mutex mutex_;
+  std::string found_;
+};
+
+void publish(fast::DomainParticipant& participant, fast::Topic* topic, const Arguments& arguments) {
+  fast::PublisherQos publisher;
+  if (!arguments.partition.empty()) publisher.partition().push_back(arguments.partition.c_str());
+  fast::DataWriterQos qos;
+  qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+  qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
+  qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  fast::DataWriter* writer = participant.create_publisher(publisher)->create_datawriter(topic, qos);
+  std::mt19937_64 random(1);
+  unsigned long count = 0;
+  while (count % 16 != 0 || !told_to_end()) {
+    std::vector<std::uint8_t> payload = any_payload(random, arguments.size);
+    count += writer->write(&payload);
+  }
+  std::printf("%lu\n", count);
+}
+
+void read(fast::DomainParticipant& participant, fast::Topic* topic, const Arguments& arguments) {
+  fast::SubscriberQos subscriber;
+  subscriber.partition().push_back(arguments.partition.c_str());
+  fast::DataReaderQos qos;
+  qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+  fast::DataReader* reader = participant.create_subscriber(subscriber)->create_datareader(topic, qos);
+  for (bool said = false; !told_to_end();) {
+    fast::SubscriptionMatchedStatus status;
+    reader->get_subscription_matched_status(status);
+    if (said || status.current_count == 0) continue;
+    said = std::puts("matched") >= 0 && std::fflush(stdout) == 0;
+  }
+}
+
+/// Until it is told to end.
+void meet(fast::DomainParticipant& participant, const Spy& spy, const Arguments& arguments) {
+  std::string name = arguments.topic;
+  while (arguments.spies && (name = spy.found()).empty()) {
+    if (told_to_end()) return;
+  }
+  fast::TypeSupport(new AnyBytes(arguments.type)).register_type(&participant);
+  fast::Topic* topic = participant.create_topic(name, arguments.type, fast::TOPIC_QOS_DEFAULT);
+  (arguments.reads ? read : publish)(participant, topic, arguments);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  hotpath::FastDdsOptions options;
-  options.partition = "hotpath-*";
-  std::string topic, type = "hotpath::msg::Message4kb";
-  std::size_t size = 4100;
-  CLI::App app("Publishes nonsense");
-  app.add_option("--domain", options.domain);
-  app.add_option("--topic", topic)->required();
-  app.add_option("--type", type);
-  app.add_option("--size", size, "Of half of the payloads");
-  app.add_option("--partition", options.partition, "Empty: the default one");
-  bool everywhere = false;
-  app.add_flag("--all-interfaces", everywhere, "Not on this machine alone");
+  Arguments arguments;
+  CLI::App app("Publishes nonsense, or reads");
+  app.add_option("--domain", arguments.options.domain);
+  app.add_option("--topic", arguments.topic)->required();
+  app.add_option("--type", arguments.type);
+  app.add_option("--size", arguments.size, "Of half of the payloads");
+  app.add_option("--partition", arguments.partition, "Empty: the default one");
+  app.add_flag("--spy", arguments.spies, "Takes the topic's name from discovery");
+  app.add_flag("--read", arguments.reads);
+  app.add_flag("--all-interfaces", arguments.everywhere, "Not on this machine alone");
   CLI11_PARSE(app, argc, argv);
   sigset_t end;
   sigemptyset(&end);
   sigaddset(&end, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &end, nullptr);  // in all threads that come from here
 
-  options.loopback_only = !everywhere;
-  fast::DomainParticipant* participant = hotpath::create_participant(options);
-  fast::TypeSupport(new AnyBytes(type)).register_type(participant);
-  fast::PublisherQos publisher;
-  if (!options.partition.empty()) publisher.partition().push_back(options.partition.c_str());
-  fast::DataWriterQos writer_qos;
-  writer_qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-  writer_qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
-  writer_qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-  fast::DataWriter* writer = participant->create_publisher(publisher)->create_datawriter(
-      participant->create_topic(topic, type, fast::TOPIC_QOS_DEFAULT), writer_qos);
-  std::mt19937_64 random(1);
-  unsigned long count = 0;
-  constexpr timespec kPace{0, 1'000'000};
-  while (count % 16 != 0 || sigtimedwait(&end, nullptr, &kPace) != SIGTERM) {
-    std::vector<std::uint8_t> payload = any_payload(random, size);
-    count += writer->write(&payload);
-  }
-  std::printf("%lu\n", count);
+  arguments.options.loopback_only = !arguments.everywhere;
+  Spy spy(arguments.topic);
+  fast::DomainParticipant* participant = hotpath::create_participant(
+      arguments.options.domain, hotpath::participant_qos(arguments.options), &spy, fast::StatusMask::none());
+  meet(*participant, spy, arguments);
+  participant->set_listener(nullptr, fast::StatusMask::none());
   participant->delete_contained_entities();
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
   return 0;

@@ -23,44 +23,58 @@ class Strangers(CommandTest):
         self.addCleanup(stranger.kill)
         return stranger
 
-    def run_beside_strangers(self, partition):
-        strangers = [self.strange("--topic", t, "--partition", partition) for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")]  # fmt: skip
+    def run_beside_strangers(self, *arguments):
+        """The run, beside strangers on three of its topics."""
+        strangers = [self.strange("--topic", t, *arguments) for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")]  # fmt: skip
         code, _, err = self.command(*RUN)
         for stranger in strangers:
             stranger.send_signal(signal.SIGTERM)
-            self.assertGreater(int(stranger.communicate()[0]), 0)
+        written = [int(stranger.communicate()[0]) for stranger in strangers]
         self.assertEqual(code, 0, err)
-        return RunFolder(self.folder / "run")
-
-    def test_readers_meet_no_writers_of_others(self):
-        self.run_beside_strangers("hotpath-*")
+        self.assertGreater(min(written), 0)
         run = self.checked("run")
         self.assertTrue(run.run["complete"])
-        self.assertTrue(all(e["loss_equations"]["hold"] for e in run.summary()["executors"]))
-        self.assertNotIn("samples", " ".join(run.run["warnings"]))
+        return run
 
-    def test_samples_of_others_are_left_out_and_counted(self):
-        # Of those that are in all partitions. In a reader's history their samples may replace ours, so that the loss
-        # equations need not hold.
-        run = self.run_beside_strangers("*")
-        self.assertTrue(run.run["complete"])
+    def test_the_names_of_the_graph_meet_nobody_in_all_partitions(self):
+        self.assertTrue(self.whole(self.run_beside_strangers("--partition", "*")))
+
+    def whole(self, run):
+        self.assertNotIn("samples", " ".join(run.run["warnings"]))
+        return all(e["loss_equations"]["hold"] for e in run.summary()["executors"])
+
+    def test_samples_of_spies_are_left_out_and_counted(self):
+        # In a reader's history their samples may replace ours, so that the loss equations need not hold.
+        run = self.run_beside_strangers("--spy")
         self.assertIn("samples of other programs", " ".join(run.run["warnings"]))
+
+    def test_a_reader_that_stops_holds_nobody_up(self):
+        reader = self.strange("--topic", "FrontLidarDriver", "--spy", "--read")
+        process = self.start(*RUN)
+        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.assertEqual(reader.stdout.readline(), "matched\n")
+        reader.send_signal(signal.SIGSTOP)
+        self.assertIsNone(process.poll(), "the run ended too early")
+        code, _, err = self.finish(process)
+        self.assertEqual(code, 0, err)
+        self.assertTrue(self.whole(self.checked("run")))
 
     def test_those_that_come_and_go_disturb_nothing(self):
         process = self.start(*RUN, stderr=subprocess.DEVNULL)
         came = 0
         while process.poll() is None:
-            stranger = self.strange("--topic", "FrontLidarDriver")
-            came += 1
+            strangers = [self.strange("--topic", "FrontLidarDriver", "--spy") for _ in range(4)]
+            came += len(strangers)
             try:
-                process.wait(0.5)
+                process.wait(0.2)
             except subprocess.TimeoutExpired:
                 pass
-            stranger.kill()
-            stranger.wait()
+            for stranger in strangers:
+                stranger.kill()
+                stranger.wait()
         code, _, err = self.finish(process)
         self.assertEqual(code, 0, err)
-        self.assertGreater(came, 2)
+        self.assertGreater(came, 8)
         self.assertTrue(self.checked("run").run["complete"])
 
     def test_telemetry_goes_on_beside_nonsense_on_its_topics(self):

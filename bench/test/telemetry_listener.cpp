@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// telemetry_listener --domain N [--runs N] [--seconds S] [--volatile] [--partition P --topic T...]
+// telemetry_listener --domain N [--runs N] [--seconds S] [--volatile] [--topic T...]
 // Prints what a live run or a replay publishes, a line of JSON for each sample, and `{"kind": "ready"}`
 // first; ends after the last statistics of `--runs` repetitions, or after `--seconds`. With topics of the
-// graph it also counts their messages, which it reads with best effort in that partition, and prints the
-// counts at the end.
+// graph it also counts their messages, which it reads with best effort as soon as the run's topic prefix is
+// known, and prints the counts at the end.
 #include <Message4kbPubSubTypes.h>
 #include <TelemetryPubSubTypes.h>
 
@@ -33,7 +33,6 @@ struct Arguments {
   std::uint32_t runs = 1;
   double seconds = 60;
   bool volatile_reader = false;
-  std::string partition;
   std::vector<std::string> topics;
 };
 
@@ -57,7 +56,7 @@ json to_json(const telemetry::RunInfo& m) {
           {"executor", m.executor()},
           {"repetition", m.repetition()},
           {"transport", m.transport()},
-          {"partition", m.partition()},
+          {"topic_prefix", m.topic_prefix()},
           {"origin", m.origin()},
           {"epoch_ns", m.epoch_ns()},
           {"speed", m.speed()},
@@ -117,13 +116,6 @@ class Listener {
     samples_ = add<telemetry::ChainSamplePubSubType>(subscriber_, telemetry::CHAIN_SAMPLES_TOPIC, true);
     statistics_ = add<telemetry::StatisticsPubSubType>(subscriber_, telemetry::STATISTICS_TOPIC, true);
     clock_ = add<telemetry::ClockPubSubType>(subscriber_, telemetry::CLOCK_TOPIC, true);
-    if (arguments.topics.empty()) return;
-    dds::SubscriberQos qos;
-    qos.partition().push_back(arguments.partition.c_str());
-    dds::Subscriber* outside = participant_->create_subscriber(qos);
-    for (const std::string& topic : arguments.topics) {
-      messages_[topic] = {add<msg::Message4kbPubSubType>(outside, topic, false), 0};
-    }
   }
   ~Listener() {
     participant_->delete_contained_entities();
@@ -183,6 +175,17 @@ class Listener {
     reader->get_subscription_matched_status(status);
   }
 
+  /// All repetitions of a command have the same prefix.
+  void read_topics(const std::string& prefix) {
+    if (!messages_.empty() || arguments_.topics.empty()) return;
+    dds::SubscriberQos qos;
+    qos.partition().push_back("*");
+    dds::Subscriber* outside = participant_->create_subscriber(qos);
+    for (const std::string& topic : arguments_.topics) {
+      messages_[topic] = {add<msg::Message4kbPubSubType>(outside, prefix + topic, false), 0};
+    }
+  }
+
   bool publisher_is_there() const {
     dds::SubscriptionMatchedStatus status;
     samples_->get_subscription_matched_status(status);
@@ -202,7 +205,10 @@ class Listener {
     for (dds::DataReader* reader : {run_, samples_, statistics_, clock_}) forget_changed_writers(reader);
     for (auto& [topic, messages] : messages_) forget_changed_writers(messages.reader);
     const auto show = [](const auto& message) { print(to_json(message)); };
-    take<telemetry::RunInfo>(run_, show);
+    take<telemetry::RunInfo>(run_, [&](const telemetry::RunInfo& message) {
+      show(message);
+      read_topics(message.topic_prefix());
+    });
     take<telemetry::ChainSample>(samples_, show);
     take<telemetry::Clock>(clock_, show);
     take<telemetry::Statistics>(statistics_, [&](const telemetry::Statistics& message) {
@@ -235,7 +241,6 @@ int main(int argc, char** argv) {
   app.add_option("--runs", arguments.runs);
   app.add_option("--seconds", arguments.seconds);
   app.add_flag("--volatile", arguments.volatile_reader);
-  app.add_option("--partition", arguments.partition);
   app.add_option("--topic", arguments.topics);
   CLI11_PARSE(app, argc, argv);
   hotpath::Listener(arguments).run();

@@ -21,7 +21,8 @@ using ::testing::HasSubstr;
 FastDdsOptions options() {
   FastDdsOptions o;
   o.domain = 100 + static_cast<std::uint32_t>(getpid() % 100);
-  o.partition = "hotpath-partners";
+  o.partition = "partners";
+  o.topic_prefix = "of this run/";
   return o;
 }
 
@@ -36,9 +37,10 @@ class Outsider {
     dds::TypeSupport type = message_type();
     type.register_type(participant_);
     dds::SubscriberQos qos;
-    qos.partition().push_back("hotpath-*");
+    qos.partition().push_back("*");
     reader_ = participant_->create_subscriber(qos)->create_datareader(
-        participant_->create_topic(topic, type.get_type_name(), dds::TOPIC_QOS_DEFAULT),
+        participant_->create_topic(options().topic_prefix + topic, type.get_type_name(),
+                                   dds::TOPIC_QOS_DEFAULT),
         dds::DATAREADER_QOS_DEFAULT);
   }
   ~Outsider() {

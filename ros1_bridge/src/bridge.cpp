@@ -151,13 +151,13 @@ void Bridge::advertise_chains() {
 
 void Bridge::advertise_points() {
   std::vector<Lidar> found;
-  if (parameters_.points && !run_->partition().empty()) found = lidars(*run_);
+  if (parameters_.points && !run_->topic_prefix().empty()) found = lidars(*run_);
   std::vector<std::string> ros_topics, dds_topics;
   StaticTransforms transforms{run_->epoch_ns(), {}};
   point_frames_.clear();
   for (const Lidar& lidar : found) {
     const std::string& name = node_names_[lidar.node];
-    dds_topics.push_back(lidar.topic);
+    dds_topics.push_back(run_->topic_prefix() + lidar.topic);
     ros_topics.push_back("hotpath/points/" + name);
     point_frames_.push_back(parameters_.frame + "/" + name);
     transforms.all.push_back(
@@ -169,7 +169,7 @@ void Bridge::advertise_points() {
     if (!transforms_) transforms_ = RosPublisher<StaticTransforms>("/tf_static", {1, true});
     transforms_.publish(transforms);
   }
-  input_.read_points(run_->partition(), dds_topics);
+  input_.read_points(dds_topics);
 }
 
 void Bridge::show(const telemetry::Statistics& statistics) {

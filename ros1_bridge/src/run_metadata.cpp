@@ -11,7 +11,7 @@ std::string run_metadata(const telemetry::RunInfo& run, const std::vector<std::s
                          const std::vector<std::string>& chain_names) {
   Json json = {
       {"run_id", run.run_id()},         {"graph", run.graph()},         {"executor", run.executor()},
-      {"repetition", run.repetition()}, {"transport", run.transport()}, {"partition", run.partition()},
+      {"repetition", run.repetition()}, {"transport", run.transport()}, {"topic_prefix", run.topic_prefix()},
       {"origin", run.origin()},         {"epoch_ns", run.epoch_ns()},   {"speed", run.speed()},
       {"nodes", Json::array()},         {"edges", Json::array()},       {"chains", Json::array()},
   };

@@ -196,11 +196,11 @@ TelemetryInput::TelemetryInput(const TelemetryOptions& options) : queue_(options
 
 TelemetryInput::~TelemetryInput() = default;
 
-void TelemetryInput::read_points(const std::string& partition, const std::vector<std::string>& topics) {
+void TelemetryInput::read_points(const std::vector<std::string>& topics) {
   dds_->forget_points();
   if (topics.empty()) return;
   dds::SubscriberQos qos;
-  qos.partition().push_back(partition.c_str());
+  qos.partition().push_back("*");
   dds_->points_subscriber = created(dds_->participant->create_subscriber(qos), "a subscriber");
   for (std::uint32_t i = 0; i < topics.size(); ++i) {
     dds_->read<msg::Message4kbPubSubType>(

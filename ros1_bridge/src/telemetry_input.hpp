@@ -56,8 +56,9 @@ class TelemetryInput {
 
   std::optional<Event> pop(std::chrono::steady_clock::time_point deadline) { return queue_.pop(deadline); }
 
-  /// Reads these topics of the graph, best effort, instead of the ones before. No topics: none.
-  void read_points(const std::string& partition, const std::vector<std::string>& topics);
+  /// Reads these topics of the graph, by their names on DDS and best effort, instead of the ones before. No
+  /// topics: none.
+  void read_points(const std::vector<std::string>& topics);
 
   /// Benchmarks that are there now.
   std::int32_t benchmarks() const { return benchmarks_.load(); }

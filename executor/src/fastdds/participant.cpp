@@ -41,7 +41,7 @@ void log_to_standard_error() {
 
 /// What the participants of one run tell each other in discovery.
 std::string run_mark(const FastDdsOptions& options) {
-  return "hotpath:" + options.partition + ":" + options.key;
+  return "hotpath:" + options.partition + ":" + options.topic_prefix;
 }
 
 }  // namespace
@@ -146,16 +146,16 @@ dds::DomainParticipant* create_run_participant(const FastDdsOptions& options,
 
 FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options)
     : domain_(options.domain),
+      topic_prefix_(options.topic_prefix),
       partners_(std::make_unique<Partners>(options)),
       participant_(create_run_participant(options, *partners_)) {
   partners_->add_participant(participant_->guid().guidPrefix);
   dds::PublisherQos publisher_qos;
   dds::SubscriberQos subscriber_qos;
-  for (const std::string& name : {options.partition, options.key}) {
-    if (!name.empty()) publisher_qos.partition().push_back(name.c_str());
+  if (!options.partition.empty()) {
+    publisher_qos.partition().push_back(options.partition.c_str());
+    subscriber_qos.partition().push_back(options.partition.c_str());
   }
-  const std::string& own = options.key.empty() ? options.partition : options.key;
-  if (!own.empty()) subscriber_qos.partition().push_back(own.c_str());
   publisher_ = participant_->create_publisher(publisher_qos);
   subscriber_ = participant_->create_subscriber(subscriber_qos);
   if (publisher_ == nullptr || subscriber_ == nullptr) {
@@ -176,8 +176,9 @@ void FastDdsParticipant::register_type(dds::TypeSupport type) {
 }
 
 dds::Topic* FastDdsParticipant::topic(const std::string& name) {
-  if (auto* known = dynamic_cast<dds::Topic*>(participant_->lookup_topicdescription(name))) return known;
-  dds::Topic* created = participant_->create_topic(name, type_name_, dds::TOPIC_QOS_DEFAULT);
+  const std::string full = topic_prefix_ + name;
+  if (auto* known = dynamic_cast<dds::Topic*>(participant_->lookup_topicdescription(full))) return known;
+  dds::Topic* created = participant_->create_topic(full, type_name_, dds::TOPIC_QOS_DEFAULT);
   if (created == nullptr) throw TransportError("Fast DDS could not create the topic " + name);
   return created;
 }

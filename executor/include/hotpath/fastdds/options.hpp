@@ -15,9 +15,10 @@ struct FastDdsOptions {
     shared_memory,  ///< Fast DDS's shared memory transport; UDP for discovery.
   };
   std::uint32_t domain = 0;  ///< DDS domain, 0 to 232.
-  std::string partition;     ///< Keeps runs on one domain apart; empty: DDS's default partition.
-  std::string key;  ///< A partition of the run's processes alone, so that readers meet no other writers; may
-                    ///< be empty. Others may read what is published in `partition`.
+  std::string partition;     ///< Of the run's processes alone; empty: DDS's default partition.
+  /// Begins the topics' names on DDS, and no others: with a name that nobody guesses, endpoints of others
+  /// match none of the run's in whatever partition they are.
+  std::string topic_prefix;
   Network network = Network::udp;
   bool loopback_only = true;  ///< Nothing leaves the machine.
 };

@@ -47,12 +47,12 @@ class FastDdsParticipant {
                                                  eprosima::fastdds::dds::DataReaderListener* listener);
 
   /// Whether a writer, as samples name it, belongs to this run: to this participant, or to one of this class
-  /// with the same partition.
+  /// with the same partition and topic prefix.
   [[nodiscard]] bool is_of_run(const eprosima::fastdds::dds::InstanceHandle_t& writer) const;
 
   /// Waits until every endpoint has met its partners in the participants of this class with the same
-  /// partition; others that listen or publish there do not count. Throws TransportError that names one
-  /// that has not by `deadline`.
+  /// partition and topic prefix; others that listen or publish there do not count. Throws TransportError that
+  /// names one that has not by `deadline`.
   void wait_until_matched(Time deadline) const;
 
  private:
@@ -66,6 +66,7 @@ class FastDdsParticipant {
   eprosima::fastdds::dds::Topic* topic(const std::string& name);
 
   const std::uint32_t domain_;
+  const std::string topic_prefix_;
   const std::unique_ptr<Partners> partners_;
   std::string type_name_;
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
