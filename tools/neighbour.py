@@ -5,7 +5,9 @@
 Live runs of Autoware under rm-ro on the last processor, by turns: alone, alone again, beside strangers who take the
 graph's names in all partitions, and beside strangers who read the run's own names in the traffic of discovery, so that
 its readers match them. Medians are compared with those of the first. With --publish the figures go to
-results/reliability/neighbour.json. Exit code 1: strangers whom nobody matches move the median by more than a run against itself does.
+results/reliability/neighbour.json. Exit code 1: strangers whom nobody matches move the median by more than a run
+against
+itself does.
 """
 
 import argparse
@@ -65,7 +67,9 @@ def measured(kind: str, seconds: float, processors: list[int]) -> tuple[list[flo
         latencies = Run(folder).latencies()
         of_hot_path = list(latencies[latencies["chain"] == "hot_path"]["hot_path_ms"])
         if not of_hot_path:
-            sys.exit(f"neighbour.py: {kind}: the hot path never ended; --seconds longer, on a machine that is idle")
+            sys.exit(
+                f"neighbour.py: {kind}: the hot path never ended; --seconds longer, on a machine that is idle"
+            )
         return of_hot_path, sum(written)
 
 

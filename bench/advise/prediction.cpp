@@ -130,8 +130,8 @@ void add_bound(Prediction& prediction, const std::string& chain) {
   if (candidate.spec.deployment) return;  // theory here is of one executor
   try {
     const CallbackGraph callbacks = callback_graph(candidate.graph, candidate.tasks, false);
-    for (const GraphBounds& bounds :
-         graph_bounds(bounded_system(candidate.graph, callbacks, *candidate.spec.entry, candidate.spec.scheduler))) {
+    for (const GraphBounds& bounds : graph_bounds(
+             bounded_system(candidate.graph, callbacks, *candidate.spec.entry, candidate.spec.scheduler))) {
       for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
         if (callbacks.chains[c].name != chain || !bounds.chains[c]) continue;
         const double ms = to_ms(Duration(bounds.chains[c]->latency));

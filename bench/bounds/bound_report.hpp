@@ -108,7 +108,7 @@ class BoundReport {
     std::vector<std::string> header = {what, "bound ms"};
     header.insert(header.end(), more.begin(), more.end());
     if (observed_) header.insert(header.end(), {"observed ms", "tightness", ""});
-    return TextTable("", std::move(header));
+    return {"", header};
   }
 
   /// What to change for a smaller bound.
@@ -159,7 +159,7 @@ class BoundReport {
       cells.insert(cells.end(),
                    {in_ms(observed), tightness ? fixed(*tightness, 3) : "-", violated ? "VIOLATED" : ""});
     }
-    rows.add_row(std::move(cells));
+    rows.add_row(cells);
     write_row(csv_, key[1], method, key[0], key[2], bound, observed, tightness, violated ? "yes" : "no",
               deadline, response, waiting, dominated);
   }

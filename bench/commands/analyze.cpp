@@ -198,8 +198,8 @@ class Analysis {
     TextTable table(
         executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
         {"method", "ms", ""});
-    for (const TimerChainBound& b :
-         timer_chain_bounds(bounded_system(graph_, callbacks, *executor.entry, executor.scheduler), options_.chain)) {
+    for (const TimerChainBound& b : timer_chain_bounds(
+             bounded_system(graph_, callbacks, *executor.entry, executor.scheduler), options_.chain)) {
       table.add_row({b.method, in_ms(b.latency), b.refusal});
     }
     std::cout << "\n" << table;

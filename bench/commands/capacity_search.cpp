@@ -136,7 +136,8 @@ class CapacitySearch {
       const GraphTasks tasks = make_tasks(graph);
       const CallbackGraph callbacks = callback_graph(graph, tasks, false);
       const ExecutorSpec spec = executors_to_run(options, graph, tasks).front();
-      const std::vector<GraphBounds> bounds = graph_bounds(bounded_system(graph, callbacks, *spec.entry, spec.scheduler));
+      const std::vector<GraphBounds> bounds =
+          graph_bounds(bounded_system(graph, callbacks, *spec.entry, spec.scheduler));
       any = any || std::ranges::any_of(bounds, [](const GraphBounds& b) { return b.refusal.empty(); });
       return refusal(bounds, tasks.set, graph.chains.size());
     };

@@ -40,7 +40,7 @@ void print(const WcrtTable& table) {
   for (const WcrtColumn& c : columns) header.push_back(std::to_string(c.utilisation_percent) + " %");
   TextTable rows(text("%s (delta = %.3f us, Delta = n * delta = %.4f ms)", table.title,
                       static_cast<double>(table.delta) / 1e3, static_cast<double>(7 * table.delta) / 1e6),
-                 std::move(header));
+                 header);
   for (std::size_t i = 0; i < kTasks.size(); ++i) {
     std::vector<TextTable::Cell> cells = {kTasks[i].task};
     for (const WcrtColumn& c : columns) {
@@ -48,7 +48,7 @@ void print(const WcrtTable& table) {
       cells.push_back((bound ? fixed(static_cast<double>(*bound) / 1e6, 2) : "-") +
                       text(" (%6.2f)", c.printed_ms[i]));
     }
-    rows.add_row(std::move(cells));
+    rows.add_row(cells);
   }
   std::cout << rows << "\n";
 }

@@ -94,9 +94,8 @@ class Run:
         return frame
 
     def jobs(self, executor: str, repetition: int) -> pd.DataFrame:
-        """Rows of jobs.csv with instants in ms, NaN for one that did not come, and whether it was `late`: finished after its
-        deadline. Raises InputError where there are
-        none."""
+        """Rows of jobs.csv with instants in ms, NaN for one that did not come, and whether each was `late`: finished
+        after its deadline. Raises InputError where there are none."""
         path, instants = self.folder / "jobs.csv", ["timestamp", "release", "start", "finish", "deadline"]
         named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
         more = ["worker", "process", "parent_task", "parent_sequence"]

@@ -91,7 +91,8 @@ json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<
   const CallbackGraph callbacks = callback_graph(graph, tasks, false);
   for (const ExecutorSpec& executor : executors) {
     if (executor.deployment) continue;
-    const std::vector<GraphBounds> sets = graph_bounds(bounded_system(graph, callbacks, *executor.entry, executor.scheduler));
+    const std::vector<GraphBounds> sets =
+        graph_bounds(bounded_system(graph, callbacks, *executor.entry, executor.scheduler));
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       const auto bound = [&](const GraphBounds& set) {
         return set.tasks.empty() || !set.tasks[id] ? Duration::max() : Duration(*set.tasks[id]);
