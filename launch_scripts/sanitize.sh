@@ -24,7 +24,7 @@ if [ "${1:-}" = --all ]; then
   # And it divides by zero, which is the import's to report: the preset leaves that signal alone.
   export HOTPATH_MUTATIONS=0
   unity=ON  # of everything it takes a third of the time
-  run asan all . 'bench_(failing_calls|((machine|process)_)?faults|second_host)_test'
+  run asan all . 'bench_(disk|failing_calls|((machine|process)_)?faults|second_host)_test'
 else
   memory=(hotpath_executor_{trace,csv,simulator,wait_set,live_executor}_test)
   run asan "${memory[*]}" "$(IFS='|'; echo "^(${memory[*]})\$")"

@@ -193,7 +193,8 @@ class Adviser {
     if (c.sets_priorities) {
       Graph graph = c.graph;
       graph.platform = graph_.platform;
-      write_graph(folder / "graph.yaml", graph, {"With the priorities that deployment.yaml needs.", {}});
+      write_graph(folder / "graph.yaml", graph, {"With the priorities that deployment.yaml needs.", {}},
+                  write_with_folder);
     }
     try {
       const auto cie = [&](std::ostream& out) { write_cie(out, c.graph, c.tasks, plan); };

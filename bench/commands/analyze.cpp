@@ -237,8 +237,7 @@ class Analysis {
   /// What the page is made from, then the page.
   void write_page(const BoundReport& report) const {
     const std::filesystem::path folder = options_.page;
-    std::error_code failed;
-    std::filesystem::create_directories(folder, failed);
+    create_folder(folder, "--page");
     const nlohmann::json facts = {{"graph", graph_.name},
                                   {"load_percent", load_percent(graph_)},
                                   {"costs", costs_text()},

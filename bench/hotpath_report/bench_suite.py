@@ -18,7 +18,7 @@ from hotpath_report import hotpath_command
 from hotpath_report.bench_values import BenchValues, compare
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.run import Run
-from hotpath_report.tables import read_json, write_json
+from hotpath_report.tables import make_folder, read_json, write_json
 
 HOT_PATH = "hot_path"  # no program, but `hotpath compare`
 PROGRAMS = ("scheduler", "simulator", "executor", "transport", HOT_PATH)
@@ -126,7 +126,7 @@ def new_folder(name: str) -> Path:
             f"the output folder {folder} holds a run already; name another with --output, or remove it"
         )
     try:
-        (folder / "raw").mkdir(parents=True, exist_ok=True)
+        make_folder(folder / "raw")
     except OSError as error:
         raise InputError(f"--output: {folder} cannot be created ({error.strerror}); name another") from None
     return folder

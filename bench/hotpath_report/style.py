@@ -14,7 +14,7 @@ from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
 from hotpath_report.hotpath_command import executor_named  # noqa: E402
-from hotpath_report.tables import write_file  # noqa: E402
+from hotpath_report.tables import make_folder, write_file  # noqa: E402
 
 WIDE, NARROW = 9.2, 4.3  # inches
 PNG_DPI = 150
@@ -145,7 +145,7 @@ def settle(figure: Figure) -> None:
 def save(figure: Figure, folder: str | Path, name: str) -> None:
     """Writes name.svg and name.png, each under its final name only when it is whole, and prints their names."""
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     settle(figure)
     for suffix, metadata in (("svg", {"Date": None, "Creator": "hotpath"}), ("png", {"Software": None})):
         stream, path = io.BytesIO(), folder / f"{name}.{suffix}"

@@ -2,6 +2,7 @@
 """CSV and JSON files in and out, with errors that name the file, and the line where there is one; tables for a
 terminal."""
 
+import errno
 import json
 import os
 import zlib
@@ -48,10 +49,37 @@ def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] 
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Replaces a file by a whole new one."""
+    """Replaces a file by a whole new one, which is on disk afterwards."""
     part = path.with_name(f".{path.name}.part")
     part.write_bytes(content.encode() if isinstance(content, str) else content)
+    name_durably(part, path)
+
+
+def await_disk(path: Path) -> None:
+    """Waits until a file's content, or the names in a folder, would survive a loss of power."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # of a file system that keeps nothing for later
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def name_durably(part: Path, path: Path) -> None:
+    """Gives `part` the name `path` once its content is on disk, and waits until the name is."""
+    await_disk(part)
     os.replace(part, path)
+    await_disk(path.parent)
+
+
+def make_folder(folder: Path) -> None:
+    """Creates a folder and those above it, and waits until their names are on disk."""
+    if not folder.is_dir():
+        make_folder(folder.parent)
+        folder.mkdir(exist_ok=True)
+        await_disk(folder.parent)
 
 
 def write_json(path: Path, value: Any) -> None:

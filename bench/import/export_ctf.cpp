@@ -6,6 +6,7 @@
 #include "import/run_events.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 
@@ -56,8 +57,13 @@ void export_ctf(const std::string& folder, const std::string& output) {
         one ? fs::path(output) : fs::path(output) / concat(trace.executor, "-", trace.repetition);
     if (fs::exists(to))
       throw UsageError("--output: " + to.string() + " is there already; name a new folder, or remove it");
-    if (to.has_parent_path()) fs::create_directories(to.parent_path());
-    write_ctf(to, run_events(exported));
+    if (to.has_parent_path()) create_folder(to.parent_path());
+    const fs::path part = to.string() + ".part";
+    fs::remove_all(part);  // of an export that was killed
+    write_ctf(part, run_events(exported));
+    if (const std::error_code error = name_folder_durably(part, to)) {
+      throw RunError(to.string() + " cannot be written (" + error.message() + ")");
+    }
   }
 }
 

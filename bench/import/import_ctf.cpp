@@ -24,6 +24,7 @@
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
+#include "program/whole_file.hpp"
 #include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
 #include "results/summary_table.hpp"
@@ -219,7 +220,7 @@ class CtfImport final : public RecordedJobSink {
     if (!jobs_.empty() || !lost_.empty()) append();
     const Interpretation& best = found_.best;
     const fs::path graph_file = output_ / "graph.yaml";
-    write_graph(graph_file, best.graph, import_comments(*recording_, best));
+    write_graph(graph_file, best.graph, import_comments(*recording_, best), write_with_folder);
     write_run(*folder_, graph_file, best.trace, "recorded");
     if (best.check.failure.empty()) {
       RunFolder simulated(output_ / "simulated");

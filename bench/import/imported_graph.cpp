@@ -43,7 +43,7 @@ void write_import(ImportedGraph imported, const std::string& folder) {
   std::string& header = imported.comments.header;
   for (const std::string& line : imported.found) header += "\n" + line;
   for (const std::string& line : imported.missing) header += "\nNot known: " + line;
-  write_graph(file, imported.graph, imported.comments);
+  write_graph(file, imported.graph, imported.comments, write_with_folder);
   const Graph graph = load_graph(file);  // what does not load is not worth having
   for (const std::string& line : imported.found) std::cout << line << "\n";
   for (const std::string& line : imported.missing) std::cout << "Not known: " << line << "\n";

@@ -40,6 +40,22 @@ std::string write_and_rename(const fs::path& file, const FileContent& content) {
   return file.string() + " cannot be written (" + error.message() + ")";
 }
 
+fs::path folder_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+/// Waits for the names of the folders that it creates.
+std::error_code create_durably(const fs::path& folder) {
+  std::error_code error;
+  if (folder.empty() || fs::is_directory(folder, error)) return {};
+  if (fs::exists(folder, error)) return std::make_error_code(std::errc::not_a_directory);
+  if (!folder.has_filename()) return create_durably(folder.parent_path());
+  error = create_durably(folder.parent_path());
+  // Another process may create it at the same time.
+  if (!error) fs::create_directory(folder, error);
+  return error ? error : await_disk(folder_of(folder));
+}
+
 }  // namespace
 
 std::error_code await_disk(const fs::path& path) {
@@ -55,8 +71,18 @@ std::error_code await_disk(const fs::path& path) {
 std::error_code name_durably(const fs::path& part, const fs::path& file) {
   std::error_code error = await_disk(part);
   if (!error) fs::rename(part, file, error);
-  if (!error) error = await_disk(file.has_parent_path() ? file.parent_path() : fs::path("."));
+  if (!error) error = await_disk(folder_of(file));
   return error;
+}
+
+std::error_code name_folder_durably(const fs::path& part, const fs::path& folder) {
+  std::error_code error;
+  fs::recursive_directory_iterator at(part, error);
+  for (const fs::recursive_directory_iterator end; !error && at != end;) {
+    error = await_disk(at->path());
+    if (!error) at.increment(error);
+  }
+  return error ? error : name_durably(part, folder);
 }
 
 void write_whole_file(const fs::path& file, const FileContent& content) {
@@ -68,10 +94,13 @@ void write_whole_file(const fs::path& file, const std::string& option, const Fil
   if (!failure.empty()) throw UsageError(option + ": " + failure + "; name another place");
 }
 
+void write_with_folder(const fs::path& file, const std::string& text) {
+  create_folder(folder_of(file));
+  write_whole_file(file, text);
+}
+
 void create_folder(const fs::path& folder, const std::string& option) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) {
+  if (const std::error_code error = create_durably(folder)) {
     throw UsageError(option + ": the folder " + folder.string() + " cannot be created (" + error.message() +
                      "); name another");
   }

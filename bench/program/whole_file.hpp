@@ -21,6 +21,10 @@ using FileContent = std::variant<std::string, nlohmann::json, std::function<void
 [[nodiscard]] std::error_code name_durably(const std::filesystem::path& part,
                                            const std::filesystem::path& file);
 
+/// The same for a folder and all that is in it.
+[[nodiscard]] std::error_code name_folder_durably(const std::filesystem::path& part,
+                                                  const std::filesystem::path& folder);
+
 /// Writes a file, which gets its name when it is whole and on disk; one that has the name is replaced then.
 /// Leaves nothing behind when it cannot be written (disk full, for example), and throws RunError, or, where a
 /// file was asked for by an option of the command line, UsageError that names `option`.
@@ -28,7 +32,11 @@ void write_whole_file(const std::filesystem::path& file, const FileContent& cont
 void write_whole_file(const std::filesystem::path& file, const std::string& option,
                       const FileContent& content);
 
-/// Creates a folder and those above it. Throws UsageError that names `option`.
+/// The same for a file whose folder may be missing.
+void write_with_folder(const std::filesystem::path& file, const std::string& text);
+
+/// Creates a folder and those above it, and waits until their names are on disk. Throws UsageError that names
+/// `option`.
 void create_folder(const std::filesystem::path& folder, const std::string& option = "--output");
 
 }  // namespace hotpath

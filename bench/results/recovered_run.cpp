@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "program/errors.hpp"
 #include "program/whole_file.hpp"
 #include "results/run_folder.hpp"
 #include "results/stored_run.hpp"
@@ -71,7 +72,9 @@ Summary recover_run(const fs::path& folder) {
     // Not under `.part`, which is what another attempt starts from.
     const fs::path copy = whole.string() + ".recovered";
     write_whole_file(copy, [&](std::ostream& out) { copy_rows(grown, kept, out); });
-    fs::rename(copy, whole);
+    if (const std::error_code error = name_durably(copy, whole)) {
+      throw RunError(whole.string() + " cannot be written (" + error.message() + ")");
+    }
     fs::remove(grown);
   }
   if (lock >= 0) close(lock);

@@ -99,6 +99,7 @@ void SweepJournal::read_back() {
     is_done_[cell] = true;
     ++done_;
   }
+  if (in.bad()) fail();
   // What follows was being written when the sweep ended.
   if (truncate(file_.c_str(), static_cast<off_t>(whole)) != 0) fail();
 }
@@ -106,11 +107,21 @@ void SweepJournal::read_back() {
 void SweepJournal::open() {
   descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail();
+  if (const std::error_code error = await_disk(folder_)) {
+    errno = error.value();
+    fail();
+  }
 }
 
 void SweepJournal::fail() const {
   throw RunError(file_.string() + ": " + std::strerror(errno) + "; " + std::to_string(done_) +
                  " cells are kept there, and the same command goes on with the others");
+}
+
+void SweepJournal::fail_reading() const {
+  throw RunError(file_.string() +
+                 ": it cannot be read back whole, so that no table is written; "
+                 "the same command tries again");
 }
 
 std::vector<std::uint64_t> SweepJournal::missing() const {
@@ -149,12 +160,12 @@ void SweepJournal::write_table(const std::string& header) {
   for (std::streamoff at = 0; std::getline(in, line); at = in.tellg()) {
     if (parse(line, cell, rows)) places.emplace(cell, at);
   }
+  if (places.size() != is_done_.size() - missing().size()) fail_reading();
   in.clear();
   write_whole_file(folder_ / "table.csv", [&](std::ostream& out) {
     out << header << "\n";
     for (const auto& [number, at] : places) {
-      std::getline(in.seekg(at), line);
-      parse(line, cell, rows);
+      if (!std::getline(in.seekg(at), line) || !parse(line, cell, rows)) fail_reading();
       out << rows;
     }
   });

@@ -42,6 +42,7 @@ class SweepJournal {
   void open();
   void read_back();
   [[noreturn]] void fail() const;
+  [[noreturn]] void fail_reading() const;
 
   std::filesystem::path folder_, file_;
   std::vector<bool> is_done_;

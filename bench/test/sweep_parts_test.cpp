@@ -152,6 +152,17 @@ TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
   EXPECT_EQ(table.str(), "header\nzero\none,\"a\"\nfour\n");
 }
 
+TEST_F(SweepTest, AJournalThatCannotBeReadBackMakesNoTable) {
+  const fs::path folder = folder_ / "out";
+  SweepJournal journal(folder, design(kGrid));
+  journal.add(0, "zero\n");
+  journal.add(1, "one\n");
+  journal.flush();
+  fs::resize_file(folder / "cells.journal", fs::file_size(folder / "cells.journal") - 3);
+  EXPECT_THROW(journal.write_table("header"), RunError);
+  EXPECT_FALSE(fs::exists(folder / "table.csv"));
+}
+
 TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
   const SweepDesign d = design(kGrid);
   SweepJournal(folder_ / "out", d);

@@ -82,5 +82,27 @@ TEST(Csv, AFileThatCannotBeReadIsNamed) {
   EXPECT_THAT(refusal([] { CsvReader csv(std::filesystem::path("/tmp")); }), HasSubstr("cannot be read"));
 }
 
+/// A file of a disk that fails after its first bytes.
+class FailingFile : public std::streambuf {
+ public:
+  FailingFile() { setg(text_, text_, text_ + sizeof text_ - 1); }
+
+ private:
+  int_type underflow() override { throw std::ios_base::failure("read"); }
+
+  char text_[14] = "name\nIMU\nGNSS";
+};
+
+TEST(Csv, AFileThatCannotBeReadToItsEndIsNoShorterFile) {
+  FailingFile file;
+  std::istream in(&file);
+  CsvReader csv(in, "a.csv");
+  ASSERT_TRUE(csv.next());
+  EXPECT_THAT(refusal([&] {
+                while (csv.next()) continue;
+              }),
+              HasSubstr("a.csv:2: the file cannot be read further"));
+}
+
 }  // namespace
 }  // namespace hotpath::test

@@ -263,31 +263,33 @@ std::string times_name(const Callback& callback) {
   return name;
 }
 
-void write_text(const fs::path& file, const std::string& text) {
+}  // namespace
+
+void write_text_file(const fs::path& file, const std::string& text) {
+  std::error_code error;
+  if (file.has_parent_path()) fs::create_directory(file.parent_path(), error);
   std::ofstream out(file);
   out << text;
   out.close();
   if (!out) cannot_write(file);
 }
 
-}  // namespace
-
 std::string graph_yaml(const Graph& graph, const GraphComments& comments) {
   return Writer(graph, comments, [](const Callback&) { return std::string(); }).text();
 }
 
-void write_graph(const fs::path& file, const Graph& graph, const GraphComments& comments) {
+void write_graph(const fs::path& file, const Graph& graph, const GraphComments& comments,
+                 const TextWriter& write) {
+  if (file.has_parent_path() && !fs::is_directory(file.parent_path())) cannot_write(file);
   const fs::path folder = file.stem().string() + "_times";
   const auto times_file = [&](const Callback& callback) -> std::string {
     if (callback.measured->size() <= kMaxInlineTimes) return {};
-    std::error_code error;
-    fs::create_directories(file.parent_path() / folder, error);
     std::string lines = "execution_time_ms\n";
     for (const Duration value : *callback.measured) lines += format_ms(value) + "\n";
-    write_text(file.parent_path() / folder / times_name(callback), lines);
+    write(file.parent_path() / folder / times_name(callback), lines);
     return (folder / times_name(callback)).string();
   };
-  write_text(file, Writer(graph, comments, times_file).text());
+  write(file, Writer(graph, comments, times_file).text());
 }
 
 }  // namespace hotpath

@@ -9,7 +9,7 @@ import jinja2
 import markupsafe
 
 from hotpath_report.hotpath_command import draw_if_possible
-from hotpath_report.tables import read_json, text_table
+from hotpath_report.tables import read_json, text_table, write_file
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 
@@ -56,4 +56,4 @@ def write_import(folder: str) -> None:
     """Writes import.md, the page of `hotpath import ctf`. Raises InputError."""
     result: dict[str, Any] = read_json(Path(folder) / "import.json", "hotpath import ctf")
     page = environment().get_template("import.md.j2").render(result)
-    (Path(folder) / "import.md").write_text(page, encoding="utf-8")
+    write_file(Path(folder) / "import.md", page)

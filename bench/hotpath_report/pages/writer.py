@@ -12,7 +12,7 @@ from hotpath_report.pages.svg import for_page, svg_of
 from hotpath_report.pages.text import TEMPLATES, environment
 from hotpath_report.statistics import Samples, rank_test, ratio
 from hotpath_report.style import NARROW, WIDE
-from hotpath_report.tables import write_file
+from hotpath_report.tables import make_folder, write_file
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def make_figure(name: str, title: str, draw: Draw, commands: list[str]) -> Figur
 
 def write_figures(folder: Path, figures: list[Figure]) -> None:
     """Each figure on white, because a Markdown viewer may be dark, and its numbers."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     for figure in figures:
         white = '<rect width="100%" height="100%" fill="white"/>\n <defs>'
         write_file(folder / f"{figure.name}.svg", figure.svg["wide"].replace("<defs>", white, 1))

@@ -21,7 +21,7 @@ from hotpath_report.paper.cells import MODES, Cell, all_cells, duration_text
 from hotpath_report.paper.items import ITEMS, NAMES
 from hotpath_report.paper.noise import NOISY
 from hotpath_report.paper.runner import Runner, facts_of
-from hotpath_report.tables import write_json
+from hotpath_report.tables import make_folder, write_json
 
 SEED = 1
 SIMULATIONS_AT_ONCE = 2
@@ -109,7 +109,7 @@ def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
     folder, path = options.output, options.output / "plan.json"
     plan = {"mode": options.mode.name, "seed": SEED, "order": [c.name for c in cells]}
     try:
-        (folder / "cells").mkdir(parents=True, exist_ok=True)
+        make_folder(folder / "cells")
         file = open(folder / ".lock", "w", encoding="ascii")
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         before = facts_of(path)

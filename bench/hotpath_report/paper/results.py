@@ -29,7 +29,7 @@ from hotpath_report.paper.reference import REAL
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import Estimate
-from hotpath_report.tables import write_file, write_json
+from hotpath_report.tables import make_folder, write_file, write_json
 
 # At the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
@@ -130,7 +130,7 @@ def percentiles(evidence: Evidence) -> pd.DataFrame:
 
 def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes page, figures, claims.json and percentiles into `folder`, and returns the verdicts."""
-    (folder / "data").mkdir(parents=True, exist_ok=True)
+    make_folder(folder / "data")
     write_file(
         folder / "data" / "percentiles.csv", percentiles(evidence).to_csv(index=False, float_format="%.6f")
     )

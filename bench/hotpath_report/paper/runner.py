@@ -18,7 +18,7 @@ from typing import Any
 from hotpath_report.errors import InputError, RunError
 from hotpath_report.paper.cells import Cell
 from hotpath_report.paper.noise import busy_seconds, noise_of
-from hotpath_report.tables import read_json, write_json
+from hotpath_report.tables import name_durably, read_json, write_json
 
 # A cell that outlived a killed reproduction would disturb the next one's measurements.
 ENDS_WITH_US = ("setpriv", "--pdeathsig", "TERM", "--")
@@ -142,7 +142,7 @@ class Runner:
                 facts |= {"at_once": at_once, "noise": noise_of(run, others)}
             write_json(part / "cell.json", facts)
             self.set_aside(cell)
-            os.replace(part, self.folder / cell.name)
+            name_durably(part, self.folder / cell.name)
         self.on_change(cell.seconds / at_once)
 
     def run_all(self, cells: list[Cell], workers: int) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from hotpath_report.paper.evidence import COLUMNS, COPIED_TABLES, Evidence
-from hotpath_report.tables import read_json, read_table, write_file, write_json
+from hotpath_report.tables import make_folder, read_json, read_table, write_file, write_json
 
 HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.gz", "timers.csv"
 CELLS_FILE = "cells.json"
@@ -36,7 +36,7 @@ def write_samples(frame: pd.DataFrame, path: Path) -> None:
 
 def write(evidence: Evidence, folder: Path) -> None:
     """Everything that figures, tables and claims need, as data/."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     write_samples(evidence.hot_path[COLUMNS["hot_path"]], folder / HOT_PATH_FILE)
     write_samples(evidence.responses[COLUMNS["responses"]], folder / RESPONSES_FILE)
     write_file(folder / TIMERS_FILE, evidence.timers.rename(columns=IN_FILES).to_csv(index=False))

@@ -84,7 +84,10 @@ bool CsvReader::next() {
 
 bool CsvReader::read_line() {
   do {
-    if (!std::getline(*in_, text_)) return false;
+    if (!std::getline(*in_, text_)) {
+      if (in_->bad()) fail("the file cannot be read further", "is the disk in order?");
+      return false;
+    }
     ++line_;
     if (text_.ends_with('\r')) text_.pop_back();
   } while (layout_ == CsvLayout::by_hand && trimmed(text_).empty());

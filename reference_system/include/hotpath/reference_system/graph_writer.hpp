@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -22,9 +23,16 @@ inline constexpr std::size_t kMaxInlineTimes = 20;
 /// A group without a name is mutually exclusive, as in a file.
 [[nodiscard]] std::string graph_yaml(const Graph& graph, const GraphComments& comments = {});
 
-/// Writes the graph into `file`. Callbacks with more than kMaxInlineTimes measured execution times have them
-/// in CSV files in a folder beside it, which is called STEM_times after the file. Throws InputError when a
-/// file cannot be written.
-void write_graph(const std::filesystem::path& file, const Graph& graph, const GraphComments& comments = {});
+/// Writes a text into a file, whose folder may be missing.
+using TextWriter = std::function<void(const std::filesystem::path& file, const std::string& text)>;
+
+/// A TextWriter that does not wait for the disk. Throws InputError when the file cannot be written.
+void write_text_file(const std::filesystem::path& file, const std::string& text);
+
+/// Writes the graph into `file`, by `write`. Callbacks with more than kMaxInlineTimes measured execution
+/// times have them in CSV files in a folder beside it, which is called STEM_times after the file. They are
+/// written first. Throws InputError when there is no folder for `file`, and what `write` throws.
+void write_graph(const std::filesystem::path& file, const Graph& graph, const GraphComments& comments = {},
+                 const TextWriter& write = write_text_file);
 
 }  // namespace hotpath

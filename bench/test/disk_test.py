@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a command stored survives a loss of power.
+
+disk_calls.cpp notes each wait for the disk and each name that is given. A model disk keeps only what was waited for; when
+the command has ended, it must hold what the folder holds. On the way, a file gets its name after its content is kept; that
+name is kept before another is given in the same folder or below; run.json names repetitions whose rows are kept; and what
+grows under its own name has that name kept before its content. Each wait that is left out of the record must be noticed,
+but for those that repeat another.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+from hotpath_command import CommandTest, processes_of
+
+LIBRARY = os.environ.get("DISK_CALLS", "")
+SHORT = ("--duration", "0.5", "--warm-up", "0")
+SWEEP = "command: simulate\nfixed: {executors: default, duration: 0.1, warm-up: 0}\naxes: {load: [10, 20]}\n"
+REPORT = (
+    "import sys, pathlib; from hotpath_report import tables; f = pathlib.Path(sys.argv[1]);"
+    "tables.make_folder(f / 'a' / 'b'); tables.write_file(f / 'a' / 'b' / 'page', 'text');"
+    "tables.write_json(f / 'a' / 'facts', {'a': 1})"
+)
+
+
+class Event:
+    """An entry of the record."""
+
+    def __init__(self, line, content):
+        facts, self.path, self.renamed = line.decode().rstrip("\n").split("\t")
+        self.kind, inode, _ = facts.split(" ")
+        self.inode, self.content = int(inode), content
+
+    def __repr__(self):
+        return f"{self.kind} {self.path} {self.renamed}"
+
+
+def events_of(log):
+    found = []
+    with open(log, "rb") as file:
+        while line := file.readline():
+            found.append(Event(line, file.read(int(line.split(b"\t")[0].split(b" ")[2]))))
+    return found
+
+
+def state_of(folder):
+    """{path: (inode, content)}; a folder's content is its names with their inodes."""
+    found = {}
+    for path in [folder, *folder.rglob("*")]:
+        names = {p.name: p.stat().st_ino for p in path.iterdir()} if path.is_dir() else path.read_bytes()
+        found[path] = (path.stat().st_ino, names)
+    return found
+
+
+class Disk:
+    """Keeps what was waited for, by inode; `first`: what was there before."""
+
+    def __init__(self, first):
+        self.kept = dict(first.values())
+        self.names = {path: content for path, (_, content) in first.items() if isinstance(content, dict)}
+        self.rows = {path.name: content for path, (_, content) in first.items() if path.suffix == ".part"}
+        self.unkept_names = set()  # folders in which a name was given that is not kept
+        self.defects = []
+
+    def take(self, event):
+        path = pathlib.Path(event.path)
+        if event.kind == "rename-file":
+            if self.kept.get(event.inode) != event.content:
+                self.defects.append(f"{event}: before its content was kept")
+        named = pathlib.Path(event.renamed or event.path)
+        if event.kind.startswith(("rename", "make")) and named.suffix != ".part":
+            if self.unkept_names & set(named.parents):
+                self.defects.append(f"{event}: before the name given before was kept")
+            self.unkept_names.add(named.parent)
+        elif event.kind == "wait-folder":
+            lines = (line.split(" ", 1) for line in event.content.decode().splitlines())
+            self.kept[event.inode] = self.names[path] = {name: int(inode) for inode, name in lines}
+            self.unkept_names.discard(path)
+        else:
+            self.kept[event.inode] = event.content
+            self.rows[path.name] = event.content
+            parts = any(name.endswith(".part") for name in path.parts)
+            if not parts and self.names.get(path.parent, {}).get(path.name) != event.inode:
+                self.defects.append(f"{event}: before its name was kept")
+            if path.name == "run.json.part":
+                self.check_rows(event)
+
+    def check_rows(self, event):
+        for run in json.loads(event.content).get("runs", []):
+            beginning = f"\n{run['executor']},{run['repetition']},".encode()
+            for name in ("jobs.csv.part", "chains.csv.part"):
+                if beginning not in self.rows.get(name, b""):
+                    self.defects.append(f"{event}: names rows that {name} does not keep")
+
+    def compare(self, state):
+        for path, (inode, content) in state.items():
+            if self.kept.get(inode) != content:
+                self.defects.append(f"{path} is not kept as it is")
+
+
+def defects_of(first, events, last):
+    disk = Disk(first)
+    for event in events:
+        disk.take(event)
+    disk.compare(last)
+    return disk.defects
+
+
+def is_needed(events, k):
+    """Whether the wait keeps something new, and something that relies on it is named before another wait for the same:
+    on a folder any name, on a file its own and that of run.json."""
+    same = [i for i, e in enumerate(events) if (e.kind, e.inode) == (events[k].kind, events[k].inode)]
+    before, after = [i for i in same if i < k], [i for i in same if i > k]
+    if before and events[before[-1]].content == events[k].content:
+        return False
+    if not after:
+        return True
+    names = [pathlib.Path(e.path) for e in events[k : after[0]] if not e.kind.startswith("wait")]
+    if events[k].kind == "wait-folder":
+        return names != []
+    return any(name == pathlib.Path(events[k].path) or name.name == "run.json.part" for name in names)
+
+
+class PowerLoss(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.disk = self.folder / "disk"
+        self.disk.mkdir()
+        self.log = self.folder / "log"
+
+    def assert_survives(self, *arguments, program=None):
+        """The command leaves what survives, and needs each of its waits for it."""
+        self.log.write_bytes(b"")
+        first = state_of(self.disk)
+        self.environment |= {"LD_PRELOAD": LIBRARY, "HOTPATH_DISK_LOG": str(self.log),
+                             "HOTPATH_DISK_FOLDER": str(self.disk)}  # fmt: skip
+        code, _, err = self.command(*arguments) if program is None else self.finish(program())
+        for name in ("LD_PRELOAD", "HOTPATH_DISK_LOG", "HOTPATH_DISK_FOLDER"):
+            del self.environment[name]
+        self.assertEqual(code, 0, err)
+        events, last = events_of(self.log), state_of(self.disk)
+        self.assertGreater(len(events), 2)
+        self.assertEqual(defects_of(first, events, last), [])
+        needed = [k for k, e in enumerate(events) if e.kind.startswith("wait") and is_needed(events, k)]
+        self.assertGreater(len(needed), 1)
+        for k in needed:
+            without = events[:k] + events[k + 1 :]
+            self.assertNotEqual(defects_of(first, without, last), [], f"nobody misses {events[k]}")
+
+    def test_simulate(self):
+        self.assert_survives("simulate", "--executors", "default,rm-ro", *SHORT, "--output", self.disk / "a" / "run")
+
+    def test_run(self):
+        self.assert_survives("run", "--transport", "intra_process", "--load", 1, *SHORT, "--output", self.disk / "run")
+
+    def test_summarize_and_export(self):
+        self.accepted("simulate", "--executor", "default", *SHORT, "--output", self.disk / "run")
+        self.assert_survives("summarize", self.disk / "run", "--responses", self.disk / "responses.csv")
+        self.assert_survives("export", "ctf", self.disk / "run", "--output", self.disk / "new" / "trace")
+
+    def test_recover(self):
+        run = ("compare", "--executors", "default,rm-ro", "--repetitions", 9, "--transport", "intra_process")
+        process = self.start(*run, "--load", 1, *SHORT, "--output", self.disk / "run")
+        facts = self.disk / "run" / "run.json"
+        self.wait_for(lambda: facts.exists() and json.loads(facts.read_text())["runs"], "no repetition is stored")
+        process.kill()
+        self.finish(process)
+        self.wait_for(lambda: not processes_of(process.pid), "a process lives on")
+        self.assert_survives("recover", self.disk / "run")
+
+    def test_sweep(self):
+        (self.folder / "sweep.yaml").write_text(SWEEP)
+        self.assert_survives("sweep", "sweep.yaml", "--threads", 1, "--output", self.disk / "sweep")
+
+    def test_python(self):
+        self.environment["PYTHONPATH"] = os.environ["PYTHONPATH"]
+        self.assert_survives(program=lambda: subprocess.Popen(
+            [sys.executable, "-B", "-c", REPORT, str(self.disk)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, env=self.environment, start_new_session=True))  # fmt: skip
+
+
+if __name__ == "__main__":
+    unittest.main()
