@@ -13,6 +13,7 @@ constexpr std::int64_t kAheadOfTimers = std::numeric_limits<std::int64_t>::min()
 constexpr std::uint64_t kTimerBit = std::uint64_t{1} << 63;
 
 std::int64_t own_level(const Task& task, Policy policy) {
+  if (task.always_due && policy != Policy::fp) return kLowest;
   switch (policy) {
     case Policy::rm:
       return task.period.count();
