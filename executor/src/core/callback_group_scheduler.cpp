@@ -134,10 +134,11 @@ Decision CallbackGroupScheduler::decide(Worker worker, Time now) {
   return decision;
 }
 
-Effect CallbackGroupScheduler::finished(Worker, const Job& job, Time) {
+Effect CallbackGroupScheduler::finished(Worker, const Job& job, Time now) {
   Effect effect;
   const Task& task = set_.tasks[job.task];
   const bool removed = !task.local;
+  if (task.always_due && task.kind == TaskKind::timer && !removed) timers_[timer_index_[job.task]].ended(now);
   if (task.kind == TaskKind::timer && !removed && manage(timer_index_[job.task])) {
     effect.wake.insert(timer_manager());
   }

@@ -59,10 +59,17 @@ std::optional<Job> EventsScheduler::next_of_free_group() {
   return job;
 }
 
-Effect EventsScheduler::finished(Worker worker, const Job& job, Time) {
-  if (timer_management() == 1 || worker == timer_management()) return {};
+Effect EventsScheduler::finished(Worker worker, const Job& job, Time now) {
+  Effect effect;
+  const Task& task = set_[job.task];
+  if (task.always_due && task.local && task.kind == TaskKind::timer) {
+    timers_.ended(job.task, now);
+    effect.wake.insert(timer_management());
+  }
+  if (timer_management() == 1 || worker == timer_management()) return effect;
   busy_[set_[job.task].group] = false;
-  return events_->empty() ? Effect{} : Effect{executors()};
+  if (!events_->empty()) effect.wake |= executors();
+  return effect;
 }
 
 Joined EventsScheduler::add_task(const JoiningTask& joining, Time now) {

@@ -13,6 +13,7 @@ constexpr std::int64_t kAheadOfTimers = std::numeric_limits<std::int64_t>::min()
 constexpr std::uint64_t kTimerBit = std::uint64_t{1} << 63;
 
 std::int64_t own_level(const Task& task, Policy policy) {
+  if (task.always_due && policy != Policy::fp) return kLowest;
   switch (policy) {
     case Policy::rm:
       return task.period.count();
@@ -71,7 +72,11 @@ PriorityOrder::PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule
 void PriorityOrder::update(const TaskSet& set) {
   level_ = inherited_levels(set, policy_);
   kind_.clear();
-  for (const Task& task : set.tasks) kind_.push_back(task.kind);
+  always_due_.clear();
+  for (const Task& task : set.tasks) {
+    kind_.push_back(task.kind);
+    always_due_.push_back(task.always_due);
+  }
   if (rule_ == SubscriptionRule::first) {
     for (TaskId id = 0; id < set.size(); ++id) {
       if (kind_[id] == TaskKind::subscription) level_[id] = kAheadOfTimers;
@@ -87,6 +92,9 @@ PriorityKey PriorityOrder::key(const Job& job, std::uint64_t activation) const {
   key.priority = by_deadline ? to_ns(job.deadline) : level_[job.task];
   if (ties_ == Ties::fifo) {
     key.tie = activation;
+  } else if (timer && always_due_[job.task]) {
+    // After all others, and in turn.
+    key.tie = kTimerBit | (std::uint64_t{0x7fffffffU} << 32) | (activation & 0xffffffffU);
   } else if (timer) {
     // Task id, then timestamp: 31 and 32 bits; a run that outlives 2^32 timestamps of one timer still orders
     // tasks, and jobs of one task differ by less than 2^32.

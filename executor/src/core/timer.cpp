@@ -5,7 +5,7 @@ namespace hotpath {
 
 std::uint32_t Timer::would_skip(Time now) const {
   const Time following = next_call_ + period_;
-  if (following > now) return 0;
+  if (following > now || always_due_) return 0;
   return static_cast<std::uint32_t>(1 + (now - following) / period_);
 }
 
@@ -20,6 +20,10 @@ Job Timer::call(Time now) {
   job.skipped = skipped;
   next_call_ += period_ * (1 + static_cast<std::int64_t>(skipped));
   sequence_ += 1 + skipped;
+  if (always_due_) {
+    job.deadline = kNever;
+    next_call_ = kNever;
+  }
   return job;
 }
 

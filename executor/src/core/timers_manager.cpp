@@ -33,6 +33,16 @@ Timer TimersManager::remove(TaskId id) {
   return removed;
 }
 
+void TimersManager::ended(TaskId id, Time now) {
+  for (Entry& entry : heap_) {
+    Timer& timer = timers_[entry.timer];
+    if (timer.task() != id) continue;
+    timer.ended(now);
+    entry.next_call = now;
+  }
+  std::sort(heap_.begin(), heap_.end(), before);
+}
+
 Job TimersManager::call_head(Time now) {
   assert(due(now));
   Entry& head = heap_.front();

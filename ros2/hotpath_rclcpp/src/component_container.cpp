@@ -2,6 +2,7 @@
 // component_container under PriorityExecutor. Parameters: `executor` (by default rm-ro), `threads` (1),
 // `priorities` and `graph` (files; none), `learn` (true), `timer_thread` and `executor_threads` (policies
 // asked for; none).
+#include <limits>
 #include <rclcpp_components/component_manager.hpp>
 
 #include "hotpath_rclcpp/priority_executor.hpp"
@@ -11,7 +12,12 @@ namespace {
 hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   hotpath::PriorityExecutorOptions options;
   options.executor = node.declare_parameter("executor", options.executor);
-  options.threads = static_cast<unsigned>(node.declare_parameter("threads", 1));
+  const std::int64_t threads = node.declare_parameter("threads", std::int64_t{1});
+  if (threads < 1 || threads > std::numeric_limits<unsigned>::max()) {
+    throw std::invalid_argument("parameter `threads` is " + std::to_string(threads) +
+                                ", but an executor has at least one thread; take 1 or more");
+  }
+  options.threads = static_cast<unsigned>(threads);
   options.priorities = node.declare_parameter("priorities", options.priorities);
   options.graph = node.declare_parameter("graph", options.graph);
   options.learn = node.declare_parameter("learn", options.learn);

@@ -18,6 +18,7 @@ constexpr Duration kLeastLearning = std::chrono::seconds(2);
 
 WorkerSet ExecutorDriver::claim(WorkerSet wake) {
   WorkerSet claimed;
+  if (alone_ && !wake.empty()) wake = WorkerSet::of(0);
   while (!wake.empty()) {
     const Worker w = wake.pop_first();
     if (std::exchange(lanes_[w].parked, false)) claimed.insert(w);
@@ -54,8 +55,10 @@ void ExecutorDriver::shut_down() {
   wake_all();
 }
 
-std::size_t ExecutorDriver::queued() {
-  const std::lock_guard lock(mutex_);
+std::size_t ExecutorDriver::queued(const Refresh& refresh) {
+  Lock lock(mutex_);
+  while (look_after(lock, now(), refresh)) continue;
+  if (running_ == 0) schedule_.compact(now());  // who only ever calls spin_some() never sleeps
   return schedule_.queued(now());
 }
 
@@ -73,6 +76,12 @@ bool ExecutorDriver::look_after(Lock& lock, Time now, const Refresh& refresh) {
   if (changed_.exchange(false)) {
     lock.unlock();
     refresh();
+    lock.lock();
+    return true;
+  }
+  if (!jumped_.empty()) {
+    lock.unlock();
+    release_jumped();
     lock.lock();
     return true;
   }
@@ -105,6 +114,7 @@ bool ExecutorDriver::run_job(Lock& lock, Worker worker, const Job& job, WorkerSe
     entry->next_release = job.timestamp + entry->task.period * (1 + static_cast<std::int64_t>(job.skipped));
   }
   entry->pending = false;
+  if (entry->events > 0) --entry->events;
   ++running_;
   lock.unlock();
   unpark(claimed);
@@ -126,7 +136,7 @@ void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refre
   Lock lock(mutex_);
   while (goes_on(spinning)) {
     const Time now = hotpath::now();
-    if (worker == 0 && look_after(lock, now, refresh)) continue;
+    if (keeps_up(worker) && look_after(lock, now, refresh)) continue;
     const Turn turn = take_turn(schedule_.scheduler(), worker, now);
     const WorkerSet claimed = claim(turn.decision.wake);
     if (turn.decision.job) {
@@ -136,7 +146,7 @@ void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refre
     } else if (worker == 0 && running_ == 0 && schedule_.compact(now)) {
       unpark(lock, claim(everybody()));
     } else {
-      const Time until = worker == 0 ? std::min(turn.decision.wake_at, poll_at_) : turn.decision.wake_at;
+      const Time until = keeps_up(worker) ? std::min(turn.decision.wake_at, poll_at_) : turn.decision.wake_at;
       if (until > now) sleep(lock, worker, until);
     }
   }
@@ -181,6 +191,12 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
   const auto timer_worker = static_cast<Worker>(lanes_.size() - 1);
   std::size_t ran = 0;
   Lock lock(mutex_);
+  alone_ = true;
+  const auto together = [&](void*) {
+    if (!lock.owns_lock()) lock.lock();
+    alone_ = false;
+  };
+  const std::unique_ptr<void, decltype(together)> scope(this, together);
   while (goes_on(spinning) && ran < jobs) {
     const Time now = hotpath::now();
     if (look_after(lock, now, refresh)) continue;

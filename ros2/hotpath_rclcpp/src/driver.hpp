@@ -26,8 +26,6 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
 
   /// Who spins looks after the entities when this is called; the mark of a change, any thread.
   void note_change();
-  /// Whether something changed since it was asked.
-  [[nodiscard]] bool changed() { return changed_.exchange(false); }
   /// All who sleep look again whether to go on; any thread.
   void wake_all();
   void shut_down();
@@ -45,7 +43,8 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   /// Returns how many ran.
   std::size_t run_some(std::atomic_bool& spinning, const Refresh& refresh, std::size_t jobs, Time until,
                        Time wait_until);
-  [[nodiscard]] std::size_t queued();
+  /// After all upkeep: how many callbacks are ready.
+  [[nodiscard]] std::size_t queued(const Refresh& refresh);
 
   void join(const std::shared_ptr<Entry>& entry);
   /// The entity stays as it is; nothing of it starts any more. Returns what was ready and did not start, as
@@ -55,6 +54,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   /// What the entities' callbacks call.
   void arrived(const std::shared_ptr<Entry>& entry, std::size_t count, int which);
   void timer_reset(const std::shared_ptr<Entry>& entry);
+  /// In the clock's own callback, which holds its lock: a timer that ended here would take it again.
   void time_jumped(const std::shared_ptr<Entry>& entry, bool clock_changed);
 
   void set_priority(const std::shared_ptr<void>& entity, std::int64_t priority);
@@ -77,13 +77,16 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   bool goes_on(const std::atomic_bool& spinning) const { return spinning.load() && !shut_down_.load(); }
   void prepare(Worker worker);
   void work(Worker worker, std::atomic_bool& spinning, const Refresh& refresh);
-  /// The upkeep that the worker with number 0 does; returns whether it had to let the lock go.
+  bool keeps_up(Worker worker) { return schedule_.scheduler().workers()[worker] == WorkerRole::executor; }
+  /// The upkeep that any executor worker does, since the others may be in callbacks that wait for it; returns
+  /// whether it had to let the lock go.
   bool look_after(Lock& lock, Time now, const Refresh& refresh);
   /// Runs the job of a decision outside of the lock, after waking `claimed`; an exception leaves with the
   /// lock held.
   bool run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed);
   void unpark(Lock& lock, WorkerSet claimed);
   bool execute(const std::shared_ptr<Entry>& entry, const Job& job);
+  WorkerSet enqueue(const std::shared_ptr<Entry>& entry, const SampleInfo& info, Time now);
   bool execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
   bool execute_waitable(const std::shared_ptr<Entry>& entry, rclcpp::Waitable& waitable);
   void sleep(Lock& lock, Worker worker, Time until);
@@ -94,6 +97,9 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
                    Duration known_period);
   bool was_moved(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
   void poll_cancelled();
+  void release_jumped();
+  /// Releases a timer of simulated time that is due.
+  void release_simulated(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
 
   WorkerSet claim(WorkerSet wake);
   void unpark(WorkerSet claimed);
@@ -103,8 +109,10 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   Schedule schedule_;
   std::vector<Lane> lanes_;
   std::size_t running_ = 0;  ///< Jobs.
+  bool alone_ = false;       ///< One thread does the work of all workers, and sleeps as worker 0.
   std::exception_ptr error_;
   std::vector<std::weak_ptr<Entry>> cancelled_;  ///< Only where a timer does not tell of its reset.
+  std::vector<std::weak_ptr<Entry>> jumped_;     ///< Timers whose simulated time moved.
   Time poll_at_ = kNever;
   std::optional<Time> learnt_at_;  ///< The last edge that was learnt and not logged.
   Duration longest_period_{};

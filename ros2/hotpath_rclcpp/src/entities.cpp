@@ -99,16 +99,24 @@ void Entities::add_node(const versions::NodeBase::SharedPtr& node) {
   const std::lock_guard lock(mutex_);
   nodes_.push_back(node);
   set_callback(versions::changes_of(*node), [driver = driver_](std::size_t) { driver->note_change(); });
-  refresh_locked();
+  try {
+    refresh_locked();
+  } catch (...) {
+    drop_node(node);
+    throw;
+  }
 }
 
 void Entities::remove_node(const versions::NodeBase::SharedPtr& node) {
   const std::lock_guard lock(mutex_);
-  const auto found = std::ranges::find_if(nodes_, [&](const auto& weak) { return weak.lock() == node; });
-  if (found == nodes_.end()) {
+  if (std::ranges::none_of(nodes_, [&](const auto& weak) { return weak.lock() == node; })) {
     throw std::runtime_error("Node " + quoted(*node) + " needs to be associated with this executor.");
   }
-  nodes_.erase(found);
+  drop_node(node);
+}
+
+void Entities::drop_node(const versions::NodeBase::SharedPtr& node) {
+  std::erase_if(nodes_, [&](const auto& weak) { return weak.lock() == node; });
   set_callback(versions::changes_of(*node), nullptr);
   std::vector<rclcpp::CallbackGroup::SharedPtr> released;
   std::erase_if(groups_, [&](const auto& item) {
@@ -117,7 +125,7 @@ void Entities::remove_node(const versions::NodeBase::SharedPtr& node) {
     if (auto group = of.group->group.lock()) released.push_back(std::move(group));
     return true;
   });
-  refresh_locked();
+  let_go();
   // Only now may another executor have them.
   for (const auto& group : released) group->get_associated_with_executor_atomic().store(false);
   node->get_associated_with_executor_atomic().store(false);
@@ -131,7 +139,12 @@ void Entities::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
   const std::lock_guard lock(mutex_);
   OfGroup& of = groups_[group] = {make_group(group), node, true, versions::changes_of(*group, context_)};
   if (of.changes) set_callback(*of.changes, [driver = driver_](std::size_t) { driver->note_change(); });
-  refresh_locked();
+  try {
+    refresh_locked();
+  } catch (...) {
+    drop_group(group);
+    throw;
+  }
 }
 
 void Entities::remove_group(const rclcpp::CallbackGroup::SharedPtr& group) {
@@ -141,9 +154,14 @@ void Entities::remove_group(const rclcpp::CallbackGroup::SharedPtr& group) {
     throw std::runtime_error(
         "Callback group needs to be associated with this executor, by add_callback_group.");
   }
+  drop_group(group);
+}
+
+void Entities::drop_group(const rclcpp::CallbackGroup::SharedPtr& group) {
+  const auto found = groups_.find(group);
   if (found->second.changes) set_callback(*found->second.changes, nullptr);
   groups_.erase(found);
-  refresh_locked();
+  let_go();
   group->get_associated_with_executor_atomic().store(false);
 }
 
@@ -262,6 +280,16 @@ void Entities::refresh_locked() {
     }
   });
   if (first_error) std::rethrow_exception(first_error);
+}
+
+void Entities::let_go() {
+  try {
+    refresh_locked();
+  } catch (const std::exception& error) {
+    // Of something else, which is new; it is refused again when the executor spins.
+    driver_->note_change();
+    RCLCPP_ERROR(rclcpp::get_logger("hotpath_rclcpp"), "%s", error.what());
+  }
 }
 
 void Entities::listen(const std::shared_ptr<Entry>& entry) {

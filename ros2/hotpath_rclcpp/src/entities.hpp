@@ -44,6 +44,10 @@ class Entities {
   };
 
   void refresh_locked();
+  /// refresh_locked() after something was taken out, which what cannot be served does not prevent.
+  void let_go();
+  void drop_node(const versions::NodeBase::SharedPtr& node);
+  void drop_group(const rclcpp::CallbackGroup::SharedPtr& group);
   void collect_groups();
   void collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& found);
   void listen(const std::shared_ptr<Entry>& entry);

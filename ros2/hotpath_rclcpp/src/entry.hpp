@@ -47,9 +47,12 @@ struct Entry {
   TaskId ghost = kNoTask;   ///< Simulated time: the task that hands down the timer's priority.
   std::vector<std::weak_ptr<Entry>> feeds;  ///< Learnt.
   std::deque<int> ready;                    ///< Waitables: what is ready, first come first.
+  std::size_t events = 0;  ///< In the scheduler's queue, those included whose sample was overwritten.
 
   TimerClock clock = TimerClock::steady;
   bool pending = false;        ///< Simulated time: released and not started.
+  bool jumped = false;         ///< Among the driver's jumped timers.
+  bool clock_changed = false;  ///< The jump was to or from simulated time.
   bool removed = false;        ///< From the executor.
   Time next_release = kNever;  ///< Timers: nominal instant.
   /// Checked timers: rcl's next call when it was last looked at, from and to.

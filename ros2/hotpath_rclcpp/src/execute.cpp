@@ -2,6 +2,7 @@
 // What the driver does outside of its lock: arrivals, and the callbacks themselves.
 #include <pthread.h>
 
+#include <algorithm>
 #include <mutex>
 #include <rclcpp/experimental/subscription_intra_process_base.hpp>
 
@@ -60,14 +61,20 @@ std::optional<RunningCallback> ExecutorDriver::running_callback() {
 
 void ExecutorDriver::prepare(Worker worker) {
   const bool timer = schedule_.scheduler().workers()[worker] == WorkerRole::timer_management;
-  const ThreadPolicyRequest& wanted = timer ? setup().timer_thread : setup().executor_threads;
+  ThreadPolicyRequest wanted = timer ? setup().timer_thread : setup().executor_threads;
   if (worker > 0) {
     pthread_setname_np(pthread_self(), timer ? "hotpath_timers" : "hotpath_worker");
     minimise_timer_slack();
   }
-  // The thread that calls spin() stays as it is unless something is asked for.
-  const bool stays = worker == 0 && !wanted.required;
-  const ThreadPolicy obtained = stays ? own_thread_policy() : apply_thread_policy(wanted);
+  // The thread that calls spin() stays as it is unless something is asked for, and the others have its
+  // policy.
+  const ThreadPolicy inherited = own_thread_policy();
+  const bool stays = !wanted.required && (worker == 0 || wanted.policy == ThreadPolicy{});
+  if (!stays && !wanted.required) {
+    wanted.policy.priority = std::max(wanted.policy.priority, raised_above(inherited).priority);
+  }
+  if (!stays) static_cast<void>(apply_thread_policy(wanted));
+  const ThreadPolicy obtained = own_thread_policy();
   {
     const std::lock_guard lock(mutex_);
     lanes_[worker].policy = obtained;
@@ -76,9 +83,9 @@ void ExecutorDriver::prepare(Worker worker) {
   static std::once_flag told;
   std::call_once(told, [&] {
     RCLCPP_WARN(logger(),
-                "%s is not permitted: timers are released under the ordinary policy. Give the user an rtprio "
+                "%s is not permitted: timers are released under the policy %s. Give the user an rtprio "
                 "limit, or the program CAP_SYS_NICE.",
-                to_string(wanted.policy).c_str());
+                to_string(wanted.policy).c_str(), to_string(obtained).c_str());
   });
 }
 
@@ -97,10 +104,15 @@ void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t co
     }
     for (; count > 0; --count) {
       if (entry->kind == EntryKind::waitable) entry->ready.push_back(which);
-      claimed |= claim(schedule_.scheduler().sample_arrived(entry->number, info, now).wake);
+      claimed |= enqueue(entry, info, now);
     }
   }
   unpark(claimed);
+}
+
+WorkerSet ExecutorDriver::enqueue(const std::shared_ptr<Entry>& entry, const SampleInfo& info, Time now) {
+  ++entry->events;
+  return claim(schedule_.scheduler().sample_arrived(entry->number, info, now).wake);
 }
 
 bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Job& job) {

@@ -89,9 +89,9 @@ void PriorityExecutor::spin_some(std::chrono::nanoseconds max_duration) {
   }
   begin_to_spin("spin_some()");
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
-  if (parts_->driver->changed()) parts_->refresh();
   const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
-  parts_->driver->run_some(spinning, parts_->refresh, parts_->driver->queued(), until, Time{});
+  const std::size_t jobs = parts_->driver->queued(parts_->refresh);
+  parts_->driver->run_some(spinning, parts_->refresh, jobs, until, Time{});
 }
 
 void PriorityExecutor::spin_all(std::chrono::nanoseconds max_duration) {
@@ -100,7 +100,6 @@ void PriorityExecutor::spin_all(std::chrono::nanoseconds max_duration) {
   }
   begin_to_spin("spin_all()");
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
-  if (parts_->driver->changed()) parts_->refresh();
   const Time until = max_duration.count() == 0 ? kNever : after(max_duration);
   parts_->driver->run_some(spinning, parts_->refresh, ExecutorDriver::kAllJobs, until, Time{});
 }

@@ -101,6 +101,7 @@ WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time n
   if (entry->kind == EntryKind::timer) {
     const auto ghost = in_graph(*entry);
     joining.task.deadline = ghost ? setup_.tasks.set[*ghost].deadline : joining.task.period;
+    entry->task.deadline = joining.task.deadline;
     joining.task.phase = first - now;
     entry->next_release = first;
   }
@@ -130,6 +131,7 @@ std::size_t Schedule::leave(Entry& entry, Time now) {
   drop(std::exchange(entry.number, kNoTask));
   if (entry.ghost != kNoTask) drop(std::exchange(entry.ghost, kNoTask));
   entry.pending = false;
+  entry.events = 0;
   return dropped;
 }
 
@@ -141,7 +143,10 @@ std::vector<std::shared_ptr<Entry>> Schedule::living() const {
 
 std::size_t Schedule::queued(Time now) const {
   std::size_t jobs = 0;
-  scheduler_->unfinished(now, [&](const Job&, Outcome) { ++jobs; });
+  scheduler_->unfinished(now, [&](const Job& job, Outcome) {
+    if (set_[job.task].kind == TaskKind::timer) ++jobs;
+  });
+  for (const std::shared_ptr<Entry>& entry : entries_) jobs += entry ? entry->events : 0;
   return jobs;
 }
 

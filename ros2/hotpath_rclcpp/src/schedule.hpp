@@ -27,7 +27,7 @@ class Schedule {
 
   /// Null: it was removed.
   [[nodiscard]] const std::shared_ptr<Entry>& entry(TaskId task) const { return entries_[task]; }
-  /// Jobs that were released and did not start, and timers that are due.
+  /// Jobs that were released and did not start, events without a sample included, and timers that are due.
   [[nodiscard]] std::size_t queued(Time now) const;
 
   /// When nothing is queued and nothing runs: makes the scheduler anew once most of its tasks are gone, which

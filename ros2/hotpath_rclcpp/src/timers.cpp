@@ -19,7 +19,7 @@ constexpr Duration kPollCancelled = std::chrono::milliseconds(20);
 /// What rcl says of a timer.
 struct Look {
   bool cancelled = false;
-  Duration period{};
+  Duration period{};          ///< As rcl has it; it may be 0.
   Time earliest{}, latest{};  ///< Of the next call, as CLOCK_MONOTONIC; as close as this thread was let run.
 };
 
@@ -33,7 +33,7 @@ Look look(rclcpp::TimerBase& timer) {
   seen.cancelled = ret == RCL_RET_TIMER_CANCELED || timer.is_canceled();
   if (ret != RCL_RET_OK && !seen.cancelled) rclcpp::exceptions::throw_from_rcl_error(ret, "timer");
   if (rcl_timer_get_period(handle.get(), &period) != RCL_RET_OK) rcl_reset_error();
-  seen.period = Duration(std::max<std::int64_t>(period, 1));
+  seen.period = Duration(period);
   seen.earliest = before + Duration(until);
   seen.latest = after + Duration(until);
   return seen;
@@ -63,9 +63,10 @@ void ExecutorDriver::join(const std::shared_ptr<Entry>& entry) {
 std::vector<int> ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
   const std::lock_guard lock(mutex_);
   entry->removed = true;
-  const std::size_t dropped = schedule_.leave(*entry, now());
+  const std::size_t events = entry->events;
+  schedule_.leave(*entry, now());
   if (entry->kind == EntryKind::waitable) return {entry->ready.begin(), entry->ready.end()};
-  return std::vector<int>(dropped, 0);
+  return std::vector<int>(events, 0);
 }
 
 void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
@@ -78,7 +79,8 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
     schedule_.leave(*entry, now);
     if (entry->removed) return;
     entry->clock = clock;
-    entry->task.period = seen.period;
+    entry->task.always_due = seen.period <= Duration::zero();
+    entry->task.period = std::max(seen.period, Duration(1));
     entry->rcl_next = {seen.earliest, seen.latest};
     longest_period_ = std::max(longest_period_, seen.period);
     if (!seen.cancelled) claimed = claim(schedule_.join(entry, seen.earliest, now));
@@ -87,7 +89,7 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
   if (seen.cancelled) {
     retire_timer(entry);
   } else if (clock == TimerClock::simulated) {
-    time_jumped(entry, false);
+    release_simulated(entry, timer);
   }
 }
 
@@ -100,7 +102,7 @@ void ExecutorDriver::retire_timer(const std::shared_ptr<Entry>& entry) {
     if (!versions::kTimersTellOfResets) {
       cancelled_.push_back(entry);
       poll_at_ = std::min(poll_at_, now() + kPollCancelled);
-      claimed = claim(WorkerSet::of(0));  // which polls, and may sleep for longer
+      claimed = claim(everybody());  // who poll, and may sleep for longer
     }
   }
   unpark(claimed);
@@ -128,16 +130,50 @@ void ExecutorDriver::timer_reset(const std::shared_ptr<Entry>& entry) {
 }
 
 void ExecutorDriver::time_jumped(const std::shared_ptr<Entry>& entry, bool clock_changed) {
-  const auto timer = lock<rclcpp::TimerBase>(*entry);
-  if (!timer) return;
-  if (clock_changed) return schedule_timer(entry, *timer);
-  const Look seen = look(*timer);
-  if (seen.cancelled || seen.earliest > now()) return;
+  WorkerSet claimed;
   {
     const std::lock_guard lock(mutex_);
-    if (entry->clock != TimerClock::simulated || std::exchange(entry->pending, true)) return;
+    entry->clock_changed |= clock_changed;
+    if (!std::exchange(entry->jumped, true)) jumped_.push_back(entry);
+    claimed = claim(everybody());
   }
-  arrived(entry, 1, 0);
+  unpark(claimed);
+}
+
+void ExecutorDriver::release_jumped() {
+  std::vector<std::weak_ptr<Entry>> jumped;
+  {
+    const std::lock_guard lock(mutex_);
+    jumped.swap(jumped_);
+  }
+  for (const std::weak_ptr<Entry>& weak : jumped) {
+    const std::shared_ptr<Entry> entry = weak.lock();
+    if (!entry) continue;
+    bool clock_changed = false;
+    {
+      const std::lock_guard lock(mutex_);
+      entry->jumped = false;
+      clock_changed = std::exchange(entry->clock_changed, false);
+    }
+    const auto timer = lock<rclcpp::TimerBase>(*entry);
+    if (!timer) continue;
+    clock_changed ? schedule_timer(entry, *timer) : release_simulated(entry, *timer);
+  }
+}
+
+void ExecutorDriver::release_simulated(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
+  const Look seen = look(timer);
+  if (seen.cancelled || seen.earliest > now()) return;
+  WorkerSet claimed;
+  {
+    const std::lock_guard lock(mutex_);
+    if (entry->number == kNoTask || entry->clock != TimerClock::simulated) return;
+    if (std::exchange(entry->pending, true)) return;
+    // Its deadline in simulated time, as far from now.
+    const Time now = hotpath::now();
+    claimed = enqueue(entry, {now, seen.earliest + entry->task.deadline, {}}, now);
+  }
+  unpark(claimed);
 }
 
 bool ExecutorDriver::was_moved(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
@@ -155,9 +191,9 @@ bool ExecutorDriver::was_moved(const std::shared_ptr<Entry>& entry, rclcpp::Time
 bool ExecutorDriver::execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
   std::unique_lock lock(mutex_);
   const TimerClock clock = entry->clock;
-  const Duration known = entry->task.period;
+  const Duration known = entry->task.always_due ? Duration::zero() : entry->task.period;
   lock.unlock();
-  if (clock == TimerClock::checked && was_moved(entry, timer)) return false;
+  if (clock == TimerClock::checked && known > Duration::zero() && was_moved(entry, timer)) return false;
   const bool ran = versions::run_timer(timer);
   after_timer(entry, timer, clock, known);
   return ran;
@@ -166,14 +202,21 @@ bool ExecutorDriver::execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::
 void ExecutorDriver::after_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer,
                                  TimerClock clock, Duration known) {
   if (timer.is_canceled()) return retire_timer(entry);
-  if (clock == TimerClock::simulated) return time_jumped(entry, false);
+  if (clock == TimerClock::simulated) return release_simulated(entry, timer);
   std::int64_t period = 0;
   if (rcl_timer_get_period(timer.get_timer_handle().get(), &period) != RCL_RET_OK) rcl_reset_error();
-  if (period != known.count() && period > 0) return schedule_timer(entry, timer);
-  if (clock != TimerClock::checked) return;
+  if (period != known.count()) return schedule_timer(entry, timer);
+  if (clock != TimerClock::checked || known == Duration::zero()) return;
   const Look seen = look(timer);
-  const std::lock_guard lock(mutex_);
-  entry->rcl_next = {seen.earliest, seen.latest};
+  {
+    const std::lock_guard lock(mutex_);
+    const auto [earliest, latest] = std::exchange(entry->rcl_next, {seen.earliest, seen.latest});
+    // Whole periods later, unless it was reset meanwhile.
+    const Duration apart = (seen.earliest - earliest) % known;
+    const Duration off = std::min(abs(apart), known - abs(apart));
+    if (off <= kTolerance + std::max(latest - earliest, seen.latest - seen.earliest)) return;
+  }
+  schedule_timer(entry, timer);
 }
 
 }  // namespace hotpath

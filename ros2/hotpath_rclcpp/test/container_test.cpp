@@ -19,11 +19,12 @@ using composition_interfaces::srv::ListNodes;
 using composition_interfaces::srv::LoadNode;
 using composition_interfaces::srv::UnloadNode;
 
-pid_t start_container(const std::string& executor) {
+pid_t start_container(const std::string& executor, const std::string& more = "learn:=true") {
   const pid_t id = fork();
   if (id != 0) return id;
   const std::string parameter = "executor:=" + executor;
-  execl(HOTPATH_CONTAINER, HOTPATH_CONTAINER, "--ros-args", "-p", parameter.c_str(), nullptr);
+  execl(HOTPATH_CONTAINER, HOTPATH_CONTAINER, "--ros-args", "-p", parameter.c_str(), "-p", more.c_str(),
+        nullptr);
   _exit(127);
 }
 
@@ -98,6 +99,13 @@ TEST_F(Container, LoadsAndUnloadsNodesWhileItRuns) {
 TEST_F(Container, SaysThatThereIsNoSuchExecutor) {
   const int status = end_of(start_container("nonsense"));
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+}
+
+TEST_F(Container, SaysThatANumberOfThreadsIsNone) {
+  for (const std::string threads : {"threads:=-1", "threads:=0", "threads:=4294967297"}) {
+    const int status = end_of(start_container("rm-ro", threads));
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << threads;
+  }
 }
 
 }  // namespace

@@ -134,6 +134,46 @@ TEST_P(EveryExecutor, SimulatedTimeReleasesItsTimers) {
   EXPECT_EQ(ran, 6);
 }
 
+/// The last pointer to a timer goes while its clock tells of a jump, under the clock's lock, which the timer
+/// takes when it ends.
+TEST_P(EveryExecutor, ATimerMayEndWhileSimulatedTimeMoves) {
+  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  SimulatedClock simulated;
+  simulated.set(1s);
+  executor->add_node(node);
+  const Spinning spinning(*executor);
+  std::atomic_bool ends{false};
+  std::thread moves([&] {
+    for (int i = 1; !ends; ++i) simulated.set(1s + i * 1ms);
+  });
+  for (int i = 0; i < 200; ++i) {
+    auto timer = rclcpp::create_timer(node, simulated.clock, rclcpp::Duration(1ms), [] {});
+    std::this_thread::yield();
+    timer.reset();
+  }
+  ends = true;
+  moves.join();
+}
+
+TEST_P(EveryExecutor, EdfOrdersSimulatedTimersByTheirDeadlines) {
+  if (GetParam() != "edf-ro" && GetParam() != "edf-re") GTEST_SKIP() << "not EDF";
+  SimulatedClock simulated;
+  simulated.set(1s);
+  std::vector<int> order;
+  const auto slow =
+      rclcpp::create_timer(node, simulated.clock, rclcpp::Duration(300ms), [&] { order.push_back(300); });
+  const auto fast =
+      rclcpp::create_timer(node, simulated.clock, rclcpp::Duration(100ms), [&] { order.push_back(100); });
+  executor->add_node(node);
+  executor->spin_some();
+  for (int round = 1; round <= 5; ++round) {
+    order.clear();
+    simulated.set(1s + round * 300ms);  // both
+    while (order.size() < 2) executor->spin_some();
+    EXPECT_EQ(order, (std::vector<int>{100, 300})) << round;
+  }
+}
+
 TEST_P(EveryExecutor, TimersOfTheSystemsClockRun) {
   std::atomic_int ran{0};
   const auto clock = std::make_shared<rclcpp::Clock>(RCL_SYSTEM_TIME);

@@ -71,6 +71,7 @@ class PriorityOrder {
   SubscriptionRule rule_;
   std::vector<std::int64_t> level_;
   std::vector<TaskKind> kind_;
+  std::vector<bool> always_due_;
 };
 
 /// Fixed-priority level of every task: timers their own under `policy` (period, relative deadline or given

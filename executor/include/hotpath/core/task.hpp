@@ -34,7 +34,11 @@ constexpr auto enum_texts(CallbackGroup) {
 struct Task {
   std::string name;  ///< `Node` (timer) or `Node/topic` (subscription); unique in its set.
   TaskKind kind = TaskKind::timer;
-  Duration period{};                     ///< Timers: distance of two timestamps, > 0. Subscriptions: 0.
+  Duration period{};  ///< Timers: distance of two timestamps, > 0. Subscriptions: 0.
+  /// Timers of period 0 in rcl: due again at once when its job has ended, so that at most one is pending.
+  /// Last in every order but that of given priorities, since it takes all the time there is. Events
+  /// schedulers.
+  bool always_due = false;
   Duration phase{};                      ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
   Duration wcet{};                       ///< Worst-case execution time, >= 0.
   Duration bcet{};                       ///< Best-case execution time, 0 <= bcet <= wcet.

@@ -10,7 +10,11 @@ class Timer {
  public:
   Timer() = default;
   Timer(TaskId task, const Task& t, Time epoch)
-      : task_(task), period_(t.period), deadline_(t.deadline), next_call_(epoch + t.phase) {}
+      : task_(task),
+        period_(t.period),
+        deadline_(t.deadline),
+        next_call_(epoch + t.phase),
+        always_due_(t.always_due) {}
 
   [[nodiscard]] TaskId task() const { return task_; }
   [[nodiscard]] Time next_call() const { return next_call_; }
@@ -19,6 +23,9 @@ class Timer {
   /// The job of the next timestamp, and the step to the timestamp after it: one period on, and if that is not
   /// strictly after `now`, on by whole periods until it is. The timestamps passed over are skipped.
   Job call(Time now);
+
+  /// Its job has ended; always due timers only.
+  void ended(Time now) { next_call_ = now; }
 
   /// Never ready again.
   void cancel() { next_call_ = kNever; }
@@ -32,6 +39,7 @@ class Timer {
   Duration deadline_{};
   Time next_call_{};
   std::uint64_t sequence_ = 0;
+  bool always_due_ = false;
 };
 
 }  // namespace hotpath

@@ -22,6 +22,9 @@ class TimersManager {
   [[nodiscard]] Time next_call() const { return heap_.empty() ? kNever : heap_.front().next_call; }
   [[nodiscard]] bool due(Time now) const { return next_call() <= now; }
 
+  /// The job of an always due timer has ended. O(n log n).
+  void ended(TaskId id, Time now);
+
   /// Calls the head timer, which must be due, and restores the heap. O(log n).
   Job call_head(Time now);
 
