@@ -27,7 +27,7 @@ TEST(BoundedQueue, RefusesWhatIsTooMany) {
   EXPECT_TRUE(queue.push(1, 1));
   EXPECT_TRUE(queue.push(2, 1));
   EXPECT_FALSE(queue.push(3, 1));
-  queue.push_always(4, 1);
+  EXPECT_TRUE(queue.push_rare(4, 1));
   EXPECT_EQ(queue.longest(), 3U);
   EXPECT_EQ(queue.pop(kNow), 1);
   EXPECT_FALSE(queue.push(5, 1));

@@ -297,6 +297,37 @@ class WrongUse(BridgeTest):
         self.assert_ends_well(bridge)
 
 
+class StrangeRun(BridgeTest):
+    def texts(self, value):
+        """All texts of a message."""
+        if isinstance(value, str):
+            return [value]
+        values = value.values() if isinstance(value, dict) else value if isinstance(value, list) else []
+        return [text for v in values for text in self.texts(v)]
+
+    def test_what_it_says_is_escaped_and_bounded(self):
+        self.master.start()
+        bridge = self.start_bridge()
+        bridge.says("waiting for a benchmark")
+        listener = self.listen({"/hotpath/graph": GRAPH, "/diagnostics": DIAGNOSTICS, **RUN})
+        strange = self.start_process([os.environ.get("STRANGE_RUN", "strange_run"), self.domain])
+        bridge.says("has no place to draw it")
+        graph = listener.wait_for("/hotpath/graph", lambda m: any(n["ns"] == "figures" for n in m["markers"]))
+        nodes = listener.wait_for("/diagnostics", lambda m: not values_of(m, ": bridge"))
+        own = listener.wait_for("/diagnostics", lambda m: values_of(m, ": bridge") and "x1b" in str(m))
+        for text in self.texts([graph, nodes, own]):
+            self.assertNotIn("\x1b", text)
+            self.assertNotIn("\n", text)
+            self.assertLess(len(text), 1000)
+        run = json.loads(listener.wait_for("/hotpath/run")["data"])
+        self.assertEqual(len({n["ros_name"] for n in run["nodes"]}), 2)
+        self.assertTrue(all(len(n["ros_name"]) < 210 for n in run["nodes"]))
+        self.assertNotIn("\x1b[2J", bridge.output)
+        self.assertLess(max(map(len, bridge.lines)), 2000)
+        self.assertEqual(strange.end(), 0)
+        self.assert_ends_well(bridge)
+
+
 class Soak(BridgeTest):
     """Only on demand: memory over many runs with subscribers."""
 
