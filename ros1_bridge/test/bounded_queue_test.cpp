@@ -35,6 +35,16 @@ TEST(BoundedQueue, RefusesWhatIsTooMany) {
   EXPECT_TRUE(queue.push(6, 1));
 }
 
+TEST(BoundedQueue, TakesTwiceAsMuchOfWhatIsRare) {
+  BoundedQueue<int> queue(3, 100);
+  EXPECT_TRUE(queue.push(1, 100));
+  EXPECT_FALSE(queue.push(2, 1));
+  EXPECT_TRUE(queue.push_rare(3, 100));
+  EXPECT_FALSE(queue.push_rare(4, 1));
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(queue.push_rare(5, 0));
+  EXPECT_FALSE(queue.push_rare(6, 0));
+}
+
 TEST(BoundedQueue, RefusesTooManyBytesUnlessAlone) {
   BoundedQueue<int> queue(10, 100);
   EXPECT_TRUE(queue.push(1, 1000));

@@ -18,6 +18,21 @@ telemetry::Statistics statistics(const std::string& run, std::size_t nodes) {
 
 }  // namespace
 
+TEST(Event, HoldsItsTextsAndSequences) {
+  constexpr std::size_t kMany = 100'000;
+  const std::string text(kMany, 'x');
+  telemetry::RunInfo run;
+  run.facts(text);
+  EXPECT_GT(bytes_of(run), kMany);
+  run.nodes().resize(1000);
+  run.nodes()[0].name(text);
+  EXPECT_GT(bytes_of(run), 2 * kMany + 1000 * sizeof(telemetry::NodeInfo));
+  telemetry::ChainSample sample;
+  sample.run_id(text);
+  EXPECT_GT(bytes_of(sample), kMany);
+  EXPECT_GT(bytes_of(BytesSample{0, std::vector<std::uint8_t>(kMany)}), kMany);
+}
+
 TEST(PendingSamples, GivesThoseOfOneRunInOrder) {
   PendingSamples pending;
   for (std::uint64_t i = 0; i < 4; ++i) {

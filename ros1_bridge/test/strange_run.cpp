@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Publishes runs that no benchmark has until it is told to end: one that is to be refused, then one that can
-// be shown, with names that are long, no UTF-8, and clear the screen of a terminal.
+// be shown, with names that are long, no UTF-8, and clear the screen of a terminal. And
+// has a topic of a type of its own.
 #include <TelemetryPubSubTypes.h>
 
 #include <chrono>
@@ -75,6 +76,7 @@ int main(int, char** argv) {
   {
     Writer<telemetry::RunInfoPubSubType> runs(*participant, telemetry::RUN_TOPIC);
     Writer<telemetry::StatisticsPubSubType> statistics(*participant, telemetry::STATISTICS_TOPIC);
+    const Writer<telemetry::ClockPubSubType> other_type(*participant, "strange");
     telemetry::RunInfo refused = strange_run("refused");
     refused.nodes()[0].layout_x(std::numeric_limits<double>::quiet_NaN());
     const telemetry::RunInfo shown = strange_run("shown");
