@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Publishes runs that no benchmark has until it is told to end: one that is to be refused, then one that can
-// be shown, with names that are long, no UTF-8, and clear the screen of a terminal. And
-// has a topic of a type of its own.
+// be shown, with names that are long, no UTF-8, and clear the screen of a terminal. Has a topic of another
+// type than the bridge reads there.
 #include <TelemetryPubSubTypes.h>
 
 #include <chrono>
