@@ -18,24 +18,11 @@ class BoundedQueue {
   BoundedQueue(std::size_t max_items, std::size_t max_bytes) : max_items_(max_items), max_bytes_(max_bytes) {}
 
   /// False, and the item is gone, when the queue is full. An empty queue takes an item of any size.
-  bool push(Item item, std::size_t bytes) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (items_.size() >= max_items_ || (bytes_ + bytes > max_bytes_ && !items_.empty())) return false;
-      append(std::move(item), bytes);
-    }
-    arrived_.notify_one();
-    return true;
-  }
+  bool push(Item item, std::size_t bytes) { return push_within(1, std::move(item), bytes); }
 
-  /// Also into a full queue: for what is rare and must not be lost.
-  void push_always(Item item, std::size_t bytes) {
-    {
-      const std::lock_guard lock(mutex_);
-      append(std::move(item), bytes);
-    }
-    arrived_.notify_one();
-  }
+  /// Also into a full queue, up to twice its bounds: for what is rare, and is not to be lost among the
+  /// others.
+  bool push_rare(Item item, std::size_t bytes) { return push_within(2, std::move(item), bytes); }
 
   /// Nothing when none has come by `deadline`.
   std::optional<Item> pop(std::chrono::steady_clock::time_point deadline) {
@@ -59,10 +46,17 @@ class BoundedQueue {
     std::size_t bytes;
   };
 
-  void append(Item item, std::size_t bytes) {
-    items_.push_back({std::move(item), bytes});
-    bytes_ += bytes;
-    if (items_.size() > longest_) longest_ = items_.size();
+  bool push_within(std::size_t times, Item item, std::size_t bytes) {
+    {
+      const std::lock_guard lock(mutex_);
+      const bool too_large = bytes_ + bytes > times * max_bytes_ && !items_.empty();
+      if (items_.size() >= times * max_items_ || too_large) return false;
+      items_.push_back({std::move(item), bytes});
+      bytes_ += bytes;
+      if (items_.size() > longest_) longest_ = items_.size();
+    }
+    arrived_.notify_one();
+    return true;
   }
 
   const std::size_t max_items_, max_bytes_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "lidar.hpp"
 #include "names.hpp"
 #include "node_health.hpp"
+#include "run_check.hpp"
 #include "run_metadata.hpp"
 #include "text.hpp"
 
@@ -38,22 +40,11 @@ std::vector<std::string> unique_names(const std::vector<std::string>& names, con
   RosNames result = ros_names(names);
   if (!result.clashes.empty()) {
     RosNode::log(Severity::warning,
-                 what + " with the same ROS name: " + joined(result.clashes) +
+                 what + " with the same ROS name: " + printable(joined(result.clashes), kMostOfList) +
                      "; the later topic ends in a number, hotpath/run says which is which");
   }
   return std::move(result.names);
 }
-
-/// The sample's run, where it names one.
-struct RunOf {
-  std::string operator()(const telemetry::Statistics& s) const { return s.run_id(); }
-  std::string operator()(const telemetry::ChainSample& s) const { return s.run_id(); }
-  std::string operator()(const telemetry::Clock& s) const { return s.run_id(); }
-  template <class Other>
-  std::string operator()(const Other&) const {
-    return "";
-  }
-};
 
 }  // namespace
 
@@ -81,7 +72,7 @@ void Bridge::handle(Event event) {
         },
         event);
   } else {
-    keep_pending(std::move(event));
+    pending_.keep(std::move(event), Clock::now());
   }
 }
 
@@ -90,9 +81,14 @@ void Bridge::begin(telemetry::RunInfo run) {
   const std::string defect = run_defect(run);
   if (!defect.empty()) {
     ++counts_.malformed;
-    RosNode::log(Severity::error, "a run of graph " + run.graph() + " cannot be shown: " + defect);
+    // One a second is enough of a stranger's.
+    if (!std::exchange(refusal_known_, true)) {
+      RosNode::log(Severity::error,
+                   "a run of graph " + printable(run.graph(), kMostOfName) + " cannot be shown: " + defect);
+    }
     return;
   }
+  make_printable(run);
   RosNode::log(Severity::info, "showing " + run.graph() + ", " + run.executor() + ", repetition " +
                                    std::to_string(run.repetition()) + " (" + run.origin() + ", " +
                                    run.transport() + ")");
@@ -106,7 +102,7 @@ void Bridge::begin(telemetry::RunInfo run) {
   advertise();
   metadata_.publish({run_metadata(*run_, node_names_, chain_names_)});
   draw(nullptr);
-  replay_pending();
+  for (Event& event : pending_.take(run_->run_id())) handle(std::move(event));
 }
 
 void Bridge::advertise() {
@@ -130,10 +126,11 @@ void Bridge::advertise_chains() {
   for (const std::string& name : parameters_.chains) {
     if (std::find(all.begin(), all.end(), name) == all.end()) unknown.push_back("`" + name + "`");
   }
-  unknown_chains_ = joined(unknown);
+  unknown_chains_ = printable(joined(unknown), kMostOfList);
   if (!unknown.empty()) {
     RosNode::log(Severity::error, "parameter ~chains names " + unknown_chains_ + ", which graph " +
-                                      run_->graph() + " does not have; it has " + joined(all));
+                                      run_->graph() + " does not have; it has " +
+                                      printable(joined(all), kMostOfList));
   }
   const auto latencies =
       latency_topics_.advertise(with_prefix("hotpath/latency/", shown), parameters_.ros_queue);
@@ -261,35 +258,8 @@ void Bridge::diagnose(const telemetry::Statistics& statistics) {
 }
 
 bool Bridge::of_this_run(const Event& event) const {
-  const std::string run = std::visit(RunOf{}, event);
+  const std::string_view run = run_of(event);
   return run.empty() || (run_ && run == run_->run_id());
-}
-
-void Bridge::keep_pending(Event event) {
-  constexpr std::size_t kMost = 1024;
-  if (pending_.size() == kMost) {
-    pending_.pop_front();
-    ++counts_.other_run;
-  }
-  pending_.push_back({std::move(event), Clock::now()});
-}
-
-void Bridge::replay_pending() {
-  std::deque<Pending> pending = std::exchange(pending_, {});
-  for (Pending& p : pending) {
-    if (of_this_run(p.event)) {
-      handle(std::move(p.event));
-    } else {
-      pending_.push_back(std::move(p));
-    }
-  }
-}
-
-void Bridge::forget_pending(Clock::time_point arrived_before) {
-  while (!pending_.empty() && pending_.front().arrived < arrived_before) {
-    pending_.pop_front();
-    ++counts_.other_run;
-  }
 }
 
 }  // namespace hotpath

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <chrono>
-#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "parameters.hpp"
+#include "pending_samples.hpp"
 #include "ros_publisher.hpp"
 #include "telemetry_input.hpp"
 #include "topic_set.hpp"
@@ -33,16 +33,11 @@ class Bridge {
     std::string frame;
     std::optional<std::uint64_t> next;  ///< Number of the sample after the last.
   };
-  struct Pending {
-    Event event;
-    Clock::time_point arrived;
-  };
   /// Since the start of this process.
   struct Counts {
     std::uint64_t runs = 0;
     std::uint64_t lost = 0;          ///< Numbers that are missing: lost between benchmark and bridge.
     std::uint64_t before_first = 0;  ///< Chain samples of a run from before the bridge knew its benchmark.
-    std::uint64_t other_run = 0;     ///< Samples of a run that is not the last that began.
     std::uint64_t malformed = 0;     ///< Samples that do not fit their run.
     std::uint64_t graph_left_out = 0, points_left_out = 0, diagnostics_left_out = 0;  ///< Decimation.
   };
@@ -59,9 +54,6 @@ class Bridge {
   void draw(const telemetry::Statistics* statistics);
   void diagnose(const telemetry::Statistics& statistics);
   bool of_this_run(const Event& event) const;
-  void keep_pending(Event event);
-  void replay_pending();
-  void forget_pending(Clock::time_point arrived_before);
   void report_partners();
   Diagnosis own_health();
 
@@ -71,7 +63,7 @@ class Bridge {
 
   std::optional<telemetry::RunInfo> run_;
   std::optional<telemetry::Statistics> diagnosed_;  ///< Of the last diagnosis.
-  std::deque<Pending> pending_;                     ///< Samples whose run is not known yet.
+  PendingSamples pending_;
   std::uint64_t statistics_shown_ = 0;
   std::optional<std::uint64_t> next_statistics_;
   std::uint64_t not_published_ = 0;  ///< Of this run, by the benchmark's own count.
@@ -79,6 +71,7 @@ class Bridge {
   std::uint64_t losses_reported_ = 0, other_run_reported_ = 0;
   std::int32_t benchmarks_ = -1;
   bool other_run_known_ = false, clock_known_ = false;
+  bool refusal_known_ = false;  ///< In this second.
   std::string unknown_chains_;
 
   std::vector<std::string> node_names_, chain_names_;  ///< For ROS; parallel to the run's.

@@ -10,7 +10,8 @@ using Severity = RosNode::Severity;
 
 void Bridge::tick(Clock::time_point now) {
   constexpr std::chrono::seconds kPatience{5};
-  forget_pending(now - kPatience);
+  pending_.forget(now - kPatience);
+  refusal_known_ = false;
   for (const std::string& complaint : input_.take_complaints()) RosNode::log(Severity::error, complaint);
   report_partners();
   const auto stamp = std::chrono::system_clock::now().time_since_epoch();
@@ -25,14 +26,14 @@ void Bridge::report_partners() {
                                      "waiting for a benchmark (`hotpath run --live`) in " + domain);
   }
   benchmarks_ = benchmarks;
-  if (counts_.other_run != other_run_reported_ && !other_run_known_) {
+  if (pending_.forgotten() != other_run_reported_ && !other_run_known_) {
     RosNode::log(Severity::warning,
                  "samples of another run than the one that began last arrive in " + domain +
                      " and are left out: give each benchmark with its bridge a domain of their own "
                      "(--domain)");
     other_run_known_ = true;
   }
-  other_run_reported_ = counts_.other_run;
+  other_run_reported_ = pending_.forgotten();
 }
 
 Diagnosis Bridge::own_health() {
@@ -56,7 +57,7 @@ Diagnosis Bridge::own_health() {
   value("samples before the first", counts_.before_first);
   value("lost on the way", counts_.lost);
   value("chain samples not published by the benchmark", not_published_);
-  value("samples of another run", counts_.other_run);
+  value("samples of another run", pending_.forgotten());
   value("malformed", counts_.malformed);
   value("left out by ~graph_every", counts_.graph_left_out);
   value("left out by ~points_every", counts_.points_left_out);

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "lidar.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
+#include <string_view>
 
 namespace hotpath {
 
 std::vector<Lidar> lidars(const telemetry::RunInfo& run) {
+  constexpr std::size_t kMost = 1000;
   std::vector<Lidar> result;
+  std::set<std::string_view> known;
   for (const telemetry::EdgeInfo& edge : run.edges()) {
     const bool source = edge.hot() && run.nodes()[edge.source()].type() == "sensor";
-    const bool known =
-        std::any_of(result.begin(), result.end(), [&](const Lidar& l) { return l.topic == edge.topic(); });
-    if (source && !known) result.push_back({edge.source(), edge.topic()});
+    if (!source || !known.insert(edge.topic()).second) continue;
+    result.push_back({edge.source(), edge.topic()});
+    if (result.size() == kMost) break;
   }
   return result;
 }

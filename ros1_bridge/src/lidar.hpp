@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "event.hpp"
 #include "outputs.hpp"
-#include "telemetry_input.hpp"
 
 namespace hotpath {
 
@@ -17,6 +17,7 @@ struct Lidar {
   std::string topic;
 };
 
+/// Once each, and not more than the first 1000: each costs a reader and a publisher.
 std::vector<Lidar> lidars(const telemetry::RunInfo& run);
 
 /// Stands in for a scan: the reference system's messages hold no points, so these are 256 on a circle, as

@@ -7,7 +7,8 @@
 
 namespace hotpath {
 
-/// `text` as one part of a ROS name: what is no ASCII letter, digit or underscore becomes an underscore.
+/// `text` as one part of a ROS name: its first 200 bytes, where what is no ASCII letter, digit or underscore
+/// becomes an underscore.
 std::string ros_name(std::string_view text);
 
 struct RosNames {

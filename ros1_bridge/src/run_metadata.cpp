@@ -7,6 +7,16 @@ namespace hotpath {
 
 using Json = nlohmann::ordered_json;
 
+namespace {
+
+/// What is nested deeper than anything in run.json would exhaust the stack of whoever writes or reads it.
+bool is_shallow(int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+  constexpr int kMost = 64;
+  return depth <= kMost;
+}
+
+}  // namespace
+
 std::string run_metadata(const telemetry::RunInfo& run, const std::vector<std::string>& node_names,
                          const std::vector<std::string>& chain_names) {
   Json json = {
@@ -34,22 +44,11 @@ std::string run_metadata(const telemetry::RunInfo& run, const std::vector<std::s
                               {"ros_name", chain_names[c]},
                               {"sink", run.nodes()[run.chains()[c].sink()].name()}});
   }
-  Json facts = Json::parse(run.facts(), nullptr, false);
-  json["facts"] = facts.is_discarded() ? Json(run.facts()) : std::move(facts);
+  // Not as ordered JSON, which looks for each key among all before it.
+  const auto facts = nlohmann::json::parse(run.facts(), is_shallow, false);
+  json["facts"] = facts.is_discarded() ? Json(run.facts()) : Json(facts);
   // A name may hold anything, also what is no UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string run_defect(const telemetry::RunInfo& run) {
-  const std::size_t nodes = run.nodes().size();
-  for (const telemetry::EdgeInfo& edge : run.edges()) {
-    if (edge.source() >= nodes || edge.target() >= nodes)
-      return "an edge of topic " + edge.topic() + " has no node";
-  }
-  for (const telemetry::ChainInfo& chain : run.chains()) {
-    if (chain.sink() >= nodes) return "chain " + chain.name() + " has no sink";
-  }
-  return "";
 }
 
 }  // namespace hotpath

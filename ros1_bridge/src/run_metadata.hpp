@@ -7,11 +7,9 @@
 
 namespace hotpath {
 
-/// What ran, as JSON, with the ROS names of nodes and chains (parallel to the run's).
+/// What ran, as JSON, with the ROS names of nodes and chains (parallel to the run's). Facts without what is
+/// nested more than 64 deep.
 std::string run_metadata(const telemetry::RunInfo& run, const std::vector<std::string>& node_names,
                          const std::vector<std::string>& chain_names);
-
-/// What makes a run unfit for drawing and indexing, such as an edge without a node; empty: nothing.
-std::string run_defect(const telemetry::RunInfo& run);
 
 }  // namespace hotpath

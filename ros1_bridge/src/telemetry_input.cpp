@@ -17,11 +17,11 @@
 #include <functional>
 #include <map>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 #include "hotpath/fastdds/guarded_type.hpp"
 #include "hotpath/fastdds/participant.hpp"
+#include "text.hpp"
 
 namespace hotpath {
 
@@ -60,16 +60,6 @@ Entity* created(Entity* entity, const std::string& what) {
     throw std::runtime_error("Fast DDS could not create " + what + "; its own message is above");
   }
   return entity;
-}
-
-template <class Sample>
-std::size_t size_of(const Sample& sample) {
-  if constexpr (std::is_same_v<Sample, telemetry::Statistics>) {
-    return sizeof sample + sample.nodes().size() * sizeof(telemetry::NodeStatistics) +
-           sample.chains().size() * sizeof(telemetry::ChainStatistics);
-  } else {
-    return sizeof sample;
-  }
 }
 
 }  // namespace
@@ -111,15 +101,15 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
       const std::lock_guard lock(mutex);
       const std::string& known = types.try_emplace(topic, type.get_type_name()).first->second;
       if (known != type.get_type_name()) {
-        owner.complain("the DDS topic " + topic + " is read as " + known + " already, and not as " +
-                       type.get_type_name() + ": take it out of ~bytes_topics");
+        owner.complain("the DDS topic " + printable(topic, kMostOfName) + " is read as " + known +
+                       " already, and not as " + type.get_type_name() + ": take it out of ~bytes_topics");
         return;
       }
     }
     auto* description = dynamic_cast<dds::Topic*>(participant->lookup_topicdescription(topic));
     if (description == nullptr) {
       description = created(participant->create_topic(topic, type.get_type_name(), dds::TOPIC_QOS_DEFAULT),
-                            "the topic " + topic);
+                            "the topic " + printable(topic, kMostOfName));
     }
     Reader& reader = into.emplace_back();
     reader.writers = std::move(writers);
@@ -133,7 +123,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
     created(
         from.create_datareader(description, qos, &reader,
                                dds::StatusMask::data_available() << dds::StatusMask::subscription_matched()),
-        "a reader of topic " + topic);
+        "a reader of topic " + printable(topic, kMostOfName));
   }
 
   void forget_points() {
@@ -142,6 +132,14 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
     participant->delete_subscriber(points_subscriber);
     points_subscriber = nullptr;
     points_readers.clear();
+    for (const std::string& topic : points_topics) {
+      auto* description = dynamic_cast<dds::Topic*>(participant->lookup_topicdescription(topic));
+      // Refused for one that has other readers.
+      if (description == nullptr || participant->delete_topic(description) != ReturnCode_t::RETCODE_OK)
+        continue;
+      const std::lock_guard lock(mutex);
+      types.erase(topic);
+    }
   }
 
   void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& found) override {
@@ -154,7 +152,8 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
       own = known->second;
     }
     owner.complain(
-        "somebody publishes the DDS topic " + topic + " as " + type + ", which the bridge reads as " + own +
+        "somebody publishes the DDS topic " + printable(topic, kMostOfName) + " as " +
+        printable(type, kMostOfName) + ", which the bridge reads as " + own +
         ": build benchmark and bridge from one version, or give them a DDS domain of their own (--domain)");
   }
 
@@ -163,6 +162,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
   std::map<std::string, std::string> types;  // by topic
   // The participant calls them, and goes first.
   Readers readers, points_readers;
+  std::vector<std::string> points_topics;
   dds::DomainParticipant* participant = nullptr;
   dds::Subscriber* subscriber = nullptr;
   dds::Subscriber* points_subscriber = nullptr;
@@ -170,10 +170,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
 
 TelemetryInput::TelemetryInput(const TelemetryOptions& options) : queue_(options.queue, options.queue_bytes) {
   dds_ = std::make_unique<Dds>(*this, options);
-  const auto hand_on = [this](auto& sample, std::int64_t) {
-    const std::size_t bytes = size_of(sample);
-    enqueue(std::move(sample), bytes);
-  };
+  const auto hand_on = [this](auto& sample, std::int64_t) { enqueue(std::move(sample)); };
   const auto read = [&]<class PubSubType>(const std::string& topic, std::int32_t depth, PubSubType*) {
     dds_->read<PubSubType>(dds_->readers, *dds_->subscriber, topic, reader_qos(depth, true, false), hand_on);
   };
@@ -187,8 +184,7 @@ TelemetryInput::TelemetryInput(const TelemetryOptions& options) : queue_(options
     dds_->read<telemetry::BytesPubSubType>(dds_->readers, *dds_->subscriber, options.bytes_topics[i],
                                            reader_qos(1024, true, false),
                                            [this, i](telemetry::Bytes& sample, std::int64_t) {
-                                             const std::size_t bytes = sample.data().size();
-                                             enqueue(BytesSample{i, std::move(sample.data())}, bytes);
+                                             enqueue(BytesSample{i, std::move(sample.data())});
                                            });
   }
   dds_->participant->set_listener(dds_.get(), dds::StatusMask::none());
@@ -201,13 +197,14 @@ void TelemetryInput::read_points(const std::vector<std::string>& topics) {
   if (topics.empty()) return;
   dds::SubscriberQos qos;
   qos.partition().push_back("*");
+  dds_->points_topics = topics;
   dds_->points_subscriber = created(dds_->participant->create_subscriber(qos), "a subscriber");
   for (std::uint32_t i = 0; i < topics.size(); ++i) {
     dds_->read<msg::Message4kbPubSubType>(
         dds_->points_readers, *dds_->points_subscriber, topics[i], reader_qos(16, false, false),
         [this, i](const msg::Message4kb& sample, std::int64_t published_ns) {
           const std::uint64_t own = sample.size() == 0 ? 0 : std::min<std::uint64_t>(sample.size(), 63) - 1;
-          enqueue(LidarSample{i, published_ns, sample.stats()[own].sequence_number()}, sizeof(LidarSample));
+          enqueue(LidarSample{i, published_ns, sample.stats()[own].sequence_number()});
         });
   }
 }
@@ -221,14 +218,13 @@ std::vector<std::string> TelemetryInput::take_complaints() {
   return std::exchange(new_complaints_, {});
 }
 
-void TelemetryInput::enqueue(Event event, std::size_t bytes) {
+void TelemetryInput::enqueue(Event event) {
   Counters& counters = counters_[event.index()];
   counters.received.fetch_add(1, std::memory_order_relaxed);
-  if (std::holds_alternative<telemetry::RunInfo>(event)) {
-    queue_.push_always(std::move(event), bytes);
-  } else if (!queue_.push(std::move(event), bytes)) {
-    counters.dropped.fetch_add(1, std::memory_order_relaxed);
-  }
+  const std::size_t bytes = bytes_of(event);
+  const bool rare = std::holds_alternative<telemetry::RunInfo>(event);
+  const bool taken = rare ? queue_.push_rare(std::move(event), bytes) : queue_.push(std::move(event), bytes);
+  if (!taken) counters.dropped.fetch_add(1, std::memory_order_relaxed);
 }
 
 void TelemetryInput::complain(const std::string& text) {

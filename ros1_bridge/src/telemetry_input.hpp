@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Message4kb.h>
-#include <Telemetry.h>
-
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -12,30 +9,12 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "bounded_queue.hpp"
+#include "event.hpp"
 
 namespace hotpath {
-
-/// A message of a LiDAR driver.
-struct LidarSample {
-  std::uint32_t topic = 0;     ///< Index into the topics that were asked for.
-  std::int64_t stamp_ns = 0;   ///< When it was published, nanoseconds since the Unix epoch.
-  std::uint64_t sequence = 0;  ///< Publications of that driver before this one.
-};
-
-/// A sample of one of the topics of Bytes.
-struct BytesSample {
-  std::uint32_t topic = 0;
-  std::vector<std::uint8_t> data;
-};
-
-using Event = std::variant<telemetry::RunInfo, telemetry::Statistics, telemetry::ChainSample,
-                           telemetry::Clock, LidarSample, BytesSample>;
-inline constexpr std::array<const char*, std::variant_size_v<Event>> kStreams = {
-    "run", "statistics", "chain_samples", "clock", "points", "bytes"};
 
 struct TelemetryOptions {
   std::uint32_t domain = 0;     ///< DDS domain, 0 to 232.
@@ -79,7 +58,7 @@ class TelemetryInput {
     std::atomic<std::uint64_t> received{0}, dropped{0};
   };
 
-  void enqueue(Event event, std::size_t bytes);
+  void enqueue(Event event);
   void complain(const std::string& text);
 
   BoundedQueue<Event> queue_;

@@ -27,12 +27,22 @@ TEST(BoundedQueue, RefusesWhatIsTooMany) {
   EXPECT_TRUE(queue.push(1, 1));
   EXPECT_TRUE(queue.push(2, 1));
   EXPECT_FALSE(queue.push(3, 1));
-  queue.push_always(4, 1);
+  EXPECT_TRUE(queue.push_rare(4, 1));
   EXPECT_EQ(queue.longest(), 3U);
   EXPECT_EQ(queue.pop(kNow), 1);
   EXPECT_FALSE(queue.push(5, 1));
   EXPECT_EQ(queue.pop(kNow), 2);
   EXPECT_TRUE(queue.push(6, 1));
+}
+
+TEST(BoundedQueue, TakesTwiceAsMuchOfWhatIsRare) {
+  BoundedQueue<int> queue(3, 100);
+  EXPECT_TRUE(queue.push(1, 100));
+  EXPECT_FALSE(queue.push(2, 1));
+  EXPECT_TRUE(queue.push_rare(3, 100));
+  EXPECT_FALSE(queue.push_rare(4, 1));
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(queue.push_rare(5, 0));
+  EXPECT_FALSE(queue.push_rare(6, 0));
 }
 
 TEST(BoundedQueue, RefusesTooManyBytesUnlessAlone) {

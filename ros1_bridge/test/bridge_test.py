@@ -277,14 +277,13 @@ class WrongUse(BridgeTest):
         self.assert_refused("whole number", arguments=["_domain:=seven"])
         self.assert_refused("skipped_warn", "more than 0", arguments=["_skipped_warn:=-1", "_domain:=0"])
         self.master.call("deleteParam", "/hotpath_ros1_bridge")
-        bridge = self.start_bridge("_chain:=typo", "_chains:=absent,hot_path", "_bytes_topics:=EuclideanClusterSettings")
+        bridge = self.start_bridge("_chain:=typo", "_chains:=absent,hot_path")
         bridge.says("ignored unknown parameters ~chain ")
         bridge.says("waiting for a benchmark")
         self.assert_refused("runs already", "__ns:=", arguments=[])
         listener = self.listen({f"/hotpath/latency/{HOT_PATH}": FLOAT})
         self.start_benchmark(60)
         bridge.says("~chains names `absent`, which graph autoware does not have; it has hot_path")
-        bridge.says("somebody publishes the DDS topic EuclideanClusterSettings as hotpath::msg::Message4kb")
         listener.wait_for(f"/hotpath/latency/{HOT_PATH}")  # goes on with what is right
         self.assert_ends_well(bridge)
 
@@ -294,6 +293,38 @@ class WrongUse(BridgeTest):
         wait_for(lambda: "/hotpath/graph" in self.master.topics(), "the other publisher")
         bridge = self.start_bridge()
         bridge.says("another node publishes /hotpath/graph as std_msgs/String")
+        self.assert_ends_well(bridge)
+
+
+class StrangeRun(BridgeTest):
+    def texts(self, value):
+        """All texts of a message."""
+        if isinstance(value, str):
+            return [value]
+        values = value.values() if isinstance(value, dict) else value if isinstance(value, list) else []
+        return [text for v in values for text in self.texts(v)]
+
+    def test_what_it_says_is_escaped_and_bounded(self):
+        self.master.start()
+        bridge = self.start_bridge("_bytes_topics:=strange")
+        bridge.says("waiting for a benchmark")
+        listener = self.listen({"/hotpath/graph": GRAPH, "/diagnostics": DIAGNOSTICS, **RUN})
+        strange = self.start_process([os.environ.get("STRANGE_RUN", "strange_run"), self.domain])
+        bridge.says("somebody publishes the DDS topic strange as hotpath::telemetry::Clock")
+        bridge.says("has no place to draw it")
+        graph = listener.wait_for("/hotpath/graph", lambda m: any(n["ns"] == "figures" for n in m["markers"]))
+        nodes = listener.wait_for("/diagnostics", lambda m: not values_of(m, ": bridge"))
+        own = listener.wait_for("/diagnostics", lambda m: values_of(m, ": bridge") and "x1b" in str(m))
+        for text in self.texts([graph, nodes, own]):
+            self.assertNotIn("\x1b", text)
+            self.assertNotIn("\n", text)
+            self.assertLess(len(text), 1000)
+        run = json.loads(listener.wait_for("/hotpath/run")["data"])
+        self.assertEqual(len({n["ros_name"] for n in run["nodes"]}), 2)
+        self.assertTrue(all(len(n["ros_name"]) < 210 for n in run["nodes"]))
+        self.assertNotIn("\x1b[2J", bridge.output)
+        self.assertLess(max(map(len, bridge.lines)), 2000)
+        self.assertEqual(strange.end(), 0)
         self.assert_ends_well(bridge)
 
 

@@ -20,6 +20,11 @@ TEST(RosName, ReplacesEachIllegalByte) {
   EXPECT_EQ(ros_name(""), "_");
 }
 
+TEST(RosName, IsNotLongerThan200Characters) {
+  EXPECT_EQ(ros_name(std::string(200, 'a')), std::string(200, 'a'));
+  EXPECT_EQ(ros_name(std::string(1'000'000, 'a')), std::string(200, 'a'));
+}
+
 TEST(RosNames, TellsClashingNamesApartAndReportsThem) {
   const RosNames result = ros_names({"a-b", "a b", "c", "a_b"});
   EXPECT_THAT(result.names, ElementsAre("a_b", "a_b_2", "c", "a_b_3"));
@@ -29,6 +34,13 @@ TEST(RosNames, TellsClashingNamesApartAndReportsThem) {
 TEST(RosNames, ANumberedNameMayBeTakenAlready) {
   EXPECT_THAT(ros_names({"a_2", "a", "a"}).names, ElementsAre("a_2", "a", "a_3"));
   EXPECT_THAT(ros_names({"a", "b"}).clashes, IsEmpty());
+}
+
+// Where each looks through all before it, this does not end within a test's patience.
+TEST(RosNames, ManyMayBeTheSame) {
+  constexpr std::size_t kMany = 200'000;
+  const RosNames result = ros_names(std::vector<std::string>(kMany, "a"));
+  EXPECT_EQ(result.names.back(), "a_" + std::to_string(kMany));
 }
 
 }  // namespace hotpath

@@ -3,17 +3,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "graph_markers.hpp"
 #include "lidar.hpp"
 #include "node_health.hpp"
+#include "run_check.hpp"
 #include "run_metadata.hpp"
+#include "text.hpp"
 
 namespace hotpath {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::SizeIs;
 
 namespace {
 
@@ -145,6 +149,12 @@ TEST(NodeHealth, ComparesRatesAndTheQueueWithTheLimits) {
   EXPECT_EQ(node_health("n", before, now, 0, limits).level, Diagnosis::Level::warn);
 }
 
+TEST(Lidars, AreNotMoreThan1000) {
+  auto info = run();
+  for (int i = 0; i < 2000; ++i) info.edges().push_back(edge(0, 3, std::to_string(i), true));
+  EXPECT_THAT(lidars(info), SizeIs(1000));
+}
+
 TEST(Lidars, AreTheSensorsOfTheHotPathOnceEach) {
   const auto found = lidars(run());
   ASSERT_EQ(found.size(), 2U);
@@ -182,6 +192,100 @@ TEST(RunDefect, NamesIndicesOutOfRange) {
   info = run();
   info.chains()[0].sink(9);
   EXPECT_THAT(run_defect(info), HasSubstr("hot path"));
+}
+
+TEST(RunDefect, IsAPlaceWhereNothingCanBeDrawn) {
+  for (const double place : {std::nan(""), std::numeric_limits<double>::infinity(), -1e308}) {
+    auto info = run();
+    info.nodes()[1].layout_x(place);
+    EXPECT_THAT(run_defect(info), HasSubstr("RearLidarDriver"));
+    info = run();
+    info.nodes()[1].layout_y(place);
+    EXPECT_THAT(run_defect(info), HasSubstr("RearLidarDriver"));
+  }
+}
+
+TEST(RunDefect, IsMoreThanCanBeShown) {
+  auto info = run();
+  info.nodes().resize(20'000);
+  info.edges().resize(200'000);
+  info.chains().resize(20'000);
+  EXPECT_EQ(run_defect(info), "");
+  info.nodes().resize(20'001);
+  EXPECT_EQ(run_defect(info), "it has 20001 nodes, and the bridge shows at most 20000");
+  info = run();
+  info.edges().resize(200'001);
+  EXPECT_THAT(run_defect(info), HasSubstr("200001 edges"));
+  info = run();
+  info.chains().resize(20'001);
+  EXPECT_THAT(run_defect(info), HasSubstr("20001 chains"));
+  info = run();
+  info.facts(std::string((16U << 20) + 1, ' '));
+  EXPECT_THAT(run_defect(info), HasSubstr("bytes of facts"));
+  info = run();
+  info.nodes()[0].name(std::string(64U << 20, 'a'));
+  EXPECT_THAT(run_defect(info), HasSubstr("bytes, and"));
+}
+
+TEST(RunDefect, IsSaidInPrintableWords) {
+  auto info = run();
+  info.edges()[0].target(5);
+  info.edges()[0].topic("\x1b[2J" + std::string(1'000'000, 'a'));
+  EXPECT_THAT(run_defect(info), HasSubstr("\\x1b[2J"));
+  EXPECT_LE(run_defect(info).size(), 300U);
+}
+
+TEST(RunMetadata, LeavesOutWhatIsNestedTooDeep) {
+  auto info = run();
+  info.facts(R"({"seed": 3, "deep": )" + std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}");
+  const std::string text = run_metadata(info, {"F", "R", "M", "Fu", "S"}, {"hot_path"});
+  EXPECT_LT(text.size(), 10'000U);
+  EXPECT_EQ(nlohmann::json::parse(text)["facts"]["seed"], 3);
+}
+
+TEST(Printable, KeepsUtf8) {
+  EXPECT_EQ(printable("hot_path", 200), "hot_path");
+  EXPECT_EQ(printable("\u00fc \u20ac \U0001f600", 200), "\u00fc \u20ac \U0001f600");
+  EXPECT_EQ(printable("", 200), "");
+}
+
+TEST(Printable, EscapesControlCharactersAndWhatIsNoUtf8) {
+  EXPECT_EQ(printable(std::string("a\0b\n\x1b[2J\x7f", 9), 200), "a\\x00b\\x0a\\x1b[2J\\x7f");
+  EXPECT_EQ(printable("\xff\xc3", 200), "\\xff\\xc3");
+  EXPECT_EQ(printable("\u009b\u2028\u202e\u2066", 200),
+            "\\xc2\\x9b\\xe2\\x80\\xa8\\xe2\\x80\\xae\\xe2\\x81\\xa6");
+}
+
+TEST(Printable, CutsBetweenCharacters) {
+  EXPECT_EQ(printable("abcdef", 6), "abcdef");
+  EXPECT_EQ(printable("abcdefg", 6), "abc...");
+  EXPECT_EQ(printable("\u20ac\u20ac\u20ac", 8), "\u20ac...");
+  EXPECT_EQ(printable("a\x01\x01", 8), "a\\x01...");
+}
+
+TEST(Decimals, AreFewForAnyNumber) {
+  EXPECT_EQ(decimals(123456789.125, 1), "123456789.1");
+  for (const double value : {1e308, -1e308, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_LE(decimals(value, 3).size(), 30U);
+  }
+}
+
+TEST(MakePrintable, LeavesNothingToDrawThatIsNot) {
+  const std::string hostile = "\x1b[2J\xff" + std::string(1'000'000, 'a');
+  auto info = run();
+  for (std::string* text : {&info.graph(), &info.executor(), &info.transport(), &info.origin()})
+    *text = hostile;
+  for (auto& node : info.nodes()) node.name(hostile), node.type(hostile);
+  info.chains()[0].name(hostile);
+  info.topic_prefix(hostile);
+  make_printable(info);
+  EXPECT_EQ(info.topic_prefix(), hostile);
+  EXPECT_LE(info.nodes()[0].type().size(), 200U);
+  const auto now = statistics(info);
+  for (const Marker& marker : graph_markers(info, &now, "frame").markers) {
+    EXPECT_EQ(marker.text, printable(marker.text, 1000));
+  }
+  EXPECT_THAT(of_group(graph_markers(info, &now, "frame"), "title")[0].text, HasSubstr("\\x1b[2J\\xff"));
 }
 
 }  // namespace hotpath

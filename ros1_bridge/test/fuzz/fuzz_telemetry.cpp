@@ -11,6 +11,7 @@
 #include "lidar.hpp"
 #include "names.hpp"
 #include "node_health.hpp"
+#include "run_check.hpp"
 #include "run_metadata.hpp"
 
 namespace {
@@ -27,8 +28,9 @@ std::optional<typename PubSubType::type> read(Payload& payload) {
 }
 
 void show_run(Payload& payload) {
-  const auto run = read<telemetry::RunInfoPubSubType>(payload);
+  auto run = read<telemetry::RunInfoPubSubType>(payload);
   if (!run || !run_defect(*run).empty()) return;
+  make_printable(*run);
   std::vector<std::string> nodes, chains;
   for (const auto& node : run->nodes()) nodes.push_back(node.name());
   for (const auto& chain : run->chains()) chains.push_back(chain.name());

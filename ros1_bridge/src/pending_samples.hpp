@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string_view>
+#include <vector>
+
+#include "event.hpp"
+
+namespace hotpath {
+
+/// Samples whose run is not known yet, bounded in number and in bytes.
+class PendingSamples {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  /// Forgets the oldest where there are too many.
+  void keep(Event event, Time arrived);
+  void forget(Time arrived_before);
+  /// Those of this run, in order.
+  std::vector<Event> take(std::string_view run);
+  /// That nobody took, since the start.
+  std::uint64_t forgotten() const { return forgotten_; }
+
+ private:
+  struct Sample {
+    Event event;
+    Time arrived;
+  };
+  void forget_oldest();
+
+  std::deque<Sample> samples_;
+  std::size_t bytes_ = 0;
+  std::uint64_t forgotten_ = 0;
+};
+
+}  // namespace hotpath

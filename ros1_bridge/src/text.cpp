@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "text.hpp"
+
+#include <algorithm>
+
+#include "hotpath/reference_system/utf8.hpp"
+
+namespace hotpath {
+
+namespace {
+
+/// Bytes of the UTF-8 character at the beginning; 0: there is none.
+std::size_t first_character(std::string_view text) {
+  for (std::size_t bytes = 1; bytes <= std::min<std::size_t>(text.size(), 4); ++bytes) {
+    if (is_utf8(text.substr(0, bytes))) return bytes;
+  }
+  return 0;
+}
+
+/// A terminal or a log would not show it as a character of its line.
+bool is_control(std::string_view character) {
+  const auto within = [&](std::string_view first, std::string_view last) {
+    return character.size() == first.size() && first <= character && character <= last;
+  };
+  using namespace std::string_view_literals;
+  return within("\0"sv, "\x1f"sv) || within("\x7f"sv, "\x7f"sv) || within("\u0080"sv, "\u009f"sv) ||
+         within("\u2028"sv, "\u202e"sv) || within("\u2066"sv, "\u2069"sv);
+}
+
+std::string escaped(std::string_view bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const char c : bytes) {
+    const auto byte = static_cast<unsigned char>(c);
+    text += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 0xf]};
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text, std::size_t most) {
+  constexpr std::string_view kMore = "...";
+  std::string result;
+  std::size_t cut = 0;  // bytes of the result with room for kMore behind them
+  while (!text.empty()) {
+    const std::size_t bytes = first_character(text);
+    const std::string_view character = text.substr(0, std::max<std::size_t>(bytes, 1));
+    if (bytes == 0 || is_control(character)) {
+      result += escaped(character);
+    } else {
+      result += character;
+    }
+    if (result.size() > most) return result.substr(0, cut).append(kMore);
+    if (result.size() + kMore.size() <= most) cut = result.size();
+    text.remove_prefix(character.size());
+  }
+  return result;
+}
+
+}  // namespace hotpath
