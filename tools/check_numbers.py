@@ -152,8 +152,10 @@ def interleavings(root: Path) -> str:
         else f"{told['complete']} of {told['executors']} completely:"
     )
     return (
-        f"{told['executors']} executors; {of} {told['systematic']:,} interleavings of a short run with at most"
-        f" {told['preemptions']} preemption,\nand {told['random']:,} of a longer one at random: all accepted.\n"
+        f"{told['executors']} executors; {of} {told['systematic']:,} interleavings of two short runs with at most"
+        f" {told['preemptions']} preemption or wake-up for no reason,\nand {told['random']:,} of two longer ones at"
+        f" random: all accepted. Any one of {told['lost_and_found']} notifications of the short runs was lost:"
+        " each was missed.\n"
     )
 
 
