@@ -172,6 +172,15 @@ def fuzz(root: Path) -> str:
     )
 
 
+def mutations(root: Path) -> str:
+    """What became of damaged traces of LTTng, of results/reliability."""
+    told = load(root, "reliability/mutations.json")
+    return (
+        f"{told['tried']:,} traces with other bytes: {told['read']:,} read, the others refused;"
+        f" {told['library_ended']:,} of them ended Debian's library.\n"
+    )
+
+
 def faults(root: Path) -> str:
     """The calls that failed in failing_calls_test.py, of results/reliability."""
     told = load(root, "reliability/faults.json")
@@ -268,6 +277,7 @@ BLOCKS: dict[str, Callable[[Path], str]] = {
         capacity,
         interleavings,
         fuzz,
+        mutations,
         faults,
         kills,
         load_figures,
