@@ -152,8 +152,10 @@ def interleavings(root: Path) -> str:
         else f"{told['complete']} of {told['executors']} completely:"
     )
     return (
-        f"{told['executors']} executors; {of} {told['systematic']:,} interleavings of a short run with at most"
-        f" {told['preemptions']} preemption,\nand {told['random']:,} of a longer one at random: all accepted.\n"
+        f"{told['executors']} executors; {of} {told['systematic']:,} interleavings of two short runs with at most"
+        f" {told['preemptions']} preemption or wake-up for no reason,\nand {told['random']:,} of two longer ones at"
+        f" random: all accepted. Any one of {told['lost_and_found']} notifications of the short runs was lost:"
+        " each was missed.\n"
     )
 
 
@@ -167,6 +169,15 @@ def fuzz(root: Path) -> str:
         f"{len(targets)} targets, {total:,} inputs without a finding, in {told['seconds'] / 3600:.1f} hours of one"
         f" processor until {told['date']};\n{sum(target['kept'] for target in targets.values())} inputs are kept.\n"
         f"By target: {tried}.\n"
+    )
+
+
+def mutations(root: Path) -> str:
+    """What became of damaged traces of LTTng, of results/reliability."""
+    told = load(root, "reliability/mutations.json")
+    return (
+        f"{told['tried']:,} traces with other bytes: {told['read']:,} read, the others refused;"
+        f" {told['library_ended']:,} of them ended Debian's library.\n"
     )
 
 
@@ -266,6 +277,7 @@ BLOCKS: dict[str, Callable[[Path], str]] = {
         capacity,
         interleavings,
         fuzz,
+        mutations,
         faults,
         kills,
         load_figures,

@@ -293,12 +293,17 @@ class Faults(ImportTest):
 
 
 class Mutations(ImportTest):
-    """Traces of which a few bytes are others are read, or refused with one sentence. HOTPATH_MUTATIONS: how many."""
+    """Traces of which a few bytes are others are read, or refused with one sentence. HOTPATH_MUTATIONS: how many.
+
+    With HOTPATH_RELIABILITY, a folder, the counts are written to its mutations.json.
+    """
 
     def test_any_bytes(self):
         whole = sensor_and_filter(20)[0].write(self.folder / "whole")
         numbers = random.Random(1)
-        for i in range(int(os.environ.get("HOTPATH_MUTATIONS", "40"))):
+        count = int(os.environ.get("HOTPATH_MUTATIONS", "40"))
+        accepted = read = library_ended = 0
+        for i in range(count):
             with self.subTest(i=i):
                 trace = Path(shutil.copytree(whole, self.folder / "trace", dirs_exist_ok=True))
                 file = numbers.choice(sorted(f for f in trace.iterdir() if f.is_file()))
@@ -315,6 +320,13 @@ class Mutations(ImportTest):
                     lines = [line for line in err.strip().splitlines() if "Assertion" not in line]
                     self.assertEqual([line[:9] for line in lines], ["hotpath: "], err)
                 shutil.rmtree(output, ignore_errors=True)
+                accepted += 1
+                read += code == 0
+                library_ended += "libbabeltrace2 does not survive it" in err
+        if "HOTPATH_RELIABILITY" in os.environ and accepted == count:
+            facts = {"tried": count, "read": read, "library_ended": library_ended}
+            file = Path(os.environ["HOTPATH_RELIABILITY"]) / "mutations.json"
+            file.write_text(json.dumps(facts, indent=2) + "\n")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,8 @@
 namespace hotpath::test {
 
 /// Who decides. `options` >= 2, of which the first `free` ones (>= 1) disturb nobody: the thread that runs
-/// goes on, or, if it waits, another one. The others preempt it, or let time pass meanwhile.
+/// goes on, or, if it waits, another one, or, if all do, time passes. The others preempt it, let time pass
+/// meanwhile, or wake a parked thread for no reason.
 class Choices {
  public:
   virtual ~Choices() = default;
@@ -28,11 +29,18 @@ class Choices {
 };
 
 /// What is broken on purpose.
-enum class Fault { none, lost_unpark, ticket_ignored };
+enum class Fault {
+  none,
+  ticket_ignored,  ///< Who is woken just before it sleeps does not notice.
+  early_is_due,    ///< Who is woken for no reason believes that it slept until the instant that it waits for.
+  group_ignored,   ///< The executor takes a mutually exclusive callback group for a reentrant one.
+};
 
 class World {
  public:
-  World(Choices& choices, Fault broken) : fault(broken), choices_(choices) {
+  /// The notification of that number, from 1, gets lost; 0: none.
+  World(Choices& choices, Fault broken, std::size_t lost = 0)
+      : fault(broken), choices_(choices), lost_(lost) {
     current_world = this;
     fibers_.push_back(std::make_unique<Fiber>());  // the test itself
   }
@@ -47,7 +55,16 @@ class World {
   /// The first thing that went wrong; empty: nothing.
   std::string defect;
 
-  Time now() { return clock_ += Duration(1); }
+  Time now() {
+    clock_ += Duration(1);
+    return std::max(clock_, std::exchange(believed_, Time{}));
+  }
+  /// Whose turn it is next takes it to be that late.
+  void believe(Time instant) { believed_ = instant; }
+
+  /// Whether the next notification arrives.
+  bool notify() { return ++notifications_ != lost_; }
+  std::size_t notifications() const { return notifications_; }
 
   std::size_t start(std::function<void()> body) {
     Fiber& fiber = *fibers_.emplace_back(std::make_unique<Fiber>());
@@ -125,27 +142,29 @@ class World {
 
   /// Without memory of its own: a thread that has ended never comes back to give it back.
   void go_on() {
-    std::array<std::size_t, kMostThreads> able{};
+    std::array<std::size_t, kMostThreads + 1> options{};
     std::size_t count = 0;
     const bool goes_on = may_go_on(running_);
-    if (goes_on) able[count++] = running_;
+    if (goes_on) options[count++] = running_;
     for (std::size_t f = 0; f < fibers_.size(); ++f) {
-      if (f != running_ && may_go_on(f)) able[count++] = f;
+      if (f != running_ && may_go_on(f)) options[count++] = f;
     }
+    const std::size_t able = count;
+    if (able == 0) when_idle();
     const Time next = next_instant();
-    if (count == 0) {
-      when_idle();
-      next == kNever ? break_deadlock() : static_cast<void>(clock_ = next);
+    if (able == 0 && next == kNever) {
+      break_deadlock();
       return go_on();
     }
-    // Time may pass while somebody could go on.
-    const std::size_t options = count + (next != kNever ? 1 : 0);
-    const std::size_t chosen = options < 2 ? 0 : choices_.choose(options, goes_on ? 1 : count);
-    if (chosen == count) {
-      clock_ = next;
-      return go_on();
+    if (next != kNever) options[count++] = kTimePasses;  // also while somebody could go on
+    for (std::size_t f = 0; f < fibers_.size(); ++f) {
+      if (fibers_[f]->early && !fibers_[f]->ended && !may_go_on(f)) options[count++] = f;
     }
-    switch_to(able[chosen]);
+    const std::size_t free = goes_on || able == 0 ? 1 : able;
+    const std::size_t chosen = options[count < 2 ? 0 : choices_.choose(count, free)];
+    if (chosen != kTimePasses) return switch_to(chosen);
+    clock_ = next;
+    go_on();
   }
 
   /// So that the threads of a broken executor can end.
@@ -165,12 +184,14 @@ class World {
     if (before != next) swapcontext(&fibers_[before]->context, &fibers_[next]->context);
   }
 
-  static constexpr std::size_t kMostThreads = 16;
+  static constexpr std::size_t kMostThreads = 16, kTimePasses = kMostThreads;
   static inline World* current_world = nullptr;
   Choices& choices_;
   std::vector<std::unique_ptr<Fiber>> fibers_;
   std::size_t running_ = 0;
-  Time clock_{};
+  Time clock_{}, believed_{};
+  const std::size_t lost_;
+  std::size_t notifications_ = 0;
 };
 
 /// For BasicExecutor.
@@ -188,11 +209,13 @@ struct ControlledSync {
     void park_until(std::uint32_t ticket, Time until) {
       World& world = World::current();
       const std::uint32_t from = world.fault == Fault::ticket_ignored ? (world.step(), tickets) : ticket;
-      world.wait([this, from] { return tickets != from; }, until, true);
+      const auto woken = [this, from] { return tickets != from; };
+      world.wait(woken, until, true);
+      if (world.fault == Fault::early_is_due && !woken()) world.believe(until);
     }
     void unpark() {
       World::current().step();
-      if (World::current().fault != Fault::lost_unpark) ++tickets;
+      if (World::current().notify()) ++tickets;
     }
     std::uint32_t tickets = 0;
   };
