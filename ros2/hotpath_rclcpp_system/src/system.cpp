@@ -59,6 +59,8 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
   if (plan.contains("executor_policy")) policy_ = {parse_thread_policy(plan.at("executor_policy")), true, {}};
 }
 
+RclcppSystem::~RclcppSystem() { end_spinning(); }
+
 void RclcppSystem::add_timer(TaskId task) {
   const rclcpp::Node::SharedPtr& node = transport_->nodes()[tasks_.origin[task].node];
   const Duration period = tasks_.set[task].period;
@@ -106,9 +108,14 @@ bool RclcppSystem::settled() const {
 
 void RclcppSystem::stop() { end_ = std::min(end_.load(), now()); }
 
-Time RclcppSystem::join() {
+void RclcppSystem::end_spinning() {
+  if (!thread_.joinable()) return;
   executor_->cancel();
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
+}
+
+Time RclcppSystem::join() {
+  end_spinning();
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
   return std::min(end_.load(), now());
 }

@@ -22,6 +22,10 @@ class RclcppSystem : private SampleSink {
  public:
   /// `plan` is what hotpath gives the runner. Throws std::runtime_error, InputError.
   RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nlohmann::json& plan, RunMemory& memory);
+  /// After an error, too, no thread remains.
+  ~RclcppSystem();
+  RclcppSystem(const RclcppSystem&) = delete;
+  RclcppSystem& operator=(const RclcppSystem&) = delete;
 
   void wait_until_matched(Time deadline) { nodes_->wait_until_matched(deadline); }
   /// Timers fall due at `epoch` plus their phases.
@@ -35,6 +39,7 @@ class RclcppSystem : private SampleSink {
  private:
   /// Runs the executor, in a thread of its own.
   void spin();
+  void end_spinning();
   /// The threads of the executor exist, with their policies; or it has ended.
   [[nodiscard]] bool settled() const;
   struct OfTask {
