@@ -88,6 +88,21 @@ std::string find_rclcpp_runner(const std::string& given) {
       "and source its setup.bash, or name the program with --ros2-runner");
 }
 
+void check_on_rclcpp(const ExecutorSpec& executor) {
+  const std::string name = environment("ROS_DISTRO");
+  const std::optional<RosDistro> sourced = parse<RosDistro>(name);
+  const auto there = [&](const ExecutorTraits& traits) {
+    return traits.on_rclcpp && (!sourced || traits.on_rclcpp->has(*sourced));
+  };
+  if (there(executor.entry->traits)) return;
+  std::string others;
+  for (const ExecutorEntry& e : executors()) {
+    if (there(e.traits)) others += concat(others.empty() ? "" : ", ", e.name);
+  }
+  throw UsageError(concat("executor `", executor.label, "`: ", sourced ? "ROS 2 " + name : "rclcpp",
+                          " has no such executor; on rclcpp there are ", others));
+}
+
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
   std::vector<std::string> words = {plan.rclcpp.runner, plan_json(plan, memory, coordinator).dump()};
   // This run's alone: rclcpp has no partitions, so the namespace keeps others out, and the runner those of

@@ -54,7 +54,7 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
         tasks.set.tasks, [&](const Task& t) { return std::ranges::count(t.feeds, id) > 0; });
     tasks_of_run_[id].one_writer = feeders <= 1;
   }
-  executor_ = make_executor(plan);
+  executor_ = make_executor(entry_, plan);
   ours_ = dynamic_cast<const PriorityExecutor*>(executor_.get());
   if (plan.contains("executor_policy")) policy_ = {parse_thread_policy(plan.at("executor_policy")), true, {}};
 }
