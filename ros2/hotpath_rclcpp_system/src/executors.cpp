@@ -91,4 +91,13 @@ Made make_executor(const ExecutorEntry& entry, const nlohmann::json& plan) {
                            "`; leave it out of --executors");
 }
 
+bool is_spinning(rclcpp::Executor& executor) {
+#ifdef HOTPATH_WITH_EVENTS_CBG_EXECUTOR
+  if (auto* const cbg = dynamic_cast<rclcpp::executors::EventsCBGExecutor*>(&executor)) {
+    return cbg->is_spinning();
+  }
+#endif
+  return executor.is_spinning();
+}
+
 }  // namespace hotpath

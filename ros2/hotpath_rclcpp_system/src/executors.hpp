@@ -14,4 +14,7 @@ namespace hotpath {
 [[nodiscard]] std::shared_ptr<rclcpp::Executor> make_executor(const ExecutorEntry& entry,
                                                               const nlohmann::json& plan);
 
+/// As Executor::is_spinning(), which is not virtual and which EventsCBGExecutor hides.
+[[nodiscard]] bool is_spinning(rclcpp::Executor& executor);
+
 }  // namespace hotpath
