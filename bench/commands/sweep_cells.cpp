@@ -177,7 +177,8 @@ std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) 
   run_as_child(cell, "--csv=" + csv.string());
   std::ifstream in(csv);
   std::string rows, line;
-  for (std::getline(in, line); std::getline(in, line);) rows += place + "," + line + "\n";
+  for (std::getline(in, line); std::getline(in, line);)
+    rows.append(place).append(",").append(line).append("\n");
   if (in.bad()) throw RunError(csv.string() + " cannot be read");
   fs::remove(csv);
   return rows.empty() ? failed(cell, place, "no bound is known") : rows;

@@ -17,15 +17,21 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+const ExecutorEntry* registered(const std::string& label) {
+  return find_executor(label.substr(0, label.find(':')));
+}
+
 /// Of the executors of rclcpp only those that share the class Executor have events of their waits.
 bool has_wait_events(const std::string& label) {
-  const ExecutorEntry* const entry = find_executor(label.substr(0, label.find(':')));
+  const ExecutorEntry* const entry = registered(label);
   return entry != nullptr && entry->traits.family == Family::wait_set &&
          entry->traits.runs_first == TaskKind::timer;
 }
 
+/// An executor that rclcpp has from Jazzy on.
 bool is_jazzy(const std::string& label) {
-  return label.starts_with("cbg") || label.starts_with("multi-jazzy");
+  const ExecutorEntry* const entry = registered(label);
+  return entry != nullptr && entry->traits.on_rclcpp && entry->traits.on_rclcpp->first >= RosDistro::jazzy;
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/imported_graph.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -11,16 +10,6 @@
 #include "program/whole_file.hpp"
 
 namespace hotpath {
-
-std::string graph_topic_name(const std::string& ros_name) {
-  return ros_name.starts_with('/') ? ros_name.substr(1) : ros_name;
-}
-
-std::string graph_node_name(const std::string& ros_name) {
-  std::string name = graph_topic_name(ros_name);
-  std::replace(name.begin(), name.end(), '/', '.');
-  return name;
-}
 
 std::string counts_of(const ImportedGraph& imported) {
   std::size_t timers = 0, subscriptions = 0;

@@ -6,6 +6,7 @@
 
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/reference_system/ros_names.hpp"
 
 namespace hotpath {
 
@@ -17,11 +18,6 @@ struct ImportedGraph {
   std::vector<std::string> found;    ///< What was understood, a sentence each.
   std::vector<std::string> missing;  ///< What was left out or guessed, a sentence each.
 };
-
-/// The name of a node of ROS in a graph: `/perception/lidar` is perception.lidar. No node of ROS has a dot.
-[[nodiscard]] std::string graph_node_name(const std::string& ros_name);
-/// A topic without its leading slash.
-[[nodiscard]] std::string graph_topic_name(const std::string& ros_name);
 
 /// How many nodes, timers, subscriptions, executors and chains it has.
 [[nodiscard]] std::string counts_of(const ImportedGraph& imported);

@@ -158,6 +158,7 @@ class LiveRun {
     for (const ExecutorSpec& e : executors_) {
       phases_of_repetition(options_, graph_, tasks_, e, 0);
       check_deployment(e);
+      if (e.stack == Stack::rclcpp) check_on_rclcpp(e);
       const bool of_rclcpp = e.stack == Stack::rclcpp && e.entry->traits.family != Family::priority_events;
       if (of_rclcpp && plan_.timer_policy && e.entry->traits.timers != TimerHandling::polled) {
         throw UsageError(concat("--timer-policy: the timer thread of ", e.label,

@@ -28,7 +28,7 @@ std::string environment(const char* name) {
 
 /// As PriorityExecutorOptions have it: with the rule and the ties of --rule and --ties. Threads go apart.
 std::string executor_text(const ExecutorSpec& executor) {
-  const std::string name(executor.entry->name);
+  std::string name(executor.entry->name);
   if (executor.entry->traits.family != Family::priority_events) return name;
   return concat(name, ":", to_string(executor.scheduler.rule), ":", to_string(executor.scheduler.ties));
 }
@@ -67,7 +67,7 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
 }  // namespace
 
 std::string find_rclcpp_runner(const std::string& given) {
-  const std::string path = given.empty() ? environment("HOTPATH_ROS2_RUNNER") : given;
+  std::string path = given.empty() ? environment("HOTPATH_ROS2_RUNNER") : given;
   if (environment("AMENT_PREFIX_PATH").empty()) {
     throw UsageError(
         "--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
@@ -86,6 +86,21 @@ std::string find_rclcpp_runner(const std::string& given) {
   throw UsageError(
       "no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
       "and source its setup.bash, or name the program with --ros2-runner");
+}
+
+void check_on_rclcpp(const ExecutorSpec& executor) {
+  const std::string name = environment("ROS_DISTRO");
+  const std::optional<RosDistro> sourced = parse<RosDistro>(name);
+  const auto there = [&](const ExecutorTraits& traits) {
+    return traits.on_rclcpp && (!sourced || traits.on_rclcpp->has(*sourced));
+  };
+  if (there(executor.entry->traits)) return;
+  std::string others;
+  for (const ExecutorEntry& e : executors()) {
+    if (there(e.traits)) others += concat(others.empty() ? "" : ", ", e.name);
+  }
+  throw UsageError(concat("executor `", executor.label, "`: ", sourced ? "ROS 2 " + name : "rclcpp",
+                          " has no such executor; on rclcpp there are ", others));
 }
 
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {

@@ -2,6 +2,7 @@
 #include "simulated/own_times.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -51,7 +52,7 @@ Trace with_own_times(Trace trace, unsigned cores, bool raised) {
     JobRecord& r = trace.jobs[i];
     if (r.outcome != Outcome::ran) continue;
     const bool measured = r.cpu_time >= Duration{};
-    r.finish = r.start + (measured ? r.cpu_time : Duration(static_cast<std::int64_t>(own_ns[i] + 0.5)));
+    r.finish = r.start + (measured ? r.cpu_time : Duration(std::llround(own_ns[i])));
   }
   return trace;
 }

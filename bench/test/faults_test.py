@@ -174,6 +174,16 @@ class Machine(FaultTest):
         timers = ("--executor", "events-ro", "--timer-policy", "other")
         self.assert_refused((*run, *timers), "events-ro@rclcpp", "--executor-policy")
 
+    def test_an_executor_that_rclcpp_does_not_have(self):
+        self.environment["AMENT_PREFIX_PATH"] = "/no/where"
+        self.environment.pop("ROS_DISTRO", None)
+        run = ("run", "--stack", "rclcpp", "--ros2-runner", "/bin/true", "--duration", "1", "--executor")
+        self.assert_refused((*run, "multi-fair"), "multi-fair@rclcpp", "rclcpp has no such executor", "static")
+        self.environment["ROS_DISTRO"] = "kilted"
+        self.assert_refused((*run, "static"), "static@rclcpp", "ROS 2 kilted", "events-re")
+        self.environment["ROS_DISTRO"] = "humble"
+        self.assert_refused((*run, "events-re"), "events-re@rclcpp", "ROS 2 humble", "static, multi, rm-ro")
+
     def test_real_time_policy_asked_for_and_refused(self):
         err = self.assert_refused(
             ["run", *BRIEF, "--timer-policy", "fifo:50", "--output", "run"], "fifo:50", "refused",

@@ -89,7 +89,8 @@ constexpr ReferenceCosts kEventsCosts = {
 constexpr ReferenceCosts kMultiCosts = {
     .cores = 2, .dispatch = 20us, .wake_up = 190us, .wait = 84us, .wait_per_entity = 150ns};
 
-constexpr ExecutorTraits wait_set(TaskKind first, bool many_workers, bool in_paper, ReferenceCosts reference,
+constexpr ExecutorTraits wait_set(TaskKind first, bool many_workers, bool in_paper,
+                                  std::optional<RosDistros> on_rclcpp, ReferenceCosts reference,
                                   std::string_view colour) {
   return {.family = Family::wait_set,
           .timers = TimerHandling::polled,
@@ -98,6 +99,7 @@ constexpr ExecutorTraits wait_set(TaskKind first, bool many_workers, bool in_pap
           .many_workers = many_workers,
           .raises_timer_thread = false,
           .compared_by_paper = in_paper,
+          .on_rclcpp = on_rclcpp,
           .reference = reference,
           .colour = colour};
 }
@@ -111,6 +113,7 @@ constexpr ExecutorTraits events(TimerHandling timers, bool in_paper, ReferenceCo
           .many_workers = false,
           .raises_timer_thread = false,
           .compared_by_paper = in_paper,
+          .on_rclcpp = RosDistros{RosDistro::iron},
           .reference = reference,
           .colour = colour};
 }
@@ -122,6 +125,7 @@ constexpr ExecutorTraits kCallbackGroups = {.family = Family::callback_groups,
                                             .many_workers = true,
                                             .raises_timer_thread = false,
                                             .compared_by_paper = false,
+                                            .on_rclcpp = RosDistros{RosDistro::jazzy},
                                             .reference = {1, 2us, 100us, 0us, 0us},
                                             .colour = "#2F8F8F"};
 
@@ -138,6 +142,7 @@ constexpr ExecutorEntry priority_events(std::string_view name, std::string_view 
                          .many_workers = false,
                          .raises_timer_thread = true,
                          .compared_by_paper = policy == Policy::rm || policy == Policy::edf,
+                         .on_rclcpp = RosDistros{},
                          .reference = kEventsCosts,
                          .colour = colour},
           release_only ? make_ro<policy> : make_re<policy>};
@@ -149,19 +154,26 @@ constexpr auto kRe = TimerHandling::release_and_execute;
 constexpr std::array kExecutors = {
     ExecutorEntry{
         "default", "SingleThreadedExecutor", "wait set, timers before subscriptions; Humble to Rolling",
-        wait_set(TaskKind::timer, false, true, {1, 5us, 190us, 41us, 150ns}, "#E08A00"), make_default},
+        wait_set(TaskKind::timer, false, true, RosDistros{}, {1, 5us, 190us, 41us, 150ns}, "#E08A00"),
+        make_default},
+    ExecutorEntry{"static", "StaticSingleThreadedExecutor",
+                  "wait set, all ready per wait, subscriptions first",
+                  wait_set(TaskKind::subscription, false, true, RosDistros{.last = RosDistro::jazzy},
+                           {1, 3us, 180us, 8us, 150ns}, "#C8502B"),
+                  make_static},
+    ExecutorEntry{"multi", "MultiThreadedExecutor",
+                  "wait set shared by several threads; rclcpp to 26 (Humble, Iron)",
+                  wait_set(TaskKind::timer, true, false, RosDistros{}, kMultiCosts, "#A8882A"),
+                  make_multi<Blocked::forgotten>},
     ExecutorEntry{
-        "static", "StaticSingleThreadedExecutor", "wait set, all ready per wait, subscriptions first",
-        wait_set(TaskKind::subscription, false, true, {1, 3us, 180us, 8us, 150ns}, "#C8502B"), make_static},
-    ExecutorEntry{
-        "multi", "MultiThreadedExecutor", "wait set shared by several threads; rclcpp to 26 (Humble, Iron)",
-        wait_set(TaskKind::timer, true, false, kMultiCosts, "#A8882A"), make_multi<Blocked::forgotten>},
-    ExecutorEntry{"multi-jazzy", "MultiThreadedExecutor",
-                  "the same from rclcpp 28 on (Jazzy): a wait set rebuilt after each job",
-                  wait_set(TaskKind::timer, true, false, kMultiCosts, "#C9A93E"), make_multi_jazzy},
+        "multi-jazzy", "MultiThreadedExecutor",
+        "the same from rclcpp 28 on (Jazzy): a wait set rebuilt after each job",
+        wait_set(TaskKind::timer, true, false, RosDistros{RosDistro::jazzy}, kMultiCosts, "#C9A93E"),
+        make_multi_jazzy},
     ExecutorEntry{"multi-fair", "MultiThreadedExecutor",
                   "multi with the published remedy against starvation (Teper 2024)",
-                  wait_set(TaskKind::timer, true, false, kMultiCosts, "#7C6A1F"), make_multi<Blocked::kept>},
+                  wait_set(TaskKind::timer, true, false, std::nullopt, kMultiCosts, "#7C6A1F"),
+                  make_multi<Blocked::kept>},
     ExecutorEntry{"cbg", "EventsCBGExecutor", "queue of ready callback groups, several threads; Jazzy on",
                   kCallbackGroups, make_cbg},
     ExecutorEntry{"events-ro", "EventsExecutor", "stock: FIFO events queue, timers released only",

@@ -66,7 +66,7 @@ std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& e
   entry->kind = kind;
   entry->entity = entity;
   entry->group = group;
-  if (node) entry->node = node->get_name();
+  if (node) entry->node = node->get_fully_qualified_name();
   entry->id = node ? node->get_fully_qualified_name() : "";
   entry->task.kind = kind == EntryKind::timer ? TaskKind::timer : TaskKind::subscription;
   entry->task.depth = kDepthOfOthers;

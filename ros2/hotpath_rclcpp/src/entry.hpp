@@ -37,7 +37,7 @@ struct Entry {
   EntryKind kind{};
   std::weak_ptr<void> entity;  ///< A TimerBase, SubscriptionBase, ServiceBase, ClientBase or Waitable.
   std::string id;              ///< `/node@Timer(100000000)`, `/node@Subscription(/topic)`.
-  std::string node, topic;     ///< The node's name without its namespace.
+  std::string node, topic;     ///< Fully qualified names.
   bool intra_process = false;  ///< The waitable of an intra-process subscription.
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.

@@ -5,13 +5,15 @@
 #include <limits>
 #include <stdexcept>
 
+#include "hotpath/reference_system/ros_names.hpp"
+
 namespace hotpath {
 
 namespace {
 
 constexpr std::size_t kDeadTasks = 64;  ///< Not worth a new scheduler.
 
-/// A topic of a graph has no namespace.
+/// A topic of a graph may leave out the namespace.
 bool same_topic(const std::string& topic, const std::string& of_graph) {
   return topic == of_graph || topic.ends_with("/" + of_graph);
 }
@@ -33,13 +35,14 @@ Schedule::Schedule(Setup setup)
 
 std::optional<TaskId> Schedule::in_graph(const Entry& entry) const {
   const GraphTasks& tasks = setup_.tasks;
+  const Node* const node = find_ros_node(setup_.graph, entry.node);
+  if (node == nullptr) return std::nullopt;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const TaskOrigin& origin = tasks.origin[id];
-    const Node& node = setup_.graph.nodes[origin.node];
-    if (node.name != entry.node) continue;
+    if (&setup_.graph.nodes[origin.node] != node) continue;
     if (entry.kind == EntryKind::timer
             ? !origin.input && tasks.set[id].period == entry.task.period
-            : origin.input && same_topic(entry.topic, node.inputs[*origin.input].topic)) {
+            : origin.input && same_topic(entry.topic, node->inputs[*origin.input].topic)) {
       return id;
     }
   }
@@ -217,12 +220,19 @@ std::vector<std::string> Schedule::order() const {
 }
 
 std::vector<std::string> Schedule::unmatched() const {
-  std::vector<std::string> known, said;
-  for (const std::shared_ptr<Entry>& entry : living()) known.push_back(entry->id);
+  std::vector<std::string> known, nodes, said;
+  for (const std::shared_ptr<Entry>& entry : living()) {
+    known.push_back(entry->id);
+    nodes.push_back(entry->node);
+  }
   for (const GivenPriority& given : setup_.priorities) {
     if (std::ranges::count(known, given.id) == 0) {
       said.push_back(no_such_callback(setup_.priorities_file, given, known));
     }
+  }
+  const auto met = [&](const std::string& node) { return find_ros_node(setup_.graph, node) != nullptr; };
+  if (!setup_.graph.nodes.empty() && !nodes.empty() && std::ranges::none_of(nodes, met)) {
+    said.push_back(no_such_nodes(setup_.graph, nodes));
   }
   return said;
 }

@@ -42,7 +42,8 @@ class Schedule {
 
   /// From the most urgent on.
   [[nodiscard]] std::vector<std::string> order() const;
-  /// Of the priorities file: what is said of each id that nothing has.
+  /// What is said of each id of the priorities file that nothing has so far, and of a graph none of whose
+  /// nodes is here so far.
   [[nodiscard]] std::vector<std::string> unmatched() const;
 
  private:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <rcutils/logging.h>
 
 #include <rclcpp/version.h>
 #include <rclcpp/rclcpp.hpp>
@@ -9,6 +10,7 @@
 #include <rclcpp/experimental/executors/events_executor/events_executor.hpp>
 #endif
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -75,6 +77,35 @@ class Spinning {
   rclcpp::Executor& executor_;
   std::atomic_bool ended_{false};
   std::thread thread_;
+};
+
+/// While it lives, what is logged is kept instead of shown.
+class Logged {
+ public:
+  Logged() : before_(rcutils_logging_get_output_handler()) {
+    text_.clear();
+    rcutils_logging_set_output_handler(keep);
+  }
+  ~Logged() { rcutils_logging_set_output_handler(before_); }
+  Logged(const Logged&) = delete;
+  Logged& operator=(const Logged&) = delete;
+  [[nodiscard]] std::string text() const {
+    const std::lock_guard lock(mutex_);
+    return text_;
+  }
+
+ private:
+  static void keep(const rcutils_log_location_t*, int, const char*, rcutils_time_point_value_t,
+                   const char* format, va_list* arguments) {
+    char text[1000];
+    vsnprintf(text, sizeof text, format, *arguments);
+    const std::lock_guard lock(mutex_);
+    text_ += text;
+  }
+
+  const rcutils_logging_output_handler_t before_;
+  inline static std::mutex mutex_;
+  inline static std::string text_;
 };
 
 /// One case per executor; a context of its own for each.

@@ -130,6 +130,49 @@ TEST_F(Priorities, AGraphGivesThem) {
             place(executor, "/PointCloudMapLoader@Subscription(/PointCloudMap)"));
 }
 
+/// The graph with nodes in namespaces.
+PriorityExecutorOptions imported() {
+  PriorityExecutorOptions o;
+  o.graph = std::string(HOTPATH_TEST_DIR) + "/imported.yaml";
+  return o;
+}
+
+TEST_F(Priorities, AnImportedGraphGivesThemInNamespaces) {
+  PriorityExecutor executor(imported());
+  std::vector<rclcpp::Node::SharedPtr> nodes;
+  std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions;
+  const auto add = [&](const std::string& name_space, const std::string& name, const std::string& topic) {
+    nodes.push_back(std::make_shared<rclcpp::Node>(name, name_space));
+    subscriptions.push_back(nodes.back()->create_subscription<Int32>(topic, 1, [](Int32::ConstSharedPtr) {}));
+    executor.add_node(nodes.back());
+  };
+  add("slow", "sink", "points");
+  add("fast", "sink", "points");
+  add("any", "lone", "/slow/points");
+  add("any", "sink", "/fast/points");  // which of the three is not known
+  const std::vector<std::string> expected = {"/fast/sink@Subscription(/fast/points): 10000000 ns",
+                                             "/slow/sink@Subscription(/slow/points): 100000000 ns",
+                                             "/any/lone@Subscription(/slow/points): 100000000 ns"};
+  EXPECT_EQ(given_order(executor), expected);
+}
+
+TEST_F(Priorities, AGraphWithNoneOfTheNodesIsSaid) {
+  const auto said = [](const std::string& name_space) {
+    const Logged logged;
+    PriorityExecutor executor(imported());
+    const auto sink = std::make_shared<rclcpp::Node>("sink", name_space);
+    const auto timer = sink->create_wall_timer(1ms, [&] { executor.cancel(); });
+    executor.add_node(sink);
+    executor.spin();
+    return logged.text();
+  };
+  const std::string warning = "graph imported has no node of this executor so far";
+  const std::string of_misspelt = said("fats");
+  EXPECT_NE(of_misspelt.find(warning), std::string::npos) << of_misspelt;
+  EXPECT_NE(of_misspelt.find("/fats/sink: did you mean `fast.sink`?"), std::string::npos) << of_misspelt;
+  EXPECT_EQ(said("fast").find(warning), std::string::npos);
+}
+
 TEST_F(Priorities, ByHandForEveryKind) {
   PriorityExecutor executor{"fp-ro"};
   const auto group = node->create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive);

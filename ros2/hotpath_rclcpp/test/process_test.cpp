@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What an executor does to its process: threads, wake-ups; and what it says of the libraries in it.
 #include <dlfcn.h>
-#include <rcutils/logging.h>
 #include <sched.h>
 #include <unistd.h>
 
@@ -18,29 +17,18 @@ using std_msgs::msg::Int32;
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryExecutor, testing::ValuesIn(executor_names()), case_name);
 
-std::string logged;
-void keep(const rcutils_log_location_t*, int, const char*, rcutils_time_point_value_t, const char* format,
-          va_list* arguments) {
-  char text[1000];
-  vsnprintf(text, sizeof text, format, *arguments);
-  logged += text;
-}
-
 TEST(TwoFastDds, InOneProcessAreReported) {
   const auto made = [] {
-    logged.clear();
-    PriorityExecutor executor;
-    return logged;
+    const Logged logged;
+    const PriorityExecutor executor;
+    return logged.text();
   };
   rclcpp::init(0, nullptr);
-  const auto before = rcutils_logging_get_output_handler();
-  rcutils_logging_set_output_handler(keep);
   EXPECT_EQ(made(), "");
   void* const second = dlopen(HOTPATH_NO_FASTDDS, RTLD_NOW);
   ASSERT_TRUE(second) << dlerror();
-  EXPECT_NE(made().find("Two versions of Fast DDS are loaded, "), std::string::npos) << logged;
+  EXPECT_NE(made().find("Two versions of Fast DDS are loaded, "), std::string::npos);
   dlclose(second);
-  rcutils_logging_set_output_handler(before);
   rclcpp::shutdown();
 }
 

@@ -51,12 +51,12 @@ void stay_on_this_machine() {
 
 int main(int argc, char** argv) {
   using namespace hotpath;
-  if (argc != 2 || argv[1][0] != '{') {
+  const json plan = json::parse(argc == 2 ? argv[1] : "", nullptr, /*allow_exceptions=*/false);
+  if (!plan.contains("channel") || !plan["channel"].is_number_integer()) {
     std::cerr << "This program is started by `hotpath run --stack rclcpp`, with the plan of a repetition.\n";
     return 2;
   }
-  const json plan = json::parse(argv[1]);
-  const Channel coordinator(plan.at("channel").get<int>());
+  const Channel coordinator(plan["channel"].get<int>());
   // The coordinator answers for the terminal's signals.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);

@@ -54,10 +54,12 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
         tasks.set.tasks, [&](const Task& t) { return std::ranges::count(t.feeds, id) > 0; });
     tasks_of_run_[id].one_writer = feeders <= 1;
   }
-  executor_ = make_executor(plan);
+  executor_ = make_executor(entry_, plan);
   ours_ = dynamic_cast<const PriorityExecutor*>(executor_.get());
   if (plan.contains("executor_policy")) policy_ = {parse_thread_policy(plan.at("executor_policy")), true, {}};
 }
+
+RclcppSystem::~RclcppSystem() { end_spinning(); }
 
 void RclcppSystem::add_timer(TaskId task) {
   const rclcpp::Node::SharedPtr& node = transport_->nodes()[tasks_.origin[task].node];
@@ -101,14 +103,19 @@ void RclcppSystem::spin() {
 
 bool RclcppSystem::settled() const {
   return ended_ ||
-         (ours_ != nullptr ? !ours_->thread_policies().empty() : prepared_ && executor_->is_spinning());
+         (ours_ != nullptr ? !ours_->thread_policies().empty() : prepared_ && is_spinning(*executor_));
 }
 
 void RclcppSystem::stop() { end_ = std::min(end_.load(), now()); }
 
-Time RclcppSystem::join() {
+void RclcppSystem::end_spinning() {
+  if (!thread_.joinable()) return;
   executor_->cancel();
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
+}
+
+Time RclcppSystem::join() {
+  end_spinning();
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
   return std::min(end_.load(), now());
 }
@@ -137,7 +144,7 @@ Worker RclcppSystem::own_worker(bool timer) {
   return std::min(own, workers - 1);
 }
 
-void RclcppSystem::write(const JobRecord& record) { logs_[record.worker].append(record); }
+void RclcppSystem::write(const JobRecord& record, Worker worker) { logs_[worker].append(record); }
 
 void RclcppSystem::run(JobRecord& record, Sample sample) {
   record.job.release = std::max(record.job.timestamp, record.job.release);
@@ -164,14 +171,14 @@ void RclcppSystem::deliver(TaskId task, const SampleInfo& info, Sample sample) {
       JobRecord lost = record;
       lost.job.sequence = own.next;
       lost.outcome = Outcome::overwritten;
-      write(lost);
+      write(lost, record.worker);
     }
     own.next = sequence + 1;
     record.job.sequence = sequence;
   }
   if (const auto running = PriorityExecutor::running_callback()) record.job.release = Time(running->release);
   run(record, std::move(sample));
-  write(record);
+  write(record, record.worker);
 }
 
 std::uint64_t RclcppSystem::timer_sequence(TaskId task, std::optional<Time> expected) {
@@ -190,6 +197,31 @@ std::uint64_t RclcppSystem::timer_sequence(TaskId task, std::optional<Time> expe
   return std::min(sequence, own.next - 1);
 }
 
+void RclcppSystem::timer_starts(OfTask& timer, std::uint64_t sequence, Worker worker) {
+  if (timer.newest && sequence <= *timer.newest) {  // another thread overtook this one
+    timer.skipped_by.emplace(sequence, 0);
+    return;
+  }
+  const auto skipped = timer.newest ? static_cast<std::uint32_t>(sequence - *timer.newest - 1) : 0;
+  if (timer.last) {
+    timer.last->job.skipped = skipped;
+    write(*std::exchange(timer.last, std::nullopt), worker);
+  } else if (timer.newest) {
+    timer.skipped_by.emplace(*timer.newest, skipped);
+  }
+  timer.newest = sequence;
+}
+
+void RclcppSystem::timer_finished(OfTask& timer, JobRecord& record) {
+  const auto known = timer.skipped_by.extract(record.job.sequence);
+  if (known.empty()) {
+    timer.last = record;
+    return;
+  }
+  record.job.skipped = known.mapped();
+  write(record, record.worker);
+}
+
 void RclcppSystem::run_timer(TaskId task, std::optional<Time> expected) {
   JobRecord record;
   record.start = now();
@@ -201,10 +233,7 @@ void RclcppSystem::run_timer(TaskId task, std::optional<Time> expected) {
   {
     const std::lock_guard lock(own.mutex);
     record.job.sequence = timer_sequence(task, expected);
-    if (own.last) {
-      own.last->job.skipped = static_cast<std::uint32_t>(record.job.sequence - own.last->job.sequence - 1);
-      write(*std::exchange(own.last, std::nullopt));
-    }
+    timer_starts(own, record.job.sequence, record.worker);
   }
   record.job.timestamp = epoch_ + timer.phase + timer.period * static_cast<std::int64_t>(record.job.sequence);
   record.job.deadline = record.job.timestamp + timer.deadline;
@@ -212,7 +241,7 @@ void RclcppSystem::run_timer(TaskId task, std::optional<Time> expected) {
   if (const auto running = PriorityExecutor::running_callback()) record.job.release = Time(running->release);
   run(record, {});
   const std::lock_guard lock(own.mutex);
-  own.last = record;
+  timer_finished(own, record);
 }
 
 void RclcppSystem::close() {
@@ -225,8 +254,8 @@ void RclcppSystem::close() {
     if (timer) {
       const Time first = epoch_ + task.phase;
       reached = end <= first ? 0 : 1 + static_cast<std::uint64_t>((end - Duration(1) - first) / task.period);
-      next = own.last ? own.last->job.sequence + 1 : 0;
-      if (own.last) write(*own.last);
+      next = own.newest ? *own.newest + 1 : 0;
+      if (own.last) write(*own.last, own.last->worker);
     }
     // What was due, or unread, and did not start.
     for (; next < reached; ++next) {
@@ -236,7 +265,7 @@ void RclcppSystem::close() {
       queued.job.timestamp =
           timer ? epoch_ + task.phase + task.period * static_cast<std::int64_t>(next) : end - Duration(1);
       queued.outcome = Outcome::queued;
-      write(queued);
+      write(queued, queued.worker);
     }
   }
   executor_.reset();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
@@ -22,6 +23,10 @@ class RclcppSystem : private SampleSink {
  public:
   /// `plan` is what hotpath gives the runner. Throws std::runtime_error, InputError.
   RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nlohmann::json& plan, RunMemory& memory);
+  /// After an error, too, no thread remains.
+  ~RclcppSystem();
+  RclcppSystem(const RclcppSystem&) = delete;
+  RclcppSystem& operator=(const RclcppSystem&) = delete;
 
   void wait_until_matched(Time deadline) { nodes_->wait_until_matched(deadline); }
   /// Timers fall due at `epoch` plus their phases.
@@ -35,12 +40,16 @@ class RclcppSystem : private SampleSink {
  private:
   /// Runs the executor, in a thread of its own.
   void spin();
+  void end_spinning();
   /// The threads of the executor exist, with their policies; or it has ended.
   [[nodiscard]] bool settled() const;
   struct OfTask {
     std::mutex mutex;
-    std::uint64_t next = 0;         ///< Sequence after that of the last job.
-    std::optional<JobRecord> last;  ///< Timers: not yet written, since what it skips is not yet known.
+    std::uint64_t next = 0;  ///< Sequence after that of the last job.
+    // Timers, whose jobs overlap in a reentrant group. What a job skips is known when the next one starts.
+    std::optional<std::uint64_t> newest;                     ///< Sequence of the latest job that started.
+    std::optional<JobRecord> last;                           ///< Its record, finished and not yet written.
+    std::multimap<std::uint64_t, std::uint32_t> skipped_by;  ///< Others that run, by their sequences.
     rclcpp::TimerBase::SharedPtr timer;
     bool one_writer = true;
   };
@@ -48,10 +57,14 @@ class RclcppSystem : private SampleSink {
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
   void add_timer(TaskId task);
   void run_timer(TaskId task, std::optional<Time> expected);
+  /// With the task's lock held, in the thread that runs the job.
+  void timer_starts(OfTask& timer, std::uint64_t sequence, Worker worker);
+  void timer_finished(OfTask& timer, JobRecord& record);
   /// Sequence of the timer's job that starts now.
   std::uint64_t timer_sequence(TaskId task, std::optional<Time> expected);
   void run(JobRecord& record, Sample sample);
-  void write(const JobRecord& record);
+  /// A log has one writer: `worker` is that of the calling thread, whoever ran the job.
+  void write(const JobRecord& record, Worker worker);
   Worker own_worker(bool timer);
 
   const GraphTasks tasks_;

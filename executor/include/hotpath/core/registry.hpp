@@ -65,6 +65,24 @@ struct ReferenceCosts {
   Duration wait_per_entity;  ///< Wait sets.
 };
 
+/// Releases of ROS 2 from the oldest that is supported on; each has one major version of rclcpp.
+enum class RosDistro : std::uint8_t { humble, iron, jazzy, kilted, lyrical, rolling };
+constexpr auto enum_texts(RosDistro) {
+  return std::to_array<EnumText<RosDistro>>({{RosDistro::humble, "humble"},
+                                             {RosDistro::iron, "iron"},
+                                             {RosDistro::jazzy, "jazzy"},
+                                             {RosDistro::kilted, "kilted"},
+                                             {RosDistro::lyrical, "lyrical"},
+                                             {RosDistro::rolling, "rolling"}});
+}
+
+/// The releases in which an executor can run on rclcpp, both included.
+struct RosDistros {
+  RosDistro first = RosDistro::humble;
+  RosDistro last = RosDistro::rolling;
+  [[nodiscard]] constexpr bool has(RosDistro distro) const { return first <= distro && distro <= last; }
+};
+
 /// What an executor is, for code that treats executors differently; nothing asks for it by their names. No
 /// member has a default: a new executor states all of them.
 struct ExecutorTraits {
@@ -75,6 +93,7 @@ struct ExecutorTraits {
   bool many_workers;                   ///< Takes a number of threads (`multi:4`).
   bool raises_timer_thread;  ///< Live by default at SCHED_FIFO 90, simulated above the executor worker.
   bool compared_by_paper;    ///< One of the paper's comparison (Section VII).
+  std::optional<RosDistros> on_rclcpp;  ///< `--stack rclcpp`, rclcpp's own or hotpath_rclcpp's; none: never.
   ReferenceCosts reference;
   std::string_view colour;  ///< In every figure, `#RRGGBB`; families share a hue.
 
