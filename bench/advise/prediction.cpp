@@ -80,7 +80,7 @@ class Draws {
     set_phases(tasks.set, phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
     const std::vector<MeasuredChain> chains = measured_chains(candidate.graph, candidate.tasks);
     const auto times = execution_times_of(candidate.graph, candidate.tasks, o.seed + d);
-    RepetitionPlan plan{candidate.spec, candidate.graph, tasks, chains, *times};
+    SimulationPlan plan{candidate.spec, candidate.graph, tasks, chains, *times};
     plan.warm_up = seconds(o.warm_up_s);
     plan.duration = seconds(o.duration_s);
     try {

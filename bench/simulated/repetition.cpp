@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-Repetition simulate_repetition(const RepetitionPlan& plan, RunTotals* totals) {
+Repetition simulate_repetition(const SimulationPlan& plan, RunTotals* totals) {
   const TaskSet& set = plan.tasks.set;
   const SimulatedSystem system(plan.executor, plan.graph, plan.tasks);
   std::vector<ChainObservation> observations;

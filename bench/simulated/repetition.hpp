@@ -14,7 +14,7 @@ namespace hotpath {
 class RunTotals;
 
 /// One simulation of a graph under an executor or a deployment.
-struct RepetitionPlan {
+struct SimulationPlan {
   const ExecutorSpec& executor;
   const Graph& graph;                        ///< Its platform is the machine.
   const GraphTasks& tasks;                   ///< With the phases.
@@ -27,7 +27,7 @@ struct RepetitionPlan {
 
 /// Its trace and accounts, with the chain records that count. With `totals`, which are of this plan, no jobs
 /// are kept, and no end-to-end latency is known. Throws SimulationError, InputError.
-[[nodiscard]] Repetition simulate_repetition(const RepetitionPlan& plan, RunTotals* totals = nullptr);
+[[nodiscard]] Repetition simulate_repetition(const SimulationPlan& plan, RunTotals* totals = nullptr);
 
 /// Those that the graph's platform asks for.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const GraphTasks& tasks,

@@ -122,7 +122,7 @@ class SimulatedRun {
     Simulation& simulation = simulations_[i];
     const ExecutorSpec& e = executor(i);
     const auto times = execution_times(i);
-    RepetitionPlan plan{e, graph_, simulation.tasks, chains_, *times};
+    SimulationPlan plan{e, graph_, simulation.tasks, chains_, *times};
     plan.warm_up = counting_.warm_up;
     plan.duration = seconds(options_.duration_s);
     if (options_.max_backlog) plan.max_backlog = *options_.max_backlog;

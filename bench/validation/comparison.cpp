@@ -81,11 +81,11 @@ ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& o
   return c;
 }
 
-Prediction predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                   const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up) {
+SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+                         const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up) {
   std::vector<ChainObservation> observations;
   GraphWorkload workload(graph, tasks, times, &observations);
-  Prediction p;
+  SimulatedOutcome p;
   p.trace = simulate_trace(tasks.set, *executor.entry, executor.scheduler, workload, options);
   p.latencies_ms.resize(graph.chains.size());
   for (const ChainObservation& o : observations) {

@@ -124,7 +124,7 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
     options.duration = 30s;
     const WorstCaseTimes times(tasks.set);
     // The six outputs of a hyperperiod (600 ms) differ: a whole number of them counts.
-    const Prediction p = predict(graph, tasks, executor, times, options, 1200ms);
+    const SimulatedOutcome p = predict(graph, tasks, executor, times, options, 1200ms);
     AutowareValidation v{label, real_latencies(row), latency_quantiles(p.latencies_ms.at(0))};
     v.agrees =
         medians_agree(v.measured_ms, v.simulated_ms, executor.entry->traits.many_workers ? 0.10 : 0.05);

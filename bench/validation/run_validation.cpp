@@ -83,7 +83,7 @@ class ValidatedRun {
       options.platform.wake_up_latency = costs.wake_up;
     }
     const auto times = replayed_times(measured_, graph_, tasks, trace.executor, trace.repetition);
-    const Prediction p = predict(graph_, tasks, executor, *times, options, measured_.warm_up());
+    const SimulatedOutcome p = predict(graph_, tasks, executor, *times, options, measured_.warm_up());
     const Schedule schedule = schedule_of(tasks.set, trace);
     RunValidation v{measured_.folder().string(),
                     trace.executor,

@@ -53,12 +53,12 @@ ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& o
 inline constexpr double kSameLoss_percent = 2;
 
 /// What a simulation says that a graph does.
-struct Prediction {
+struct SimulatedOutcome {
   Trace trace;
   std::vector<std::vector<double>> latencies_ms;  ///< Hot-path latencies of each chain after the warm-up.
 };
-Prediction predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                   const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up);
+SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+                         const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up);
 
 /// What it says of timers whose jobs, as those of the golden programs and of the authors' nodes, work until
 /// an instant of the clock.
