@@ -17,6 +17,7 @@
 
 #include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/time.hpp"
+#include "hotpath/live/clock.hpp"
 
 namespace hotpath::gbench {
 
