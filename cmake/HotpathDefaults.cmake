@@ -22,8 +22,8 @@ if(NOT DEFINED HOTPATH_FASTDDS)
     set(fastdds_found ON)
   else()
     set(fastdds_found OFF)
-    message(STATUS "Fast DDS or its generator not found (Debian: apt install libfastrtps-dev fastddsgen): "
-      "without the transport fastdds, --live, replay and the bridge")
+    message(STATUS "left out: the transport fastdds, --live, replay and the bridge, because Fast DDS or its "
+      "generator was not found (Debian: apt install libfastrtps-dev fastddsgen)")
   endif()
 endif()
 option(HOTPATH_FASTDDS "Build the transport fastdds" ${fastdds_found})

@@ -31,7 +31,7 @@ if [ ${#distros[@]} -eq 0 ]; then
   fi
 fi
 if [ ${#distros[@]} -eq 0 ]; then
-  echo "ros2_build.sh: no ROS 2 is sourced and there is none in /opt/ros: left out hotpath_rclcpp and its tests" >&2
+  echo "left out: hotpath_rclcpp and its tests, because no ROS 2 is sourced and none is in /opt/ros" >&2
   exit 0
 fi
 

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each command does its work once: quick enough for builds that take long, such as one without optimisation."""
+
+import unittest
+
+from command_uses import ELSEWHERE, USES, commands_of, prepare
+from hotpath_command import CommandTest
+
+
+class Commands(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.environment.pop("PYTHONPATH", None)  # the real matplotlib
+        self.environment["HOTPATH_FIGURES"] = "none"
+
+    def test_each_command_has_a_use(self):
+        self.assertEqual(commands_of(self.accepted("--help")), set(USES) | ELSEWHERE)
+
+    def test_each_command_does_its_work(self):
+        for name, (arguments, result) in USES.items():
+            with self.subTest(name):
+                prepare(name, self.folder)
+                out = self.accepted(name, *arguments)
+                if result and result.startswith(">"):
+                    self.assertIn(result[1:], out)
+                elif result:
+                    self.assertGreater((self.folder / result).stat().st_size, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
