@@ -7,7 +7,7 @@ set -euo pipefail
 packages=(
   build-essential cmake ninja-build
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
-  libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libopenmpi-dev openmpi-bin
+  libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev libopenmpi-dev openmpi-bin
   pkg-config libbabeltrace2-dev
   python3-matplotlib python3-pandas python3-scipy python3-jinja2 python3-tqdm graphviz
 )

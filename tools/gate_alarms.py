@@ -1,13 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""How often `hotpath compare-results --gate` fires: on the same build measured twice (A/A), and when the latencies of
-one executor are 10 % longer. In virtual time: each repetition has the samples of a measured one of the same executor
-(DATA, of a published reproduction), moved by noise as large as that between the measured repetitions. Exit code 1 if
-A/A fires more often than --most-alarms, or the injected slow-down is found less often than --least-found."""
+"""How often `hotpath compare-results --gate` fires: on the same build measured twice (A/A), and when something became
+slower by 3, 5, 10 or 20 %. Live: each repetition has the samples of a measured one of the same executor (DATA, of a
+published reproduction), moved by noise as large as that between the measured repetitions, and one executor is slower.
+Simulated: Autoware at random phases under two executors; for A/A with other seeds, else with the same ones and with so
+much more load. Exit code 1 if any A/A fires more often than --most-alarms, or if a simulated load of 5 % more is found
+less often than --least-found."""
 
 import argparse
+import subprocess
 import sys
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +19,13 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "bench"))
 
-from hotpath_report.pages.compare import Key, losses, read  # noqa: E402
+from hotpath_report import hotpath_command  # noqa: E402
+from hotpath_report.pages.compare import Key, losses, read, regardless_of_load  # noqa: E402
 from hotpath_report.pages.judgement import judge  # noqa: E402
 from hotpath_report.statistics import Samples  # noqa: E402
 
-SLOWER = 1.10
+SLOWER = (1.0, 1.03, 1.05, 1.10, 1.20)  # the first is A/A
+LOADS = (20, 40, 60, 80)
 
 
 class Noise:
@@ -39,21 +45,51 @@ class Noise:
         return Samples(made)
 
 
-def fires(
-    noise: Mapping[Key, Noise],
-    lost: Mapping[Key, list[float]],
-    random: np.random.Generator,
-    repetitions: int,
-    slower: Key | None,
-) -> bool:
-    """Whether the gate finds anything worse in one pair of builds; for `slower`, whether it finds that."""
-    old = {key: n.draw(random, repetitions) for key, n in noise.items()}
-    new = {key: n.draw(random, repetitions, SLOWER if key == slower else 1) for key, n in noise.items()}
-    counts = [{key: random.choice(c, repetitions) for key, c in lost.items()} for _ in range(2)]
-    worse = [j for j in judge(old, new, (counts[0], counts[1]), intervals=False) if j.worse]
-    if slower is None:
-        return bool(worse)
-    return any(j.what == " ".join(filter(None, slower)) and j.measure == "p50" for j in worse)
+class Live:
+    """Builds that differ by noise like that of measured repetitions."""
+
+    def __init__(self, data: Path, repetitions: int, random: np.random.Generator) -> None:
+        self.noise = {
+            key: Noise(samples)
+            for key, samples in read(data).items()
+            if key[:3] == ("hot path", "autoware", "live") and len(samples.repetitions) > 2
+        }
+        self.lost = {k: list(c.values()) for k, c in losses(data).items() if k[2] == "live" and len(c) > 2}
+        self.repetitions, self.random = repetitions, random
+
+    def counts(self) -> Mapping[Key, Mapping[int, float]]:
+        """Losses of a build."""
+        return {k: dict(enumerate(self.random.choice(c, self.repetitions))) for k, c in self.lost.items()}
+
+    def fires(self, run: int, factor: float) -> bool:
+        """Whether the gate finds the executor that is slower, or anything where none is."""
+        slower = list(self.noise)[run % len(self.noise)]
+        old = {k: n.draw(self.random, self.repetitions) for k, n in self.noise.items()}
+        new = {
+            k: n.draw(self.random, self.repetitions, factor if k == slower else 1)
+            for k, n in self.noise.items()
+        }
+        worse = [j.what for j in judge(old, new, (self.counts(), self.counts())) if j.worse]
+        return bool(worse) if factor == 1 else " ".join(filter(None, slower)) in worse
+
+
+def simulated_fires(repetitions: int, folder: Path, run: int, factor: float) -> bool:
+    """Whether the gate fires between two simulations: of other seeds, or of the same and `factor` times the load."""
+    load, seed, sides = LOADS[run % len(LOADS)], 1 + 2 * run * repetitions, []
+    for name, work, first in (
+        ("old", load, seed),
+        ("new", load * factor, seed + (factor == 1) * repetitions),
+    ):
+        output = folder / f"{run}-{factor}-{name}"
+        words = (
+            f"--executors default,rm-ro --phases random --duration 5 --load {work:g} --seed {first}".split()
+        )
+        program = [str(hotpath_command.program()), "simulate", *words, f"--repetitions={repetitions}"]
+        subprocess.run([*program, f"--output={output}"], check=True, stdout=subprocess.DEVNULL)
+        found = {key: samples for key, samples in read(output).items() if key[0] == "hot path"}
+        sides.append((found, losses(output)))
+    latencies, lost = (regardless_of_load(*pair) for pair in zip(*sides))
+    return any(j.worse for j in judge(*latencies, lost))
 
 
 def main() -> int:
@@ -61,27 +97,29 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("data", nargs="?", type=Path, default=ROOT / "results" / "paper", metavar="DATA")
     parser.add_argument("--runs", type=int, default=200)
-    parser.add_argument("--repetitions", type=int, default=20, help="of each build")
+    parser.add_argument("--repetitions", type=int, default=5, help="of each build")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--most-alarms", type=float, default=0.01, help="share of the A/A runs")
-    parser.add_argument("--least-found", type=float, default=0.95, help="share of the slow-downs")
+    parser.add_argument("--least-found", type=float, default=1.0, help="share of the loads")
     o = parser.parse_args()
-    measured = {
-        k: s
-        for k, s in read(o.data).items()
-        if k[:3] == ("hot path", "autoware", "live") and len(s.repetitions) > 2
-    }
-    noise = {key: Noise(samples) for key, samples in measured.items()}
-    lost = {k: c for k, c in losses(o.data).items() if k[2] == "live" and len(c) > 2}
-    for key, n in noise.items():
+    live = Live(o.data, o.repetitions, np.random.default_rng(o.seed))
+    for key, n in live.noise.items():
         print(f"{' '.join(filter(None, key))}: repetitions' medians differ by {100 * n.deviation:.1f} %")
-    random = np.random.default_rng(o.seed)
-    alarms = sum(fires(noise, lost, random, o.repetitions, None) for _ in range(o.runs))
-    keys = list(noise)
-    found = sum(fires(noise, lost, random, o.repetitions, keys[i % len(keys)]) for i in range(o.runs))
-    data = f"{len(noise)} executors, {len(lost)} counts of losses, {o.repetitions} repetitions of each build"
-    print(f"A/A: {alarms} of {o.runs} fire; 10 % slower: {found} of {o.runs} are found ({data})")
-    return int(alarms > o.most_alarms * o.runs or found < o.least_found * o.runs)
+    print(f"\nAlarms in {o.runs} comparisons with {o.repetitions} repetitions a side:\n")
+    print("| repetitions | A/A | " + " | ".join(f"+{100 * (f - 1):.0f} %" for f in SLOWER[1:]) + " |")
+    print("| --- |" + " ---: |" * len(SLOWER))
+    with tempfile.TemporaryDirectory() as folder:
+        kinds: dict[str, Callable[[int, float], bool]] = {
+            "live": live.fires,
+            "simulated": lambda run, factor: simulated_fires(o.repetitions, Path(folder), run, factor),
+        }
+        shares = {}
+        for kind, fires in kinds.items():
+            alarms = [sum(fires(run, factor) for run in range(o.runs)) for factor in SLOWER]
+            print(f"| {kind} | " + " | ".join(map(str, alarms)) + " |", flush=True)
+            shares[kind] = [count / o.runs for count in alarms]
+    found = shares["simulated"][SLOWER.index(1.05)]
+    return int(max(s[0] for s in shares.values()) > o.most_alarms or found < o.least_found)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ namespace {
 struct ReportArguments {
   std::vector<std::string> runs;
   std::string before, after, output;
-  bool gate = false;
+  bool gate = false, across_loads = false;
   std::string junit, markdown;
 };
 
@@ -39,12 +39,16 @@ void add_compare_results_command(CLI::App& app) {
       "hotpath compare-results results/paper runs/paper", [](const ReportArguments& a) {
         std::vector<std::string> words = {a.before, a.after};
         if (a.gate) words.emplace_back("--gate");
+        if (a.across_loads) words.emplace_back("--across-loads");
         if (!a.junit.empty()) words.push_back("--junit=" + a.junit);
         if (!a.markdown.empty()) words.push_back("--markdown=" + a.markdown);
         run_tool("compare-results", words, "--csv", a.output);
       });
   command.add_option("OLD", o.before, "Folder of a reproduction, or of a run")->required();
   command.add_option("NEW", o.after, "Folder of the same kind")->required();
+  command.add_flag(
+      "--across-loads", o.across_loads,
+      "Compare runs of different loads, rates or copies; else only\nwhat ran at the same load is compared");
   CLI::Option* const csv = add_text(command, "--csv", o.output, "FILE", "Also write the table to this file");
   CLI::Option* const gate = command
                                 .add_flag("--gate", o.gate,

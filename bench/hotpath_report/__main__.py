@@ -51,6 +51,7 @@ def add_commands(commands: Any) -> None:
     )
     compare.add_argument("--csv", metavar="FILE", help="also write the table to this file")
     compare.add_argument("--gate", action="store_true", help="exit code 1 if anything became worse")
+    compare.add_argument("--across-loads", action="store_true", help="compare runs of different loads")
     for form in ("junit", "markdown"):
         compare.add_argument(f"--{form}", metavar="FILE", help=f"with --gate: also a report as {form}")
 

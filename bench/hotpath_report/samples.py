@@ -29,8 +29,8 @@ def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Sa
     the column `repetition`. One of the keys is the source."""
     found = {}
     for key, rows in frame.groupby(keys, sort=False):
-        repetitions = (r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False))
-        found[key] = Samples(repetitions, exact=key[keys.index("source")] == "simulated")
+        of = {int(n): r[value].to_numpy() for n, r in rows.groupby("repetition", sort=False)}
+        found[key] = Samples(of.values(), key[keys.index("source")] == "simulated", of.keys())
     return found
 
 

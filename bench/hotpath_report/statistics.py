@@ -7,11 +7,12 @@ repetition is handed over in blocks of consecutive samples, a single exact one a
 
 import bisect
 import ctypes
+import enum
 import functools
 import math
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -42,11 +43,17 @@ def library() -> ctypes.CDLL:
     loaded.hotpath_samples_new.restype = ctypes.c_void_p
     loaded.hotpath_samples_new.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t]
     loaded.hotpath_samples_delete.argtypes = [ctypes.c_void_p]
+    loaded.hotpath_mean.restype = ctypes.c_double
+    loaded.hotpath_mean.argtypes = [ctypes.c_void_p]
     loaded.hotpath_quantile_estimate.argtypes = [ctypes.c_void_p, ctypes.c_double, _Result]
     two = [ctypes.c_void_p, ctypes.c_void_p]
     loaded.hotpath_quantile_ratio.argtypes = [*two, ctypes.c_double, ctypes.c_double, _Result]
     loaded.hotpath_quantile_difference.argtypes = [*two, ctypes.c_double, _Result]
     loaded.hotpath_cliffs_delta.argtypes = [*two, _Result]
+    side = [ctypes.c_void_p, ctypes.c_size_t]
+    kinds = [ctypes.c_int] * 2 + [ctypes.c_double] * 2
+    loaded.hotpath_growth.argtypes = [*side, *side, *kinds, ctypes.c_double * len(fields(Growth))]
+    loaded.hotpath_holm.argtypes = side
     return loaded
 
 
@@ -76,11 +83,18 @@ class Estimate:
 class Samples:
     """Samples of one quantity (ms, unless said otherwise), repetition by repetition, each in the order of time."""
 
-    def __init__(self, repetitions: Iterable[Iterable[float]], exact: bool = False) -> None:
-        """`exact`: a single repetition comes from a deterministic simulation and has no sampling error."""
-        self.repetitions: list[Values] = [
-            r for r in (np.array(s, dtype=float) for s in repetitions) if len(r)
-        ]
+    def __init__(
+        self,
+        repetitions: Iterable[Iterable[float]],
+        exact: bool = False,
+        numbers: Iterable[int] | None = None,
+    ) -> None:
+        """`exact`: a single repetition comes from a deterministic simulation and has no sampling error. `numbers` of
+        the repetitions; 0, 1, 2... if left out."""
+        arrays = [np.array(s, dtype=float) for s in repetitions]
+        kept = [(n, r) for n, r in zip(range(len(arrays)) if numbers is None else numbers, arrays) if len(r)]
+        self.numbers: list[int] = [n for n, _ in kept]
+        self.repetitions: list[Values] = [r for _, r in kept]
         self.exact = exact and len(self.repetitions) == 1
         units = self.repetitions
         if len(units) == 1 and not self.exact and len(units[0]) >= LEAST_FOR_BLOCKS:
@@ -111,6 +125,11 @@ class Samples:
         return self.estimate(p).value
 
     @property
+    def mean(self) -> float:
+        """Of all samples."""
+        return float(library().hotpath_mean(self._handle))
+
+    @property
     def worst(self) -> float:
         """The largest sample."""
         return self.quantile(1.0)
@@ -134,6 +153,50 @@ def ratio(a: Samples, b: Samples, p: float, confidence: float = CONFIDENCE_PERCE
 def difference(a: Samples, b: Samples, p: float) -> Estimate:
     """Quantile of `a` minus that of `b`, in the unit of the samples."""
     return a.of_two("hotpath_quantile_difference", b, p)
+
+
+class Pairing(enum.IntEnum):
+    """How the repetitions of two sides belong together; hotpath::Pairing explains them."""
+
+    INDEPENDENT, PAIRED, EXACT = range(3)
+
+
+class Scale(enum.IntEnum):
+    """What a difference means; hotpath::Scale explains it."""
+
+    DIFFERENCE, RATIO = range(2)
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Whether a measure grew; hotpath::GrowthTest explains the fields."""
+
+    before: float
+    after: float
+    growth: float
+    low: float
+    high: float
+    p_value: float
+    exact: float
+    detectable: float  # the smallest growth that such repetitions show
+
+
+def growth(
+    before: Values, after: Values, pairing: Pairing, scale: Scale, alarm_rate: float, power: float
+) -> Growth:
+    """Tests values of repetitions; `alarm_rate` and `power` are those of the detectable growth."""
+    result = (ctypes.c_double * len(fields(Growth)))()
+    sides = [np.ascontiguousarray(side, dtype=float) for side in (before, after)]
+    pointers = [value for side in sides for value in (side.ctypes.data, len(side))]
+    library().hotpath_growth(*pointers, pairing, scale, alarm_rate, power, result)
+    return Growth(*result)
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """The adjusted p-values."""
+    adjusted = np.array(p_values, dtype=float)
+    library().hotpath_holm(adjusted.ctypes.data, len(adjusted))
+    return [float(p) for p in adjusted]
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,11 @@
 // The statistics for the Python package (hotpath_report/statistics.py), which calls them by ctypes, so that
 // every number of a figure or page comes from one implementation. Estimates are {value, low, high}; NaN where
 // there is none.
+#include <algorithm>
 #include <array>
 #include <vector>
 
+#include "hotpath/analysis/growth_test.hpp"
 #include "hotpath/analysis/statistics.hpp"
 
 namespace {
@@ -36,6 +38,8 @@ void* hotpath_samples_new(const double* values, const std::size_t* sizes, std::s
 
 void hotpath_samples_delete(void* handle) { delete static_cast<RepeatedSamples*>(handle); }
 
+double hotpath_mean(const void* handle) { return hotpath::quantiles(samples(handle).pooled()).mean; }
+
 void hotpath_quantile_estimate(const void* handle, double probability, double* out) {
   store(hotpath::estimate_quantiles(samples(handle), std::array{probability}).front(), out);
 }
@@ -51,6 +55,30 @@ void hotpath_quantile_difference(const void* a, const void* b, double probabilit
 
 void hotpath_cliffs_delta(const void* a, const void* b, double* out) {
   store(hotpath::cliffs_delta(samples(a), samples(b)), out);
+}
+
+/// Of one measure, a value for each repetition. `pairing` and `scale` are the values of the enumerations.
+/// `out`: before, after, growth, its interval's ends, p-value, whether it is exact, and the growth that is
+/// detectable at `alarm_rate` with the probability `power`.
+void hotpath_growth(const double* before, std::size_t n_before, const double* after, std::size_t n_after,
+                    int pairing, int scale, double alarm_rate, double power, double* out) {
+  const auto unit = static_cast<hotpath::Scale>(scale);
+  const hotpath::GrowthTest t = hotpath::test_growth({before, n_before}, {after, n_after},
+                                                     static_cast<hotpath::Pairing>(pairing), unit);
+  const std::array results = {t.before,
+                              t.after,
+                              t.growth,
+                              t.interval.low,
+                              t.interval.high,
+                              t.p_value,
+                              t.exact ? 1.0 : 0.0,
+                              hotpath::detectable_growth(t, unit, alarm_rate, power)};
+  std::ranges::copy(results, out);
+}
+
+/// Holm's correction, in place.
+void hotpath_holm(double* p_values, std::size_t n) {
+  std::ranges::copy(hotpath::holm({p_values, n}), p_values);
 }
 
 }  // extern "C"

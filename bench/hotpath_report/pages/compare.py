@@ -3,9 +3,9 @@
 reproductions also which drop rates and which verdicts differ."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 
@@ -28,9 +28,11 @@ COMPARED = (0.5, 0.99, 1.0)
 NOTHING_MS = 1e-6
 TOLD_DROP_POINTS = 0.1
 KEYS = ["quantity", "study", "source", "setting", "executor", "tasks"]
+SOURCE, SETTING = KEYS.index("source"), KEYS.index("setting")
 COLUMNS = [*KEYS, "percentile", "old_ms", "new_ms", "difference_ms", "interval_95_ms", "verdict"]
 
 Key = tuple[str, ...]  # below KEYS
+T = TypeVar("T")
 
 
 def with_keys(frame: pd.DataFrame, quantity: str) -> pd.DataFrame:
@@ -47,24 +49,44 @@ def parts_of(folder: Path) -> list[Path]:
 def joined(parts: list[dict[Key, Samples]]) -> dict[Key, Samples]:
     """The repetitions of all parts together."""
     keys = dict.fromkeys(key for part in parts for key in part)
-    return {k: Samples(r for part in parts if k in part for r in part[k].repetitions) for k in keys}
+    made = {}
+    for key in keys:
+        having = [part[key] for part in parts if key in part]
+        numbers = [n for samples in having for n in samples.numbers]
+        made[key] = Samples((r for samples in having for r in samples.repetitions), numbers=numbers)
+    return made
 
 
-def losses(folder: Path) -> dict[Key, list[float]]:
-    """Skipped timestamps and overwritten samples of each repetition, by the keys of read()."""
+def first_seed(run: Run) -> int:
+    """What a repetition's number counts from, so that repetitions of equal phases and execution times have equal
+    numbers: the seed, unless nothing is random."""
+    if run.recorded:
+        return 0
+    random = run["phases"] == "random" or not run.simulated or run["execution_times"] != "worst"
+    return int(run["seed"]) if random else 0
+
+
+def losses(folder: Path) -> dict[Key, dict[int, float]]:
+    """Skipped timestamps and overwritten samples of each repetition, by the keys and numbers of read()."""
+    found: dict[Key, dict[int, float]] = {}
     if (folder / "data" / TIMERS_FILE).exists():
         rows = read_table(folder / "data" / TIMERS_FILE).rename(columns=IN_FRAMES)
         rows = with_keys(rows, "lost").assign(tasks="")
-        sums = rows.groupby([*KEYS, "repetition"])["skipped"].sum()
-        return {key: list(counts) for key, counts in sums.groupby(level=KEYS)}
-    found: dict[Key, list[float]] = {}
+        for (*key, number), count in rows.groupby([*KEYS, "repetition"])["skipped"].sum().items():
+            found.setdefault(tuple(key), {})[int(number)] = float(count)
+        return found
     for part in parts_of(folder) or [folder]:
         run = Run(part)
+        if not (part / "jobs.csv").exists():
+            raise InputError(
+                f"{part}: this run kept no jobs (--no-trace), from which the gate counts losses; repeat it without"
+                f" --no-trace: {run.command()}"
+            )
         jobs = read_table(part / "jobs.csv", ["executor", "repetition", "outcome"])
         lost = jobs["outcome"].isin(["skipped", "overwritten"])
-        for (executor, _), count in lost.groupby([jobs["executor"], jobs["repetition"]]).sum().items():
+        for (executor, r), count in lost.groupby([jobs["executor"], jobs["repetition"]]).sum().items():
             key = ("lost", run["graph.name"], run.source, f"{run['load_percent']:g} %", str(executor), "")
-            found.setdefault(key, []).append(float(count))
+            found.setdefault(key, {})[first_seed(run) + int(r)] = float(count)
     return found
 
 
@@ -88,8 +110,35 @@ def read(folder: Path) -> dict[Key, Samples]:
     found = {}
     for (kind, name), executors in reported.samples.items():
         quantity = "hot path" if kind == "Chain" else "response"
-        found |= {(quantity, name, source, setting, e, ""): samples for e, samples in executors.items()}
+        for e, samples in executors.items():
+            samples.numbers = [first_seed(reported.run) + n for n in samples.numbers]
+            found[quantity, name, source, setting, e, ""] = samples
     return found
+
+
+def regardless_of_load(old: Mapping[Key, T], new: Mapping[Key, T]) -> tuple[dict[Key, T], dict[Key, T]]:
+    """The same with both settings in each key. Raises InputError where a side has more than one."""
+    settings = [sorted({key[SETTING] for key in side}) for side in (old, new)]
+    several = next((side for side in settings if len(side) > 1), None)
+    if several:
+        raise InputError(
+            f"--across-loads compares runs of one load each, and one side has {', '.join(several)}"
+        )
+    both = " to ".join(dict.fromkeys(setting for side in settings for setting in side))
+    before, after = (
+        {(*key[:SETTING], both, *key[SETTING + 1 :]): value for key, value in side.items()}
+        for side in (old, new)
+    )
+    return before, after
+
+
+def nothing_in_common(old: str, new: str, before: Mapping[Key, Any], after: Mapping[Key, Any]) -> InputError:
+    """Says so, and whether it is because of the loads."""
+    loads = [", ".join(sorted({key[SETTING] for key in side})) for side in (before, after)]
+    without = [{key[:SETTING] + key[SETTING + 1 :] for key in side} for side in (before, after)]
+    if without[0] & without[1]:
+        return InputError(f"{old} has load {loads[0]}, {new} {loads[1]}; compare them with --across-loads")
+    return InputError(f"{old} and {new} have no executor and setting in common, there is nothing to compare")
 
 
 def verdict(old: Samples, new: Samples, estimate: Estimate) -> str:
@@ -150,20 +199,22 @@ def table_of(rows: pd.DataFrame) -> Iterator[str]:
     yield "\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles"
 
 
-def compare_results(old: str, new: str, csv: str | None, gate: bool, **outputs: str | None) -> int:
+def compare_results(
+    old: str, new: str, csv: str | None, gate: bool, across_loads: bool, **outputs: str | None
+) -> int:
     """Prints what differs, and writes the table as CSV where that was asked for; with `gate`, what became worse (see
     gate.py). Raises InputError."""
     if gate:
         from hotpath_report.pages.gate import gate as judge
 
-        return judge(old, new, outputs)
+        return judge(old, new, across_loads, outputs)
     folders = Path(old), Path(new)
     before, after = map(read, folders)
+    if across_loads:
+        before, after = regardless_of_load(before, after)
     rows = compare(before, after)
     if rows.empty:
-        raise InputError(
-            f"{old} and {new} have no executor and setting in common, there is nothing to compare"
-        )
+        raise nothing_in_common(old, new, before, after)
     if csv:
         rows.to_csv(csv, index=False)
     print(*table_of(rows), *other_differences(*folders), sep="\n")

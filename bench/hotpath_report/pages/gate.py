@@ -1,20 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether anything became worse from OLD to NEW: medians and 99th percentiles of latencies, and losses, of each
-executor, with the effect's size, its interval, and a correction for many comparisons; for terminals and CI."""
+"""Whether anything became worse from OLD to NEW: means, medians and 99th percentiles of latencies, and losses, of each
+executor, with the effect's size, its interval, the effect that would be found, and a correction for many comparisons;
+for terminals and CI."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from hotpath_report.errors import InputError
-from hotpath_report.pages.judgement import ALARM_RATE, Judgement, judge
+import numpy as np
+
+from hotpath_report.pages.judgement import ALARM_RATE, POWER, Judgement, judge, percent_text
 from hotpath_report.pages import compare
 from hotpath_report.pages.compare import Key
-from hotpath_report.statistics import Samples
+from hotpath_report.statistics import Pairing, Samples
 from hotpath_report.tables import text_table, write_file
 
-HEADER = ["", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", ""]
+HEADER = ["", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", "would find", ""]
+METHODS = {
+    Pairing.EXACT: "simulated repetitions of equal seeds pair by pair",
+    Pairing.PAIRED: "interleaved repetitions pair by pair",
+    Pairing.INDEPENDENT: "independent repetitions",
+}
 
 
 def of_hot_paths(samples: Mapping[Key, Samples]) -> dict[Key, Samples]:
@@ -26,8 +33,20 @@ def of_hot_paths(samples: Mapping[Key, Samples]) -> dict[Key, Samples]:
 def markdown(judgements: Sequence[Judgement], old: str, new: str) -> str:
     """A summary for a pull request."""
     rows = ["| " + " | ".join(j.cells()) + " |" for j in sorted(judgements, key=lambda j: not j.worse)]
-    head = ["| " + " | ".join(HEADER) + " |", "| --- | --- | ---: | ---: | ---: | ---: | ---: | --- |"]
-    return "\n".join([f"### {verdict(judgements)}", "", f"`{old}` against `{new}`", "", *head, *rows, ""])
+    head = ["| " + " | ".join(HEADER) + " |", "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |"]
+    return "\n".join(
+        [
+            f"### {verdict(judgements)}",
+            "",
+            f"`{old}` against `{new}`",
+            "",
+            *head,
+            *rows,
+            "",
+            power(judgements),
+            "",
+        ]
+    )
 
 
 def junit(judgements: Sequence[Judgement]) -> str:
@@ -39,30 +58,60 @@ def junit(judgements: Sequence[Judgement]) -> str:
     for j in judgements:
         case = ElementTree.SubElement(suite, "testcase", {"classname": j.what, "name": j.measure})
         if j.worse:
-            said = f"{j.old:.3f} before, {j.new:.3f} now: {j.effect_text()} {j.interval_text()}, p = {j.adjusted:.2g}"
+            values = f"{j.growth.before:.3f} before, {j.growth.after:.3f} now"
+            said = f"{values}: {j.effect_text()} {j.interval_text()}, p = {j.adjusted:.2g}"
             ElementTree.SubElement(case, "failure", {"message": said})
     return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
 def verdict(judgements: Sequence[Judgement]) -> str:
     """One sentence."""
-    worse = sum(j.worse for j in judgements)
-    said = (
-        f"{worse} of {len(judgements)} measures became worse"
-        if worse
-        else f"None of {len(judgements)} measures became worse"
-    )
-    return f"{said} (Welch, Holm, {100 * ALARM_RATE:.0f} % false alarms)"
+    n, worse = len(judgements), sum(j.worse for j in judgements)
+    if all(j.same for j in judgements):
+        return f"No change: in each pair of equal seeds all {n} measures are the same"
+    how = " and ".join(METHODS[p] for p in sorted({j.pairing for j in judgements}, reverse=True))
+    return f"{worse or 'None'} of {n} measures became worse ({how}; at most {100 * ALARM_RATE:.0f} % false alarms)"
 
 
-def gate(old: str, new: str, outputs: Mapping[str, Any]) -> int:
+def power(judgements: Sequence[Judgement]) -> str:
+    """How much a latency has to grow for an alarm, in one sentence."""
+    noisy = sorted(j.detectable_percent for j in judgements if not j.lost and not j.exact)
+    exact = "Where simulated pairs agree, growth by any amount is found."
+    if not noisy:
+        return exact
+    middle = float(np.median(noisy))
+    most = f" ({percent_text(noisy[-1])} in the noisiest one)" if noisy[-1] > 1.05 * middle else ""
+    said = f"With these repetitions, a growth of {percent_text(middle)} would be found in the typical latency{most}"
+    said += f" with a probability of {100 * POWER:.0f} %."
+    if any(j.simulated and j.pairing == Pairing.INDEPENDENT for j in judgements):
+        said += " Simulate both with the same --seed to compare pair by pair."
+    return said if len(noisy) == sum(not j.lost for j in judgements) else f"{exact} {said}"
+
+
+def interleaved(old: Path, new: Path) -> bool:
+    """Whether `hotpath compare --against` measured both by turns: their repetitions are folders in a common one."""
+    parts = [compare.parts_of(folder) for folder in (old, new)]
+    return all(parts) and old.resolve().parent == new.resolve().parent
+
+
+def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> int:
     """Prints the table, writes `junit` and `markdown` where asked for. Exit code: 1 if anything became worse."""
-    before, after = (of_hot_paths(compare.read(Path(folder))) for folder in (old, new))
-    losses = compare.losses(Path(old)), compare.losses(Path(new))
-    judgements = judge(before, after, losses)
+    folders = Path(old), Path(new)
+    before, after = (of_hot_paths(compare.read(folder)) for folder in folders)
+    lost = compare.losses(folders[0]), compare.losses(folders[1])
+    if across_loads:
+        before, after = compare.regardless_of_load(before, after)
+        lost = compare.regardless_of_load(*lost)
+    judgements = judge(before, after, lost, interleaved(*folders))
     if not judgements:
-        raise InputError(f"{old} and {new} have no executor and setting in common, there is nothing to judge")
-    print(text_table(HEADER, [j.cells() for j in judgements]), f"\n{verdict(judgements)}", sep="\n")
+        raise compare.nothing_in_common(old, new, before, after)
+    print(
+        text_table(HEADER, [j.cells() for j in judgements]),
+        "",
+        verdict(judgements),
+        power(judgements),
+        sep="\n",
+    )
     if outputs.get("junit"):
         write_file(Path(outputs["junit"]), junit(judgements))
     if outputs.get("markdown"):

@@ -1,68 +1,99 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether latencies and losses became worse, beyond noise.
 
-Repetitions are the unit: Welch's test compares the logarithms of their quantiles, or their numbers of losses.
-Holm's correction keeps the probability of any false alarm among all comparisons below ALARM_RATE.
+Repetitions are the unit: means, medians and 99th percentiles of each are compared, and its losses, by the tests of
+hotpath/analysis/growth_test.hpp. Simulated repetitions of equal seeds are pairs without noise, live ones are pairs
+where both builds took turns, and all others are independent. Holm's correction keeps the probability of any false
+alarm among all comparisons below ALARM_RATE.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from hotpath_report.errors import InputError
-from hotpath_report.pages.compare import Key
-from hotpath_report.statistics import PERCENTILES, Estimate, Samples, ratio
+from hotpath_report.pages.compare import NOTHING_MS, SOURCE, Key
+from hotpath_report.statistics import PERCENTILES, Growth, Pairing, Samples, Scale, growth, holm
 
 ALARM_RATE = 0.01
-LEAST_EFFECT = 0.02  # a latency that grew by less is not worth an alarm, however sure
+POWER = 0.9  # with which a growth that is called detectable is found
+LEAST_EFFECT = 0.02  # a latency that grew by less is not worth an alarm, however sure, unless it is exact
 LEAST_REPETITIONS = 3
-JUDGED = (0.5, 0.99)
+MEAN, QUANTILES = "mean", (0.5, 0.99)
 LOSSES = "lost jobs and samples"
 
-Counts = Mapping[Key, Any]  # of each repetition
+Counts = Mapping[Key, Mapping[int, float]]  # of each repetition, by its number
+
+
+def percent_text(value: float) -> str:
+    """A growth that would be found, which few and noisy repetitions make absurdly large."""
+    return "over 1000 %" if value > 1000 else f"{value:.0f} %" if value >= 10 else f"{value:.1f} %"
 
 
 @dataclass
 class Judgement:
-    """One comparison. Values are milliseconds, or losses a repetition; the effect is a ratio, or a difference."""
+    """One comparison. Values are milliseconds, or losses a repetition; the growth is a ratio, or a difference."""
 
     what: str
     measure: str
-    old: float
-    new: float
-    effect: float
-    interval: Estimate | None
-    p: float  # that it did not become worse
-    worth_telling: bool
+    growth: Growth
+    pairing: Pairing
+    simulated: bool
     adjusted: float = 1.0
 
     @property
     def worse(self) -> bool:
         """Whether it became worse beyond noise."""
-        return self.worth_telling and self.adjusted < ALARM_RATE
+        return self.adjusted < ALARM_RATE and (self.exact or self.percent > 100 * LEAST_EFFECT or self.lost)
+
+    @property
+    def exact(self) -> bool:
+        """Whether simulated pairs agree, so that no noise is possible."""
+        return self.pairing == Pairing.EXACT and bool(self.growth.exact)
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing changed at all."""
+        return self.exact and abs(self.growth.growth - (0 if self.lost else 1)) < NOTHING_MS
 
     @property
     def lost(self) -> bool:
         """Whether it counts losses."""
         return self.measure == LOSSES
 
+    @property
+    def percent(self) -> float:
+        """Growth of a latency."""
+        return 100 * (self.growth.growth - 1)
+
+    @property
+    def detectable_percent(self) -> float:
+        """The smallest growth of a latency that would have been found; 0 where any would."""
+        return 0 if self.exact else 100 * max(self.growth.detectable - 1, LEAST_EFFECT)
+
     def effect_text(self) -> str:
         """With its sign."""
-        return f"{self.effect:+.3g}" if self.lost else f"{100 * (self.effect - 1):+.1f} %"
+        return f"{self.growth.growth:+.3g}" if self.lost else f"{self.percent:+.1f} %"
 
     def interval_text(self) -> str:
         """In the unit of the effect."""
-        if self.interval is None or not self.interval.has_interval:
-            return ""
-        return f"[{100 * (self.interval.low - 1):+.1f}, {100 * (self.interval.high - 1):+.1f}] %"
+        ends = self.growth.low, self.growth.high
+        if np.isnan(ends[0]):
+            return "exact" if self.exact else ""
+        if self.lost:
+            return f"[{ends[0]:+.3g}, {ends[1]:+.3g}]"
+        return f"[{100 * (ends[0] - 1):+.1f}, {100 * (ends[1] - 1):+.1f}] %"
+
+    def detectable_text(self) -> str:
+        """In the unit of the effect."""
+        if self.growth.exact and (self.exact or self.lost):
+            return "any"
+        return f"{self.growth.detectable:.3g}" if self.lost else percent_text(self.detectable_percent)
 
     def cells(self) -> list[str]:
         """A row of the table."""
-        values = [f"{v:.3g}" if self.lost else f"{v:.3f}" for v in (self.old, self.new)]
-        verdict = "WORSE" if self.worse else "not worse"
+        values = [f"{v:.3g}" if self.lost else f"{v:.3f}" for v in (self.growth.before, self.growth.after)]
         return [
             self.what,
             self.measure,
@@ -70,79 +101,72 @@ class Judgement:
             self.effect_text(),
             self.interval_text(),
             f"{self.adjusted:.2g}",
-            verdict,
+            self.detectable_text(),
+            "WORSE" if self.worse else "the same" if self.same else "not worse",
         ]
 
 
-def p_worse(old: Any, new: Any, exact: bool) -> float:
-    """Probability of so much larger values in `new` were there no difference (Welch 1947, one-sided)."""
-    from scipy import stats  # takes half a second, which the tables of others do not need
-
-    if exact or np.ptp(old) == np.ptp(new) == 0:
-        return 0.0 if np.mean(new) > np.mean(old) * (1 + 1e-9) else 1.0
-    return float(stats.ttest_ind(new, old, equal_var=False, alternative="greater").pvalue)
-
-
-def holm(judgements: Sequence[Judgement]) -> None:
-    """Fills in the adjusted probabilities (Holm 1979)."""
-    largest = 0.0
-    for i, judgement in enumerate(sorted(judgements, key=lambda j: j.p)):
-        largest = max(largest, min(1.0, (len(judgements) - i) * judgement.p))
-        judgement.adjusted = largest
-
-
-def check_repetitions(name: str, *sides: Samples) -> bool:
-    """Whether both sides are exact. Raises InputError where there are too few repetitions to judge."""
-    if all(side.exact for side in sides):
-        return True
-    fewest = min(len(side.repetitions) for side in sides)
-    if fewest < LEAST_REPETITIONS:
-        raise InputError(
-            f"{name}: a gate needs {LEAST_REPETITIONS} repetitions on each side, and one has {fewest}; measure with"
-            " --repetitions 20"
+def pairing_of(
+    name: str, simulated: bool, interleaved: bool, old: Sequence[int], new: Sequence[int]
+) -> Pairing:
+    """How repetitions with these numbers belong together. Raises InputError where there are too few to judge."""
+    common, fewest = len(set(old) & set(new)), min(len(old), len(new))
+    pairing = Pairing.INDEPENDENT
+    if common == fewest and (simulated or interleaved):
+        pairing = Pairing.EXACT if simulated else Pairing.PAIRED
+    if pairing != Pairing.EXACT and fewest < LEAST_REPETITIONS:
+        remedy = (
+            "give both the same --seed, or --repetitions 20" if simulated else "measure with --repetitions 20"
         )
-    return False
+        seeds = " of other seeds" if simulated else ""
+        raise InputError(
+            f"{name}: a gate needs {LEAST_REPETITIONS} repetitions{seeds} on each side, and one has {fewest}; {remedy}"
+        )
+    return pairing
 
 
-def logarithms(values: Any) -> Any:
-    """Of latencies, which may be 0."""
-    return np.log(np.maximum(values, np.finfo(float).tiny))
-
-
-def judge_latency(name: str, old: Samples, new: Samples, intervals: bool) -> list[Judgement]:
-    """The quantiles of one latency."""
-    exact = check_repetitions(name, old, new)
-    # `exact`, because neither of them needs an interval of its own.
-    of_repetitions = [[Samples([r], exact=True) for r in side.repetitions] for side in (old, new)]
-    pooled = [Samples([side.pooled], exact=True) for side in (old, new)]
-    made = []
-    for p in JUDGED:
-        before, after = (np.array([r.quantile(p) for r in side]) for side in of_repetitions)
-        values = pooled[0].quantile(p), pooled[1].quantile(p)
-        grown = values[1] / values[0] if values[0] > 0 else math.inf if values[1] > 0 else 1.0
-        compared = (before, after) if exact else tuple(map(logarithms, (before, after)))
-        chance = p_worse(compared[0], compared[1], exact)
-        interval = ratio(new, old, p) if intervals else None
-        worth = grown > 1 + (0 if exact else LEAST_EFFECT)
-        made.append(Judgement(name, PERCENTILES[p], *values, grown, interval, chance, worth))
-    return made
+def measures_of(samples: Samples) -> dict[str, dict[int, float]]:
+    """{measure: {repetition: ms}}, all above 0."""
+    measures: dict[str, dict[int, float]] = {}
+    for number, repetition in zip(samples.numbers, samples.repetitions):
+        alone = Samples([repetition], exact=True)  # which needs no interval of its own
+        values = {MEAN: alone.mean} | {PERCENTILES[p]: alone.quantile(p) for p in QUANTILES}
+        for measure, value in values.items():
+            measures.setdefault(measure, {})[number] = max(value, NOTHING_MS)
+    return measures
 
 
 def judge(
     old: Mapping[Key, Samples],
     new: Mapping[Key, Samples],
     losses: tuple[Counts, Counts],
-    intervals: bool = True,
+    interleaved: bool = False,
 ) -> list[Judgement]:
-    """All comparisons of what both sides have. Without `intervals` it is much faster."""
+    """All comparisons of what both sides have. `interleaved`: live repetitions of equal numbers were measured one
+    after the other."""
+    latencies = {
+        key: (measures_of(old[key]), measures_of(new[key])) for key in sorted(old.keys() & new.keys())
+    }
+    sides: list[tuple[Key, str, Scale, Mapping[int, float], Mapping[int, float]]] = [
+        (key, measure, Scale.RATIO, before[measure], after[measure])
+        for key, (before, after) in latencies.items()
+        for measure in before
+        if measure in after
+    ]
+    sides += [
+        (key, LOSSES, Scale.DIFFERENCE, losses[0][key], losses[1][key])
+        for key in sorted(losses[0].keys() & losses[1].keys())
+    ]
     made = []
-    for key in sorted(old.keys() & new.keys()):
-        made += judge_latency(" ".join(filter(None, key)), old[key], new[key], intervals)
-    for key in sorted(losses[0].keys() & losses[1].keys()):
-        before, after = list(losses[0][key]), list(losses[1][key])
-        exact = len(before) == len(after) == 1
-        means = float(np.mean(before)), float(np.mean(after))
-        name, more = " ".join(filter(None, key)), means[1] - means[0]
-        made.append(Judgement(name, LOSSES, *means, more, None, p_worse(before, after, exact), more > 0))
-    holm(made)
+    for key, measure, scale, before, after in sides:
+        name, simulated = " ".join(filter(None, key)), key[SOURCE] == "simulated"
+        pairing = pairing_of(name, simulated, interleaved, list(before), list(after))
+        if pairing != Pairing.INDEPENDENT:
+            common = sorted(before.keys() & after.keys())
+            before, after = ({n: side[n] for n in common} for side in (before, after))
+        values = [np.array(list(side.values())) for side in (before, after)]
+        found = growth(values[0], values[1], pairing, scale, ALARM_RATE / len(sides), POWER)
+        made.append(Judgement(name, measure, found, pairing, simulated))
+    for judgement, adjusted in zip(made, holm([j.growth.p_value for j in made])):
+        judgement.adjusted = adjusted
     return made

@@ -1,45 +1,59 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The gate against made-up repetitions: how often it fires, what it refuses, what its reports say."""
+"""The gate against made-up and simulated repetitions: how often it fires, what it finds, what it refuses, what its
+reports say."""
 
+import contextlib
+import io
+import os
+import subprocess
+import sys
+import tempfile
 import unittest
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
+from hotpath_report import hotpath_command
+from hotpath_report.__main__ import main
 from hotpath_report.errors import InputError
-from hotpath_report.pages.judgement import Judgement, holm, judge
-from hotpath_report.pages.gate import junit, markdown
+from hotpath_report.pages.gate import junit, markdown, power, verdict
+from hotpath_report.pages.judgement import judge
 from hotpath_report.statistics import Samples
 
 EXECUTORS = ("default", "static", "events-ro", "rm-ro")
 NOISE = 0.02  # of a repetition's median
 
 
-def build(generator, repetitions=8, slower=None, by=1.1):
-    """Samples of each executor: repetitions that differ by noise."""
+def build(generator, repetitions=8, slower=None, by=1.1, shared=()):
+    """Samples of each executor: repetitions that differ by noise, and by the factors `shared`."""
     made = {}
     for executor in EXECUTORS:
-        factor = by if executor == slower else 1
-        of = [
-            20 * factor * np.exp(generator.normal(0, NOISE)) * generator.uniform(0.8, 1.4, 100)
-            for _ in range(repetitions)
-        ]
+        factors = np.broadcast_to(by if executor == slower else 1, repetitions) * (shared or 1)
+        of = [20 * f * np.exp(generator.normal(0, NOISE)) * generator.uniform(0.8, 1.4, 100) for f in factors]
         made["hot path", "autoware", "live", "80 %", executor, ""] = Samples(of)
     return made
 
 
 def losses(generator, repetitions=8, mean=3.0):
     return {
-        ("lost", "autoware", "live", "80 %", e, ""): list(generator.poisson(mean, repetitions))
+        ("lost", "autoware", "live", "80 %", e, ""): dict(enumerate(generator.poisson(mean, repetitions)))
         for e in EXECUTORS
     }
+
+
+def simulated(*medians, first=1):
+    """Samples of simulations, the first of seed `first`."""
+    of = [[m, m, 2 * m] for m in medians]
+    numbers = range(first, first + len(of))
+    return {("hot path", "autoware", "simulated", "80 %", "rm-ro", ""): Samples(of, True, numbers)}
 
 
 class Gate(unittest.TestCase):
     def judged(self, seed, slower=None, more_losses=0.0):
         generator = np.random.default_rng(seed)
         counts = losses(generator), losses(generator, mean=3.0 + more_losses)
-        return judge(build(generator), build(generator, slower=slower), counts, intervals=False)
+        return judge(build(generator), build(generator, slower=slower), counts)
 
     def test_the_same_build_twice_does_not_fire(self):
         fired = sum(any(j.worse for j in self.judged(seed)) for seed in range(40))
@@ -61,31 +75,159 @@ class Gate(unittest.TestCase):
         fast = build(generator, slower="static", by=0.5)
         self.assertFalse(any(j.worse for j in judge(build(generator), fast, ({}, {}))))
 
-    def test_exact_runs_differ_by_any_amount(self):
-        key = ("hot path", "autoware", "simulated", "80 %", "rm-ro", "")
-        old, new = ({key: Samples([[10.0, value]], exact=True)} for value in (11.0, 11.001))
-        self.assertEqual([j.worse for j in judge(old, new, ({}, {}))], [True, True])
-        self.assertFalse(any(j.worse for j in judge(old, old, ({}, {}))))
+    def test_interleaved_repetitions_are_pairs(self):
+        shared = tuple(np.exp(np.linspace(-0.5, 0.5, 8)))  # a machine that becomes slower
+        generator = np.random.default_rng(1)
+        old, new = build(generator, shared=shared), build(generator, slower="static", shared=shared)
+        worse = {
+            turns: {j.what for j in judge(old, new, ({}, {}), turns) if j.worse} for turns in (True, False)
+        }
+        self.assertEqual(worse, {True: {"hot path autoware live 80 % static"}, False: set()})
 
     def test_too_few_repetitions_are_refused(self):
         generator = np.random.default_rng(1)
         with self.assertRaisesRegex(InputError, "needs 3 repetitions on each side, and one has 2"):
             judge(build(generator), build(generator, repetitions=2), ({}, {}))
+        with self.assertRaisesRegex(InputError, "of other seeds on each side, and one has 1; .* same --seed"):
+            judge(simulated(10), simulated(10, first=2), ({}, {}))
 
-    def test_holms_example(self):
-        judgements = [Judgement("", "p50", 1, 1, 1, None, p, True) for p in (0.01, 0.04, 0.03, 0.005)]
-        holm(judgements)
-        np.testing.assert_allclose([j.adjusted for j in judgements], [0.03, 0.06, 0.06, 0.02])
+    def test_the_power_that_is_told_is_there(self):
+        judgements = self.judged(1)
+        told = [j.detectable_percent for j in judgements if not j.lost]
+        self.assertIn(f"a growth of {np.median(told):.1f} % would be found", power(judgements))
+        of_static = next(j for j in judgements if "static" in j.what and j.measure == "p50")
+        found = 0
+        for seed in range(40):
+            generator = np.random.default_rng(100 + seed)
+            new = build(generator, slower="static", by=1 + of_static.detectable_percent / 100)
+            found += any(j.worse and "static" in j.what for j in judge(build(generator), new, ({}, {})))
+        self.assertGreater(found, 30)
 
+
+class SimulatedPairs(unittest.TestCase):
+    def worse(self, old, new):
+        return [j.worse for j in judge(old, new, ({}, {}))]
+
+    def test_one_repetition_differs_by_any_amount(self):
+        self.assertEqual(self.worse(simulated(10), simulated(10.001)), [True] * 3)
+        self.assertEqual(self.worse(simulated(10), simulated(9.999)), [False] * 3)
+
+    def test_the_same_is_no_change(self):
+        same = judge(simulated(10, 17, 12), simulated(10, 17, 12), ({}, {}))
+        self.assertIn("No change: in each pair of equal seeds all 3 measures are the same", verdict(same))
+        self.assertFalse(any(j.worse for j in same))
+        self.assertEqual(same[0].cells()[-1], "the same")
+
+    def test_repetitions_of_one_seed_are_pairs_whatever_they_differ_by(self):
+        old, new = (10, 17, 12, 30, 22), (10.5, 17.85, 12.6, 31.5, 23.1)
+        self.assertEqual(self.worse(simulated(*old), simulated(*new)), [True] * 3)
+        self.assertEqual(self.worse(simulated(*old), simulated(*new, first=11)), [False] * 3)
+        self.assertEqual(self.worse(simulated(*old), simulated(*reversed(new))), [False] * 3)
+
+    def test_pairs_that_disagree_are_not_enough(self):
+        old = (10, 10, 10, 10, 10)
+        self.assertEqual(self.worse(simulated(*old), simulated(10.5, 10.5, 9, 10.5, 10.5)), [False] * 3)
+
+    def test_the_seeds_that_both_have_are_compared(self):
+        self.assertEqual(self.worse(simulated(10, 17, 12), simulated(17.1, first=2)), [True] * 3)
+
+
+class Simulations(unittest.TestCase):
+    """Whole simulations of 5 repetitions, as a user compares them."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="hotpath_gate_")
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name)
+
+    def simulate(self, *, load=80, seed=1, more=()):
+        output = self.folder / f"{load}-{seed}{''.join(more)}"
+        if not output.exists():
+            words = "--duration 3 --phases random --executors default,rm-ro --repetitions 5"
+            words += f" --load {load} --seed {seed}"
+            command = [hotpath_command.program(), "simulate", *words.split(), *more, "--output", output]
+            environment = os.environ | {"HOTPATH_FIGURES": "none"}
+            subprocess.run(command, check=True, env=environment, stdout=subprocess.DEVNULL)
+        return str(output)
+
+    def gate(self, *words):
+        """Exit code, standard output, standard error."""
+        with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(
+            io.StringIO()
+        ) as err:
+            code = main(["compare-results", *words, "--gate"])
+        return code, out.getvalue(), err.getvalue()
+
+    def test_five_percent_more_load_are_found_each_time(self):
+        for seed in range(1, 101, 10):
+            folders = self.simulate(seed=seed), self.simulate(load=84, seed=seed)
+            code, out, err = self.gate(*folders, "--across-loads")
+            self.assertEqual((code, err), (1, ""), out)
+        self.assertIn("80 % to 84 % rm-ro", out)
+        self.assertIn("simulated repetitions of equal seeds pair by pair", out)
+
+    def test_other_seeds_are_no_alarm(self):
+        fired = 0
+        for seed in range(1, 91, 10):
+            code, out, err = self.gate(self.simulate(seed=seed), self.simulate(seed=seed + 10))
+            self.assertIn("independent repetitions", out, err)
+            self.assertIn("Simulate both with the same --seed", out)
+            fired += code
+        self.assertEqual(fired, 0)
+
+    def test_the_same_simulation_is_no_change(self):
+        code, out, err = self.gate(self.simulate(), self.simulate(more=("--threads=1",)))
+        self.assertEqual((code, err), (0, ""))
+        self.assertIn("No change: ", out)
+
+    def test_other_loads_are_compared_only_if_asked(self):
+        code, out, err = self.gate(self.simulate(), self.simulate(load=84))
+        self.assertEqual((code, out), (2, ""))
+        self.assertIn("has load 80 %, ", err)
+        self.assertIn("compare them with --across-loads", err)
+
+    def test_the_command_passes_the_option(self):
+        words = "compare-results", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"
+        done = subprocess.run(
+            [hotpath_command.program(), *words], capture_output=True, text=True, check=False
+        )
+        self.assertEqual((done.returncode, done.stderr), (1, ""))
+        self.assertIn("80 % to 84 %", done.stdout)
+
+    def test_a_run_without_jobs_is_named_with_a_remedy(self):
+        without = self.simulate(more=("--no-trace",))
+        for words in ((self.simulate(), without), (without, self.simulate())):
+            code, out, err = self.gate(*words)
+            self.assertEqual((code, out), (2, ""))
+            self.assertIn(f"{without}: this run kept no jobs (--no-trace)", err)
+            self.assertIn("hotpath simulate --graph autoware", err)
+
+    def test_neither_scipy_nor_its_warnings_are_met(self):
+        words = ["compare-results", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"]
+        program = (
+            "import sys; sys.modules['scipy.stats'] = None\n"
+            "from hotpath_report.__main__ import main; sys.exit(main(sys.argv[1:]))"
+        )
+        done = subprocess.run(
+            [sys.executable, "-W", "error", "-c", program, *words],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        self.assertEqual((done.returncode, done.stderr), (1, ""))
+
+
+class Reports(unittest.TestCase):
     def test_reports(self):
         generator = np.random.default_rng(4)
         judgements = judge(build(generator), build(generator, slower="rm-ro", by=1.5), ({}, {}))
         root = ElementTree.fromstring(junit(judgements).encode())
-        self.assertEqual(root[0].attrib["tests"], "8")
+        self.assertEqual(root[0].attrib["tests"], "12")
         failed = [case.attrib["classname"] for case in root[0] if len(case)]
         self.assertEqual(set(failed), {"hot path autoware live 80 % rm-ro"})
         lines = markdown(judgements, "old", "new").splitlines()
-        self.assertIn("2 of 8 measures became worse", lines[0])
+        self.assertIn("3 of 12 measures became worse", lines[0])
         self.assertIn("WORSE", lines[6])
         self.assertRegex(lines[6], r"\+[45]\d\.\d % \| \[\+")
 

@@ -20,6 +20,10 @@ class Quantiles(unittest.TestCase):
         found = [Samples([values[:20], values[20:]]).quantile(p) for p in PERCENTILES]
         np.testing.assert_allclose(found, np.quantile(values, list(PERCENTILES)))
 
+    def test_the_mean_is_that_of_numpy(self):
+        values = np.random.default_rng(3).normal(size=57)
+        self.assertAlmostEqual(Samples([values[:20], values[20:]]).mean, float(np.mean(values)))
+
     def test_interval_covers_the_estimate_and_is_the_same_every_time(self):
         first, second = (Samples(normal(10)).estimate(0.5) for _ in range(2))
         self.assertEqual(first, second)
