@@ -65,6 +65,7 @@ class Sweep {
     campaign.stopped = [] { return interrupted() != 0; };
     if (crew.coordinates()) {
       journal.emplace(folder_, design_);
+      for (const std::string& note : journal->notes()) std::cerr << "note: " << note << "\n";
       prepare(*journal, crew);
       campaign.cells = journal->missing();
       begin_ = Clock::now();

@@ -2,7 +2,9 @@
 #include "sweep/journal.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -26,13 +28,25 @@ using nlohmann::json;
 namespace {
 
 constexpr auto kFlushEvery = std::chrono::seconds(1);
+constexpr std::size_t kChecksumDigits = 8;
+constexpr const char *kJournal = "cells.journal", *kFacts = "sweep.json";
 
-/// A line of the journal. JSON, so that a row may have line breaks, and a torn line is no line.
-std::string line_of(std::uint64_t cell, const std::string& rows) { return json{cell, rows}.dump() + "\n"; }
+std::string checksum(const std::string& record) {
+  return text("%08lx", crc32_z(0, reinterpret_cast<const Bytef*>(record.data()), record.size()));
+}
 
-/// What the journal keeps of a line; false for one that was not written to its end.
+/// A line of the journal: checksum, space, JSON (so that a row may have line breaks).
+std::string line_of(std::uint64_t cell, const std::string& rows) {
+  const std::string record = json{cell, rows}.dump();
+  return checksum(record) + " " + record + "\n";
+}
+
+/// What the journal keeps of a line; false for one that is not as it was written.
 bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
-  const json read = json::parse(line, nullptr, false);
+  if (line.size() < kChecksumDigits + 1 || line[kChecksumDigits] != ' ') return false;
+  const std::string record = line.substr(kChecksumDigits + 1);
+  if (line.compare(0, kChecksumDigits, checksum(record)) != 0) return false;
+  const json read = json::parse(record, nullptr, false);
   if (!read.is_array() || read.size() != 2 || !read[0].is_number_unsigned() || !read[1].is_string())
     return false;
   cell = read[0].get<std::uint64_t>();
@@ -42,7 +56,7 @@ bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
 
 void check_same_sweep(const fs::path& folder, const SweepDesign& design) {
   json facts;
-  std::ifstream(folder / "sweep.json") >> facts;
+  std::ifstream(folder / kFacts) >> facts;
   if (read_text_file(folder / "sweep.yaml") != design.text) {
     throw UsageError("--output: " + folder.string() + " holds results of another sweep than " + design.file +
                      " is now (its own is sweep.yaml there); give a new folder");
@@ -53,34 +67,52 @@ void check_same_sweep(const fs::path& folder, const SweepDesign& design) {
                    "), whose results may differ; go on with that one, or give a new folder");
 }
 
+void check_is_sweep(const fs::path& folder) {
+  if (!fs::exists(folder)) return;
+  if (!fs::is_directory(folder)) throw UsageError("--output: " + folder.string() + " is no folder");
+  if (fs::is_empty(folder) || fs::exists(folder / kJournal) || fs::exists(folder / kFacts)) return;
+  throw UsageError("--output: " + folder.string() + " exists and is no sweep; give a new folder");
+}
+
 }  // namespace
 
+SweepJournal::SweepJournal(fs::path folder, std::uint64_t cells)
+    : folder_(std::move(folder)), file_(folder_ / kJournal), is_done_(cells, false) {}
+
 SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
-    : folder_(std::move(folder)), file_(folder_ / "cells.journal"), is_done_(design.cells(), false) {
-  if (fs::exists(folder_ / "sweep.json")) {
+    : SweepJournal(std::move(folder), design.cells()) {
+  check_is_sweep(folder_);
+  create_folder(folder_);
+  open();
+  // Whatever else is in the folder is read and written under the lock.
+  if (fs::exists(folder_ / kFacts)) {
     try {
       check_same_sweep(folder_, design);
     } catch (const json::exception&) {
-      throw UsageError("--output: " + (folder_ / "sweep.json").string() + " is damaged; give a new folder");
+      throw UsageError("--output: " + (folder_ / kFacts).string() + " is damaged; give a new folder");
     }
     read_back();
-  } else {
-    if (fs::exists(folder_) && !fs::is_empty(folder_)) {
-      throw UsageError("--output: " + folder_.string() + " exists and is no sweep; give a new folder");
+    // In case the journal is new; a new sweep.json is waited for, and the journal's name with it.
+    if (const std::error_code error = await_disk(folder_)) {
+      errno = error.value();
+      fail();
     }
-    create_folder(folder_);
-    write_whole_file(folder_ / "sweep.yaml", "--output", design.text);
-    json axes = json::array();
-    for (const SweepAxis& axis : design.axes) axes.push_back(axis.name);
-    write_whole_file(folder_ / "sweep.json", "--output",
-                     json{{"version", HOTPATH_VERSION},
-                          {"build", build_fingerprint()},
-                          {"command", design.command},
-                          {"axes", axes},
-                          {"cells", design.cells()},
-                          {"repetitions", design.repetitions}});
+    return;
   }
-  open();
+  if (fs::is_regular_file(file_) && fs::file_size(file_) > 0) {
+    throw UsageError("--output: " + folder_.string() + " holds results of a sweep without its " + kFacts +
+                     "; give a new folder");
+  }
+  write_whole_file(folder_ / "sweep.yaml", "--output", design.text);
+  json axes = json::array();
+  for (const SweepAxis& axis : design.axes) axes.push_back(axis.name);
+  write_whole_file(folder_ / kFacts, "--output",
+                   json{{"version", HOTPATH_VERSION},
+                        {"build", build_fingerprint()},
+                        {"command", design.command},
+                        {"axes", axes},
+                        {"cells", design.cells()},
+                        {"repetitions", design.repetitions}});
 }
 
 SweepJournal::~SweepJournal() {
@@ -88,28 +120,49 @@ SweepJournal::~SweepJournal() {
 }
 
 void SweepJournal::read_back() {
-  if (!fs::is_regular_file(file_)) return;  // nothing yet, or a device, which may have no end
+  if (!fs::is_regular_file(file_)) return;  // a device, which may have no end
   std::ifstream in(file_);
   std::string line, rows;
-  std::uintmax_t whole = 0;
+  std::uintmax_t whole = 0, at = 0;  // bytes up to the last intact line, and up to this one
+  std::size_t number = 0, damaged = 0, damaged_before = 0, first_damaged = 0;
   std::uint64_t cell = 0;
-  while (std::getline(in, line) && !in.eof() && parse(line, cell, rows)) {
-    whole += line.size() + 1;
+  while (std::getline(in, line)) {
+    ++number;
+    at += line.size() + 1;
+    if (in.eof() || !parse(line, cell, rows)) {
+      if (damaged++ == 0) first_damaged = number;
+      continue;
+    }
+    whole = at;
+    damaged_before = damaged;
     if (cell >= is_done_.size() || is_done_[cell]) continue;
     is_done_[cell] = true;
     ++done_;
   }
   if (in.bad()) fail();
-  // What follows was being written when the sweep ended.
-  if (truncate(file_.c_str(), static_cast<off_t>(whole)) != 0) fail();
+  if (damaged_before > 0) {
+    notes_.push_back(
+        text("%s:%zu: damaged (%zu lines are), and left out; cells that are in no other line run again",
+             file_.c_str(), first_damaged, damaged_before));
+  }
+  // What follows was being written when the sweep ended, or is damaged as well.
+  const std::uintmax_t size = fs::file_size(file_);
+  if (size == whole) return;
+  if (ftruncate(descriptor_, static_cast<off_t>(whole)) != 0) fail();
+  notes_.push_back(concat(file_.string(), ": the last ", size - whole,
+                          " bytes are no whole line and were cut; their cells run again"));
 }
 
 void SweepJournal::open() {
   descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail();
-  if (const std::error_code error = await_disk(folder_)) {
-    errno = error.value();
-    fail();
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) {
+      throw UsageError("--output: another process works on the sweep in " + folder_.string() +
+                       "; wait until it ends, or give a new folder");
+    }
+    notes_.push_back(concat(file_.string(), ": ", std::strerror(errno),
+                            ", so that it cannot be locked; start no second sweep in this folder"));
   }
 }
 

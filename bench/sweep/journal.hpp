@@ -13,18 +13,21 @@ namespace hotpath {
 
 /// The folder of a sweep while it runs: each cell's rows are on disk soon after they were computed, so that a
 /// sweep that was killed, or whose disk was full, goes on where it was. Files: sweep.yaml (a copy),
-/// sweep.json (version, build, cells), cells.journal (a line for each cell that is done), table.csv (when all
-/// are).
+/// sweep.json (version, build, cells), cells.journal (a line with a checksum for each cell that is done),
+/// table.csv (when all are). The journal is locked: a folder has one sweep at a time. A line that is not as
+/// it was written counts as none.
 class SweepJournal {
  public:
   /// Creates the folder, or takes up what is in it. Throws UsageError for one of another sweep file or of
-  /// another build.
+  /// another build, or on which another process works.
   SweepJournal(std::filesystem::path folder, const SweepDesign& design);
   ~SweepJournal();
   SweepJournal(const SweepJournal&) = delete;
   SweepJournal& operator=(const SweepJournal&) = delete;
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+  /// What the user should know of what was found there: damage, above all.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
   /// Cells that are not done, in order.
   [[nodiscard]] std::vector<std::uint64_t> missing() const;
   /// Cells that are safely on the disk.
@@ -39,6 +42,8 @@ class SweepJournal {
   void write_table(const std::string& header);
 
  private:
+  /// Delegated to, so that the destructor unlocks whatever the public constructor throws.
+  SweepJournal(std::filesystem::path folder, std::uint64_t cells);
   void open();
   void read_back();
   [[noreturn]] void fail() const;
@@ -49,6 +54,7 @@ class SweepJournal {
   std::size_t done_ = 0, pending_cells_ = 0;
   int descriptor_ = -1;
   std::string pending_;
+  std::vector<std::string> notes_;
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
 

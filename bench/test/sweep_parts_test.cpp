@@ -2,10 +2,12 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <random>
 #include <sstream>
 
 #include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
+#include "program/text.hpp"
 #include "sweep/capacity.hpp"
 #include "sweep/design.hpp"
 #include "sweep/journal.hpp"
@@ -17,6 +19,12 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+std::string content(const fs::path& file) {
+  std::ostringstream all;
+  all << std::ifstream(file).rdbuf();
+  return all.str();
+}
 
 class SweepTest : public testing::Test {
  protected:
@@ -147,9 +155,81 @@ TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
   journal.add(0, "zero\n");
   journal.flush();
   journal.write_table("header");
-  std::ostringstream table;
-  table << std::ifstream(folder / "table.csv").rdbuf();
-  EXPECT_EQ(table.str(), "header\nzero\none,\"a\"\nfour\n");
+  EXPECT_EQ(content(folder / "table.csv"), "header\nzero\none,\"a\"\nfour\n");
+}
+
+/// Adds the cells that are missing, and returns the table and how many were.
+std::pair<std::string, std::size_t> finished(SweepJournal& journal) {
+  const std::vector<std::uint64_t> missing = journal.missing();
+  for (const std::uint64_t cell : missing) journal.add(cell, concat("rows \"of\" ", cell * cell, "\n"));
+  journal.flush();
+  journal.write_table("header");
+  return {content(journal.folder() / "table.csv"), missing.size()};
+}
+
+/// A damaged copy: up to 12 bytes overwritten, some put in, or some taken out, at any place.
+std::string damaged(std::string text, std::mt19937_64& random) {
+  const std::size_t at = random() % text.size(),
+                    n = std::min<std::size_t>(1 + random() % 12, text.size() - at);
+  const std::string bytes = "\n\n0123456789 \"[],of" + std::string(2, '\0') + static_cast<char>(random());
+  std::string other(n, ' ');
+  for (char& c : other) c = bytes[random() % bytes.size()];
+  const std::size_t kind = random() % 6;
+  return kind == 0 ? text.insert(at, other) : kind == 1 ? text.erase(at, n) : text.replace(at, n, other);
+}
+
+TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
+  const SweepDesign d = design(kGrid);
+  const fs::path folder = folder_ / "out", file = folder / "cells.journal";
+  const std::string table = [&] {
+    SweepJournal journal(folder, d);
+    return finished(journal).first;
+  }();
+  const std::string whole = content(file);
+  std::size_t in_the_middle = 0, at_the_end = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const std::string text = damaged(whole, random);
+    std::ofstream(file, std::ios::binary) << text;
+    SweepJournal journal(folder, d);
+    const std::size_t notes = journal.notes().size();
+    const auto [again, missing] = finished(journal);
+    ASSERT_EQ(again, table) << "seed " << seed;
+    ASSERT_LE(missing, 13U) << "intact lines are kept, seed " << seed;
+    if (missing > 0) {
+      ASSERT_GT(notes, 0U) << "seed " << seed;
+    }
+    for (const std::string& note : journal.notes()) {
+      ++(note.find("run again") != std::string::npos && note.find("were cut") != std::string::npos
+             ? at_the_end
+             : in_the_middle);
+    }
+  }
+  EXPECT_GT(in_the_middle, 200U);
+  EXPECT_GT(at_the_end, 3U);
+}
+
+TEST_F(SweepTest, LinesWithoutAChecksumAreNotTaken) {
+  const SweepDesign d = design(kGrid);
+  { SweepJournal journal(folder_ / "out", d); }
+  std::ofstream(folder_ / "out" / "cells.journal") << "[4,\"four\\n\"]\n";
+  EXPECT_EQ(SweepJournal(folder_ / "out", d).missing().size(), d.cells());
+}
+
+TEST_F(SweepTest, AFolderHasOneSweepAtATime) {
+  const SweepDesign d = design(kGrid);
+  SweepDesign other = d;
+  other.text += "seed: 3\n";
+  {
+    SweepJournal first(folder_ / "out", d);
+    EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
+    // Also before the first has written what it is.
+    fs::remove(folder_ / "out" / "sweep.json");
+    EXPECT_THROW(SweepJournal(folder_ / "out", other), UsageError);
+    EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), d.text);
+  }
+  SweepJournal(folder_ / "out", other);  // which was never begun
+  EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), other.text);
 }
 
 TEST_F(SweepTest, AJournalThatCannotBeReadBackMakesNoTable) {
@@ -165,16 +245,28 @@ TEST_F(SweepTest, AJournalThatCannotBeReadBackMakesNoTable) {
 
 TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
   const SweepDesign d = design(kGrid);
-  SweepJournal(folder_ / "out", d);
+  const auto said = [](const fs::path& folder, const SweepDesign& sweep) -> std::string {
+    try {
+      SweepJournal(folder, sweep);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(said(folder_ / "out", d), "");
   SweepDesign other = d;
   other.text += "seed: 3\n";
-  EXPECT_THROW(SweepJournal(folder_ / "out", other), UsageError);
+  EXPECT_THAT(said(folder_ / "out", other), HasSubstr("holds results of another sweep"));
+  EXPECT_THAT(said("/dev/full", d), HasSubstr("is no folder"));
   fs::create_directories(folder_ / "full" / "of");
-  EXPECT_THROW(SweepJournal(folder_ / "full", d), UsageError);
+  EXPECT_THAT(said(folder_ / "full", d), HasSubstr("exists and is no sweep"));
   std::ofstream(folder_ / "out" / "sweep.json") << R"({"version": "0.1.0", "build": 1})";
-  EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
+  EXPECT_THAT(said(folder_ / "out", d), HasSubstr("begun by another build"));
   std::ofstream(folder_ / "out" / "sweep.json") << "{";
-  EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
+  EXPECT_THAT(said(folder_ / "out", d), HasSubstr("is damaged"));
+  std::ofstream(folder_ / "out" / "cells.journal") << "something";
+  fs::remove(folder_ / "out" / "sweep.json");
+  EXPECT_THAT(said(folder_ / "out", d), HasSubstr("without its sweep.json"));
 }
 
 TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {

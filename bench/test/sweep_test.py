@@ -3,7 +3,9 @@
 wrong use."""
 
 import csv
+import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -87,6 +89,43 @@ class Sweeps(SweepTest):
         refused = self.command("sweep", self.sweep_file(), "--output", "cut")
         self.assertEqual(refused[0], 2)
         self.assertIn("results of another sweep", refused[2])
+
+    def test_a_damaged_journal_makes_the_same_table(self):
+        text = SWEEP.replace("repetitions: 4", "repetitions: 40")
+        self.sweep("out", text=text)
+        table, journal = self.table("out"), self.folder / "out" / "cells.journal"
+        whole = journal.read_bytes()
+        digits = next(m.start() for m in re.finditer(rb"\d{10}|\d\.\d{8}", whole[5000:])) + 5000
+        for what, damaged in (
+            ("numbers", whole[:digits] + b"1234567890" + whole[digits + 10 :]),
+            ("a line break", whole[:5000] + b"\n" + whole[5001:]),
+            ("the first bytes", b"\0" * 10 + whole[10:]),
+            ("the last bytes", whole[:-10] + b"7" * 10),
+            ("its end", whole[:-10]),
+        ):
+            journal.write_bytes(damaged)
+            code, out, err = self.command("sweep", "sweep.yaml", "--output", "out")
+            self.assertEqual(code, 0, err)
+            self.assertRegex(out, r"23[89] of 240 cells are in out already", what)
+            self.assertRegex(err, r"note: out/cells.journal:.* run again\n", what)
+            self.assertEqual(self.table("out"), table, what)
+
+    def test_a_second_sweep_in_the_folder_is_refused(self):
+        text = SWEEP.replace("repetitions: 4", "repetitions: 200")
+        process = self.start("sweep", self.sweep_file(text), "--output", "out", "--threads", "1")
+        journal = self.folder / "out" / "cells.journal"
+        self.wait_for(lambda: journal.exists() and journal.stat().st_size > 0, "no cell is done")
+        process.send_signal(signal.SIGSTOP)
+        before = journal.read_bytes()
+        code, out, err = self.command("sweep", "sweep.yaml", "--output", "out")
+        self.assertEqual((code, out), (2, ""))
+        self.assertIn("another process works on the sweep in out; wait until it ends", err)
+        self.assertEqual(journal.read_bytes(), before)
+        process.send_signal(signal.SIGCONT)
+        self.assertEqual(self.finish(process)[0], 0)
+        lines = journal.read_text().splitlines()
+        self.assertEqual(sorted(json.loads(line.split(" ", 1)[1])[0] for line in lines), list(range(1200)))
+        self.assertEqual(len(self.rows("out")), 1200)
 
     def test_kept_folders_and_analyses(self):
         self.sweep("kept", text=SWEEP.replace("300", "20") + "keep: [{load: 20, executors: rm-ro}]\n")
