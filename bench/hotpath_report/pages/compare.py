@@ -60,7 +60,7 @@ def losses(folder: Path) -> dict[Key, list[float]]:
     found: dict[Key, list[float]] = {}
     for part in parts_of(folder) or [folder]:
         run = Run(part)
-        jobs = read_table(part / "jobs.csv", ["executor", "repetition", "outcome"])
+        jobs = run.counted(read_table(part / "jobs.csv", ["executor", "repetition", "outcome"]))
         lost = jobs["outcome"].isin(["skipped", "overwritten"])
         for (executor, _), count in lost.groupby([jobs["executor"], jobs["repetition"]]).sum().items():
             key = ("lost", run["graph.name"], run.source, f"{run['load_percent']:g} %", str(executor), "")
