@@ -178,8 +178,8 @@ TEST(ProcessorSpeed, ThreadsThatChangeProcessorsTellItWhereTheyAreAlone) {
       const double pace = now >= 9s && now < 15s ? factor : 1;
       const std::int16_t cpu = now / 10ms % 2 == 0 ? 0 : 1;
       Host::append(t, kWork, now, now + from_ms(4.05 * pace), 0, cpu);
-      // They meet on one processor for a while, and finish on two.
-      if (meet) {
+      // For some seconds they meet on one processor for a while, and finish on two.
+      if (meet && now >= 9s && now < 15s) {
         t.jobs.back().finish += 2ms;
         Host::append(t, kWork, now + 1ms, now + 7ms, 1, static_cast<std::int16_t>(1 - cpu));
       }
