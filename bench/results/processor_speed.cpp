@@ -2,7 +2,6 @@
 #include "results/processor_speed.hpp"
 
 #include <algorithm>
-#include <set>
 
 #include "program/text.hpp"
 
@@ -60,7 +59,7 @@ void SpeedWatch::add(const JobRecord& job) {
   if (job.outcome != Outcome::ran || job.cpu < 0) return;
   const Duration begin = job.start - epoch_, end = job.finish - epoch_;
   if (end - begin > kLongestJob) return;
-  if (begin < window_ && closed_.empty() && spans_.empty()) return;  // in the warm-up
+  if (begin < window_ && spans_.empty()) return;  // in the warm-up
   while (begin >= window_ + kWindow) {
     if (spans_.empty()) {
       window_ += (begin - window_) / kWindow * kWindow;
@@ -71,24 +70,27 @@ void SpeedWatch::add(const JobRecord& job) {
   // The callback of a node that waits for other inputs does not work: the job is over much too early.
   const Duration work = set_[job.job.task].wcet;
   const bool known = work >= kLeastJob && end - begin >= work / 2;
+  seen_[job.worker].insert(job.cpu);
   spans_.push_back({begin, end, known ? work + kOverhead : end - begin, known, job.worker, job.cpu});
 }
 
+/// Jobs on a processor whose threads were seen on no other one share its time. Any others may have changed
+/// processors within a job.
 std::vector<SpeedWindow> SpeedWatch::finish() && {
   while (!spans_.empty()) close_window();
-  return std::move(closed_);
+  std::set<int> visited;
+  for (const auto& [worker, cpus] : seen_) {
+    if (cpus.size() > 1) visited.insert(cpus.begin(), cpus.end());
+  }
+  std::erase_if(shared_, [&](const SpeedWindow& w) { return visited.contains(w.cpu); });
+  std::erase_if(alone_, [&](const SpeedWindow& w) { return !visited.contains(w.cpu); });
+  shared_.insert(shared_.end(), alone_.begin(), alone_.end());
+  return std::move(shared_);
 }
 
-/// Jobs on a processor whose threads were seen on no other one share its time. All others may have changed
-/// processors within a job.
 void SpeedWatch::close_window() {
   const Duration end = window_ + kWindow;
-  std::map<std::uint16_t, std::set<std::int16_t>> cpus;  // by worker
-  for (const Span& span : spans_) cpus[span.worker].insert(span.cpu);
-  std::set<std::int16_t> free;
-  for (const auto& [worker, visited] : cpus) {
-    if (visited.size() > 1) free.insert(visited.begin(), visited.end());
-  }
+  std::vector<Span> all;
   std::map<int, std::vector<Span>> by_cpu;
   for (Span span : spans_) {
     const Duration whole = span.end - span.begin;
@@ -96,17 +98,20 @@ void SpeedWatch::close_window() {
     span.end = std::min(span.end, end);
     if (span.end <= span.begin) continue;
     span.work = share(span.work, span.end - span.begin, whole);
-    by_cpu[free.contains(span.cpu) ? -1 : span.cpu].push_back(span);
+    all.push_back(span);
+    by_cpu[span.cpu].push_back(span);
   }
-  for (const auto& [cpu, spans] : by_cpu) measure(spans, cpu < 0);
-  for (const auto& [cpu, window] : current_) closed_.push_back(window);
-  current_.clear();
+  Windows shared, alone;
+  for (const auto& [cpu, spans] : by_cpu) measure(spans, spans.size(), shared);
+  measure(all, 1, alone);
+  for (const auto& [cpu, window] : shared) shared_.push_back(window);
+  for (const auto& [cpu, window] : alone) alone_.push_back(window);
   std::erase_if(spans_, [&](const Span& span) { return span.end <= end; });
   window_ = end;
 }
 
-/// `spans`: in the order of their begins; `free`: their threads change processors.
-void SpeedWatch::measure(const std::vector<Span>& spans, bool free) {
+/// `spans`: in the order of their begins. What overlaps counts together, if these are at most so many.
+void SpeedWatch::measure(const std::vector<Span>& spans, std::size_t most, Windows& windows) const {
   for (std::size_t first = 0, next = 0; first < spans.size(); first = next) {
     Duration end = spans[first].end, work{};
     bool known = false;
@@ -115,8 +120,8 @@ void SpeedWatch::measure(const std::vector<Span>& spans, bool free) {
       work += spans[next].work;
       known |= spans[next].known;
     }
-    if (!known || (free && next > first + 1)) continue;
-    SpeedWindow& window = current_[spans[first].cpu];
+    if (!known || next - first > most) continue;
+    SpeedWindow& window = windows[spans[first].cpu];
     window.cpu = spans[first].cpu;
     window.begin = window_;
     window.end = window_ + kWindow;

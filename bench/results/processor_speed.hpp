@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,14 +61,15 @@ class SpeedWatch {
   };
 
   void close_window();
-  void measure(const std::vector<Span>& spans, bool free);
+  using Windows = std::map<int, SpeedWindow>;  // by processor
+  void measure(const std::vector<Span>& spans, std::size_t most, Windows& windows) const;
 
   const TaskSet& set_;
   const Time epoch_;
   Duration window_{};  // its begin
   std::vector<Span> spans_;
-  std::map<int, SpeedWindow> current_;  // by processor
-  std::vector<SpeedWindow> closed_;
+  std::map<std::uint16_t, std::set<int>> seen_;  // processors of each worker
+  std::vector<SpeedWindow> shared_, alone_;      // by all jobs of a processor, by those that overlap no other
 };
 
 /// The windows of a repetition's jobs, which are in the order of their starts.

@@ -187,6 +187,12 @@ TEST(ProcessorSpeed, ThreadsThatChangeProcessorsTellItWhereTheyAreAlone) {
     return t;
   };
   EXPECT_THAT(slow_in(trace(1, true)), IsEmpty());
+  // For a second each thread finishes on a processor of its own.
+  Trace settled = trace(1, true);
+  for (JobRecord& r : settled.jobs) {
+    if (r.start >= kEpoch + 11s && r.start < kEpoch + 12s) r.cpu = static_cast<std::int16_t>(r.worker);
+  }
+  EXPECT_THAT(slow_in(settled), IsEmpty());
   EXPECT_THAT(slow_in(trace(1.3, false)), SizeIs(2)) << "one for each processor";
 }
 
