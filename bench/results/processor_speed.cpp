@@ -20,8 +20,9 @@ double pace(const SpeedWindow& w) {
 }
 
 Duration share(Duration whole, Duration part, Duration of) {
-  return Duration(static_cast<std::int64_t>(static_cast<double>(whole.count()) *
-                                            (static_cast<double>(part.count()) / static_cast<double>(of.count()))));
+  return Duration(
+      static_cast<std::int64_t>(static_cast<double>(whole.count()) *
+                                (static_cast<double>(part.count()) / static_cast<double>(of.count()))));
 }
 
 /// Windows of each processor put together until they contain enough; what is left over at the end belongs
@@ -142,7 +143,8 @@ std::optional<double> usual_pace(const std::vector<std::span<const SpeedWindow>>
     for (const SpeedWindow& w : judged_windows(windows)) paces.push_back(pace(w));
   }
   if (paces.empty()) return std::nullopt;
-  const auto fast = paces.begin() + static_cast<std::ptrdiff_t>(kFastest * static_cast<double>(paces.size() - 1));
+  const auto fast =
+      paces.begin() + static_cast<std::ptrdiff_t>(kFastest * static_cast<double>(paces.size() - 1));
   std::nth_element(paces.begin(), fast, paces.end());
   return *fast < kSlowFactor ? *fast : 1;
 }

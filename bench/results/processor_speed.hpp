@@ -43,8 +43,7 @@ class SpeedWatch {
 
   /// `set` has the work of each job as its `wcet`, and must outlive the watch. Jobs that start in the warm-up
   /// do not count.
-  SpeedWatch(const TaskSet& set, Time epoch, Duration warm_up)
-      : set_(set), epoch_(epoch), window_(warm_up) {}
+  SpeedWatch(const TaskSet& set, Time epoch, Duration warm_up) : set_(set), epoch_(epoch), window_(warm_up) {}
 
   /// In the order of starts. What did not run to its end tells nothing.
   void add(const JobRecord& job);
@@ -73,7 +72,8 @@ class SpeedWatch {
 };
 
 /// The windows of a repetition's jobs, which are in the order of their starts.
-[[nodiscard]] std::vector<SpeedWindow> speed_windows(const TaskSet& set, const Trace& trace, Duration warm_up);
+[[nodiscard]] std::vector<SpeedWindow> speed_windows(const TaskSet& set, const Trace& trace,
+                                                     Duration warm_up);
 
 /// Time per work that is usual in a run with these repetitions: what the fastest fifth of the time stays
 /// below, or 1, the pace of the calibration, if even that is clearly slower. No value: there was too little

@@ -229,7 +229,8 @@ TEST(ProcessorSpeed, TellsNothingWithoutJobsOfKnownWork) {
 
 TEST(ProcessorSpeed, SaysWhenAndByHowMuch) {
   const std::vector<SlowPeriod> slow(5, {1, 12s, 18s, 1.284});
-  EXPECT_EQ(describe(std::span(slow).first(1)), "from 12.0 to 18.0 s processor 1 was slow by a factor of 1.28");
+  EXPECT_EQ(describe(std::span(slow).first(1)),
+            "from 12.0 to 18.0 s processor 1 was slow by a factor of 1.28");
   EXPECT_THAT(describe(slow), testing::EndsWith(", and 2 times more"));
   EXPECT_NEAR(to_ms(lost_time(slow)), 5 * 6e3 * (1 - 1 / 1.284), 1);
 }
