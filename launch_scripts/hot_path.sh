@@ -18,5 +18,5 @@ fi
 cpu=$(($(nproc --all) - 1))
 output=${HOTPATH_OUTPUT:-runs/hot_path-$(date +%Y%m%d-%H%M%S)}
 build/bench/hotpath compare --executors "$executors" --repetitions 3 --duration 8 --warm-up 1 --cpus "$cpu" \
-  --output "$output" "$@"
+  --repeat-disturbed 2 --output "$output" "$@"
 echo "The picture: $output/hot_path.png (and .svg); every job: $output/jobs.csv; the table: $output/summary.json"

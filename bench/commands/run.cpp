@@ -71,6 +71,9 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add_graph_options(command, o);
   command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(kHowLong);
   add_length_options(command, o, 86400);
+  add_number(command, "--repeat-disturbed", o.repeat_disturbed, {0, 100}, "N",
+             "Measure a repetition again, at most N times, whose\nprocessor was slow for a while; the least "
+             "disturbed\nattempt counts, the others are kept");
   add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
              "A process that answers this much later than it should\nhas hung: its repetition fails. Setting "
              "up thousands\nof nodes may take longer");

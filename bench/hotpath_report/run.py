@@ -65,6 +65,8 @@ class Run:
         else:
             where = f"CPU {cpu_list(self['cpus'])}"
         length = f"{self['repetitions']} × {self['duration_s']:.3g} s"
+        slow = self.slow_repetitions()
+        length += f", {len(slow)} of them on a slow processor" if slow else ""
         return f"phases: {self['phases']} · on {where} · {length}"
 
     def what_ran(self) -> str:
@@ -86,10 +88,29 @@ class Run:
         ]
         return " · ".join([*(charged or ["no costs"]), f"execution times: {self['execution_times']}"])
 
+    def slow_repetitions(self) -> list[tuple[str, int, list[dict[str, float]]]]:
+        """Executor and repetition of those that ran on a slow processor for a while, with these periods: `cpu`,
+        `from_s`, `until_s`, `factor`. None where no summary says so."""
+        path = self.folder / "summary.json"
+        executors = self.summary() if not self.simulated and path.exists() else []
+        return [
+            (e["executor"], r["repetition"], r["periods"])
+            for e in executors
+            for r in e.get("processor_speed", {}).get("slow", [])
+        ]
+
+    def counted(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """The rows without those of repetitions that were measured again and replaced."""
+        for r in self.facts.get("runs", []):
+            if "replaced_by" in r:
+                mine = (frame["executor"] == r["executor"]) & (frame["repetition"] == r["repetition"])
+                frame = frame[~mine]
+        return frame.reset_index(drop=True)
+
     def latencies(self) -> pd.DataFrame:
         """Outputs of chains after the warm-up: executor, repetition, chain, hot_path_ms."""
         columns = ["executor", "chain", "hot_path_latency_ns", "repetition"]
-        frame = read_table(self.folder / "chains.csv", columns)[columns]
+        frame = self.counted(read_table(self.folder / "chains.csv", columns)[columns])
         frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
         return frame
 

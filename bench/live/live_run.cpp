@@ -15,6 +15,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "live/publishing_effect.hpp"
 #include "live/rclcpp_process.hpp"
+#include "live/repeated_attempts.hpp"
 #include "live/repetition_runner.hpp"
 #include "machine/machine.hpp"
 #include "machine/release_cost.hpp"
@@ -192,7 +193,7 @@ class LiveRun {
       }
       buffers = std::max(buffers, own);
     }
-    check_trace_memory(options_, tasks_, runs_planned(), buffers,
+    check_trace_memory(options_, tasks_, runs_planned() + (options_.repeat_disturbed > 0), buffers,
                        "a shorter --duration or fewer --repetitions");
   }
 
@@ -238,6 +239,10 @@ class LiveRun {
     if (options_.live_alternate && options_.repetitions < 2) {
       throw UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
     }
+    if (options_.live_alternate && options_.repeat_disturbed > 0) {
+      throw UsageError(
+          "--repeat-disturbed: --live-alternate needs repetitions that follow each other; leave one out");
+    }
     if (publisher_cpus_.empty() && !plan_.cpus.empty()) {
       std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
     }
@@ -257,13 +262,14 @@ class LiveRun {
     }
   }
 
-  RepetitionPlan plan(std::uint32_t repetition, const ExecutorSpec& executor) const {
+  /// `number`: that of the plan, or of another attempt at it.
+  RepetitionPlan plan(std::uint32_t repetition, const ExecutorSpec& executor, std::uint32_t number) const {
     RepetitionPlan p = plan_;
     set_phases(p.tasks.set, phases_of_repetition(options_, graph_, tasks_, executor, repetition));
     p.executor = executor;
     if (executor.deployment)
       p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
-    p.repetition = repetition;
+    p.repetition = number;
     if (options_.live || (options_.live_alternate && published_by_turns(repetition))) {
       json facts = run_;
       facts.erase("runs");
@@ -275,29 +281,88 @@ class LiveRun {
   void measure(RunFolder& folder) {
     const auto order = interleaved(options_.repetitions, executors_.size(), options_.seed);
     Progress progress(order.size(), length() + kOverhead);
-    const std::vector<MeasuredChain> chains = measured_chains(graph_, tasks_);
     for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
       const auto [repetition, e] = order[i];
       progress.begin(concat(executors_[e].label, ", repetition ", repetition));
-      const RepetitionPlan p = plan(repetition, executors_[e]);
-      RepetitionResult result =
-          run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length()); });
-      progress.clear();
-      partial_ = result.interrupted;
-      Trace& trace = result.repetition.trace;
-      trace.chains = counted_chains(trace, chains, trace.epoch + counting_.warm_up);
-      // A repetition that failed is on record in run.json and counts for nothing. Rows come before the record
-      // that names them, so that a killed run can be recovered.
-      if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
-      note(p, result);
-      folder.write("run.json", run_);
-      if (result.setup_failed) throw RunError(result.failure);
-      if (result.measured) runs_[e].repetitions.push_back(std::move(result.repetition));
+      std::optional<Repetition> measured = measure(folder, progress, e, repetition, repetition, repetition);
+      if (measured) runs_[e].repetitions.push_back(std::move(*measured));
     }
+    repeat(folder);
     for (ExecutorRuns& r : runs_) {
       std::ranges::sort(r.repetitions, {},
                         [](const Repetition& repetition) { return repetition.trace.repetition; });
     }
+  }
+
+  /// `number`: of the attempt, whose phases are those of `repetition`; `counted`: the attempt that counts so
+  /// far. None: it failed, or was interrupted.
+  std::optional<Repetition> measure(RunFolder& folder, Progress& progress, std::size_t e,
+                                    std::uint32_t repetition, std::uint32_t number, std::uint32_t counted) {
+    const RepetitionPlan p = plan(repetition, executors_[e], number);
+    RepetitionResult result =
+        run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length()); });
+    progress.clear();
+    partial_ = result.interrupted;
+    Trace& trace = result.repetition.trace;
+    trace.chains = counted_chains(trace, measured_chains(graph_, tasks_), trace.epoch + counting_.warm_up);
+    if (tells_processor_speed(run_)) {
+      result.repetition.speed = speed_windows(tasks_.set, trace, counting_.warm_up);
+    }
+    // A repetition that failed is on record in run.json and counts for nothing. Rows come before the record
+    // that names them, so that a killed run can be recovered.
+    if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
+    note(p, result);
+    if (number != counted) {
+      if (json* const entry = entry_of(e, number)) {
+        entry->update({{"attempt_of", repetition}, {"replaced_by", counted}});
+      }
+    }
+    folder.write("run.json", run_);
+    if (result.setup_failed) throw RunError(result.failure);
+    if (!result.measured || (number != counted && partial_)) return std::nullopt;
+    return std::move(result.repetition);
+  }
+
+  /// That of an attempt in run.json; none: it was interrupted before it began.
+  json* entry_of(std::size_t e, std::uint32_t number) {
+    for (json& entry : run_["runs"]) {
+      if (entry["executor"] == executors_[e].label && entry["repetition"] == number) return &entry;
+    }
+    return nullptr;
+  }
+
+  void repeat(RunFolder& folder) {
+    if (options_.repeat_disturbed == 0) return;
+    std::size_t attempts = 0, observed = 0;
+    for (const SpeedJudgement& judgement : judge_speed(runs_)) {
+      attempts += judgement.slow.size();
+      observed += judgement.observed;
+    }
+    if (observed == 0) {
+      warn(
+          "--repeat-disturbed had nothing to go by: only jobs of a fixed amount of work, 0.1 ms or more, "
+          "tell "
+          "whether a processor was slow.");
+    }
+    if (attempts == 0) return;
+    say(concat(attempts, attempts == 1 ? " repetition" : " repetitions",
+               " ran on a slow processor: measuring again."));
+    Progress progress(attempts, length() + kOverhead);
+    repeat_disturbed(
+        runs_, options_.repetitions, options_.repeat_disturbed,
+        [&](const Attempt& a) -> std::optional<Repetition> {
+          if (partial_) return std::nullopt;
+          progress.begin(concat(executors_[a.executor].label, ", repetition ", a.repetition, " again"));
+          return measure(folder, progress, a.executor, a.repetition, a.number, a.counted);
+        },
+        [&](const Attempt& a, const std::vector<SlowPeriod>& slow) {
+          entry_of(a.executor, a.number)->erase("replaced_by");
+          entry_of(a.executor, a.counted)->update({{"replaced_by", a.number}});
+          warn(concat(executors_[a.executor].label, ", repetition ", a.counted, ": ", hotpath::describe(slow),
+                      "; repetition ", a.number, " was measured instead and counts."));
+          run_["warnings"] = warnings_;
+          folder.write("run.json", run_);
+        });
   }
 
   std::size_t runs_planned() const { return options_.repetitions * executors_.size(); }

@@ -21,6 +21,8 @@ struct RunOptions : CommonOptions {
   bool live = false, live_alternate = false;
   std::string live_cpus;
 
+  std::uint32_t repeat_disturbed = 0;  ///< How often a repetition on a slow processor is measured again.
+
   bool quick = false;
 };
 

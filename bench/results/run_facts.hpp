@@ -10,8 +10,8 @@
 namespace hotpath {
 
 /// What run.json keeps of the tasks, so that a run can be read without its graph: an array of
-/// {task, kind, period_ns, deadline_ns}, the latter two for timers. The second throws nlohmann's exceptions,
-/// or std::out_of_range, for what is none.
+/// {task, kind, wcet_ns, period_ns, deadline_ns}, the latter two for timers. The second throws nlohmann's
+/// exceptions, or std::out_of_range, for what is none.
 [[nodiscard]] nlohmann::json tasks_json(const TaskSet& set);
 [[nodiscard]] TaskSet tasks_from_json(const nlohmann::json& tasks);
 
@@ -20,6 +20,12 @@ namespace hotpath {
 /// task and chain. `set` has the phases of the repetition.
 [[nodiscard]] nlohmann::json repetition_json(const TaskSet& set, const std::vector<std::string>& chains,
                                              const Repetition& repetition);
+
+/// Whether the durations of jobs tell how fast a processor was, by run.json: those of a live run do whose
+/// nodes do a fixed amount of work. Throws nlohmann's exceptions.
+[[nodiscard]] inline bool tells_processor_speed(const nlohmann::json& run) {
+  return run.value("kind", "") == "live" && run.value("work", "") == "fixed";
+}
 
 /// Fills in what the CSV files do not say of a repetition whose trace has been read from them.
 void complete_repetition(const nlohmann::json& run, const TaskSet& set,

@@ -158,8 +158,10 @@ const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetit
 std::vector<ExecutorRuns> StoredRun::runs() const {
   std::vector<ExecutorRuns> runs;
   for (const std::string& executor : executors_) runs.push_back({executor, {}});
+  const bool tells_speed = check([&] { return tells_processor_speed(facts_); });
   for (const Trace& trace : traces_) {
     const json& facts = run(trace.executor, trace.repetition);
+    if (replaced(trace.executor, trace.repetition)) continue;
     const auto of = std::ranges::find(runs, trace.executor, &ExecutorRuns::executor);
     if (of == runs.end()) fail_missing(trace.executor, trace.repetition);
     Repetition& repetition = of->repetitions.emplace_back();
@@ -167,6 +169,7 @@ std::vector<ExecutorRuns> StoredRun::runs() const {
     check([&] { complete_repetition(facts, tasks_, chains_, repetition); });
     // jobs.csv does not say it. An interrupted live run was shorter than planned; simulations take no time.
     repetition.trace.end = trace.epoch + length_of(repetition.usage);
+    if (tells_speed) repetition.speed = speed_windows(tasks_, trace, warm_up_);
   }
   return runs;
 }
@@ -224,6 +227,7 @@ void write_responses_csv(std::ostream& out, const StoredRun& run) {
   const Time counted_from = Time{} + run.warm_up();
   out << "executor,repetition,task,response_ns\n";
   for (const Trace& trace : run.traces()) {
+    if (run.replaced(trace.executor, trace.repetition)) continue;
     for (const JobRecord& r : trace.jobs) {
       if (!counts(r, counted_from)) continue;
       write_row(out, trace.executor, trace.repetition, run.tasks()[r.job.task].name,

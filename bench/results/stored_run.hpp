@@ -32,6 +32,11 @@ class StoredRun {
   /// Its entry in run.json. Throws UsageError when that executor or repetition did not run.
   [[nodiscard]] const nlohmann::json& run(const std::string& executor, std::uint32_t repetition) const;
 
+  /// Whether a repetition was measured again on a faster processor: it is kept, and counts for nothing.
+  [[nodiscard]] bool replaced(const std::string& executor, std::uint32_t repetition) const {
+    return run(executor, repetition).contains("replaced_by");
+  }
+
   /// One of the files. Throws UsageError when it is not there.
   [[nodiscard]] std::ifstream open(const char* file) const;
 
@@ -55,7 +60,7 @@ class StoredRun {
   /// One of them. Throws UsageError when that executor or repetition did not run.
   [[nodiscard]] const Trace& trace(const std::string& executor, std::uint32_t repetition) const;
 
-  /// After load(): what summarize() needs.
+  /// After load(): what summarize() needs. Without the repetitions that were replaced.
   [[nodiscard]] std::vector<ExecutorRuns> runs() const;
   [[nodiscard]] SummaryOptions summary_options() const;
 
@@ -97,7 +102,7 @@ class StoredRun {
 [[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
 
 /// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, in the order of
-/// jobs.csv.
+/// jobs.csv, without repetitions that were replaced.
 void write_responses_csv(std::ostream& out, const StoredRun& run);
 
 }  // namespace hotpath

@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "hotpath/core/registry.hpp"
@@ -169,6 +170,25 @@ void compare_with_baseline(Summary& summary, const std::vector<std::vector<Repea
 
 }  // namespace
 
+std::vector<SpeedJudgement> judge_speed(const std::vector<ExecutorRuns>& runs) {
+  std::vector<std::span<const SpeedWindow>> all;
+  for (const ExecutorRuns& of_executor : runs) {
+    for (const Repetition& r : of_executor.repetitions) all.emplace_back(r.speed);
+  }
+  const std::optional<double> usual = usual_pace(all);
+  std::vector<SpeedJudgement> judgements;
+  for (const ExecutorRuns& of_executor : runs) {
+    SpeedJudgement& judgement = judgements.emplace_back();
+    for (const Repetition& r : of_executor.repetitions) {
+      if (!usual || !usual_pace({r.speed})) continue;
+      ++judgement.observed;
+      std::vector<SlowPeriod> slow = slow_periods(r.speed, *usual);
+      if (!slow.empty()) judgement.slow.push_back({r.trace.repetition, std::move(slow)});
+    }
+  }
+  return judgements;
+}
+
 Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, const SummaryOptions& options) {
   Summary summary{options.warm_up, options.bootstrap, {}};
   std::vector<std::vector<RepeatedSamples>> hot_paths;  // by executor and chain
@@ -181,6 +201,8 @@ Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, con
     }
   }
   compare_with_baseline(summary, hot_paths);
+  std::vector<SpeedJudgement> speeds = judge_speed(runs);
+  for (std::size_t e = 0; e < runs.size(); ++e) summary.executors[e].speed = std::move(speeds[e]);
   return summary;
 }
 

@@ -12,6 +12,7 @@
 #include "hotpath/core/trace.hpp"
 #include "results/measures.hpp"
 #include "results/process_usage.hpp"
+#include "results/processor_speed.hpp"
 
 namespace hotpath {
 
@@ -20,6 +21,7 @@ struct Repetition {
   Trace trace;
   ProcessUsage usage;
   std::vector<TaskAccount> accounts;  ///< account(set, trace).
+  std::vector<SpeedWindow> speed;     ///< speed_windows(); empty where it cannot be told.
 };
 
 struct ExecutorRuns {
@@ -83,6 +85,17 @@ struct Imbalance {
   std::uint64_t expected = 0;
 };
 
+/// A repetition that ran on a slow processor for a part of its time.
+struct SlowRepetition {
+  std::uint32_t repetition = 0;
+  std::vector<SlowPeriod> periods;
+};
+
+struct SpeedJudgement {
+  std::size_t observed = 0;          ///< Repetitions whose jobs tell the speed of their processors.
+  std::vector<SlowRepetition> slow;  ///< Of these, in the order of the input.
+};
+
 struct ExecutorSummary {
   std::string executor;
   std::size_t repetitions = 0;
@@ -95,6 +108,7 @@ struct ExecutorSummary {
   ProcessUsage usage;  ///< Summed over repetitions; the memory is the largest repetition's.
   std::vector<ChainSummary> chains;
   std::vector<TaskSummary> tasks;
+  SpeedJudgement speed;
   std::vector<Imbalance> unbalanced;  ///< Empty: the loss equations hold for every task of every repetition.
 };
 
@@ -103,6 +117,9 @@ struct Summary {
   BootstrapOptions bootstrap;
   std::vector<ExecutorSummary> executors;  ///< In the order of the input.
 };
+
+/// Of each executor, against what is usual in all repetitions of all of them.
+[[nodiscard]] std::vector<SpeedJudgement> judge_speed(const std::vector<ExecutorRuns>& runs);
 
 /// A pure function of what was recorded. Every trace and account belongs to `set`; the chain records of the
 /// traces are those that count (`counted_chains`).

@@ -58,6 +58,17 @@ static void to_json(json& j, const TaskSummary& task) {
   if (task.period_ms) j["period_ms"] = task.period_ms;
 }
 
+/// Seconds since the epoch.
+static void to_json(json& j, const SlowPeriod& slow) {
+  j = {{"cpu", slow.cpu},
+       {"from_s", to_ms(slow.begin) / 1e3},
+       {"until_s", to_ms(slow.end) / 1e3},
+       {"factor", slow.factor}};
+}
+
+static HOTPATH_JSON_FIELDS(SlowRepetition, repetition, periods);
+static HOTPATH_JSON_FIELDS(SpeedJudgement, observed, slow);
+
 static void to_json(json& j, const ExecutorSummary& executor) {
   j = {{"executor", executor.executor},
        {"repetitions", executor.repetitions},
@@ -71,6 +82,7 @@ static void to_json(json& j, const ExecutorSummary& executor) {
        {"usage", executor.usage},
        {"chains", executor.chains},
        {"tasks", executor.tasks},
+       {"processor_speed", executor.speed},
        {"loss_equations", {{"hold", executor.unbalanced.empty()}, {"unbalanced", executor.unbalanced}}}};
 }
 

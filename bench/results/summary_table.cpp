@@ -113,6 +113,19 @@ void write_notes(std::ostream& out, const Summary& summary) {
   }
 }
 
+/// Of each repetition that ran on a slow processor, when that was and by how much.
+void write_slow(std::ostream& out, const ExecutorSummary& e) {
+  constexpr std::size_t kMostLines = 5;
+  for (const SlowRepetition& r : std::span(e.speed.slow).first(std::min(kMostLines, e.speed.slow.size()))) {
+    out << "Slow processor: " << e.executor << ", repetition " << r.repetition << ": " << describe(r.periods)
+        << ".\n";
+  }
+  if (e.speed.slow.size() > kMostLines) {
+    out << "Slow processor: " << e.executor << ", " << e.speed.slow.size() - kMostLines
+        << " more repetitions, see summary.json.\n";
+  }
+}
+
 /// Whether a task starved, as far as its period tells: those of subscriptions are not known here.
 bool starved(const TaskSummary& task) {
   return task.never_ran() || (task.period > Duration::zero() && task.longest_wait > task.period);
@@ -161,6 +174,7 @@ void write_table(std::ostream& out, const Summary& summary) {
     out << "* beyond noise: the interval of this ratio to default, given in summary.json, leaves out 1.\n";
   }
   for (const ExecutorSummary& e : summary.executors) write_starved(out, e);
+  for (const ExecutorSummary& e : summary.executors) write_slow(out, e);
   write_notes(out, summary);
 }
 

@@ -82,7 +82,7 @@ def losses(folder: Path) -> dict[Key, dict[int, float]]:
                 f"{part}: this run kept no jobs (--no-trace), from which the gate counts losses; repeat it without"
                 f" --no-trace: {run.command()}"
             )
-        jobs = read_table(part / "jobs.csv", ["executor", "repetition", "outcome"])
+        jobs = run.counted(read_table(part / "jobs.csv", ["executor", "repetition", "outcome"]))
         lost = jobs["outcome"].isin(["skipped", "overwritten"])
         for (executor, r), count in lost.groupby([jobs["executor"], jobs["repetition"]]).sum().items():
             key = ("lost", run["graph.name"], run.source, f"{run['load_percent']:g} %", str(executor), "")

@@ -66,6 +66,19 @@ def losses(runs: Sequence[ReportedRun]) -> list[Table]:
     return [Table("Losses", [*header, "deadline overruns"], rows)] if rows else []
 
 
+def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
+    """When the processor was slow, and by how much."""
+    keys = ["cpu", "from_s", "until_s", "factor"]
+    rows = [
+        [run.name, executor, repetition, *(f"{period[key]:.3g}" for key in keys)]
+        for run in runs
+        for executor, repetition, periods in run.run.slow_repetitions()
+        for period in periods
+    ]
+    header = ["run", "executor", "repetition", "processor", "from s", "until s", "work took × as long"]
+    return [Table("Slow processor", header, rows)] if rows else []
+
+
 def sections(runs: Sequence[ReportedRun]) -> list[Section]:
     """A section for each chain and timer."""
     commands, made = [run.run.command() for run in runs], []
@@ -99,5 +112,12 @@ def write(folders: Sequence[str], output: str | None) -> None:
         )
     graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
     facts = [run.facts() for run in runs]
-    write_page(folder, "report", made, title=f"Executors on {graphs}", facts=facts, losses=losses(runs))
+    write_page(
+        folder,
+        "report",
+        made,
+        title=f"Executors on {graphs}",
+        facts=facts,
+        losses=losses(runs) + disturbances(runs),
+    )
     print(f"{folder / 'report.html'} (and report.md)")

@@ -14,6 +14,7 @@ NOISY = {
         5.0,
         "held up for {:.1f} ms before the start",
     ),  # longest, of a thread that only read the clock
+    "slow_percent": (0.0, "processor slow for {:.1f} % of the time"),  # by a factor of 1.1 or more
 }
 
 
@@ -28,16 +29,32 @@ def busy_seconds(cpus: Collection[int]) -> float:
     return total
 
 
-def noise_of(run: dict[str, Any], others_percent: float) -> dict[str, Any]:
-    """What disturbed a live repetition with this run.json, and which of it marks the repetition."""
-    stolen_ms = sum(r.get("stolen_ms", 0) for r in run.get("runs", []))
+def slow_percent(run: dict[str, Any], summary: dict[str, Any]) -> float | None:
+    """Part of the repetition after its warm-up in which a processor was slow; none where its jobs do not tell."""
+    speeds = [e["processor_speed"] for e in summary.get("executors", []) if "processor_speed" in e]
+    if not any(speed["observed"] for speed in speeds):
+        return None
+    periods = [p for speed in speeds for r in speed["slow"] for p in r["periods"]]
+    slow_s: dict[int, float] = {}
+    for p in periods:
+        slow_s[p["cpu"]] = slow_s.get(p["cpu"], 0) + p["until_s"] - p["from_s"]
+    return min(100.0, 100 * max(slow_s.values(), default=0) / run["duration_s"])
+
+
+def noise_of(run: dict[str, Any], summary: dict[str, Any], others_percent: float) -> dict[str, Any]:
+    """What disturbed a live repetition with this run.json and summary.json, and which of it marks the repetition."""
+    counted = [r for r in run.get("runs", []) if "replaced_by" not in r]
+    stolen_ms = sum(r["usage"]["stolen_ms"] for r in counted)
     hiccups = [h for h in run["machine"]["noise"]["hiccups"] if h["cpu"] in run["cpus"]]
     found = {
         "stolen_percent": stolen_ms / (run["duration_s"] + run["warm_up_s"]) / 10,
         "others_percent": others_percent,
         "held_up_ms": max((h["max_ns"] / 1e6 for h in hiccups), default=0),
+        "slow_percent": slow_percent(run, summary),
     }
-    marks = [words.format(found[what]) for what, (limit, words) in NOISY.items() if found[what] > limit]
+    marks = [
+        words.format(found[what]) for what, (limit, words) in NOISY.items() if (found[what] or 0) > limit
+    ]
     if run["calibration"]["disturbed"]:
         marks.append("calibration disturbed")
     return {**found, "marks": marks}

@@ -83,14 +83,18 @@ def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
 
 def noise_table(evidence: Evidence) -> Table:
     """What disturbed the live repetitions."""
-    columns = (("stolen_percent", 2), ("others_percent", 1), ("held_up_ms", 2))
+    columns = (("stolen_percent", 2), ("others_percent", 1), ("held_up_ms", 2), ("slow_percent", 1))
+
+    def text(value: float | None, digits: int) -> str:
+        return "" if value is None else f"{value:.{digits}f}"
+
     rows = [
         [c["name"].removeprefix("live."), c.get("at_once", 1)]
-        + [f"{c['noise'][key]:.{digits}f}" for key, digits in columns]
+        + [text(c["noise"].get(key), digits) for key, digits in columns]
         + ["; ".join(c["noise"]["marks"])]
         for c in sorted(evidence.live_cells, key=lambda c: str(c["name"]))
     ]
-    header = ["repetition", "at once", "stolen %", "used by others %", "held up ms", "marked for"]
+    header = ["repetition", "at once", "stolen %", "used by others %", "held up ms", "slow %", "marked for"]
     return Table("All live repetitions", header, rows, folded=True)
 
 

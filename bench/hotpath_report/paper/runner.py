@@ -139,7 +139,7 @@ class Runner:
             part.mkdir(parents=True, exist_ok=True)
             facts = self.identity(cell, slot) | cell.facts() | {"cpus": used, "elapsed_s": elapsed}
             if cell.source == "live":
-                facts |= {"at_once": at_once, "noise": noise_of(run, others)}
+                facts |= {"at_once": at_once, "noise": noise_of(run, facts_of(part / "summary.json"), others)}
             write_json(part / "cell.json", facts)
             self.set_aside(cell)
             name_durably(part, self.folder / cell.name)

@@ -4,6 +4,7 @@
 import dataclasses
 import json
 import os
+import subprocess
 import tempfile
 import unittest
 from pathlib import Path
@@ -32,7 +33,9 @@ class Live(unittest.TestCase):
         self.assertEqual(runner.failed, [])
         self.assertTrue(runner.complete(cell))
         facts = json.loads((output / "cells" / cell.name / "cell.json").read_text())
-        self.assertEqual(set(facts["noise"]), {"stolen_percent", "others_percent", "held_up_ms", "marks"})
+        measured = {"stolen_percent", "others_percent", "held_up_ms", "slow_percent", "marks"}
+        self.assertEqual(set(facts["noise"]), measured)
+        self.assertIsNone(facts["noise"]["slow_percent"], "jobs until an instant of the clock do not tell")
         self.assertEqual(facts["at_once"], 1)
         self.assertIn(str(cpu), facts["command"])
         self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu]).complete(cell))
@@ -52,26 +55,48 @@ class Live(unittest.TestCase):
         self.assertEqual([f for f in (output / "cells").iterdir() if not f.name.startswith(".")], [])
 
     def test_marks_follow_the_thresholds(self):
-        def run(stolen_ms=0.0, hiccup_ns=0, disturbed=False):
+        def run(stolen_ms=0.0, hiccup_ns=0, disturbed=False, **entry):
             return {
                 "duration_s": 9,
                 "warm_up_s": 1,
                 "cpus": [1],
-                "runs": [{"stolen_ms": stolen_ms}],
+                "runs": [{"usage": {"stolen_ms": stolen_ms}, **entry}],
                 "calibration": {"disturbed": disturbed},
                 "machine": {
                     "noise": {"hiccups": [{"cpu": 0, "max_ns": 10**9}, {"cpu": 1, "max_ns": hiccup_ns}]}
                 },
             }
 
-        self.assertEqual(noise.noise_of(run(), 0)["marks"], [])
+        def summary(*periods, observed=1):
+            slow = [{"repetition": 0, "periods": list(periods)}] if periods else []
+            return {"executors": [{"processor_speed": {"observed": observed, "slow": slow}}]}
+
+        slow = {"cpu": 1, "from_s": 3.5, "until_s": 8, "factor": 1.28}
+        quiet = noise.noise_of(run(), summary(), 0)
+        self.assertEqual((quiet["marks"], quiet["slow_percent"]), ([], 0))
+        self.assertIsNone(noise.noise_of(run(), summary(observed=0), 0)["slow_percent"])
         for noisy in (
-            noise.noise_of(run(stolen_ms=51), 0),
-            noise.noise_of(run(hiccup_ns=5_100_000), 0),
-            noise.noise_of(run(disturbed=True), 0),
-            noise.noise_of(run(), 5.1),
+            noise.noise_of(run(stolen_ms=51), summary(), 0),
+            noise.noise_of(run(hiccup_ns=5_100_000), summary(), 0),
+            noise.noise_of(run(disturbed=True), summary(), 0),
+            noise.noise_of(run(), summary(slow), 0),
+            noise.noise_of(run(), summary(), 5.1),
         ):
             self.assertEqual(len(noisy["marks"]), 1)
+        self.assertEqual(noise.noise_of(run(), summary(slow), 0)["slow_percent"], 50)
+        self.assertEqual(noise.noise_of(run(stolen_ms=51, replaced_by=1), summary(), 0)["marks"], [])
+
+    def test_stolen_time_is_read_where_runs_store_it(self):
+        output = self.folder() / "run"
+        command = [HOTPATH, "run", "--transport", "intra_process", "--duration", "0.1", "--warm-up", "0"]
+        done = subprocess.run(
+            [*command, "--output", output], env={**os.environ, "HOTPATH_FIGURES": "none"}, check=False
+        )
+        self.assertEqual(done.returncode, 0)
+        run = json.loads((output / "run.json").read_text())
+        run["runs"][0]["usage"]["stolen_ms"] = 60.0
+        summary = json.loads((output / "summary.json").read_text())
+        self.assertEqual(round(noise.noise_of(run, summary, 0)["stolen_percent"]), 60)
 
     def test_the_order_is_drawn_once_and_mixes_executors(self):
         mode = cells.MODES["standard"]
