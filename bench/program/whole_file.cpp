@@ -163,7 +163,10 @@ void write_whole_folder(const fs::path& folder, const std::function<void(const f
     error = await_disk(at->path());
     if (!error) at.increment(error);
   }
-  if (!error) error = name_durably(made, name);
+  if (!error) error = await_disk(made);
+  if (!error) fs::rename(made, name, error);
+  if (!error) fs::remove(part.path(), error);  // of which the folder above must know as well
+  if (!error) error = await_disk(folder_of(name));
   if (error) throw RunError(cannot_be_written(folder, error));
 }
 
