@@ -277,7 +277,7 @@ class FileTargets(OutputTargets):
         for at in FILES:
             with self.trying(at):
                 target = self.target(at)
-                for mode in (0o600, 0o664, 0o604):
+                for mode in (0o600, 0o664):
                     if target.exists():
                         target.chmod(mode)
                     self.assert_written(at, target)
