@@ -12,6 +12,7 @@
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
+#include "program/output_target.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -71,6 +72,7 @@ class Adviser {
   }
 
   void run() {
+    check_output_folder(output_folder(options_, graph_));
     const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options());
     Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}};
     std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);

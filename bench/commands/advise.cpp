@@ -30,6 +30,7 @@ void add_advise_command(CLI::App& app) {
       .add_option("--executors", o.executors,
                   "Only these, with commas between, and --deployments;\nby default all that suit the graph")
       ->type_name("NAMES")
+      ->check(not_empty())
       ->delimiter(',');
   add_deployments_option(advise, o);
   advise.option_defaults()->group(kHowLong);

@@ -13,6 +13,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
@@ -39,6 +40,7 @@ class Analysis {
       trace_.emplace(options.trace, "--trace");
       take_over_run();
     }
+    if (!options.page.empty()) check_output_folder(options.page, "bounds.json", "--page");
     if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     graph_ = graph_to_run(options_);
     const GraphPlatform of_graph = graph_.platform;
@@ -70,7 +72,7 @@ class Analysis {
     for (const ExecutorSpec& executor : executors_to_run(options_, graph_, tasks_)) {
       options_.chain.empty() ? bound(executor, report) : bound_chain(executor);
     }
-    if (!options_.csv.empty()) write_whole_file(options_.csv, "--csv", report.csv());
+    if (!options_.csv.empty()) write_output_file(options_.csv, "--csv", report.csv());
     if (!options_.page.empty()) write_page(report);
     if (trace_ && report.compared() == 0) {
       trace_->fail("it has nothing that is bounded under these executors; it ran " +
@@ -289,6 +291,8 @@ void add_analyze_command(CLI::App& app) {
       ->required();
   command
       .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
+      ->type_name("NAMES")
+      ->check(not_empty())
       ->delimiter(',')
       ->default_str("default,events-ro,rm-ro,edf-ro, or those of --trace");
   CLI::Option* const load = add_scaling_options(command, o);
@@ -304,9 +308,11 @@ void add_analyze_command(CLI::App& app) {
   trace->excludes(load);
   command.add_flag("--strict", o.strict, "Exit code 1 also when a live run exceeds a bound")->needs(trace);
   command.add_option("--chain", o.chain, "Timers separated by commas: bounds of the chain they form")
+      ->type_name("NAMES")
+      ->check(not_empty())
       ->delimiter(',')
       ->excludes(trace);
-  command.add_option("--csv", o.csv, "Also write the table to this file");
+  add_output_file(command, "--csv", o.csv, "Also write the table to this file");
   add_text(command, "--page", o.page, "FOLDER", "Also write a page with pictures into this folder");
   add_platform_options(command, o);
   add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "The same as --release-cost-us");

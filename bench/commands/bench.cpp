@@ -2,6 +2,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/json_fields.hpp"
+#include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 
 namespace hotpath {
@@ -24,8 +25,10 @@ HOTPATH_JSON_FIELDS(SuiteOptions, programs, compare, repetitions, seed, quick, t
 void add_bench_command(CLI::App& app) {
   auto [bench, o] = add_command<SuiteOptions>(
       app, "bench", "Measure what executors and transports cost, or compare two such runs",
-      "hotpath bench --output before",
-      [](const SuiteOptions& options) { become_python_tool("bench", {nlohmann::json(options).dump()}); });
+      "hotpath bench --output before", [](const SuiteOptions& options) {
+        if (!options.output.empty()) check_output_folder(options.output);
+        become_python_tool("bench", {nlohmann::json(options).dump()});
+      });
   bench.add_flag("--quick", o.quick, "A short look: fewer sizes, shorter runs, once");
   add_number(bench, "--repetitions", o.repetitions, {1, 100}, "N",
              "Runs of each benchmark program, each in a new process");

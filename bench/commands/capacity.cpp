@@ -61,7 +61,8 @@ void add_capacity_command(CLI::App& app) {
   add_number(capacity, "--coarse", o.coarse, {2, 10000}, "N",
              "Levels tried first, to find where it holds, fails and\nholds again");
   capacity.add_flag("--live", o.live, "Measure instead of simulating");
-  add_text(capacity, "--live-options", o.live_options, "TEXT", "With --live: more options of `hotpath run`");
+  add_text(capacity, "--live-options", o.live_options, "OPTIONS",
+           "With --live: more options of `hotpath run`");
   add_simulate_options(capacity, o);
   add_output_option(capacity, o);
 }

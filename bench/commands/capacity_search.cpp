@@ -10,6 +10,7 @@
 #include "bounds/bounds.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
@@ -63,9 +64,7 @@ class CapacitySearch {
 
   void run() {
     folder_ = options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-capacity" : options_.output;
-    if (fs::exists(folder_) && !fs::is_empty(folder_)) {
-      throw UsageError("--output: " + folder_.string() + " exists and is not empty; give a new folder");
-    }
+    check_output_folder(folder_);
     for (const std::string& name : options_.executors) search(name, false);
     for (const std::string& name : options_.deployments) search(name, true);
     write();

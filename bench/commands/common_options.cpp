@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "program/output_target.hpp"
+
 namespace hotpath {
 
 namespace {
@@ -17,6 +19,22 @@ std::string option_name(std::string_view key) {
 }
 
 }  // namespace
+
+CLI::Validator not_empty() {
+  const auto check = [](const std::string& text) {
+    return std::string(text.empty() ? "an empty name; leave the option out, or name something" : "");
+  };
+  return CLI::Validator(check, "");
+}
+
+CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
+                             const std::string& help) {
+  const auto check = [option](const std::string& name) {
+    if (name != "-") check_output_file(name, option);  // which may stand for standard output
+    return std::string();
+  };
+  return add_text(command, option, file, "FILE", help)->check(CLI::Validator(check, ""));
+}
 
 void add_graph_options(CLI::App& command, CommonOptions& o) {
   command.option_defaults()->group(kWhatRuns);
@@ -103,6 +121,7 @@ void add_executors_option(CLI::App& command, const std::string& option, CommonOp
                   "also variants as in rm-ro:first or multi:4; or `paper`\n"
                   "(the paper's seven, by default) or `all`")
       ->type_name("NAMES")
+      ->check(not_empty())
       ->delimiter(',');
   add_deployments_option(command, o);
 }
@@ -114,6 +133,7 @@ void add_deployments_option(CLI::App& command, CommonOptions& o) {
                   "or cie:FILE for a configuration of Autoware's CIE, with\n"
                   "commas between (docs/deployments.md)")
       ->type_name("NAMES")
+      ->check(not_empty())
       ->delimiter(',');
 }
 

@@ -11,6 +11,7 @@
 #include "hotpath/campaign/crew.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
@@ -63,6 +64,7 @@ void write_rows(std::ostream& out, const WcrtTable& table) {
 }
 
 void run_wcrt_table(const std::string& output) {
+  if (!output.empty()) check_output_folder(output, "wcrt_table.csv");
   const ReleaseCost measured = measure_release_cost();
   const std::array tables = {
       WcrtTable{"With the paper's release cost", "paper", kPaperDelta},
@@ -127,6 +129,7 @@ void run_waters_experiment(WatersArguments& arguments) {
   for (const double u : arguments.options.utilisations) {
     if (!(u > 0 && u <= 1)) throw UsageError("--utilisations: each must lie above 0 and at most at 1");
   }
+  check_output_folder(arguments.output, "waters.csv");
   if (arguments.more_methods) {
     arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
                                  WatersMethod::davis_duerr, WatersMethod::davis_kloda,

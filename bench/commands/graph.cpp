@@ -93,7 +93,8 @@ void add_graph_command(CLI::App& app) {
           "--deployment", o.deployment,
           "Colour nodes by executor, with a legend, or take its threads\n(--cie): a name of `hotpath list "
           "deployments` or a file")
-      ->type_name("NAME");
+      ->type_name("NAME")
+      ->check(not_empty());
 }
 
 }  // namespace hotpath

@@ -24,7 +24,8 @@ void add_import_ctf_command(CLI::App& import) {
          "--chain", o.chains,
          "Chain whose latency counts, from sources to a sink; several\nwith blanks between; by default "
          "found in the graph")
-      ->type_name("SOURCE,...:SINK");
+      ->type_name("SOURCE,...:SINK")
+      ->check(not_empty());
   add_number(ctf, "--cores", o.cores, {1, 1024}, "N",
              "Processors that the system had; by default those on which\nits callbacks were seen");
   add_number(ctf, "--jobs", o.jobs, {100, 1e7}, "N",

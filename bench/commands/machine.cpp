@@ -66,10 +66,10 @@ void add_machine_command(CLI::App& app) {
         const Machine m = read_machine(from_ms(arguments.seconds * 1000));
         std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
         for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
-        if (!arguments.output.empty()) write_whole_file(arguments.output, "--output", nlohmann::json(m));
+        if (!arguments.output.empty()) write_output_file(arguments.output, "--output", nlohmann::json(m));
       });
   add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to watch all cores for hiccups");
-  add_text(machine, "--output", o.output, "FILE", "Store it as JSON, too");
+  add_output_file(machine, "--output", o.output, "Store it as JSON, too");
 }
 
 }  // namespace hotpath

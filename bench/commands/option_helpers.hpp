@@ -50,14 +50,24 @@ void add_choice(CLI::App& command, const std::string& option, Value& value, cons
   if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
 }
 
+/// Refuses an empty text, which commands take for an option that is not given.
+CLI::Validator not_empty();
+
 /// An option whose value the help calls `kind`. A number or text that it has before is its default.
 template <class Value>
 CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
                       const std::string& help) {
   CLI::Option* const added = command.add_option(option, value, help)->type_name(kind);
+  constexpr bool texts =
+      std::is_same_v<Value, std::string> || std::is_same_v<Value, std::vector<std::string>>;
+  if constexpr (texts) added->check(not_empty());
   constexpr bool plain = std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>;
   return plain ? added->capture_default_str() : added;
 }
+
+/// An option that names a file to write, which is checked before anything is computed.
+CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
+                             const std::string& help);
 
 struct Limits {
   double least, most;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 
 namespace hotpath {
@@ -26,8 +27,10 @@ void run_tool(const std::string& command, std::vector<std::string> words, const 
 void add_report_command(CLI::App& app) {
   auto [command, o] = add_command<ReportArguments>(
       app, "report", "One page, HTML and Markdown, about any runs or comparisons",
-      "hotpath report runs/live runs/simulated --output page",
-      [](const ReportArguments& a) { run_tool("report", a.runs, "--output", a.output); });
+      "hotpath report runs/live runs/simulated --output page", [](const ReportArguments& a) {
+        if (!a.output.empty()) check_output_folder(a.output, "report.html");
+        run_tool("report", a.runs, "--output", a.output);
+      });
   command.add_option("RUN", o.runs, "Folders of `hotpath run`, `compare` or `simulate`")->required();
   add_text(command, "--output", o.output, "FOLDER",
            "Folder of the page; by default report/ in the first RUN");
@@ -49,14 +52,14 @@ void add_compare_results_command(CLI::App& app) {
   command.add_flag(
       "--across-loads", o.across_loads,
       "Compare runs of different loads, rates or copies; else only\nwhat ran at the same load is compared");
-  CLI::Option* const csv = add_text(command, "--csv", o.output, "FILE", "Also write the table to this file");
+  CLI::Option* const csv = add_output_file(command, "--csv", o.output, "Also write the table to this file");
   CLI::Option* const gate = command
                                 .add_flag("--gate", o.gate,
                                           "Decide whether anything became worse, beyond noise and\ncorrected "
                                           "for many comparisons: exit code 1 if so")
                                 ->excludes(csv);
-  add_text(command, "--junit", o.junit, "FILE", "With --gate: also write test cases for CI")->needs(gate);
-  add_text(command, "--markdown", o.markdown, "FILE", "With --gate: also write a summary for a pull request")
+  add_output_file(command, "--junit", o.junit, "With --gate: also write test cases for CI")->needs(gate);
+  add_output_file(command, "--markdown", o.markdown, "With --gate: also write a summary for a pull request")
       ->needs(gate);
 }
 

@@ -6,6 +6,7 @@
 #include "commands/option_helpers.hpp"
 #include "live/live_run.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "sweep/child_run.hpp"
 
@@ -111,9 +112,7 @@ struct CompareArguments {
 void compare_builds(const CompareArguments& a, const std::vector<std::string>& words) {
   const std::filesystem::path folder =
       a.options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-against" : a.options.output;
-  if (std::filesystem::exists(folder)) {
-    throw UsageError("--output: " + folder.string() + " exists; give a new folder");
-  }
+  check_output_folder(folder);
   if (a.options.repetitions < 3)
     throw UsageError("--against: a gate needs --repetitions 3 or more, better 20");
   const auto order = interleaved(a.options.repetitions, 2, a.options.seed);
@@ -162,8 +161,8 @@ void add_compare_command(CLI::App& app) {
       compare, "--against", arguments.against, "HOTPATH",
       "Another build of this program: repetitions of both by\nturns, then `compare-results --gate` of "
       "this one\nagainst the other; exit code 1 if anything became worse");
-  add_text(compare, "--junit", arguments.junit, "FILE", "Of the gate: test cases for CI")->needs(against);
-  add_text(compare, "--markdown", arguments.markdown, "FILE", "Of the gate: a summary for a pull request")
+  add_output_file(compare, "--junit", arguments.junit, "Of the gate: test cases for CI")->needs(against);
+  add_output_file(compare, "--markdown", arguments.markdown, "Of the gate: a summary for a pull request")
       ->needs(against);
 }
 

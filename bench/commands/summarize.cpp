@@ -27,7 +27,7 @@ void summarize_run(const SummarizeOptions& options) {
   run.load();
   const auto responses = [&](std::ostream& out) { write_responses_csv(out, run); };
   if (options.responses == "-") return responses(std::cout);
-  if (!options.responses.empty()) write_whole_file(options.responses, "--responses", responses);
+  if (!options.responses.empty()) write_output_file(options.responses, "--responses", responses);
   const Summary summary = summarize(run.tasks(), run.runs(), run.summary_options());
   write_whole_file(run.folder() / "summary.json", nlohmann::json(summary));
   write_table(std::cout, summary);
@@ -40,9 +40,10 @@ void add_summarize_command(CLI::App& app) {
       app, "summarize", "Make the summary of a stored run anew: new measures apply to old runs",
       "hotpath summarize runs/first", summarize_run);
   command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`");
-  add_text(command, "--responses", o.responses, "FILE",
-           "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
-           "nothing else");
+  add_output_file(
+      command, "--responses", o.responses,
+      "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
+      "nothing else");
   add_text(command, "--golden", o.golden, "FILE",
            "Instead: what became of each timer of a golden trace,\nas JSON to standard output");
 }

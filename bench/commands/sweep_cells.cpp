@@ -4,6 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 
 #include "commands/commands.hpp"
@@ -173,13 +176,16 @@ std::string SweepCells::measured_of(std::uint64_t cell, const std::string& place
 }
 
 std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) const {
-  const fs::path csv = fs::temp_directory_path() / text("hotpath-%d-%lu.csv", getpid(), cell);
-  run_as_child(cell, "--csv=" + csv.string());
+  std::string csv = fs::temp_directory_path() / "hotpath-bounds-XXXXXX";  // a name that nobody can guess
+  const int descriptor = mkstemp(csv.data());
+  if (descriptor < 0) throw RunError(concat(csv, " cannot be created (", std::strerror(errno), ")"));
+  close(descriptor);
+  run_as_child(cell, "--csv=" + csv);
   std::ifstream in(csv);
   std::string rows, line;
   for (std::getline(in, line); std::getline(in, line);)
     rows.append(place).append(",").append(line).append("\n");
-  if (in.bad()) throw RunError(csv.string() + " cannot be read");
+  if (in.bad()) throw RunError(csv + " cannot be read");
   fs::remove(csv);
   return rows.empty() ? failed(cell, place, "no bound is known") : rows;
 }

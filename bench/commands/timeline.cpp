@@ -31,9 +31,9 @@ void add_timeline_command(CLI::App& app) {
   add_number(timeline, "--from", o.from_ms, {0, 1e12}, "MS", "Begin, after the epoch of the run");
   add_number(timeline, "--to", o.to_ms, {0, 1e12}, "MS",
              "End; by default 500 ms later in the chart, and the end\nof the run in the trace for Perfetto");
-  add_text(timeline, "--svg", o.svg, "FILE", "Gantt chart, a .png beside it; by default RUN/timeline.svg");
-  add_text(timeline, "--perfetto", o.perfetto, "FILE",
-           "Trace for ui.perfetto.dev, instead of the chart unless both");
+  add_output_file(timeline, "--svg", o.svg, "Gantt chart, a .png beside it; by default RUN/timeline.svg");
+  add_output_file(timeline, "--perfetto", o.perfetto,
+                  "Trace for ui.perfetto.dev, instead of the chart unless both");
 }
 
 }  // namespace hotpath

@@ -6,6 +6,7 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/ros2_reference.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
 #include "setup/run_setup.hpp"
@@ -29,14 +30,15 @@ fs::path find_reference(const std::string& given) {
 }
 
 void validate(const ValidateOptions& options) {
+  const fs::path folder =
+      options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-validate" : options.output;
+  check_output_folder(folder);
   const fs::path reference = find_reference(options.reference);
   Validation validation{
       validate_golden_traces(reference), validate_timers_only(reference), validate_autoware(reference), {}};
   for (const std::string& run : options.runs) {
     for (RunValidation& v : validate_run(run, reference)) validation.runs.push_back(std::move(v));
   }
-  const fs::path folder =
-      options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-validate" : options.output;
   create_folder(folder);
   nlohmann::json content = validation;
   content.update({{"kind", "validation"}, {"version", HOTPATH_VERSION}});

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
 from hotpath_report.hotpath_command import executor_named  # noqa: E402
-from hotpath_report.tables import make_folder, write_file  # noqa: E402
+from hotpath_report.tables import make_folder, write_file, write_output  # noqa: E402
 
 WIDE, NARROW = 9.2, 4.3  # inches
 PNG_DPI = 150
@@ -142,14 +142,18 @@ def settle(figure: Figure) -> None:
         axes.set_position([round(share, 4) for share in axes.get_position().bounds])
 
 
-def save(figure: Figure, folder: str | Path, name: str) -> None:
-    """Writes name.svg and name.png, each under its final name only when it is whole, and prints their names."""
+def save(figure: Figure, folder: str | Path, name: str, option: str = "") -> None:
+    """Writes name.svg and name.png, each under its final name only when it is whole, and prints their names. Raises
+    InputError where `option` named the file."""
     folder = Path(folder)
     make_folder(folder)
     settle(figure)
     for suffix, metadata in (("svg", {"Date": None, "Creator": "hotpath"}), ("png", {"Software": None})):
         stream, path = io.BytesIO(), folder / f"{name}.{suffix}"
         figure.savefig(stream, format=suffix, dpi=PNG_DPI, metadata=metadata, facecolor="white")
-        write_file(path, stream.getvalue())
+        if option:
+            write_output(path, option, stream.getvalue())
+        else:
+            write_file(path, stream.getvalue())
         print(path)
     plt.close(figure)

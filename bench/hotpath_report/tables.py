@@ -2,13 +2,17 @@
 """CSV and JSON files in and out, with errors that name the file, and the line where there is one; tables for a
 terminal."""
 
+import contextlib
 import errno
+import itertools
 import json
 import os
+import stat
+import sys
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pandas as pd
 
@@ -48,11 +52,76 @@ def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] 
     return frame
 
 
+MOST_LINKS = 40  # as Linux
+Created = TypeVar("Created")
+
+
+def new_part(path: Path, create: Callable[[Path], Created]) -> tuple[Path, Created]:
+    """What `create` makes beside `path`, which it shall become: under a hidden name that nobody else has."""
+    for number in itertools.count():
+        part = path.with_name(f".{path.name[:50]}.{os.getpid()}-{number}.part")
+        with contextlib.suppress(FileExistsError):
+            return part, create(part)
+    raise AssertionError
+
+
+def create_file(path: Path) -> int:
+    """Creates a file that was not there before. Never opens one through a link."""
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+
+
+def take_over_permissions(descriptor: int, replaced: Path) -> None:
+    """Gives a new file the owner and the permissions of the one that it will replace, if any."""
+    with contextlib.suppress(OSError):  # none, or an owner to whom nothing can be given
+        old = os.lstat(replaced)
+        if stat.S_ISREG(old.st_mode):
+            os.fchown(descriptor, old.st_uid, old.st_gid)
+            os.fchmod(descriptor, stat.S_IMODE(old.st_mode))
+
+
 def write_file(path: Path, content: str | bytes) -> None:
-    """Replaces a file by a whole new one, which is on disk afterwards."""
-    part = path.with_name(f".{path.name}.part")
-    part.write_bytes(content.encode() if isinstance(content, str) else content)
-    name_durably(part, path)
+    """Replaces a file, or a link, by a whole new file, which is on disk afterwards."""
+    part, descriptor = new_part(path, create_file)
+    try:
+        with open(descriptor, "wb") as file:
+            take_over_permissions(descriptor, path)
+            file.write(content.encode() if isinstance(content, str) else content)
+        name_durably(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+def descriptor_of(path: Path) -> int | None:
+    """The descriptor of this process for which a name in /proc/self/fd stands."""
+    is_one = path.name.isdigit() and path.parent.resolve() == Path("/proc/self/fd").resolve()
+    return int(path.name) if is_one else None
+
+
+def write_output(path: Path, option: str, content: str | bytes) -> None:
+    """Writes the file that `option` names. As write_file(), with two differences for names that the user chose: a
+    symbolic link is followed, and what is no regular file (a device, a FIFO) is written to. Raises InputError.
+    """
+    try:
+        target = path
+        for _ in range(MOST_LINKS):
+            if descriptor_of(target) is not None or not target.is_symlink():
+                break
+            target = target.parent / os.readlink(target)
+        descriptor = descriptor_of(target)
+        if descriptor is None and (target.is_file() or not target.exists()):
+            if target.exists() and not os.access(target, os.W_OK, effective_ids=True):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+            write_file(target, content)
+            return
+        sys.stdout.flush()  # what was printed before comes first
+        in_place = os.O_WRONLY | os.O_NOCTTY | os.O_CLOEXEC
+        with open(os.open(target, in_place) if descriptor is None else os.dup(descriptor), "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+    except OSError as error:
+        raise InputError(
+            f"{option}: {path} cannot be written ({error.strerror}); name another place"
+        ) from None
 
 
 def await_disk(path: Path) -> None:

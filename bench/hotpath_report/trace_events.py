@@ -12,7 +12,7 @@ import pandas as pd
 
 from hotpath_report.errors import InputError
 from hotpath_report.run import Run
-from hotpath_report.tables import write_file
+from hotpath_report.tables import write_output
 
 US_PER_MS = 1e3
 CHART_MS = 500  # where no end is given
@@ -100,12 +100,11 @@ def show(options: str) -> None:
     if o["perfetto"]:
         found = events(run, executor, o["repetition"], begin, math.inf if end is None else end)
         text = ",\n".join(map(json.dumps, found))
-        try:
-            write_file(Path(o["perfetto"]), f'{{"displayTimeUnit": "ms", "traceEvents": [\n{text}\n]}}\n')
-        except OSError as error:
-            raise InputError(f"--perfetto: {error}; name another place") from None
+        text = f'{{"displayTimeUnit": "ms", "traceEvents": [\n{text}\n]}}\n'
+        write_output(Path(o["perfetto"]), "--perfetto", text)
         print(o["perfetto"])
     if o["svg"] or not o["perfetto"]:
         from hotpath_report.figures import timeline  # draws, which takes a second to import
 
-        timeline.draw(run, executor, o["repetition"], (begin, begin + CHART_MS if end is None else end), svg)
+        part = (begin, begin + CHART_MS if end is None else end)
+        timeline.draw(run, executor, o["repetition"], part, svg, "--svg" if o["svg"] else "")

@@ -4,7 +4,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "import/import_ctf.hpp"
 #include "import/run_events.hpp"
-#include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
@@ -37,6 +37,7 @@ bool is_jazzy(const std::string& label) {
 }  // namespace
 
 void export_ctf(const std::string& folder, const std::string& output) {
+  check_output_folder(output);
   StoredRun run(folder, "RUN");
   const Graph graph = run.check(
       [&] { return load_graph(find_graph(run.facts().at("graph").at("file").get<std::string>())); });
@@ -61,15 +62,8 @@ void export_ctf(const std::string& folder, const std::string& output) {
     const bool one = run.traces().size() == 1;
     const fs::path to =
         one ? fs::path(output) : fs::path(output) / concat(trace.executor, "-", trace.repetition);
-    if (fs::exists(to))
-      throw UsageError("--output: " + to.string() + " is there already; name a new folder, or remove it");
     if (to.has_parent_path()) create_folder(to.parent_path());
-    const fs::path part = to.string() + ".part";
-    fs::remove_all(part);  // of an export that was killed
-    write_ctf(part, run_events(exported));
-    if (const std::error_code error = name_folder_durably(part, to)) {
-      throw RunError(to.string() + " cannot be written (" + error.message() + ")");
-    }
+    write_whole_folder(to, [&](const fs::path& part) { write_ctf(part, run_events(exported)); });
   }
 }
 

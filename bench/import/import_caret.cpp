@@ -4,11 +4,13 @@
 #include <filesystem>
 
 #include "hotpath/core/worker.hpp"
+#include "program/output_target.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
 
 void import_caret(const ImportCaretOptions& options) {
+  if (!options.output.empty()) check_output_folder(options.output);
   const CaretArchitecture architecture = read_caret_architecture(options.file);
   std::map<std::string, CaretStats> stats;
   if (!options.stats.empty()) stats = read_caret_stats(options.stats);

@@ -21,6 +21,7 @@
 #include "import/trace_assembler.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -60,9 +61,7 @@ class CtfImport final : public RecordedJobSink {
         assembler_(*this) {}
 
   void run() {
-    if (fs::exists(output_ / "graph.yaml"))
-      throw UsageError("the output folder " + output_.string() +
-                       " holds an import already; name another with --output, or remove it");
+    check_output_folder(output_);
     Progress progress(1, Duration::zero());
     const auto began = std::chrono::steady_clock::now();
     progress.begin("reading " + options_.trace);
@@ -279,6 +278,7 @@ class CtfImport final : public RecordedJobSink {
 }  // namespace
 
 void import_ctf(const ImportCtfOptions& options) {
+  if (!options.output.empty()) check_output_folder(options.output);
   const WholePackets trace(ctf_folders(options.trace));
   // On some damaged traces libbabeltrace2 ends its process, by an assertion or a division by zero.
   const std::optional<int> status = continue_in_child();

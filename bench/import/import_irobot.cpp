@@ -16,6 +16,7 @@
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
 #include "import/imported_graph.hpp"
+#include "program/output_target.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -218,6 +219,7 @@ void import_irobot(const ImportIrobotOptions& options) {
   const std::string output = options.output.empty()
                                  ? "imports/" + std::filesystem::path(options.file).stem().string()
                                  : options.output;
+  check_output_folder(output);
   write_import(Topology(options.file).take(), output);
 }
 

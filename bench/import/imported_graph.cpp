@@ -5,7 +5,7 @@
 #include <iostream>
 
 #include "hotpath/reference_system/graph_file.hpp"
-#include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 
@@ -25,9 +25,7 @@ std::string counts_of(const ImportedGraph& imported) {
 
 void write_import(ImportedGraph imported, const std::string& folder) {
   const std::filesystem::path path = folder, file = path / "graph.yaml";
-  if (std::filesystem::exists(file)) {
-    throw UsageError(concat("--output: ", file.string(), " exists already; name another folder"));
-  }
+  check_output_folder(path);
   create_folder(path);
   std::string& header = imported.comments.header;
   for (const std::string& line : imported.found) header += "\n" + line;

@@ -2,12 +2,17 @@
 #include "program/whole_file.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
-#include <fstream>
+#include <cstdio>
+#include <iostream>
 
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -15,33 +20,89 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns why it failed; empty: it did not.
-std::string write_and_rename(const fs::path& file, const FileContent& content) {
-  const fs::path part = file.string() + ".part";
-  errno = 0;
-  std::ofstream out(part, std::ios::binary);
+void write(std::ostream& out, const FileContent& content) {
   if (const auto* text = std::get_if<std::string>(&content)) {
     out << *text;
   } else if (const auto* json = std::get_if<nlohmann::json>(&content)) {
     out << json->dump(2) << "\n";
-  } else if (out) {
+  } else {
     std::get<std::function<void(std::ostream&)>>(content)(out);
   }
-  out.close();
-  std::error_code error(errno, std::generic_category());
-  if (out) {
-    error = name_durably(part, file);
-  } else if (!error) {
-    error = std::make_error_code(std::errc::io_error);
-  }
-  if (!error) return "";
-  std::error_code ignored;
-  fs::remove(part, ignored);
-  return file.string() + " cannot be written (" + error.message() + ")";
 }
 
-fs::path folder_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+/// Writes all, and closes the descriptor.
+std::error_code write_to(int descriptor, const FileContent& content) {
+  if (descriptor < 0) return {errno, std::generic_category()};
+  errno = 0;
+  FileStream out(descriptor);
+  write(out, content);
+  out.close();
+  if (out) return {};
+  return errno != 0 ? std::error_code(errno, std::generic_category())
+                    : std::make_error_code(std::errc::io_error);
+}
+
+/// A new file or folder beside that which it will become, under a hidden name that nobody else has.
+class Part {
+ public:
+  /// `create` creates it, and says whether it could, otherwise errno.
+  template <class Create>
+  Part(const fs::path& final_name, Create create) {
+    static std::atomic<unsigned> count = 0;
+    constexpr std::size_t kLongest = 200;  // so that the name with what is added is no longer than permitted
+    constexpr int kAttempts = 1000;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      path_ = folder_of(final_name) / concat(".", final_name.filename().string().substr(0, kLongest), ".",
+                                             getpid(), "-", count++, ".part");
+      errno = 0;
+      if (create(path_)) return;
+      if (errno != EEXIST) break;
+    }
+    error_ = {errno, std::generic_category()};
+  }
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
+  ~Part() {
+    std::error_code ignored;
+    if (!error_) fs::remove_all(path_, ignored);  // nothing, once it has its final name
+  }
+
+  const fs::path& path() const { return path_; }
+  std::error_code error() const { return error_; }
+
+ private:
+  fs::path path_;
+  std::error_code error_;
+};
+
+/// Gives a new file the owner and the permissions of the one that it will replace, if any.
+void take_over_permissions(int descriptor, const fs::path& replaced) {
+  struct stat old {};
+  if (lstat(replaced.c_str(), &old) != 0 || !S_ISREG(old.st_mode)) return;
+  // A file that cannot be given to the old owner keeps the permissions of a new one.
+  if (fchown(descriptor, old.st_uid, old.st_gid) == 0) fchmod(descriptor, old.st_mode & 07777);
+}
+
+std::error_code replace(const fs::path& file, const FileContent& content) {
+  int descriptor = -1;
+  const Part part(file, [&](const fs::path& path) { return (descriptor = create_file(path)) >= 0; });
+  if (part.error()) return part.error();
+  take_over_permissions(descriptor, file);
+  const std::error_code error = write_to(descriptor, content);
+  return error ? error : name_durably(part.path(), file);
+}
+
+/// Writes into a device, a FIFO, or what is open already.
+std::error_code write_in_place(const OutputTarget& target, const FileContent& content) {
+  std::cout << std::flush;  // what was printed before comes first
+  std::fflush(stdout);
+  const int descriptor = target.descriptor >= 0 ? fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0)
+                                                : open(target.name.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  return write_to(descriptor, content);
+}
+
+std::string cannot_be_written(const fs::path& file, const std::error_code& error) {
+  return file.string() + " cannot be written (" + error.message() + ")";
 }
 
 /// Waits for the names of the folders that it creates.
@@ -57,6 +118,20 @@ std::error_code create_durably(const fs::path& folder) {
 }
 
 }  // namespace
+
+int create_file(const fs::path& file) {
+  return open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+}
+
+FileStream::FileStream(int descriptor) : std::ostream(nullptr) {
+  if (descriptor < 0) return;
+  buffer_ = __gnu_cxx::stdio_filebuf<char>(descriptor, std::ios::out | std::ios::binary);
+  rdbuf(&buffer_);
+}
+
+void FileStream::close() {
+  if (buffer_.is_open() && buffer_.close() == nullptr) setstate(std::ios::failbit);
+}
 
 std::error_code await_disk(const fs::path& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
@@ -75,23 +150,42 @@ std::error_code name_durably(const fs::path& part, const fs::path& file) {
   return error;
 }
 
-std::error_code name_folder_durably(const fs::path& part, const fs::path& folder) {
+void write_whole_folder(const fs::path& folder, const std::function<void(const fs::path&)>& write) {
+  const fs::path file = folder.has_filename() ? folder : folder.parent_path();  // without a slash at its end
+  const fs::path name = find_target(file).name;
+  const Part part(name, [](const fs::path& path) { return mkdir(path.c_str(), 0777) == 0; });
+  if (part.error()) throw RunError(cannot_be_written(folder, part.error()));
+  const fs::path made = part.path() / name.filename();
+  write(made);
   std::error_code error;
-  fs::recursive_directory_iterator at(part, error);
+  fs::recursive_directory_iterator at(made, error);
   for (const fs::recursive_directory_iterator end; !error && at != end;) {
     error = await_disk(at->path());
     if (!error) at.increment(error);
   }
-  return error ? error : name_durably(part, folder);
+  if (!error) error = await_disk(made);
+  if (!error) fs::rename(made, name, error);
+  if (!error) fs::remove(part.path(), error);  // of which the folder above must know as well
+  if (!error) error = await_disk(folder_of(name));
+  if (error) throw RunError(cannot_be_written(folder, error));
 }
 
 void write_whole_file(const fs::path& file, const FileContent& content) {
-  if (const std::string failure = write_and_rename(file, content); !failure.empty()) throw RunError(failure);
+  if (const std::error_code error = replace(file, content)) throw RunError(cannot_be_written(file, error));
 }
 
 void write_whole_file(const fs::path& file, const std::string& option, const FileContent& content) {
-  const std::string failure = write_and_rename(file, content);
-  if (!failure.empty()) throw UsageError(option + ": " + failure + "; name another place");
+  if (const std::error_code error = replace(file, content)) {
+    throw UsageError(option + ": " + cannot_be_written(file, error) + "; name another place");
+  }
+}
+
+void write_output_file(const fs::path& file, const std::string& option, const FileContent& content) {
+  check_output_file(file, option);
+  const OutputTarget target = find_target(file);
+  const std::error_code error =
+      target.in_place ? write_in_place(target, content) : replace(target.name, content);
+  if (error) throw UsageError(option + ": " + cannot_be_written(file, error) + "; name another place");
 }
 
 void write_with_folder(const fs::path& file, const std::string& text) {

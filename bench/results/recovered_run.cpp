@@ -45,6 +45,18 @@ void copy_rows(const fs::path& from, const Beginnings& kept, std::ostream& out) 
   if (!in.eof()) out.setstate(std::ios::badbit);
 }
 
+/// Removes what a kill left of a file that was being replaced.
+void remove_unfinished(const fs::path& folder) {
+  std::vector<fs::path> unfinished;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    for (const char* file : {".run.json.", ".summary.json.", ".jobs.csv.", ".chains.csv."}) {
+      if (name.starts_with(file) && name.ends_with(".part")) unfinished.push_back(entry.path());
+    }
+  }
+  for (const fs::path& file : unfinished) fs::remove(file);
+}
+
 }  // namespace
 
 Summary recover_run(const fs::path& folder) {
@@ -69,15 +81,11 @@ Summary recover_run(const fs::path& folder) {
   for (const char* name : {"jobs.csv", "chains.csv"}) {
     const fs::path whole = folder / name, grown = whole.string() + ".part";
     if (!fs::exists(grown)) continue;  // killed after it had got its name
-    // Not under `.part`, which is what another attempt starts from.
-    const fs::path copy = whole.string() + ".recovered";
-    write_whole_file(copy, [&](std::ostream& out) { copy_rows(grown, kept, out); });
-    if (const std::error_code error = name_durably(copy, whole)) {
-      throw RunError(whole.string() + " cannot be written (" + error.message() + ")");
-    }
+    write_whole_file(whole, [&](std::ostream& out) { copy_rows(grown, kept, out); });
     fs::remove(grown);
   }
   if (lock >= 0) close(lock);
+  remove_unfinished(folder);
 
   StoredRun run(folder, "recover");
   run.load();

@@ -10,6 +10,7 @@
 
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -20,19 +21,21 @@ namespace {
 
 const std::string kKept = "; what was written before is kept, but the run is not complete";
 
+fs::path new_folder(const fs::path& path) {
+  check_output_folder(path);
+  create_folder(path);
+  return path;
+}
+
 }  // namespace
 
-RunFolder::RunFolder(const fs::path& path) : path_(path) {
-  create_folder(path_);
+RunFolder::RunFolder(const fs::path& path)
+    : path_(new_folder(path)),
+      jobs_(create_file(path_ / "jobs.csv.part")),
+      chains_(create_file(path_ / "chains.csv.part")) {
   const auto refuse = [&](const std::string& why) {
     throw UsageError("the output folder " + path_.string() + " " + why);
   };
-  for (const char* file : {"run.json", "jobs.csv", "jobs.csv.part"}) {
-    if (fs::exists(path_ / file)) refuse("holds a run already; name another with --output, or remove it");
-  }
-  errno = 0;
-  jobs_.open(path_ / "jobs.csv.part", std::ios::binary);
-  chains_.open(path_ / "chains.csv.part", std::ios::binary);
   if (!jobs_ || !chains_) {
     refuse(concat("cannot be written (", std::strerror(errno), "); name another with --output"));
   }

@@ -3,7 +3,6 @@
 
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <iostream>
 
 #include "hotpath/core/trace.hpp"
@@ -15,7 +14,7 @@ namespace hotpath {
 /// under names that end in `.part`, which are all that a killed run leaves of them (recover_run()).
 class RunFolder {
  public:
-  /// Creates the folder. Throws UsageError when it cannot be written or holds a run already.
+  /// Creates the folder. Throws UsageError when it cannot be written or holds anything already.
   explicit RunFolder(const std::filesystem::path& path);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
@@ -55,8 +54,8 @@ class RunFolder {
   [[noreturn]] void fail(const std::string& name, int cause) const;
 
   const std::filesystem::path path_;
+  FileStream jobs_, chains_;
   int lock_ = -1;
-  std::ofstream jobs_, chains_;
 };
 
 }  // namespace hotpath

@@ -8,6 +8,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/parallel.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -62,7 +63,10 @@ class SimulatedRun {
     return summary;
   }
 
-  void run() { write(summary()); }
+  void run() {
+    check_output_folder(output_folder(options_, graph_));
+    write(summary());
+  }
 
  private:
   struct Simulation {

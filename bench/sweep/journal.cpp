@@ -17,6 +17,7 @@
 #include "hotpath/campaign/crew.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 
@@ -67,13 +68,6 @@ void check_same_sweep(const fs::path& folder, const SweepDesign& design) {
                    "), whose results may differ; go on with that one, or give a new folder");
 }
 
-void check_is_sweep(const fs::path& folder) {
-  if (!fs::exists(folder)) return;
-  if (!fs::is_directory(folder)) throw UsageError("--output: " + folder.string() + " is no folder");
-  if (fs::is_empty(folder) || fs::exists(folder / kJournal) || fs::exists(folder / kFacts)) return;
-  throw UsageError("--output: " + folder.string() + " exists and is no sweep; give a new folder");
-}
-
 }  // namespace
 
 SweepJournal::SweepJournal(fs::path folder, std::uint64_t cells)
@@ -81,7 +75,8 @@ SweepJournal::SweepJournal(fs::path folder, std::uint64_t cells)
 
 SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
     : SweepJournal(std::move(folder), design.cells()) {
-  check_is_sweep(folder_);
+  std::error_code unknown;
+  check_output_folder(folder_, fs::exists(folder_ / kFacts, unknown) ? kFacts : kJournal);
   create_folder(folder_);
   open();
   // Whatever else is in the folder is read and written under the lock.

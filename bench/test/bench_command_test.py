@@ -100,7 +100,7 @@ class BenchCommand(CommandTest):
     def test_refuses_to_mix_two_runs_and_unknown_programs(self):
         self.stand_in("scheduler", ROWS)
         self.folder_with("taken", [1])
-        self.assert_refused("bench", "--only", "scheduler", "--output", "taken", words=["holds a run already"])
+        self.assert_refused("bench", "--only", "scheduler", "--output", "taken", words=["holds files already"])
         self.assert_refused("bench", "--only", "everything", words=["everything"])
 
     def test_compare_names_the_effect_its_interval_and_whether_it_is_beyond_noise(self):

@@ -86,7 +86,7 @@ class Disk:
             parts = any(name.endswith(".part") for name in path.parts)
             if not parts and self.names.get(path.parent, {}).get(path.name) != event.inode:
                 self.defects.append(f"{event}: before its name was kept")
-            if path.name == "run.json.part":
+            if path.name.startswith(".run.json."):
                 self.check_rows(event)
 
     def check_rows(self, event):
@@ -122,7 +122,7 @@ def is_needed(events, k):
     names = [pathlib.Path(e.path) for e in events[k : after[0]] if not e.kind.startswith("wait")]
     if events[k].kind == "wait-folder":
         return names != []
-    return any(name == pathlib.Path(events[k].path) or name.name == "run.json.part" for name in names)
+    return any(name == pathlib.Path(events[k].path) or name.name.startswith(".run.json.") for name in names)
 
 
 class PowerLoss(CommandTest):

@@ -134,7 +134,7 @@ class WrongUse(FaultTest):
         self.assert_refused(["run", *BRIEF, "--output", "/proc/x"], "/proc/x", "--output")
         self.measure("run", *BRIEF)
         before = {f: f.read_bytes() for f in (self.folder / "run").iterdir()}
-        self.assert_refused(["run", *BRIEF, "--output", "run"], "holds a run already")
+        self.assert_refused(["run", *BRIEF, "--output", "run"], "holds files already")
         self.assertEqual({f: f.read_bytes() for f in (self.folder / "run").iterdir()}, before)
 
     @unittest.skipUnless(IS_ROOT, "needs root to become somebody else")

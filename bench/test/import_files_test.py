@@ -195,7 +195,7 @@ class ImportFiles(CommandTest):
         self.imported("irobot", topology)
         code, _, err = self.command("import", "irobot", topology, "--output", self.folder / "out")
         self.assertEqual(code, 2)
-        self.assertIn("exists already", err)
+        self.assertIn("holds files already", err)
 
     def test_the_recorded_graphs_ship(self):
         listed = self.accepted("list", "graphs")

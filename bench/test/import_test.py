@@ -178,7 +178,7 @@ class BadInput(ImportTest):
         self.imported(trace)
         code, _, err = self.command("import", "ctf", trace, "--output", f"{trace}_imported")
         self.assertEqual(code, 2)
-        self.assertIn("holds an import already", err)
+        self.assertIn("holds files already", err)
 
     def test_chains(self):
         trace = self.unpacked("sequences_default")

@@ -40,7 +40,7 @@ class Recover(CommandTest):
         run = RunFolder(folder)
         if run.run["complete"] or not run.run["partial"]:
             return "it is not marked partial"
-        if {f for f in run.files() if f.endswith((".part", ".recovered"))}:
+        if {f for f in run.files() if f.endswith(".part")}:
             return "parts are left"
         if set(run.jobs()) != {(r["executor"], r["repetition"]) for r in run.run["runs"]}:
             return "rows and run.json name other repetitions"

@@ -92,11 +92,13 @@ TEST_F(RunFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
 
 TEST_F(RunFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
   { RunFolder(base_ / "killed"); }
-  EXPECT_THAT(refusal(base_ / "killed"), AllOf(HasSubstr("holds a run already"), HasSubstr("--output")));
+  EXPECT_THAT(refusal(base_ / "killed"), AllOf(HasSubstr("holds files already"), HasSubstr("--output")));
   RunFolder(base_ / "whole").finish();
-  EXPECT_THAT(refusal(base_ / "whole"), HasSubstr("holds a run already"));
+  EXPECT_THAT(refusal(base_ / "whole"), HasSubstr("holds files already"));
   EXPECT_THAT(files(base_ / "whole"), UnorderedElementsAre("jobs.csv", "chains.csv"));
-  EXPECT_EQ(refusal(base_), "accepted") << "an existing folder without a run will do";
+  EXPECT_THAT(refusal(base_), HasSubstr("holds files already")) << "of somebody else";
+  std::filesystem::create_directory(base_ / "empty");
+  EXPECT_EQ(refusal(base_ / "empty"), "accepted");
 }
 
 TEST_F(RunFolderTest, FolderThatCannotBeMadeIsRefused) {

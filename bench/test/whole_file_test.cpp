@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,15 @@ std::string content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// Unfinished files in the folder of tests.
+std::ptrdiff_t parts() {
+  return std::count_if(fs::directory_iterator(testing::TempDir()), fs::directory_iterator(),
+                       [](const auto& entry) {
+                         return entry.path().filename().string().starts_with(".whole_file") &&
+                                entry.path().extension() == ".part";
+                       });
+}
+
 TEST(WholeFile, HoldsTextJsonOrWhatAFunctionWrites) {
   const fs::path file = fs::path(testing::TempDir()) / "whole_file.txt";
   write_whole_file(file, std::string("text"));
@@ -27,7 +37,7 @@ TEST(WholeFile, HoldsTextJsonOrWhatAFunctionWrites) {
   EXPECT_EQ(content_of(file), "{\n  \"a\": 1\n}\n");
   write_whole_file(file, [](std::ostream& out) { out << 7; });
   EXPECT_EQ(content_of(file), "7");
-  EXPECT_FALSE(fs::exists(file.string() + ".part"));
+  EXPECT_EQ(parts(), 0);
 }
 
 TEST(WholeFile, NamesTheOptionThatAskedForAFileThatCannotBeWritten) {
@@ -41,12 +51,40 @@ TEST(WholeFile, NamesTheOptionThatAskedForAFileThatCannotBeWritten) {
   }
 }
 
+TEST(WholeFile, IsNotWrittenThroughALink) {
+  const fs::path base = fs::path(testing::TempDir()) / "whole_file_links";
+  fs::remove_all(base);
+  fs::create_directory(base);
+  write_whole_file(base / "precious", std::string("years of work"));
+  fs::create_symlink("precious", base / "summary.json");
+  write_whole_file(base / "summary.json", std::string("new"));
+  EXPECT_FALSE(fs::is_symlink(base / "summary.json")) << "nobody named it: it is replaced";
+  EXPECT_EQ(content_of(base / "precious"), "years of work");
+  fs::create_symlink("precious", base / "named");
+  write_output_file(base / "named", "--output", std::string("new"));
+  EXPECT_TRUE(fs::is_symlink(base / "named")) << "the user named it: it is followed";
+  EXPECT_EQ(content_of(base / "precious"), "new");
+  EXPECT_LT(create_file(base / "named"), 0);
+  fs::remove_all(base);
+}
+
+TEST(WholeFile, IsRemovedWhenItsContentThrows) {
+  const fs::path file = fs::path(testing::TempDir()) / "whole_file_thrown.txt";
+  const auto content = [](std::ostream& out) {
+    out << "half";
+    throw std::runtime_error("no more");
+  };
+  EXPECT_THROW(write_whole_file(file, content), std::runtime_error);
+  EXPECT_FALSE(fs::exists(file));
+  EXPECT_EQ(parts(), 0);
+}
+
 TEST(WholeFile, LeavesTheOldFileWhenTheNewOneIsNotWhole) {
   const fs::path file = fs::path(testing::TempDir()) / "whole_file_kept.txt";
   write_whole_file(file, std::string("old"));
   EXPECT_THROW(write_whole_file(file, [](std::ostream& out) { out.setstate(std::ios::badbit); }), RunError);
   EXPECT_EQ(content_of(file), "old");
-  EXPECT_FALSE(fs::exists(file.string() + ".part"));
+  EXPECT_EQ(parts(), 0);
 }
 
 }  // namespace

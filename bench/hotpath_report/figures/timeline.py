@@ -158,8 +158,8 @@ def add_key(figure: Any, window: Window) -> None:
     style.add_key(figure, handles, 8)
 
 
-def draw(run: Run, executor: str, repetition: int, part: Interval, path: Path) -> None:
-    """Writes the chart as .svg and, beside it, as .png. Raises InputError."""
+def draw(run: Run, executor: str, repetition: int, part: Interval, path: Path, option: str) -> None:
+    """Writes the chart as .svg and, beside it, as .png; `option` named the file, if any. Raises InputError."""
     window = Window(run, executor, repetition, part)
     labels = window.tasks()
     releaser = window.timer_thread and (window.jobs["kind"] == "timer").any()
@@ -172,4 +172,4 @@ def draw(run: Run, executor: str, repetition: int, part: Interval, path: Path) -
     style.rows_of_labels(axes, labels, xlim=part, xlabel=label)
     add_key(figure, window)
     style.add_title(figure, f"Timeline of {executor}", run.what_ran(), run.partial)
-    style.save(figure, path.parent, path.stem)
+    style.save(figure, path.parent, path.stem, option)

@@ -21,7 +21,7 @@ from hotpath_report.paper.storage import (
 from hotpath_report.run import Run
 from hotpath_report.samples import group_of, samples_by
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
-from hotpath_report.tables import read_json, read_table, text_table
+from hotpath_report.tables import read_json, read_table, text_table, write_output
 
 COMPARED = (0.5, 0.99, 1.0)
 # Below it a difference is none: simulated values are whole nanoseconds.
@@ -216,7 +216,7 @@ def compare_results(
     if rows.empty:
         raise nothing_in_common(old, new, before, after)
     if csv:
-        rows.to_csv(csv, index=False)
+        write_output(Path(csv), "--csv", rows.to_csv(index=False))
     print(*table_of(rows), *other_differences(*folders), sep="\n")
     for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
         alone = sorted({" ".join(filter(None, key[:3])) for key in keys})

@@ -14,7 +14,7 @@ from hotpath_report.pages.judgement import ALARM_RATE, POWER, Judgement, judge, 
 from hotpath_report.pages import compare
 from hotpath_report.pages.compare import Key
 from hotpath_report.statistics import Pairing, Samples
-from hotpath_report.tables import text_table, write_file
+from hotpath_report.tables import text_table, write_output
 
 HEADER = ["", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", "would find", ""]
 METHODS = {
@@ -113,7 +113,7 @@ def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> 
         sep="\n",
     )
     if outputs.get("junit"):
-        write_file(Path(outputs["junit"]), junit(judgements))
+        write_output(Path(outputs["junit"]), "--junit", junit(judgements))
     if outputs.get("markdown"):
-        write_file(Path(outputs["markdown"]), markdown(judgements, old, new))
+        write_output(Path(outputs["markdown"]), "--markdown", markdown(judgements, old, new))
     return int(any(j.worse for j in judgements))

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from hotpath_report.errors import RunError
-from hotpath_report.tables import read_json, write_file
+from hotpath_report.tables import new_part, read_json, write_file
 
 # Not the cells, whose jobs.csv hold every job and take gigabytes; nor report.html, which `hotpath report` makes from
 # what is here.
@@ -34,26 +34,27 @@ def problem_with(output: Path, destination: Path) -> str | None:
 def publish(output: Path, destination: Path) -> None:
     """Replaces `destination` by the publishable part of `output`, and writes README.md beside it. Raises RunError."""
     destination = destination.resolve()
-    part, old = (destination.with_name(f".{destination.name}.{word}") for word in ("part", "old"))
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir(parents=True)
-    for name in PUBLISHED:
-        if (output / name).is_dir():
-            shutil.copytree(output / name, part / name)
-        else:
-            shutil.copy2(output / name, part / name)
-    size = sum(f.stat().st_size for f in part.rglob("*") if f.is_file()) / 1e6
-    if size > LARGEST_MB:
-        shutil.rmtree(part)
-        raise RunError(
-            f"--publish: {size:.0f} MB are more than the {LARGEST_MB} MB that a repository should carry; nothing was"
-            " copied"
-        )
-    shutil.rmtree(old, ignore_errors=True)
-    if destination.exists():
-        os.replace(destination, old)
-    os.replace(part, destination)
-    shutil.rmtree(old, ignore_errors=True)
+    destination.parent.mkdir(parents=True, exist_ok=True)
+    part, _ = new_part(destination, Path.mkdir)
+    try:
+        for name in PUBLISHED:
+            if (output / name).is_dir():
+                shutil.copytree(output / name, part / name)
+            else:
+                shutil.copy2(output / name, part / name)
+        size = sum(f.stat().st_size for f in part.rglob("*") if f.is_file()) / 1e6
+        if size > LARGEST_MB:
+            raise RunError(
+                f"--publish: {size:.0f} MB are more than the {LARGEST_MB} MB that a repository should carry; nothing"
+                " was copied"
+            )
+        old, _ = new_part(destination, Path.mkdir)
+        if destination.exists():
+            os.replace(destination, old)
+        os.replace(part, destination)
+        shutil.rmtree(old, ignore_errors=True)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
     write_readme(destination, size)
     print(f"Published {size:.1f} MB to {destination}", file=sys.stderr)
 
