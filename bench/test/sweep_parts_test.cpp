@@ -257,9 +257,9 @@ TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
   SweepDesign other = d;
   other.text += "seed: 3\n";
   EXPECT_THAT(said(folder_ / "out", other), HasSubstr("holds results of another sweep"));
-  EXPECT_THAT(said("/dev/full", d), HasSubstr("is no folder"));
+  EXPECT_THAT(said("/dev/full", d), HasSubstr("Not a directory"));
   fs::create_directories(folder_ / "full" / "of");
-  EXPECT_THAT(said(folder_ / "full", d), HasSubstr("exists and is no sweep"));
+  EXPECT_THAT(said(folder_ / "full", d), HasSubstr("holds other files"));
   std::ofstream(folder_ / "out" / "sweep.json") << R"({"version": "0.1.0", "build": 1})";
   EXPECT_THAT(said(folder_ / "out", d), HasSubstr("begun by another build"));
   std::ofstream(folder_ / "out" / "sweep.json") << "{";
