@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
-#include "hotpath/reference_system/graph_file.hpp"
 #include "import/import_ctf.hpp"
 #include "import/run_events.hpp"
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
-#include "setup/run_setup.hpp"
+#include "setup/stored_system.hpp"
 
 namespace hotpath {
 
@@ -18,7 +17,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 const ExecutorEntry* registered(const std::string& label) {
-  return find_executor(label.substr(0, label.find(':')));
+  return find_executor(label.substr(0, label.find_first_of(":@")));
 }
 
 /// Of the executors of rclcpp only those that share the class Executor have events of their waits.
@@ -39,13 +38,11 @@ bool is_jazzy(const std::string& label) {
 void export_ctf(const std::string& folder, const std::string& output) {
   check_output_folder(output);
   StoredRun run(folder, "RUN");
-  const Graph graph = run.check(
-      [&] { return load_graph(find_graph(run.facts().at("graph").at("file").get<std::string>())); });
-  GraphTasks tasks = make_tasks(graph);
-  run.load(tasks.set);
+  const StoredSystem system = stored_system(run);
+  run.load(system.tasks.set);
   for (const Trace& trace : run.traces()) {
-    set_phases(tasks.set, run.first_timestamps(tasks.set, trace.executor, trace.repetition));
-    ExportedRun exported{graph, tasks, trace, {}, is_jazzy(trace.executor), run.cores()};
+    const GraphTasks tasks = system.tasks_of(run, trace.executor, trace.repetition);
+    ExportedRun exported{system.graph, tasks, trace, {}, is_jazzy(trace.executor), run.cores()};
     run.check([&] {
       const json& deployments = run.facts().at("deployments");
       if (!deployments.contains(trace.executor)) {
