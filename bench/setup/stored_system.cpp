@@ -84,7 +84,8 @@ ExecutorSpec deployed(const StoredRun& run, const json& stored, const TaskSet& s
     plan.processes.resize(std::max<std::size_t>(plan.processes.size(), executor.process + 1));
     for (const json& task : of.at("tasks")) {
       const auto at = std::ranges::find(set.tasks, task.get<std::string>(), &Task::name);
-      if (at == set.tasks.end()) run.fail("the graph has no task " + task.dump() + "; was it of another graph?");
+      if (at == set.tasks.end())
+        run.fail("the graph has no task " + task.dump() + "; was it of another graph?");
       plan.executor_of[static_cast<std::size_t>(at - set.tasks.begin())] =
           static_cast<std::uint32_t>(plan.executors.size() - 1);
     }

@@ -28,9 +28,9 @@ struct StoredSystem {
                                     std::uint32_t repetition) const;
 };
 
-/// Rebuilds the system from run.json and the graph's file, or `graph`, a name or path in place of it. Keys that
-/// an older version did not write have the value that this version had. Throws UsageError for a graph that has
-/// changed since, InputError and UsageError for what cannot be read.
+/// Rebuilds the system from run.json and the graph's file, or `graph`, a name or path in place of it. Keys
+/// that an older version did not write have the value that this version had. Throws UsageError for a graph
+/// that has changed since, InputError and UsageError for what cannot be read.
 [[nodiscard]] StoredSystem stored_system(const StoredRun& run, const std::string& graph = "");
 
 }  // namespace hotpath
