@@ -11,7 +11,6 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
@@ -20,6 +19,7 @@
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
 #include "setup/setup_facts.hpp"
+#include "setup/stored_system.hpp"
 
 namespace hotpath {
 
@@ -42,7 +42,7 @@ class Analysis {
     }
     if (!options.page.empty()) check_output_folder(options.page, "bounds.json", "--page");
     if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
-    graph_ = graph_to_run(options_);
+    if (!trace_) graph_ = graph_to_run(options_);
     const GraphPlatform of_graph = graph_.platform;
     options_.apply_to(graph_.platform);
     if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
@@ -52,7 +52,6 @@ class Analysis {
             "--trace: its bounds are for the machine of that simulation; leave out the options that change "
             "it");
       }
-      trace_->check([&] { graph_.platform = platform_from_json(trace_->facts().at("platform")); });
     }
     tasks_ = make_tasks(graph_);
     try {
@@ -61,7 +60,6 @@ class Analysis {
       throw UsageError("analyze " + options_.graph + ": " + error.what() + "; simulate the graph instead");
     }
     if (!trace_) return;
-    check_graph_of_run();
     observed_.emplace(*trace_, tasks_.set);
   }
 
@@ -82,38 +80,12 @@ class Analysis {
   }
 
  private:
-  /// A bound is compared with what ran: same load, rule, ties, order of entities and executors.
+  /// A bound is compared with what ran: the run's system, with its executors unless others are given.
   void take_over_run() {
-    const nlohmann::json& facts = trace_->facts();
-    trace_->check([&] {
-      const nlohmann::json load = facts.value("load_given", nlohmann::json());
-      if (load.is_number()) options_.load_percent = load.get<double>();
-      if (facts.contains("rate_percent")) options_.rate_percent = facts["rate_percent"].get<double>();
-      options_.copies = facts.value("copies", 1U);
-      options_.rule = *parse<SubscriptionRule>(facts.at("rule").get<std::string>());
-      options_.ties = *parse<Ties>(facts.at("ties").get<std::string>());
-      options_.entity_order = facts.value("entity_order", options_.entity_order);
-      if (!options_.executors.empty()) return;
-      for (const std::string& name : trace_->executors()) {
-        if (!facts.at("deployments").contains(name)) options_.executors.push_back(name);
-      }
-    });
-  }
-
-  /// Throws UsageError unless the run had the graph's execution times.
-  void check_graph_of_run() const {
-    trace_->check([&] {
-      for (const nlohmann::json& task : trace_->facts().at("tasks")) {
-        const auto known =
-            std::ranges::find(tasks_.set.tasks, task.at("task").get<std::string>(), &Task::name);
-        if (known == tasks_.set.tasks.end() ||
-            task.value("wcet_ns", known->wcet.count()) == known->wcet.count())
-          continue;
-        trace_->fail("its task " + known->name + " took " + task.at("wcet_ns").dump() + " ns, and " +
-                     std::to_string(known->wcet.count()) + " in " + options_.graph +
-                     ": the graph has changed since; simulate it again");
-      }
-    });
+    StoredSystem system = stored_system(*trace_, options_.graph);
+    if (!options_.executors.empty()) system.options.executors = options_.executors;
+    static_cast<CommonOptions&>(options_) = std::move(system.options);
+    graph_ = std::move(system.graph);
   }
 
   /// Whether the run claims what bounds assume: virtual time, no job longer than its worst case.

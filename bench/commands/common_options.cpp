@@ -111,6 +111,11 @@ void add_platform_options(CLI::App& command, PlatformOptions& o) {
 void add_output_option(CLI::App& command, CommonOptions& o) {
   command.option_defaults()->group("Results");
   add_text(command, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-GRAPH");
+  // For run.json, which is the same whatever the folder is called and however many threads simulate.
+  command.parse_complete_callback([&command, &o] {
+    o.command = given_options(command, {"output", "threads"});
+    o.command.insert(o.command.begin(), command.get_name());
+  });
 }
 
 void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& o) {

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 struct ValidateOptions {
   std::vector<std::string> runs;
   std::string reference, output;
+  bool all = false;
 };
 
 fs::path find_reference(const std::string& given) {
@@ -34,8 +35,11 @@ void validate(const ValidateOptions& options) {
       options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-validate" : options.output;
   check_output_folder(folder);
   const fs::path reference = find_reference(options.reference);
-  Validation validation{
-      validate_golden_traces(reference), validate_timers_only(reference), validate_autoware(reference), {}};
+  Validation validation;
+  if (options.all || options.runs.empty()) {
+    validation = {
+        validate_golden_traces(reference), validate_timers_only(reference), validate_autoware(reference), {}};
+  }
   for (const std::string& run : options.runs) {
     for (RunValidation& v : validate_run(run, reference)) validation.runs.push_back(std::move(v));
   }
@@ -54,7 +58,8 @@ void add_validate_command(CLI::App& app) {
       "hotpath validate runs/first", validate);
   command.add_option("RUN", o.runs,
                      "Folders of runs, to compare with their own simulation and,\nwhere it measured the "
-                     "same graph, with the real stack");
+                     "same graph, with the real stack; without\nany, the simulator against the real stack");
+  command.add_flag("--all", o.all, "Also the simulator against the real stack, as without RUN");
   add_text(command, "--reference", o.reference, "FOLDER",
            "Folder of the reference measurements; by default those\nthat come with this program");
   add_text(command, "--output", o.output, "FOLDER",

@@ -1,37 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <nlohmann/json.hpp>
+#include <algorithm>
 
-#include "hotpath/reference_system/graph_file.hpp"
 #include "import/import_ctf.hpp"
 #include "import/run_events.hpp"
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
-#include "setup/run_setup.hpp"
+#include "setup/stored_system.hpp"
 
 namespace hotpath {
 
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-
-const ExecutorEntry* registered(const std::string& label) {
-  return find_executor(label.substr(0, label.find(':')));
-}
 
 /// Of the executors of rclcpp only those that share the class Executor have events of their waits.
-bool has_wait_events(const std::string& label) {
-  const ExecutorEntry* const entry = registered(label);
-  return entry != nullptr && entry->traits.family == Family::wait_set &&
-         entry->traits.runs_first == TaskKind::timer;
+bool has_wait_events(const ExecutorSpec& executor) {
+  const ExecutorTraits& traits = executor.entry->traits;
+  return traits.family == Family::wait_set && traits.runs_first == TaskKind::timer;
 }
 
 /// An executor that rclcpp has from Jazzy on.
-bool is_jazzy(const std::string& label) {
-  const ExecutorEntry* const entry = registered(label);
-  return entry != nullptr && entry->traits.on_rclcpp && entry->traits.on_rclcpp->first >= RosDistro::jazzy;
+bool is_jazzy(const ExecutorSpec& executor) {
+  const auto& on_rclcpp = executor.entry->traits.on_rclcpp;
+  return on_rclcpp && on_rclcpp->first >= RosDistro::jazzy;
+}
+
+/// The threads of a deployment are numbered, executor by executor; of those of a simulation the deployment
+/// alone knows the process.
+void tell_threads(const ExecutorSpec& executor, bool simulated, ExportedRun& exported) {
+  exported.jazzy = std::ranges::any_of(parts(executor), is_jazzy);
+  if (!executor.deployment) return exported.polled.assign(kMaxWorkers, has_wait_events(executor));
+  std::vector<std::uint16_t> processes;
+  for (std::size_t e = 0; e < parts(executor).size(); ++e) {
+    const ExecutorSpec& part = parts(executor)[e];
+    const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
+    exported.polled.insert(exported.polled.end(), workers, has_wait_events(part));
+    const auto process = static_cast<std::uint16_t>(executor.deployment->plan.executors[e].process);
+    processes.insert(processes.end(), workers, process);
+  }
+  for (JobRecord& r : exported.trace.jobs) {
+    if (simulated && r.worker < processes.size()) r.process = processes[r.worker];
+  }
 }
 
 }  // namespace
@@ -39,26 +50,12 @@ bool is_jazzy(const std::string& label) {
 void export_ctf(const std::string& folder, const std::string& output) {
   check_output_folder(output);
   StoredRun run(folder, "RUN");
-  const Graph graph = run.check(
-      [&] { return load_graph(find_graph(run.facts().at("graph").at("file").get<std::string>())); });
-  GraphTasks tasks = make_tasks(graph);
-  run.load(tasks.set);
+  const StoredSystem system = stored_system(run);
+  run.load(system.tasks.set);
   for (const Trace& trace : run.traces()) {
-    set_phases(tasks.set, run.first_timestamps(tasks.set, trace.executor, trace.repetition));
-    ExportedRun exported{graph, tasks, trace, {}, is_jazzy(trace.executor), run.cores()};
-    run.check([&] {
-      const json& deployments = run.facts().at("deployments");
-      if (!deployments.contains(trace.executor)) {
-        exported.polled.assign(kMaxWorkers, has_wait_events(trace.executor));
-        return;
-      }
-      for (const json& executor : deployments.at(trace.executor).at("executors")) {
-        const auto label = executor.at("executor").get<std::string>();
-        exported.polled.insert(exported.polled.end(), executor.at("workers").get<std::size_t>(),
-                               has_wait_events(label));
-        exported.jazzy = exported.jazzy || is_jazzy(label);
-      }
-    });
+    const GraphTasks tasks = system.tasks_of(run, trace.executor, trace.repetition);
+    ExportedRun exported{system.graph, tasks, trace, {}, false, run.cores()};
+    run.check([&] { tell_threads(system.executor(trace.executor), system.simulated, exported); });
     const bool one = run.traces().size() == 1;
     const fs::path to =
         one ? fs::path(output) : fs::path(output) / concat(trace.executor, "-", trace.repetition);

@@ -50,18 +50,17 @@ constexpr double kSameOrder = 0.01;
 /// The simulation begins when the recorded executors did, so that everything counts.
 constexpr Duration kWarmUp{};
 
+fs::path output_of(const ImportCtfOptions& options) {
+  if (!options.output.empty()) return options.output;
+  return fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
+}
+
 class CtfImport final : public RecordedJobSink {
  public:
   CtfImport(const ImportCtfOptions& options, const WholePackets& trace)
-      : options_(options),
-        trace_(trace),
-        output_(options.output.empty()
-                    ? fs::path("imports") / fs::path(options.trace).lexically_normal().filename()
-                    : fs::path(options.output)),
-        assembler_(*this) {}
+      : options_(options), trace_(trace), output_(output_of(options)), assembler_(*this) {}
 
   void run() {
-    check_output_folder(output_);
     Progress progress(1, Duration::zero());
     const auto began = std::chrono::steady_clock::now();
     progress.begin("reading " + options_.trace);
@@ -98,7 +97,7 @@ class CtfImport final : public RecordedJobSink {
     learnt_ = true;
     const RecordedSystem& system = assembler_.system();
     if (jobs_.empty()) throw UsageError(no_jobs());
-    std::ranges::sort(jobs_, {}, &RecordedJob::start);
+    std::ranges::sort(jobs_, {}, &RecordedJob::started);
     const Time last = jobs_.back().ended ? jobs_.back().finish : jobs_.back().start;
     recording_ = std::make_unique<Recording>(Recording{system,
                                                        {},
@@ -199,7 +198,7 @@ class CtfImport final : public RecordedJobSink {
 
   /// What comes after the window.
   void append() {
-    std::ranges::sort(jobs_, {}, &RecordedJob::start);
+    std::ranges::sort(jobs_, {}, &RecordedJob::started);
     Trace rows;
     rows.executor = found_.best.trace.executor;
     rows.epoch = recording_->graph.epoch;
@@ -241,7 +240,7 @@ class CtfImport final : public RecordedJobSink {
     common.duration_s = to_ms(trace.end - Time{} - kWarmUp) / 1000;
     json facts = common_facts(common, best.graph, best.tasks.set, {*best.executor});
     facts["kind"] = kind;
-    facts["execution_times"] = "measured";
+    facts["execution_times"] = "recorded";
     facts["platform"] = platform_json(best.graph.platform);
     facts["bounds"] = json::array();
     Repetition repetition;
@@ -275,14 +274,41 @@ class CtfImport final : public RecordedJobSink {
   std::uint64_t later_jobs_ = 0;
 };
 
+/// Removes what an import that failed has written into a folder that was empty, or is new and goes as well.
+class UnlessDone {
+ public:
+  explicit UnlessDone(fs::path output) : output_(std::move(output)), is_new_(!fs::exists(output_)) {}
+  UnlessDone(const UnlessDone&) = delete;
+  UnlessDone& operator=(const UnlessDone&) = delete;
+  ~UnlessDone() {
+    std::error_code ignored;
+    if (done_) return;
+    for (const fs::directory_entry& entry : fs::directory_iterator(output_, ignored)) {
+      fs::remove_all(entry.path(), ignored);
+    }
+    if (is_new_) fs::remove(output_, ignored);
+  }
+  void done() { done_ = true; }
+
+ private:
+  const fs::path output_;
+  const bool is_new_;
+  bool done_ = false;
+};
+
 }  // namespace
 
 void import_ctf(const ImportCtfOptions& options) {
-  if (!options.output.empty()) check_output_folder(options.output);
+  const fs::path output = output_of(options);
+  check_output_folder(output);
   const WholePackets trace(ctf_folders(options.trace));
+  UnlessDone written(output);
   // On some damaged traces libbabeltrace2 ends its process, by an assertion or a division by zero.
   const std::optional<int> status = continue_in_child();
-  if (!status) return CtfImport(options, trace).run();
+  if (!status) {
+    CtfImport(options, trace).run();
+    return written.done();
+  }
   const std::string problem = "reading " + options.trace + " " + how_it_ended(*status);
   if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; did memory end?");
   throw UsageError(problem + ": it is damaged so that libbabeltrace2 does not survive it; record it again");

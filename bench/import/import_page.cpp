@@ -2,6 +2,7 @@
 #include "import/import_page.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -235,6 +236,7 @@ void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesys
   out << text("Self-check: %s (order of jobs %.3f similar)\n", to_string(check.light),
               check.schedule.similarity);
   for (const auto& chain : check.chains) {
+    if (!std::isfinite(chain.recorded_ms.p50) || !std::isfinite(chain.simulated_ms.p50)) continue;
     out << text("  %s: median %.2f ms recorded, %.2f simulated (%+.1f %%); p99 %.2f, %.2f (%+.1f %%)\n",
                 chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50,
                 chain.median_error_percent, chain.recorded_ms.p99, chain.simulated_ms.p99,

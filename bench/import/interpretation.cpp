@@ -74,8 +74,9 @@ class Interpreter {
     const TaskId count = recording_.graph.tasks.set.size();
     std::vector<bool> release_only;
     for (TaskId id = 0; id < count; ++id) {
-      release_only.push_back(entry_of(made_.labels[executor_of(id)]).traits.timers ==
-                             TimerHandling::release_only);
+      // Where jobs contradict the executor, as when it was not recognised, they are right.
+      const TimerHandling timers = entry_of(made_.labels[executor_of(id)]).traits.timers;
+      release_only.push_back(timers == TimerHandling::release_only || recording_.timers.released[id]);
     }
     made_.rows = std::make_unique<RecordedTrace>(recording_.system, recording_.graph, recording_.timers,
                                                  std::move(release_only));

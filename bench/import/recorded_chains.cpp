@@ -20,7 +20,7 @@ using MessageKey = std::tuple<std::uint32_t, std::uint64_t, std::uint32_t>;
 
 struct Step {
   enum Kind : std::uint8_t { publish, start, finish };
-  Time at;
+  std::uint64_t event;
   Kind kind;
   std::size_t job;
   std::size_t publication = 0;
@@ -66,13 +66,13 @@ class Follower {
     for (std::size_t i = 0; i < window_.jobs.size(); ++i) {
       const RecordedJob& job = window_.jobs[i];
       if (graph_.task(job.ref) == kNoTask) continue;
-      steps.push_back({job.start, Step::start, i});
-      if (job.ended) steps.push_back({job.finish, Step::finish, i});
+      steps.push_back({job.started, Step::start, i});
+      if (job.ended) steps.push_back({job.finished, Step::finish, i});
       for (std::size_t p = 0; p < job.published.size(); ++p)
-        steps.push_back({job.published[p].at, Step::publish, i, p});
+        steps.push_back({job.published[p].event, Step::publish, i, p});
       if (job.has_sample) ++readers_[{job.sample.parent.callback, job.sample.parent.number, topic_of(job)}];
     }
-    std::ranges::stable_sort(steps, {}, [](const Step& s) { return std::tuple(s.at, s.kind); });
+    std::ranges::sort(steps, {}, &Step::event);
     return steps;
   }
 

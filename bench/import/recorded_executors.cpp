@@ -108,9 +108,13 @@ RecordedExecutors recorded_executors(const RecordedSystem& system, const std::st
     if (uses[t].nodes.empty()) continue;
     const auto [at, is_new] =
         index.try_emplace(groups.find(t), static_cast<std::uint32_t>(found.executors.size()));
-    if (is_new)
-      found.executors.push_back(
-          {concat("thread_", system.threads[t].id), system.threads[t].process, {}, {}, {}});
+    if (is_new) {
+      // Processes of several containers may have threads of the same ids.
+      const RecordedThread& first = system.threads[t];
+      const std::string of_process =
+          system.processes.size() > 1 ? concat("process_", first.process, "_") : std::string();
+      found.executors.push_back({concat(of_process, "thread_", first.id), first.process, {}, {}, {}});
+    }
     found.executors[at->second].threads.push_back(t);
   }
   for (RecordedExecutor& executor : found.executors) {

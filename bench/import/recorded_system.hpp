@@ -81,6 +81,7 @@ struct RecordedSample {
 struct RecordedPublication {
   std::uint32_t topic = kNone;
   Time at{};
+  std::uint64_t event = 0;  ///< As RecordedJob::started.
 };
 
 /// One run of a callback.
@@ -89,6 +90,8 @@ struct RecordedJob {
   std::uint32_t thread = kNone;  ///< Index into threads.
   std::int32_t processor = -1;
   Time start{}, finish{};
+  /// Positions of both among the events of the trace, which tell what came first within one instant.
+  std::uint64_t started = 0, finished = 0;
   bool ended = true;
   bool waited = false;      ///< The executor waited for work since the previous job of the thread.
   bool has_sample = false;  ///< Those of subscriptions have one.

@@ -43,29 +43,37 @@ void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std:
 RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
                                std::span<const RecordedJob> jobs, Time end) {
   const TaskId count = graph.tasks.set.size();
-  RecordedTimers timers{std::vector<Time>(count), {}, std::vector<std::uint64_t>(count, 0)};
+  RecordedTimers timers{std::vector<Time>(count), {}, std::vector<bool>(count, false)};
   const auto first =
       std::ranges::find_if(jobs, [&](const RecordedJob& j) { return graph.task(j.ref) != kNoTask; });
   if (first != jobs.end()) timers.begin = first->start;
-  std::vector<Time> next(count);
+  // Of a polled timer, and of one whose jobs a thread of its own releases.
+  std::vector<Time> next(count), released(count);
+  std::vector<bool> early(count, false), early_released(count, false);
   std::vector<Duration> ahead(count);
   for (TaskId id = 0; id < count; ++id) {
     const std::uint32_t c = graph.callback_of[id];
     if (graph.tasks.set[id].kind != TaskKind::timer || c == kNone) continue;
-    timers.first[id] = next[id] = system.callbacks[c].created + system.callbacks[c].period;
+    timers.first[id] = next[id] = released[id] = system.callbacks[c].created + system.callbacks[c].period;
   }
   for (const RecordedJob& job : jobs) {
     const TaskId id = graph.task(job.ref);
     if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer) continue;
-    const Duration early = next[id] - job.start;
-    if (early > kCreationEvent) {
-      ++timers.early[id];
+    if (released[id] - job.start > kCreationEvent) early_released[id] = true;
+    const bool first_job = released[id] == timers.first[id];
+    step(released[id], first_job ? timers.begin : released[id], graph.tasks.set[id].period);
+    const Duration before = next[id] - job.start;
+    if (before > kCreationEvent) {
+      early[id] = true;
       continue;
     }
-    ahead[id] = std::max(ahead[id], early);
+    ahead[id] = std::max(ahead[id], before);
     step(next[id], job.start, graph.tasks.set[id].period);
   }
-  for (TaskId id = 0; id < count; ++id) timers.first[id] -= ahead[id];
+  for (TaskId id = 0; id < count; ++id) {
+    timers.first[id] -= ahead[id];
+    timers.released[id] = early[id] && !early_released[id];
+  }
   refuse_jumps(timers, graph, jobs.size(), end);
   return timers;
 }

@@ -13,9 +13,9 @@ namespace hotpath {
 
 /// First release of each task's timer, and what the jobs say about how it is called.
 struct RecordedTimers {
-  std::vector<Time> first;           ///< By task; Time{} for subscriptions.
-  Time begin{};                      ///< Of the first job: executors spin from here on.
-  std::vector<std::uint64_t> early;  ///< By task: jobs that began before a polled timer would have been due.
+  std::vector<Time> first;     ///< By task; Time{} for subscriptions.
+  Time begin{};                ///< Of the first job: executors spin from here on.
+  std::vector<bool> released;  ///< By task: its jobs contradict that it is called when they start.
 };
 
 /// `jobs` are by start. A timer's first release is its creation plus its period; where jobs begin somewhat

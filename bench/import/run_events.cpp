@@ -102,14 +102,30 @@ class Teller {
     initialise();
     tell_jobs();
     std::ranges::stable_sort(told_.events, {}, &WrittenEvent::at_ns);
+    separate_processors();
     return std::move(told_);
   }
 
  private:
   struct Where {
-    std::uint32_t process = 1000, thread = 1000;
+    std::uint32_t process = 0, thread = 0;
     std::uint16_t processor = 0;
   };
+
+  /// Ids of threads are unique in a system.
+  static Where main_thread(std::uint16_t process) { return {1000U * (1U + process), 1000U * (1U + process)}; }
+
+  /// Readers put the streams of processors together by time alone. What happens on two of them at one instant
+  /// of virtual time comes a nanosecond apart, in the order of cause and effect.
+  void separate_processors() {
+    const WrittenEvent* last = nullptr;
+    for (WrittenEvent& e : told_.events) {
+      if (last != nullptr && e.at_ns <= last->at_ns) {
+        e.at_ns = last->at_ns + (e.processor == last->processor ? 0 : 1);
+      }
+      last = &e;
+    }
+  }
 
   std::uint64_t text(const std::string& words) {
     const auto [at, is_new] = texts_.try_emplace(words, told_.texts.size());
@@ -143,8 +159,7 @@ class Teller {
     const std::int64_t begin = kEpoch_ns + earliest.count() - 1'000'000;
     std::uint64_t publishers = 0;
     for (std::uint32_t n = 0; n < run_.graph.nodes.size(); ++n) {
-      Where where;
-      where.process = where.thread = 1000U + process_of[n];
+      const Where where = main_thread(process_of[n]);
       if (processes.insert(process_of[n]).second)
         add(begin, rcl_init, where, {1, text(run_.jazzy ? "9.2.0" : "8.0.0")});
       const Node& of = run_.graph.nodes[n];
@@ -163,8 +178,7 @@ class Teller {
   void initialise(TaskId id, std::int64_t begin, const std::map<std::uint32_t, std::uint16_t>& process_of) {
     const TaskOrigin& origin = run_.tasks.origin[id];
     const Task& task = run_.tasks.set[id];
-    Where where;
-    where.process = where.thread = 1000U + process_of.at(origin.node);
+    const Where where = main_thread(process_of.at(origin.node));
     if (origin.input) {
       const Input& input = run_.graph.nodes[origin.node].inputs[*origin.input];
       add(begin, subscription_init, where,
@@ -189,15 +203,16 @@ class Teller {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)
       if (started(r)) jobs.push_back(&r);
-    std::ranges::stable_sort(jobs, {}, [](const JobRecord* r) { return std::pair(r->start, r->finish); });
-    std::map<std::uint16_t, const JobRecord*> previous;  // by worker
+    std::ranges::stable_sort(jobs, {}, [](const JobRecord* r) {
+      return std::pair(r->start, r->outcome == Outcome::ran ? r->finish : Time::max());
+    });
+    std::map<std::pair<std::uint16_t, std::uint16_t>, const JobRecord*> previous;  // by process and worker
     for (const JobRecord* r : jobs) {
-      Where where;
-      where.process = 1000U + r->process;
-      where.thread = 1000U + r->worker;
+      Where where = main_thread(r->process);
+      where.thread += r->worker;
       where.processor =
           static_cast<std::uint16_t>(r->cpu >= 0 ? r->cpu : static_cast<int>(r->worker % run_.cores));
-      const JobRecord*& before = previous[r->worker];
+      const JobRecord*& before = previous[{r->process, r->worker}];
       if (r->worker < run_.polled.size() && run_.polled[r->worker]) tell_executor(*r, before, where);
       before = r;
       tell_job(*r, where);

@@ -11,7 +11,7 @@ namespace hotpath {
 struct ExportedRun {
   const Graph& graph;
   const GraphTasks& tasks;  ///< With the run's phases.
-  const Trace& trace;
+  Trace trace;
   std::vector<bool> polled;  ///< By worker: it belongs to an executor with events of its waits.
   bool jazzy = false;        ///< As rclcpp 28 (rcl 9), else as rclcpp 26 (rcl 8).
   unsigned cores = 1;

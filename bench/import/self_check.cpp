@@ -85,6 +85,13 @@ std::vector<double> latencies(const Graph& graph, const GraphTasks& tasks, const
   return all;
 }
 
+/// Latencies that differ by less are the same, also where there is no work at all.
+constexpr double kSame_ms = 1e-3;
+
+double error_percent(double recorded_ms, double simulated_ms) {
+  return std::abs(simulated_ms - recorded_ms) < kSame_ms ? 0 : 100 * (simulated_ms / recorded_ms - 1);
+}
+
 struct Losses {
   std::uint64_t all = 0, lost = 0;
   [[nodiscard]] double percent() const {
@@ -112,6 +119,9 @@ class Judge {
   void see(double off, double green, const std::string& what) {
     if (!(off > green)) return;
     const Light light = off > kRed * green ? Light::red : Light::yellow;
+    add(light, what);
+  }
+  void add(Light light, const std::string& what) {
     check_.light = std::max(check_.light, light);
     check_.reasons.push_back(what);
   }
@@ -142,13 +152,18 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
     const std::vector<double> seen = latencies(graph, tasks, recorded, c, from);
     const std::vector<double> told = latencies(graph, tasks, simulated, c, from);
-    if (seen.empty()) continue;
     SelfCheck::ChainCheck& chain = check.chains.emplace_back();
     chain.chain = graph.chains[c].name;
     chain.recorded_ms = latency_quantiles(seen);
     chain.simulated_ms = latency_quantiles(told);
-    chain.median_error_percent = 100 * (chain.simulated_ms.p50 / chain.recorded_ms.p50 - 1);
-    chain.p99_error_percent = 100 * (chain.simulated_ms.p99 / chain.recorded_ms.p99 - 1);
+    if (seen.empty() || told.empty()) {
+      judge.add(seen.empty() ? Light::yellow : Light::red,
+                concat("No output of ", chain.chain, seen.empty() ? " was recorded" : " was simulated",
+                       ": its latency cannot be compared."));
+      continue;
+    }
+    chain.median_error_percent = error_percent(chain.recorded_ms.p50, chain.simulated_ms.p50);
+    chain.p99_error_percent = error_percent(chain.recorded_ms.p99, chain.simulated_ms.p99);
     judge.see(std::abs(chain.median_error_percent), kMedianError_percent,
               text("The median of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
                    chain.simulated_ms.p50, chain.recorded_ms.p50));

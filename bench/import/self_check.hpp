@@ -22,7 +22,7 @@ struct SelfCheck {
   struct ChainCheck {
     std::string chain;
     LatencyQuantiles recorded_ms, simulated_ms;
-    double median_error_percent = 0, p99_error_percent = 0;  ///< Simulated to recorded.
+    double median_error_percent = kNoValue, p99_error_percent = kNoValue;  ///< Simulated to recorded.
   };
   /// Share of a task's timestamps or samples that were lost: skipped or overwritten.
   struct LossCheck {

@@ -15,6 +15,7 @@ constexpr std::size_t kMostNested = 16;
 
 void TraceAssembler::visit(const TraceEvent& e) {
   using K = TraceEventKind;
+  ++events_;
   if (describe(e)) return;
   switch (e.kind) {
     case K::callback_start:
@@ -66,6 +67,7 @@ void TraceAssembler::start(const TraceEvent& e) {
   job.ref = {callback, numbers_[callback]++};
   job.thread = index;
   job.start = from_ns(e.at_ns);
+  job.started = events_;
   job.waited = std::exchange(thread.waited, false);
   if (thread.taken_by == callback) {
     job.has_sample = true;
@@ -103,6 +105,7 @@ void TraceAssembler::end(const TraceEvent& e) {
   RecordedJob job = std::move(*found);
   thread.open.erase(found, thread.open.end());
   job.finish = from_ns(e.at_ns);
+  job.finished = events_;
   job.processor = e.processor;
   RecordedCallback& callback = system_.callbacks[job.ref.callback];
   ++callback.jobs;

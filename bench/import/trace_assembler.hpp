@@ -109,7 +109,7 @@ class TraceAssembler final : public TraceVisitor {
   std::vector<Thread> threads_;             // parallel to those of the system
   std::vector<Readers> readers_;            // parallel to its callbacks
   std::vector<std::uint64_t> numbers_;      // of jobs begun, parallel to its callbacks
-  std::uint64_t publications_ = 0;
+  std::uint64_t publications_ = 0, events_ = 0;
 };
 
 }  // namespace hotpath

@@ -24,7 +24,7 @@ void TraceAssembler::publish(const TraceEvent& e, bool intra_process) {
     if (thread.open.empty()) {
       ++topic.outside;
     } else {
-      thread.open.back().published.push_back({thread.topic, from_ns(e.at_ns)});
+      thread.open.back().published.push_back({thread.topic, from_ns(e.at_ns), events_});
     }
   }
   if (intra_process) return;

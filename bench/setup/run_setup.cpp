@@ -60,9 +60,14 @@ Graph graph_to_run(const CommonOptions& options) {
 namespace {
 
 /// What --entity-order says; empty for the order of creation.
-std::vector<TaskId> entity_order(const std::string& text, const TaskSet& set) {
+std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& set) {
+  const std::string& text = options.entity_order;
   std::vector<TaskId> order;
-  if (text == "creation") return order;
+  for (const std::string& name : options.entity_tasks) {
+    const auto task = std::ranges::find(set.tasks, name, &Task::name);
+    if (task != set.tasks.end()) order.push_back(static_cast<TaskId>(task - set.tasks.begin()));
+  }
+  if (!order.empty() || text == "creation") return order;
   if (text == "reverse") {
     for (TaskId id = set.size(); id-- > 0;) order.push_back(id);
     return order;
@@ -91,10 +96,13 @@ std::vector<TaskId> entity_order(const std::string& text, const TaskSet& set) {
 
 }  // namespace
 
+SchedulerOptions scheduling_of(const CommonOptions& options, const TaskSet& set, unsigned cores) {
+  return {options.rule, options.ties, cores == 0 ? 0 : std::max(2U, cores), entity_order(options, set)};
+}
+
 std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
-                                           const GraphTasks& tasks, unsigned threads) {
-  const SchedulerOptions defaults{options.rule, options.ties, threads,
-                                  entity_order(options.entity_order, tasks.set)};
+                                           const GraphTasks& tasks, unsigned cores) {
+  const SchedulerOptions defaults = scheduling_of(options, tasks.set, cores);
   std::vector<ExecutorSpec> executors;
   for (const std::string& name : options.executors) executors.push_back(parse_executor(name, defaults));
   for (const std::string& name : options.deployments) {

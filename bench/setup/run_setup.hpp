@@ -18,6 +18,8 @@ struct CommonOptions {
   std::vector<std::string> executors;
   std::vector<std::string> deployments;
   std::string entity_order = "creation";
+  /// In that order, in place of entity_order: of a stored run, whose file may have changed since.
+  std::vector<std::string> entity_tasks;
   double duration_s = 30, warm_up_s = 2;
   std::uint32_t repetitions = 1;
   std::uint64_t seed = 1;
@@ -31,6 +33,7 @@ struct CommonOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;
   std::string output;
+  std::vector<std::string> command;  ///< As given, without what changes no result.
 };
 
 /// What the options say of the simulated machine; what is left open follows from the graph's `platform`.
@@ -54,10 +57,15 @@ std::string output_folder(const CommonOptions& options, const Graph& graph);
 /// UsageError.
 Graph graph_to_run(const CommonOptions& options);
 
-/// The executors and deployments asked for. Throws InputError, UsageError, also for one named twice.
-/// Executors with many workers that are not told how many have `threads`; 0: rclcpp's default.
+/// How schedulers are made. Those with many workers that are not told how many have as many as there are
+/// `cores`, but 2 at least; 0: rclcpp's default. Throws InputError, UsageError for the order of entities.
+[[nodiscard]] SchedulerOptions scheduling_of(const CommonOptions& options, const TaskSet& set,
+                                             unsigned cores);
+
+/// The executors and deployments asked for. Throws InputError, UsageError, also for one named twice. `cores`:
+/// as in scheduling_of().
 [[nodiscard]] std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
-                                                         const GraphTasks& tasks, unsigned threads = 0);
+                                                         const GraphTasks& tasks, unsigned cores = 0);
 
 /// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
 /// where a file of phases tells them apart. Throws InputError, UsageError.

@@ -82,6 +82,14 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
                 {"failures", json::array()}};
   if (options.rate_percent) facts["rate_percent"] = *options.rate_percent;
   if (options.copies > 1) facts["copies"] = options.copies;
+  if (!executors.empty()) {
+    for (const TaskId id : executors.front().scheduler.entity_order) {
+      facts["entity_tasks"].push_back(set[id].name);
+    }
+  }
+  if (!options.phases_file.empty()) facts["phases_file"] = options.phases_file;
+  if (options.phase_step_ms) facts["phase_step_ms"] = *options.phase_step_ms;
+  if (!options.command.empty()) facts["command"] = options.command;
   return facts;
 }
 

@@ -10,6 +10,8 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "setup/setup_facts.hpp"
+#include "simulated/repetition.hpp"
 
 namespace hotpath {
 
@@ -85,12 +87,11 @@ OwnCosts own_costs(const Trace& trace, unsigned cores) {
   return costs;
 }
 
-std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph& graph,
-                                               const GraphTasks& tasks, const std::string& executor,
-                                               std::uint32_t repetition) {
+std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const GraphTasks& tasks,
+                                               const std::string& executor, std::uint32_t repetition) {
   const Trace& measured = run.trace(executor, repetition);
   // Nodes that work until an instant of the clock count time in which they are displaced as work.
-  if (graph.work == WorkMode::wall) {
+  if (run.check([&] { return run.facts().at("work") == to_string(WorkMode::wall); })) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
   const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find_first_of(":@")));
@@ -102,9 +103,30 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
         concat("deployment ", executor, " in ", run.folder().string(),
                " has no CPU times of its jobs, which displace each other; measure with --cpu-time"));
   }
-  const bool raised = entry != nullptr && entry->traits.raises_timer_thread;
+  Graph machine;
+  if (run.facts().contains("platform")) {
+    machine.platform = run.check([&] { return platform_from_json(run.facts().at("platform")); });
+  }
+  const bool raised = entry != nullptr && make_platform(machine, *entry).raised_releaser;
   return std::make_unique<ReplayedTimes>(tasks.set,
                                          working_jobs(tasks, with_own_times(measured, run.cores(), raised)));
+}
+
+std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSystem& system,
+                                            const GraphTasks& tasks, const std::string& executor,
+                                            std::uint32_t repetition) {
+  if (system.simulated && parse<ExecutionTimeModel>(system.execution_times)) {
+    return execution_times_of(system.graph, tasks, system.options.seed + repetition);
+  }
+  if (system.simulated && system.execution_times.starts_with(kReplay)) {
+    const std::filesystem::path folder = system.execution_times.substr(kReplay.size());
+    if (std::filesystem::exists(folder / "jobs.csv")) {
+      StoredRun replayed(folder, "--execution-times " + std::string(kReplay));
+      replayed.load(tasks.set);
+      return replayed_times(replayed, tasks, executor, repetition);
+    }
+  }
+  return replayed_times(run, tasks, executor, repetition);
 }
 
 }  // namespace hotpath

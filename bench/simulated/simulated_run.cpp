@@ -29,8 +29,6 @@ namespace {
 
 using nlohmann::json;
 
-const std::string kReplay = "replay:";
-
 /// With what the options override of its platform.
 Graph simulated_graph(const SimulateOptions& options) {
   Graph graph = graph_to_run(options);
@@ -48,7 +46,7 @@ class SimulatedRun {
       : options_(options),
         graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
-        executors_(executors_to_run(options, graph_, tasks_, std::max(2U, graph_.platform.cores))),
+        executors_(executors_to_run(options, graph_, tasks_, graph_.platform.cores)),
         counting_(summary_options(options, graph_, tasks_)),
         chains_(measured_chains(graph_, tasks_)) {
     prepare();
@@ -80,7 +78,7 @@ class SimulatedRun {
     if (!options_.phases_of.empty()) phases_of_.emplace(options_.phases_of, "--phases-of");
     const std::string times = execution_times_name();
     if (times.starts_with(kReplay)) {
-      replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + kReplay);
+      replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + std::string(kReplay));
       replayed_->load(tasks_.set);
     } else if (!parse<ExecutionTimeModel>(times)) {
       throw UsageError("--execution-times: `" + times +
@@ -118,7 +116,7 @@ class SimulatedRun {
   }
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
-    if (replayed_) return replayed_times(*replayed_, graph_, tasks_, executor(i).label, repetition(i));
+    if (replayed_) return replayed_times(*replayed_, tasks_, executor(i).label, repetition(i));
     return execution_times_of(graph_, tasks_, options_.seed + repetition(i));
   }
 
@@ -154,6 +152,7 @@ class SimulatedRun {
     if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
     facts["platform"] = platform_json(graph_.platform);
     facts["execution_times"] = execution_times_name();
+    if (options_.max_backlog) facts["max_backlog"] = *options_.max_backlog;
     facts["bounds"] = bounds_json(graph_, tasks_, executors_);
     for (const Simulation& s : simulations_) {
       json& run = facts["runs"].emplace_back(repetition_json(s.tasks.set, counting_.chains, *s.repetition));

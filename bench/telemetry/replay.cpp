@@ -5,12 +5,11 @@
 #include <thread>
 
 #include "hotpath/live/clock.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
 #include "program/text.hpp"
-#include "setup/run_setup.hpp"
+#include "setup/stored_system.hpp"
 #include "telemetry/replayed_trace.hpp"
 #include "telemetry/run_info.hpp"
 #include "telemetry/run_statistics.hpp"
@@ -32,7 +31,7 @@ class Replay {
       : options_(options),
         run_(options.run, "replay"),
         executor_(options.executor.empty() ? run_.executors().at(0) : options.executor),
-        graph_(load_graph(find_graph(graph_name()))),
+        system_(stored_system(run_, options.graph)),
         trace_(load()),
         start_(Time{} + seconds(options.start_s)),
         end_(options.duration_s ? std::min(trace_.end, start_ + seconds(*options.duration_s)) : trace_.end) {
@@ -53,7 +52,8 @@ class Replay {
     const auto started = now();
     const telemetry::RunInfo info = run_info();
     writers.publish(info);
-    RunStatistics statistics(graph_, trace_.tasks, info.run_id(), {Time{}, info.epoch_ns()}, run_.warm_up());
+    RunStatistics statistics(system_.graph, trace_.tasks, info.run_id(), {Time{}, info.epoch_ns()},
+                             run_.warm_up());
     advance(start_ - Duration(1), statistics, nullptr);
     statistics.begin_window(start_);
     Progress progress(1, real_time(end_));
@@ -82,19 +82,16 @@ class Replay {
   }
 
  private:
-  std::string graph_name() const {
-    return options_.graph.empty() ? run_.facts().at("graph").at("file").get<std::string>() : options_.graph;
-  }
-
   ReplayedTrace load() {
-    run_.load(make_tasks(graph_).set);
-    return replayed_trace(run_, graph_, executor_, options_.repetition);
+    run_.load(system_.tasks.set);
+    return replayed_trace(run_, system_.graph, executor_, options_.repetition);
   }
 
   Duration real_time(Time until) const { return from_ms(to_ms(until - start_) / options_.speed); }
 
   telemetry::RunInfo run_info() const {
-    telemetry::RunInfo info = make_run_info(graph_, executor_, options_.repetition, unix_ns(Time{} - start_));
+    telemetry::RunInfo info =
+        make_run_info(system_.graph, executor_, options_.repetition, unix_ns(Time{} - start_));
     info.transport(run_.facts().value("transport", "simulated"));
     info.origin("replay");
     info.speed(options_.speed);
@@ -130,7 +127,7 @@ class Replay {
   const ReplayOptions options_;
   StoredRun run_;
   const std::string executor_;
-  const Graph graph_;
+  const StoredSystem system_;
   const ReplayedTrace trace_;
   const Time start_, end_;
   std::size_t next_job_ = 0, next_chain_ = 0;

@@ -103,9 +103,9 @@ class Deployments(CommandTest):
         self.assertEqual(code, 1, err)
         self.assertIn("process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err)
 
-    def test_replay_takes_a_run_of_deployments_and_validate_says_that_it_does_not(self):
-        run = self.measure_into("run", "simulate", "--cores", 2, "--duration", 1, "--deployments", "prioritized")
-        self.assertIn("prioritized is a deployment", self.refused("validate", run.path))
+    def test_replay_takes_a_run_of_deployments(self):
+        options = ("--cores", 2, "--duration", 1, "--copies", 2, "--load", 40)
+        run = self.measure_into("run", "simulate", *options, "--deployments", "prioritized")
         code, _, err = self.command("replay", run.path, "--live", "--duration", 0.3)
         self.assertEqual(code, 0, err)
 

@@ -99,45 +99,104 @@ class Truth(ImportTest):
 
 
 class RoundTrip(ImportTest):
-    """A run, its trace, imported: the same tasks, jobs and losses."""
+    """A run, its trace, imported: the same tasks, jobs and outputs, which are a legal schedule."""
 
+    # With the chain whose outputs are compared, by its sources and sink, and its name in the graph.
+    CHAINS = {
+        "autoware": (HOT_PATH[1], "hot_path"),
+        "many_to_many": ("SensorA:SinkLogger", "sensor_a"),
+        "sequences": ("LidarDriver:Localization", "localization"),
+    }
     RUNS = {
-        "autoware": ("default", "static", "events-ro", "cbg:2", "multi:2"),
+        "autoware": ("default", "static", "events-ro", "events-re", "rm-ro", "edf-re", "cbg:2", "multi:2"),
         "callbacks": ("default", "events-re"),
         "timers_only_90": ("default", "rm-ro"),
-        "sequences": ("edf-ro",),
-        "many_to_many": ("events-ro",),
+        "sequences": ("edf-ro", "multi-jazzy:2"),
+        "many_to_many": ("events-ro", "rm-re", "multi:2"),
     }
+    # What the trace of a run on several processors may add, so that what happens at one instant has an order.
+    APART_NS = 100
+    TWO_PROCESSES = """name: two
+executors:
+  - {name: front, executor: rm-ro, process: a, owns: [FrontLidarDriver, PointsTransformerFront]}
+  - {name: rear, executor: default, process: b, owns: [RearLidarDriver]}
+  - {name: others, executor: multi, process: b, owns: rest}
+"""
 
     def test_graphs_and_executors(self):
         for graph, executors in self.RUNS.items():
             for executor in executors:
                 with self.subTest(graph=graph, executor=executor):
-                    self.check(graph, executor)
+                    options = ("--executors", executor, "--dispatch-cost-us", 5)
+                    self.check(graph, f"{graph}-{executor}", options, ("--executor", executor))
 
-    def check(self, graph, executor):
-        run, trace = self.folder / f"{graph}-{executor}", self.folder / f"trace-{graph}-{executor}"
-        plan = ("--graph", graph, "--executors", executor, "--duration", 3, "--warm-up", 0, "--cores", 2)
-        code, _, err = self.command("simulate", *plan, "--dispatch-cost-us", 5, "--output", run)
-        self.assertEqual(code, 0, err)
-        code, _, err = self.command("export", "ctf", run, "--output", trace)
-        self.assertEqual(code, 0, err)
-        facts, output = self.imported(trace, "--executor", executor)
-        self.assertEqual(len(facts["tasks"]), len(RunFolder(run).run["tasks"]))
-        self.assertEqual(self.jobs(RunFolder(output / "run")), self.jobs(RunFolder(run)))
+    def test_options_of_the_run(self):
+        for name, executor, *options in (
+            ("no_work", "events-ro", "--load", 0),
+            ("no_work_threads", "multi:3", "--load", 0),
+            ("scaled", "default", "--rate", 110, "--copies", 2, "--load", 40),
+        ):
+            with self.subTest(name):
+                self.check("autoware", name, ("--executors", executor, *options), ("--executor", executor))
+
+    def test_deployments(self):
+        two = self.folder / "two.yaml"
+        two.write_text(self.TWO_PROCESSES)
+        for deployment in (two, "picas", "isolated"):
+            for load in (80, 0):
+                with self.subTest(deployment=deployment, load=load):
+                    options = ("--deployments", deployment, "--load", load)
+                    output = self.check("autoware", f"{Path(deployment).stem}-{load}", options, ())
+                    owners = (output / "deployment.yaml").read_text()
+                    self.assertEqual(owners.count("process_1000_") > 0, deployment == two)
+                    self.assertEqual(owners.count("process_2000_") > 0, deployment == two)
+
+    def check(self, graph, name, options, told):
+        run, trace = self.folder / name, self.folder / f"trace-{name}"
+        plan = ("--graph", graph, "--duration", 3, "--warm-up", 0, "--cores", 2)
+        self.accepted("simulate", *plan, *options, "--output", run)
+        self.accepted("export", "ctf", run, "--output", trace)
+        chain, chain_name = self.CHAINS.get(graph, (None, None))
+        facts, output = self.imported(trace, *told, *(("--chain", chain) if chain else ()))
+        run, recorded = RunFolder(run), self.checked(output / "run")
+        self.accepted("check", output / "simulated")
+        self.assertEqual(len(facts["tasks"]), len(run.run["tasks"]))
+        self.assertEqual(self.periods(recorded), self.periods(run))
+        self.assert_near(self.jobs(recorded), self.jobs(run))
+        if chain:
+            sink = chain.rpartition(":")[2]
+            expected = self.latencies(run, chain_name)
+            self.assertGreater(len(expected), 10)
+            self.assert_near({"": self.latencies(recorded, sink)}, {"": expected})
+            self.assertEqual([len(expected)], [c["recorded_ms"]["n"] for c in facts["self_check"]["chains"]])
+        return output
+
+    def assert_near(self, found, expected):
+        """Of both the same keys and numbers of values, which are nearly the same."""
+        self.assertEqual({k: len(v) for k, v in found.items()}, {k: len(v) for k, v in expected.items()})
+        for name, values in found.items():
+            for value, other in zip(values, expected[name]):
+                self.assertLessEqual(abs(value - other), self.APART_NS, name)
+
+    def latencies(self, run, chain):
+        (rows,) = run.chains().values()
+        return sorted(row[2] for row in rows if row[0] == chain or row[0].partition("/")[0] == chain)
+
+    def periods(self, run):
+        return sorted(task["period_ns"] for task in run.run["tasks"] if task["kind"] == "timer")
 
     def jobs(self, run):
-        """What ran, and what it was for; timers by their nodes, of which each has one here that counts."""
+        """Starts and finishes of what ran, by what it was for; timers by their nodes, of which each has one here that
+        counts."""
         periods = {t["task"]: t["period_ns"] for t in run.run["tasks"] if t["kind"] == "timer"}
-        seen = []
+        seen = {}
         (jobs,) = run.jobs().values()
-        for job in jobs:
-            if job.outcome != "ran":
-                continue
+        ran = [job for job in jobs if job.outcome == "ran"]
+        first = min(job.start for job in ran)
+        for job in ran:
             name = (job.node, periods[job.task]) if job.kind == "timer" else (job.node, job.topic)
-            seen.append((job.start, job.finish, str(name)))
-        first = min(start for start, _, _ in seen)
-        return sorted((start - first, finish - first, name) for start, finish, name in seen)
+            seen.setdefault(name, []).extend((job.start - first, job.finish - first))
+        return {name: sorted(instants) for name, instants in seen.items()}
 
 
 class BadInput(ImportTest):
@@ -184,6 +243,31 @@ class BadInput(ImportTest):
         trace = self.unpacked("sequences_default")
         for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is no node or task")):
             self.refused(2, words, trace, "--chain", chain)
+
+    def test_a_chain_without_outputs_is_not_green(self):
+        graph, run, trace = (self.folder / name for name in ("graph.yaml", "run", "trace"))
+        nodes = ("{name: Source, type: sensor, period_ms: 100}", "{name: Sink, type: command, input: Source, execution_time_ms: 5000}")
+        graph.write_text("\n".join(["name: slow", "nodes:", *(f"  - {node}" for node in nodes)]))
+        brief = ("--graph", graph, "--executors", "events-re", "--duration", 0.5, "--warm-up", 0)
+        self.accepted("simulate", *brief, "--output", run)
+        self.accepted("export", "ctf", run, "--output", trace)
+        check = self.imported(trace, "--chain", "Source:Sink")[0]["self_check"]
+        self.assertNotEqual(check["light"], "green")
+        self.assertEqual([c["recorded_ms"]["n"] for c in check["chains"]], [0])
+        self.assertIn("No output of Sink was recorded", "".join(check["reasons"]))
+
+    def test_an_import_that_fails_leaves_nothing(self):
+        trace = self.unpacked("timers_only_default")
+        deployment = self.folder / "deployment.yaml"
+        deployment.write_text("name: none\nexecutors:\n  - {name: a, owns: [Nobody]}\n")
+        for output in ("new", "old"):
+            (self.folder / "old").mkdir(exist_ok=True)
+            arguments = ("import", "ctf", trace, "--output", self.folder / output, "--deployment", deployment)
+            code, _, err = self.command(*arguments)
+            self.assertEqual(code, 2, err)
+            self.assertIn("Nobody", err)
+        self.assertFalse((self.folder / "new").exists())
+        self.assertEqual(list((self.folder / "old").iterdir()), [])
 
 
 class Faults(ImportTest):

@@ -258,7 +258,7 @@ class Validate(SimulateTest):
         run = self.simulate(
             *("--executors", "default,rm-re,edf-ro", "--phases", "random", "--execution-times", "uniform", *BRIEF)
         )
-        code, out, err = self.command("validate", run.path, "--output", self.folder / "v")
+        code, out, err = self.command("validate", run.path, "--all", "--output", self.folder / "v")
         self.assertEqual(code, 0, err)
         result = json.loads((self.folder / "v" / "validation.json").read_text())
         golden = {(g["set"], g["executor"]): g for g in result["golden"]}

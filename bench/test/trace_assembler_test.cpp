@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "import/publication_rules.hpp"
+#include "import/recorded_executors.hpp"
 
 namespace hotpath {
 namespace {
@@ -204,6 +205,26 @@ TEST(PublicationRules, InputsThatDoNotFitAreKept) {
   EXPECT_EQ(rules[0].rule, PublishRule::last_of);
   EXPECT_EQ(rules[0].publishers, (std::vector<std::uint32_t>{0}));
   EXPECT_EQ(rules[0].of, (std::vector<std::uint32_t>{1}));
+}
+
+/// As those of two containers.
+TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
+  RecordedSystem system;
+  for (const std::uint32_t process : {7U, 8U}) {
+    const auto index = static_cast<std::uint32_t>(system.threads.size());
+    system.processes.insert(process);
+    RecordedThread& thread = system.threads.emplace_back();
+    thread.process = process;
+    thread.id = 1;
+    RecordedCallback& timer = system.callbacks.emplace_back();
+    timer.kind = RecordedKind::timer;
+    timer.node = index;
+    timer.threads[index] = 1;
+  }
+  const auto found = recorded_executors(system, "default").executors;
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].name, "process_7_thread_1");
+  EXPECT_EQ(found[1].name, "process_8_thread_1");
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ LatencyQuantiles real_latencies(const CsvReader& row) {
 }
 
 bool medians_agree(const LatencyQuantiles& measured, const LatencyQuantiles& simulated, double tolerance) {
-  return std::abs(simulated.p50 / measured.p50 - 1) <= tolerance;
+  return std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50;
 }
 
 }  // namespace hotpath

@@ -3,33 +3,32 @@
 #include <nlohmann/json.hpp>
 
 #include "hotpath/core/csv.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/graph_workload.hpp"
+#include "hotpath/reference_system/graph_scaling.hpp"
 #include "hotpath/reference_system/phases.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
-#include "setup/setup_facts.hpp"
+#include "setup/stored_system.hpp"
 #include "simulated/own_times.hpp"
+#include "simulated/repetition.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath {
 
 namespace {
 
-using nlohmann::json;
 namespace fs = std::filesystem;
 
 constexpr double kSameLoad_percent = 2;
 /// The reference's crunch of 4.22 ms at 190 crunches a second.
 constexpr double kReferenceLoad_percent = 80.2;
 
-/// Hot-path latencies of the graph's first chain in one repetition.
-std::vector<double> latencies_ms(const StoredRun& run, const Trace& trace, const Graph& graph) {
+/// Hot-path latencies of a graph's first chain in one repetition.
+std::vector<double> latencies_ms(const Trace& trace) {
   std::vector<double> latencies;
   for (const ChainRecord& r : trace.chains) {
-    if (run.chains()[r.chain] == graph.chains.front().name) latencies.push_back(to_ms(r.hot_path_latency));
+    if (r.chain == 0) latencies.push_back(to_ms(r.hot_path_latency));
   }
   return latencies;
 }
@@ -38,18 +37,11 @@ std::vector<double> latencies_ms(const StoredRun& run, const Trace& trace, const
 class ValidatedRun {
  public:
   ValidatedRun(const fs::path& run, const fs::path& reference)
-      : reference_(reference), measured_(run, "RUN") {
-    measured_.check([this] {
-      const json& facts = measured_.facts();
-      graph_ = load_graph(find_graph(facts.at("graph").at("file").get<std::string>()));
-      graph_.work = word<WorkMode>(facts, "work");
-      if (facts.contains("platform")) graph_.platform = platform_from_json(facts.at("platform"));
-      graph_.platform.cores = measured_.cores();
-      scheduling_ = {word<SubscriptionRule>(facts, "rule"), word<Ties>(facts, "ties"), 2};
-      load_percent_ = facts.at("load_percent").get<double>();
-    });
-    tasks_ = make_tasks(graph_);
-    measured_.load(tasks_.set);
+      : reference_(reference),
+        measured_(run, "RUN"),
+        system_(stored_system(measured_)),
+        chains_(measured_chains(system_.graph, system_.tasks)) {
+    measured_.load(system_.tasks.set);
   }
 
   std::vector<RunValidation> validate() const {
@@ -59,57 +51,64 @@ class ValidatedRun {
   }
 
  private:
-  /// Of a key of run.json, whose first word is the default of runs that do not know it.
-  template <class Enum>
-  static Enum word(const json& facts, const char* key) {
-    return parse<Enum>(facts.at(key).get<std::string>()).value_or(Enum{});
+  /// The machine of a live run has as many processors and the costs that its own gaps tell.
+  Graph graph_of(const Trace& trace) const {
+    Graph graph = system_.graph;
+    if (measured_.facts().contains("platform")) return graph;
+    graph.platform.cores = measured_.cores();
+    const OwnCosts costs = own_costs(trace, graph.platform.cores);
+    graph.platform.dispatch_cost = costs.dispatch;
+    graph.platform.wake_up = costs.wake_up;
+    return graph;
+  }
+
+  Repetition simulate_again(const Trace& trace, const Graph& graph, const GraphTasks& tasks,
+                            const ExecutorSpec& executor) const {
+    const auto times = times_again(measured_, system_, tasks, trace.executor, trace.repetition);
+    SimulationPlan plan{executor, graph, tasks, chains_, *times};
+    plan.warm_up = measured_.warm_up();
+    plan.duration = measured_.length() - measured_.warm_up();
+    // Of a run that was no simulation, an overload is a result as well.
+    plan.max_backlog =
+        system_.simulated ? system_.backlog.value_or(plan.max_backlog) : SimulationOptions{}.max_backlog;
+    try {
+      return simulate_repetition(plan);
+    } catch (const SimulationError& error) {
+      throw RunError(concat(measured_.folder().string(), ": ", trace.executor, ": ", error.what()));
+    }
   }
 
   RunValidation validate(const Trace& trace) const {
-    GraphTasks tasks = tasks_;
-    const auto first = measured_.first_timestamps(tasks.set, trace.executor, trace.repetition);
-    set_phases(tasks.set, first);
-    if (find_executor(trace.executor.substr(0, trace.executor.find_first_of(":@"))) == nullptr) {
-      throw UsageError(concat(measured_.folder().string(), ": ", trace.executor,
-                              " is a deployment; validate compares runs of single executors"));
-    }
-    const ExecutorSpec executor = parse_executor(trace.executor, scheduling_);
-    SimulationOptions options;
-    options.platform = make_platform(graph_, *executor.entry);
-    options.duration = measured_.length();
-    if (!measured_.facts().contains("platform")) {  // live
-      const OwnCosts costs = own_costs(trace, options.platform.cores);
-      options.platform.dispatch_cost = costs.dispatch;
-      options.platform.wake_up_latency = costs.wake_up;
-    }
-    const auto times = replayed_times(measured_, graph_, tasks, trace.executor, trace.repetition);
-    const SimulatedOutcome p = predict(graph_, tasks, executor, *times, options, measured_.warm_up());
+    const GraphTasks tasks = system_.tasks_of(measured_, trace.executor, trace.repetition);
+    const ExecutorSpec& executor =
+        measured_.check([&]() -> const ExecutorSpec& { return system_.executor(trace.executor); });
+    const Graph graph = graph_of(trace);
+    const Trace simulated = simulate_again(trace, graph, tasks, executor).trace;
     const Schedule schedule = schedule_of(tasks.set, trace);
-    RunValidation v{measured_.folder().string(),
-                    trace.executor,
-                    trace.repetition,
-                    {{"dispatch", 1e3 * to_ms(options.platform.dispatch_cost)},
-                     {"wake_up", 1e3 * to_ms(options.platform.wake_up_latency)}},
-                    compare_schedules(schedule, schedule_of(tasks.set, p.trace)),
-                    {},
-                    {}};
-    const std::vector<double> measured =
-        graph_.chains.empty() ? std::vector<double>{} : latencies_ms(measured_, trace, graph_);
+    RunValidation v{
+        measured_.folder().string(),
+        trace.executor,
+        trace.repetition,
+        {{"dispatch", to_us(graph.platform.dispatch_cost)}, {"wake_up", to_us(graph.platform.wake_up)}},
+        compare_schedules(schedule, schedule_of(tasks.set, simulated)),
+        {},
+        {}};
+    const std::vector<double> measured = latencies_ms(trace);
     if (!measured.empty()) {
-      v.latencies = {latency_quantiles(measured), latency_quantiles(p.latencies_ms.at(0)), {}, {}, false};
+      v.latencies = {latency_quantiles(measured), latency_quantiles(latencies_ms(simulated)), {}, {}, false};
       v.latencies->agrees = medians_agree(v.latencies->measured_ms, v.latencies->simulated_ms, 0.05);
-      add_real_latencies(*v.latencies, trace.executor, first);
-    } else {
-      v.golden = against_golden(reference_, graph_.name, schedule, *executor.entry);
+      add_real_latencies(*v.latencies, trace.executor, tasks.set);
+    } else if (executor.entry != nullptr) {
+      v.golden = against_golden(reference_, graph.name, schedule, *executor.entry);
     }
     return v;
   }
 
-  /// The real stack's latencies, for Autoware at the same load.
-  void add_real_latencies(RunLatencies& latencies, const std::string& label,
-                          const std::vector<Duration>& first) const {
-    if (graph_.name != "autoware") return;
-    if (std::abs(load_percent_ - kReferenceLoad_percent) > kSameLoad_percent) return;
+  /// The real stack's latencies, for Autoware as it is at the same load.
+  void add_real_latencies(RunLatencies& latencies, const std::string& label, const TaskSet& set) const {
+    const Graph& graph = system_.graph;
+    if (graph.name != "autoware" || system_.options.copies > 1 || system_.options.rate_percent) return;
+    if (std::abs(load_percent(graph) - kReferenceLoad_percent) > kSameLoad_percent) return;
     const fs::path file = reference_ / "rclcpp_autoware_phases.csv";
     for (CsvReader row(file); row.next();) {
       // `rm-ro (first)` there is `rm-ro:first` here.
@@ -117,23 +116,18 @@ class ValidatedRun {
       std::string name = label_there;
       const bool subscriptions_first = name.ends_with(" (first)");
       if (subscriptions_first) name.resize(name.find(' '));
-      const bool ours_first = label.ends_with(":first") || scheduling_.rule == SubscriptionRule::first;
+      const bool ours_first = label.ends_with(":first") || system_.options.rule == SubscriptionRule::first;
       if (label.substr(0, label.find(':')) != name || subscriptions_first != ours_first) continue;
       latencies.real_ms = real_latencies(row);
-      const auto theirs = read_phases(file, graph_, label_there);
-      TaskSet set = tasks_.set;
-      set_phases(set, theirs);
-      latencies.phases_differ_ms = largest_phase_difference_ms(set, first);
+      latencies.phases_differ_ms = largest_phase_difference_ms(set, read_phases(file, graph, label_there));
       return;
     }
   }
 
   const fs::path reference_;
   StoredRun measured_;
-  Graph graph_;
-  GraphTasks tasks_;
-  SchedulerOptions scheduling_;
-  double load_percent_ = 0;
+  const StoredSystem system_;
+  const std::vector<MeasuredChain> chains_;
 };
 
 }  // namespace

@@ -144,8 +144,10 @@ def rows_of_panels(result: Entry) -> list[list[Panel]]:
 
 
 def draw(folder: str) -> None:
-    """Writes validate.svg and validate.png. Raises InputError."""
+    """Writes validate.svg and validate.png, if there is anything to draw. Raises InputError."""
     rows = rows_of_panels(read_json(Path(folder) / "validation.json", "hotpath validate"))
+    if not rows:
+        return
     heights = [0.9 + 0.34 * max(2, *(len(entries) for _, entries in row)) for row in rows]
     figure, _ = style.new_figure(14, sum(heights))
     figure.clear()

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A stored run says all that was asked for: `hotpath validate` simulates a simulated run again, exactly, whatever options
+it had, and even where the files that they named have changed since."""
+
+import json
+import re
+import unittest
+
+from hotpath_command import CommandTest, RunFolder
+
+EXECUTORS = "default,events-re,rm-ro,rm-ro:first,multi,cbg:3"
+BASE = {"--executors": EXECUTORS, "--duration": 1.5, "--warm-up": 0.5}
+DEPLOYMENT = """name: mine
+executors:
+  - {name: front, executor: "%s", policy: "fifo:10", processors: [1], owns: [FrontLidarDriver, PointsTransformerFront]}
+  - {name: others, executor: "multi", owns: rest}
+"""
+# For each option of `simulate` those with which it is tried; files and folders are made by the test.
+USES = {
+    "--executors": {"--executors": "all"},
+    "--deployments": {"--executors": "multi", "--deployments": "isolated,prioritized,mine.yaml", "--cores": 2},
+    "--graph": {"--graph": "callbacks"},
+    "--load": {"--load": 60},
+    "--rate": {"--rate": 110},
+    "--copies": {"--copies": 2, "--load": 40},
+    "--work": {"--work": "wall", "--load": 90},
+    "--phases": {"--phases": "random", "--repetitions": 2},
+    "--phases-file": {"--phases-file": "phases.csv"},
+    "--phase-step": {"--phase-step": 7},
+    "--rule": {"--rule": "first", "--load": 95},
+    "--entity-order": {"--entity-order": "order.txt", "--phases": "synchronous"},
+    "--ties": {"--ties": "fifo", "--phases": "synchronous"},
+    "--phases-of": {"--phases-of": "other"},
+    "--duration": {"--duration": 3},
+    "--warm-up": {"--warm-up": 1.5},
+    "--repetitions": {"--repetitions": 3, "--execution-times": "uniform"},
+    "--seed": {"--seed": 7, "--execution-times": "uniform"},
+    "--max-backlog": {"--max-backlog": 100000, "--executors": "events-ro", "--load": 300, "--duration": 60},
+    "--cores": {"--cores": 4, "--load": 250},
+    "--timer-thread": {"--timer-thread": "equal", "--load": 95},
+    "--release-cost-us": {"--release-cost-us": 333.3},
+    "--pass-cost-us": {"--pass-cost-us": 251},
+    "--dispatch-cost-us": {"--dispatch-cost-us": 40},
+    "--wait-cost-us": {"--wait-cost-us": 300},
+    "--wait-cost-per-entity-us": {"--wait-cost-per-entity-us": 4},
+    "--wake-up-us": {"--wake-up-us": 500},
+    "--delivery-delay-us": {"--delivery-delay-us": 900},
+    "--execution-times": {"--execution-times": "replay:other", "--cores": 2},
+    "--threads": {"--threads": 1},
+}
+NOT_STORED = {"--help": "runs nothing", "--output": "changes no result", "--no-trace": "leaves no jobs to compare"}
+
+
+class StoredRun(CommandTest):
+    def write_files(self, executor, timers, order):
+        (self.folder / "mine.yaml").write_text(DEPLOYMENT % executor)
+        rows = [f"{timer},{5 * i % 13}" for i, timer in enumerate(timers)]
+        (self.folder / "phases.csv").write_text("\n".join(["task,first_release_ms", *rows]) + "\n")
+        (self.folder / "order.txt").write_text("\n".join(order) + "\n")
+
+    def simulate(self, output, options):
+        words = [str(word) for option in options.items() for word in option]
+        self.accepted("simulate", *words, "--output", self.folder / output)
+        return RunFolder(self.folder / output)
+
+    def test_validate_simulates_a_run_again_whatever_options_it_had(self):
+        options = set(re.findall(r"^ +(?:-h,)?(--[a-z-]+)", self.accepted("simulate", "--help"), re.MULTILINE))
+        self.assertEqual(options, set(USES) | set(NOT_STORED), "each option is tried here, or it says why not")
+        other = self.simulate("other", BASE | {"--phases": "random", "--execution-times": "uniform", "--load": 70})
+        timers = [task["task"] for task in other.run["tasks"] if task["kind"] == "timer"]
+        self.write_files("rm-ro:first", timers, [task["task"] for task in reversed(other.run["tasks"])])
+        runs = {option: self.simulate(option[2:], BASE | use) for option, use in USES.items()}
+        self.write_files("default", timers[::-1], timers[:1])  # what was read must not be read again
+        self.accepted("validate", *(run.path for run in runs.values()), "--output", "validation")
+        result = json.loads((self.folder / "validation" / "validation.json").read_text())
+        compared = {}
+        for entry in result["runs"]:
+            option = "--" + entry["run"].rpartition("/")[2]
+            compared[option] = compared.get(option, 0) + 1
+            with self.subTest(option=option, executor=entry["executor"]):
+                both = entry["comparison"]
+                self.assertEqual(f"{both['similarity']:.4f}", "1.0000")
+                self.assertIsNone(both["first_difference"])
+                self.assertGreater(both["measured"]["jobs"], 100)
+                self.assertEqual(both["measured"], both["other"])
+                if entry["latencies"]:
+                    self.assertEqual(entry["latencies"]["measured_ms"], entry["latencies"]["simulated_ms"])
+        self.assertEqual(compared, {option: len(run.run["runs"]) for option, run in runs.items()})
+
+    def test_the_command_is_stored_without_what_changes_no_result(self):
+        run = self.simulate("run", {"--executor": "rm-ro", "--rate": 110, "--duration": 1, "--threads": 1})
+        self.assertEqual(run.run["command"], ["simulate", "--executors=rm-ro", "--rate=110", "--duration=1"])
+
+    def test_a_run_is_validated_first_and_the_reference_on_request(self):
+        run = self.simulate("run", {"--executors": "default", "--duration": 1})
+        out = self.accepted("validate", run.path, "--output", "run_alone").splitlines()
+        self.assertLess(next(i for i, line in enumerate(out) if line.startswith("default #0")), 6)
+        self.assertNotIn("Golden traces", "\n".join(out))
+        out = self.accepted("validate", run.path, "--all", "--output", "all")
+        self.assertLess(out.index("default #0"), out.index("Golden traces"))
+
+
+if __name__ == "__main__":
+    unittest.main()
