@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command line: `python3 -m hotpath_report COMMAND ARGUMENTS...`; `hotpath` calls it for its figures and pages."""
+"""Command line: `python3 -I hotpath_report/__main__.py COMMAND ARGUMENTS...`; `hotpath` calls it for its figures and
+pages. Isolated (-I), Python takes modules neither from the current folder nor from PYTHONPATH."""
 
 import argparse
-import importlib
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-from hotpath_report.errors import InputError, RunError
+if __package__ == "" or __package__ is None:  # started by its path, which isolated Python does not add
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from hotpath_report.errors import InputError, RunError  # noqa: E402
+from hotpath_report.hotpath_command import load  # noqa: E402
 
 EXIT_FAILED, EXIT_WRONG_USE = 1, 2
 
@@ -65,13 +70,11 @@ def main(arguments: Sequence[str]) -> int:
     commands.add_parser("reproduce", help="the paper's evaluation; see reproduce --help", add_help=False)
     try:
         if arguments[:1] == ["reproduce"]:  # has its own options and exit codes
-            from hotpath_report.paper.reproduce import reproduce
-
-            return reproduce(arguments[1:])
+            return int(load("paper.reproduce").reproduce(arguments[1:]))
         options = vars(parser.parse_args(arguments))
         options.pop("command")
         module, name = options.pop("call").split(":")
-        code = getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options) or 0
+        code = getattr(load(module), name)(**options) or 0
         sys.stdout.flush()
         return code
     except BrokenPipeError:  # the reader has seen enough

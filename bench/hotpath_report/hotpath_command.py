@@ -9,6 +9,7 @@ import subprocess
 import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from hotpath_report.errors import InputError, RunError
@@ -39,6 +40,19 @@ def output_of(*words: object) -> str:
     raise (InputError if done.returncode == WRONG_USE else RunError)(sentence)
 
 
+def load(module: str) -> ModuleType:
+    """A module of this package. It is imported while the package's folder is the current one: matplotlib prefers the
+    `matplotlibrc` of the folder in which it is imported, and what lies in the user's may come from anywhere.
+    """
+    folder = os.open(".", os.O_PATH)
+    try:
+        os.chdir(PACKAGE)
+        return importlib.import_module(f"hotpath_report.{module}")
+    finally:
+        os.fchdir(folder)
+        os.close(folder)
+
+
 def draw_if_possible(call: str, *arguments: Any) -> None:
     """Calls MODULE:FUNCTION, which draws what belongs to results: what is missing for it is said on standard error, and
     the results are complete without it. HOTPATH_FIGURES=none in the environment leaves all such figures out.
@@ -47,7 +61,7 @@ def draw_if_possible(call: str, *arguments: Any) -> None:
         return
     module, _, function = call.partition(":")
     try:
-        getattr(importlib.import_module(f"hotpath_report.{module}"), function)(*arguments)
+        getattr(load(module), function)(*arguments)
     except ImportError as error:
         print(f"note: the figure was not drawn: {error}", file=sys.stderr)
 
