@@ -15,6 +15,8 @@ from typing import Any
 from hotpath_report.errors import InputError, RunError
 
 PACKAGE = Path(__file__).resolve().parent
+# Before a command line: the program does not outlive this one.
+ENDS_WITH_US = ("setpriv", "--pdeathsig", "TERM", "--")
 WRONG_USE = 2  # exit code of `hotpath` for input that cannot be used
 
 
@@ -28,11 +30,10 @@ def program() -> Path:
 
 def output_of(*words: object) -> str:
     """Standard output of `hotpath WORDS...`. Raises InputError with its sentence where it refuses its input."""
-    command = [str(program()), *map(str, words)]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-    except OSError as error:
-        raise RunError(f"{command[0]}: {error.strerror}; build it with launch_scripts/build.sh") from None
+    if not os.access(program(), os.X_OK):
+        raise RunError(f"{program()} cannot be started; build it with launch_scripts/build.sh")
+    command = [*ENDS_WITH_US, str(program()), *map(str, words)]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
     if done.returncode == 0:
         return done.stdout
     sentence = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
