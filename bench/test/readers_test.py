@@ -191,6 +191,19 @@ class Readers(CommandTest):
                 signal.alarm(0)
         return code, errors.getvalue()
 
+    def test_a_folder_of_files_that_vanish(self):
+        code, _, err = self.command("import", "ctf", "/proc")
+        self.assertEqual((code, err.count("\n")), (2, 1), err)
+        self.assertRegex(err, "hotpath: /proc (holds|cannot be searched)")
+
+    def test_a_stack_that_is_too_small(self):
+        limit = (1 << 16, 1 << 16)
+        code, _, err = self.command(
+            "report", self.inputs / "run", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, limit)
+        )
+        self.assertEqual((code, err.count("\n")), (1, 1), err)
+        self.assertIn("ulimit -s", err)
+
     def test_a_killed_report_leaves_no_program(self):
         program = self.folder / "hotpath"
         program.write_text("#!/bin/sh\necho $$ >%s\nexec sleep 60\n" % (self.folder / "started"))
