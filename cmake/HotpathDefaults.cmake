@@ -28,6 +28,13 @@ if(NOT DEFINED HOTPATH_FASTDDS)
 endif()
 option(HOTPATH_FASTDDS "Build the transport fastdds" ${fastdds_found})
 
+# hotpath_final_run_path(): links the programs of this folder with the run path of their installation. That of a build
+# tree ends with a colon where it shall be replaced, and the loader then takes libraries from the current folder.
+macro(hotpath_final_run_path)
+  set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
+  set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+endmacro()
+
 # Warnings for our own code only: generated code is compiled without this.
 function(hotpath_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)

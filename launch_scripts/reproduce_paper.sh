@@ -13,5 +13,5 @@ case " $* " in
     HOTPATH_TARGET=hotpath launch_scripts/build.sh -DBUILD_TESTING=OFF
     ;;
 esac
-export HOTPATH=${HOTPATH:-build/bench/hotpath} PYTHONPATH=bench
-exec /usr/bin/python3 -B -m hotpath_report reproduce "$@"
+export HOTPATH=${HOTPATH:-build/bench/hotpath}
+exec /usr/bin/python3 -I -B bench/hotpath_report/__main__.py reproduce "$@"

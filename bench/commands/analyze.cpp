@@ -64,8 +64,8 @@ class Analysis {
   }
 
   void run() {
-    std::printf("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
-                costs_text().c_str());
+    std::cout << text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
+                      costs_text().c_str());
     BoundReport report(tasks_.set, observed_);
     for (const ExecutorSpec& executor : executors_to_run(options_, graph_, tasks_)) {
       options_.chain.empty() ? bound(executor, report) : bound_chain(executor);

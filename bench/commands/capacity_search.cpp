@@ -12,6 +12,7 @@
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
+#include "program/shown_text.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
@@ -200,16 +201,17 @@ class CapacitySearch {
     TextTable table(concat(options_.graph, ", ", options_.live ? "live" : "simulated", ": largest ", over,
                            " with ", joined(options_.require), " (steps of ", options_.resolution, ")"),
                     header);
-    std::string markdown = "| " + joined(header, " | ") + " |\n| --- | ---: | ---: | ---: | --- | --- |\n";
+    std::string page = "| " + joined(header, " | ") + " |\n| --- | ---: | ---: | ---: | --- | --- |\n";
     for (const Row& row : rows_) {
       const std::vector<std::string> texts = cells(row);
       table.add_row({texts.begin(), texts.end()});
-      markdown +=
-          "| `" + texts[0] + "` | " + joined(std::vector(texts.begin() + 1, texts.end()), " | ") + " |\n";
+      page += "|";
+      for (const std::string& cell : texts) page += " " + markdown(cell) + " |";
+      page += "\n";
     }
     std::cout << table << "\n" << confidence() << "\n";
     create_folder(folder_);
-    write_whole_file(folder_ / "capacity.md", markdown + "\n" + confidence() + "\n");
+    write_whole_file(folder_ / "capacity.md", page + "\n" + confidence() + "\n");
     write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
       out << "executor,source," << over << ",holds,why\n";
       for (const Row& row : rows_) {

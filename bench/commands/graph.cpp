@@ -10,6 +10,8 @@
 #include "hotpath/reference_system/graph_picture.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
+#include "program/shown_text.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -32,20 +34,20 @@ void draw_svg(const std::string& dot) {
 }
 
 void print_platform(const GraphPlatform& platform) {
-  std::printf("platform of simulations: %u core%s, timer thread %s, execution times %s", platform.cores,
-              platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
-              to_string(platform.execution_times));
+  std::cout << text("platform of simulations: %u core%s, timer thread %s, execution times %s", platform.cores,
+                    platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
+                    to_string(platform.execution_times));
   for (const PlatformCost& cost : kPlatformCosts) {
     const Duration value = platform.*cost.value;
-    if (value > Duration{}) std::printf(", %s %g", std::string(cost.key).c_str(), to_us(value));
+    if (value > Duration{}) std::cout << text(", %s %g", std::string(cost.key).c_str(), to_us(value));
   }
-  std::printf("\n");
+  std::cout << "\n";
 }
 
 void print_cie(const GraphOptions& options, const Graph& graph, const GraphTasks& tasks) {
   const std::string name = options.deployment.empty() ? "cie" : options.deployment;
   try {
-    write_cie(std::cout, graph, tasks, find_deployment(name, graph, tasks));
+    write_cie(data_output(), graph, tasks, find_deployment(name, graph, tasks));
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
   }
@@ -62,19 +64,19 @@ void print_graph(const GraphOptions& options) {
     } else {
       write_dot(dot, graph, tasks, find_deployment(options.deployment, graph, tasks));
     }
-    options.svg ? draw_svg(dot.str()) : void(std::cout << dot.str());
+    options.svg ? draw_svg(dot.str()) : void(data_output() << dot.str());
     return;
   }
   if (!options.deployment.empty()) throw UsageError("--deployment: add --svg, --dot or --cie");
   std::size_t timers = 0;
   for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
-  std::printf("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
-              graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
-              tasks.set.tasks.size() - timers, timers, load_percent(graph));
+  std::cout << text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
+                    graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
+                    tasks.set.tasks.size() - timers, timers, load_percent(graph));
   for (const Chain& chain : graph.chains) {
-    std::printf("chain %s:", chain.name.c_str());
-    for (const std::string& node : chain.nodes) std::printf(" %s", node.c_str());
-    std::printf("\n");
+    std::cout << text("chain %s:", chain.name.c_str());
+    for (const std::string& node : chain.nodes) std::cout << text(" %s", node.c_str());
+    std::cout << "\n";
   }
   print_platform(graph.platform);
 }

@@ -7,6 +7,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "program/shown_text.hpp"
 #include "program/text_table.hpp"
 
 namespace hotpath {
@@ -35,7 +36,7 @@ void print_executors_json() {
                    {"colour", t.colour},
                    {"compared_by_paper", t.compared_by_paper}});
   }
-  std::cout << all.dump(2) << "\n";
+  data_output() << all.dump(2) << "\n";
 }
 
 void print_graphs() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <iostream>
 #include <new>
 #include <string>
 #include <utility>
@@ -16,11 +18,14 @@
 #include "commands/commands.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/core/utf8.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
+#include "program/shown_text.hpp"
 
 namespace {
 
+constexpr std::size_t kLongestMessage = 4000;  // bytes; what is wrong may be a name of any length
 constexpr const char* kMemoryEnded =
     "hotpath: memory ended; give it more (ulimit -v, cgroup); what run.json calls complete is whole\n";
 
@@ -42,7 +47,7 @@ std::atomic<bool> memory_ended = false;
       std::fputs(kMemoryEnded, stderr);
       _exit(1);
     } catch (const std::exception& error) {
-      std::fprintf(stderr, "hotpath: internal error: %s\n", error.what());
+      std::fprintf(stderr, "hotpath: internal error: %s\n", hotpath::printable(error.what()).c_str());
     } catch (...) {
       std::fputs("hotpath: internal error: an exception of no known type\n", stderr);
     }
@@ -55,6 +60,16 @@ bool is_wrong_use(const std::exception& error) {
   return dynamic_cast<const hotpath::UsageError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
+}
+
+/// Threads have stacks of this size by default; a call of a library that finds less ends without a word.
+bool stack_suffices() {
+  constexpr rlim_t kLeast_KiB = 256;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= kLeast_KiB << 10) return true;
+  std::fprintf(stderr, "hotpath: the stack is limited to %lu KiB; allow at least %lu with `ulimit -s`\n",
+               limit.rlim_cur >> 10, kLeast_KiB);
+  return false;
 }
 
 /// A standard stream that the caller closed would give its number to the next file opened, and our table or
@@ -83,18 +98,20 @@ std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
       what += std::exchange(separator, ", ") + sub->get_name();
     }
   }
-  return "hotpath: " + what + "; see `" + command + " --help`\n";
+  return "hotpath: " + hotpath::printable(what, kLongestMessage) + "; see `" + command + " --help`\n";
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   occupy_standard_streams();
+  if (!stack_suffices()) return 1;
   // A reader that goes away, or a limit on the size of files, is an error of the write that meets it.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   umask(umask(0) | 077);  // results and shared memory are the user's alone
 
+  const hotpath::PrintableStreams printable_streams;
   CLI::App app("How long does data take along the hot path of a robot's node graph, under which executor?",
                "hotpath");
   app.footer(
@@ -116,6 +133,7 @@ int main(int argc, char** argv) {
   for (const auto add : commands) add(app);
   try {
     app.parse(argc, argv);
+    std::cout << std::flush;
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
       throw RunError("standard output could not be written; files are not affected");
     }
@@ -126,7 +144,7 @@ int main(int argc, char** argv) {
     std::fputs(kMemoryEnded, stderr);
     return 1;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "hotpath: %s\n", error.what());
+    std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), kLongestMessage).c_str());
     return is_wrong_use(error) ? 2 : 1;
   }
 }

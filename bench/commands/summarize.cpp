@@ -5,6 +5,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
+#include "program/shown_text.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
 #include "results/summary_table.hpp"
@@ -19,14 +20,14 @@ struct SummarizeOptions {
 
 void summarize_run(const SummarizeOptions& options) {
   if (!options.golden.empty()) {
-    std::cout << summarize_golden_trace(options.golden).dump(2) << "\n";
+    data_output() << summarize_golden_trace(options.golden).dump(2) << "\n";
     return;
   }
   if (options.run.empty()) throw UsageError("summarize: name the folder of a run");
   StoredRun run(options.run, "summarize");
   run.load();
   const auto responses = [&](std::ostream& out) { write_responses_csv(out, run); };
-  if (options.responses == "-") return responses(std::cout);
+  if (options.responses == "-") return responses(data_output());
   if (!options.responses.empty()) write_output_file(options.responses, "--responses", responses);
   const Summary summary = summarize(run.tasks(), run.runs(), run.summary_options());
   write_whole_file(run.folder() / "summary.json", nlohmann::json(summary));

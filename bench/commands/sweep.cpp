@@ -16,6 +16,7 @@
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/python_tool.hpp"
+#include "program/shown_text.hpp"
 #include "program/whole_file.hpp"
 #include "sweep/journal.hpp"
 
@@ -83,7 +84,7 @@ class Sweep {
       throw;
     }
     if (!crew.coordinates()) return;
-    if (isatty(STDERR_FILENO) != 0) std::cerr << "\r\033[K";
+    if (isatty(STDERR_FILENO) != 0) replace_terminal_line("");
     for (const std::string& note : notes) std::cerr << "note: " << note << "\n";
     journal->flush();
     finish(*journal);
@@ -131,8 +132,7 @@ class Sweep {
     shown_ = Clock::now();
     const double elapsed = std::chrono::duration<double>(shown_ - begin_).count();
     const double left = elapsed * (static_cast<double>(all) / static_cast<double>(done) - 1);
-    std::cerr << "\r\033[K" << done << " of " << all << " cells, " << duration_text(left) << " left"
-              << std::flush;
+    replace_terminal_line(concat(done, " of ", all, " cells, ", duration_text(left), " left"));
   }
 
   void finish(SweepJournal& journal) const {

@@ -1,16 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command line: `python3 -m hotpath_report COMMAND ARGUMENTS...`; `hotpath` calls it for its figures and pages."""
+"""Command line: `python3 -I hotpath_report/__main__.py COMMAND ARGUMENTS...`; `hotpath` calls it for its figures and
+pages. Isolated (-I), Python takes modules neither from the current folder nor from PYTHONPATH."""
 
 import argparse
-import importlib
+import contextlib
 import os
 import sys
+import traceback
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
-from hotpath_report.errors import InputError, RunError
+if __package__ == "" or __package__ is None:  # started by its path, which isolated Python does not add
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from hotpath_report.errors import READ, InputError, RunError  # noqa: E402
+from hotpath_report.hotpath_command import load  # noqa: E402
+from hotpath_report.shown_text import PrintableStream, printable  # noqa: E402
 
 EXIT_FAILED, EXIT_WRONG_USE = 1, 2
+LONGEST_MESSAGE = 4000
 
 
 def add_commands(commands: Any) -> None:
@@ -59,19 +68,23 @@ def add_commands(commands: Any) -> None:
 def main(arguments: Sequence[str]) -> int:
     """Exit code: 2 for input that cannot be used, 1 for what failed otherwise; the last line on standard error says
     what is wrong."""
+    with contextlib.redirect_stdout(PrintableStream(sys.stdout)):  # type: ignore[type-var]
+        return run(arguments)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """As main(), whose output it makes."""
     parser = argparse.ArgumentParser(prog="hotpath_report", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add_commands(commands)
     commands.add_parser("reproduce", help="the paper's evaluation; see reproduce --help", add_help=False)
     try:
         if arguments[:1] == ["reproduce"]:  # has its own options and exit codes
-            from hotpath_report.paper.reproduce import reproduce
-
-            return reproduce(arguments[1:])
+            return int(load("paper.reproduce").reproduce(arguments[1:]))
         options = vars(parser.parse_args(arguments))
         options.pop("command")
         module, name = options.pop("call").split(":")
-        code = getattr(importlib.import_module(f"hotpath_report.{module}"), name)(**options) or 0
+        code = getattr(load(module), name)(**options) or 0
         sys.stdout.flush()
         return code
     except BrokenPipeError:  # the reader has seen enough
@@ -86,8 +99,22 @@ def main(arguments: Sequence[str]) -> int:
         code, sentence = EXIT_FAILED, str(error)
     except OSError as error:
         code, sentence = EXIT_FAILED, f"cannot write: {error}"
-    print(f"{arguments[0]}: {sentence}", file=sys.stderr)
+    except Exception as error:  # pylint: disable=broad-except
+        code, sentence = EXIT_FAILED, of_strange_content(error)
+    print(f"{arguments[0]}: {printable(sentence)[:LONGEST_MESSAGE]}", file=sys.stderr)
     return code
+
+
+def of_strange_content(error: Exception) -> str:
+    """What files that are not as `hotpath` writes them have led to; raises `error` where none was read. The file read
+    last is most likely the one."""
+    files = list(dict.fromkeys(map(str, reversed(READ))))
+    if not files:
+        raise error
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    why = f"{type(error).__name__} {error} at {Path(place.filename).name}:{place.lineno}"
+    more = f" (or {', '.join(files[1:4])})" if len(files) > 1 else ""
+    return f"{files[0]}{more} is not as `hotpath` writes it: {why}"
 
 
 if __name__ == "__main__":

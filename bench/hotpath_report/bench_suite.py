@@ -65,7 +65,8 @@ def execute(words: list[str], log: Path, time_out_s: float) -> str:
     """Runs a program; returns what went wrong, or nothing."""
     environment = {**os.environ, "HOTPATH_FIGURES": "none"}
     with log.open("wb") as file:
-        process = subprocess.Popen(words, stdout=file, stderr=file, env=environment, start_new_session=True)
+        command = [*hotpath_command.ENDS_WITH_US, *words]
+        process = subprocess.Popen(command, stdout=file, stderr=file, env=environment, start_new_session=True)
         try:
             status = process.wait(time_out_s)
         except subprocess.TimeoutExpired:
@@ -135,7 +136,8 @@ def new_folder(name: str) -> Path:
 def read_machine(folder: Path) -> dict[str, Any]:
     """What `hotpath machine` says, which notes on standard error what may disturb a measurement."""
     path = folder / "machine.json"
-    command = [str(hotpath_command.program()), "machine", "--duration", "0.2", "--output", str(path)]
+    program = [*hotpath_command.ENDS_WITH_US, str(hotpath_command.program())]
+    command = [*program, "machine", "--duration", "0.2", "--output", str(path)]
     if subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode:
         raise RunError("`hotpath machine` failed")
     machine: dict[str, Any] = read_json(path)

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can go wrong without a bug."""
+"""What can go wrong without a bug, and what was read until then."""
 
 import contextlib
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
+
+
+READ: list[Path] = []  # files that were read so far, the last one last
 
 
 class InputError(Exception):

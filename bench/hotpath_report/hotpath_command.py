@@ -9,11 +9,14 @@ import subprocess
 import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from hotpath_report.errors import InputError, RunError
 
 PACKAGE = Path(__file__).resolve().parent
+# Before a command line: the program does not outlive this one.
+ENDS_WITH_US = ("setpriv", "--pdeathsig", "TERM", "--")
 WRONG_USE = 2  # exit code of `hotpath` for input that cannot be used
 
 
@@ -27,16 +30,28 @@ def program() -> Path:
 
 def output_of(*words: object) -> str:
     """Standard output of `hotpath WORDS...`. Raises InputError with its sentence where it refuses its input."""
-    command = [str(program()), *map(str, words)]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-    except OSError as error:
-        raise RunError(f"{command[0]}: {error.strerror}; build it with launch_scripts/build.sh") from None
+    if not os.access(program(), os.X_OK):
+        raise RunError(f"{program()} cannot be started; build it with launch_scripts/build.sh")
+    command = [*ENDS_WITH_US, str(program()), *map(str, words)]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
     if done.returncode == 0:
         return done.stdout
     sentence = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
     sentence = sentence.removeprefix("hotpath: ")
     raise (InputError if done.returncode == WRONG_USE else RunError)(sentence)
+
+
+def load(module: str) -> ModuleType:
+    """A module of this package. It is imported while the package's folder is the current one: matplotlib prefers the
+    `matplotlibrc` of the folder in which it is imported, and what lies in the user's may come from anywhere.
+    """
+    folder = os.open(".", os.O_PATH)
+    try:
+        os.chdir(PACKAGE)
+        return importlib.import_module(f"hotpath_report.{module}")
+    finally:
+        os.fchdir(folder)
+        os.close(folder)
 
 
 def draw_if_possible(call: str, *arguments: Any) -> None:
@@ -47,7 +62,7 @@ def draw_if_possible(call: str, *arguments: Any) -> None:
         return
     module, _, function = call.partition(":")
     try:
-        getattr(importlib.import_module(f"hotpath_report.{module}"), function)(*arguments)
+        getattr(load(module), function)(*arguments)
     except ImportError as error:
         print(f"note: the figure was not drawn: {error}", file=sys.stderr)
 

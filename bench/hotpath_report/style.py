@@ -12,6 +12,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (needs the backend)
 from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.textpath import TextPath  # noqa: E402
+from matplotlib.transforms import Affine2D  # noqa: E402
 
 from hotpath_report.hotpath_command import executor_named  # noqa: E402
 from hotpath_report.tables import make_folder, write_file, write_output  # noqa: E402
@@ -121,7 +123,14 @@ def line(label: str, **look: Any) -> Any:
     return plt.Line2D([], [], label=label, **({"color": INK} | look))
 
 
-def dot(label: str, marker: str = "o", **look: Any) -> Any:
+def glyph(character: str) -> Any:
+    """A character as a marker."""
+    path = TextPath((0, 0), character)
+    box = path.get_extents()
+    return path.transformed(Affine2D().translate(-(box.x0 + box.x1) / 2, -(box.y0 + box.y1) / 2))
+
+
+def dot(label: str, marker: Any = "o", **look: Any) -> Any:
     """A key's marker."""
     return line(label, **({"linestyle": "", "marker": marker} | look))
 

@@ -4,6 +4,7 @@ terminal."""
 
 import contextlib
 import errno
+import gzip
 import itertools
 import json
 import os
@@ -16,20 +17,45 @@ from typing import Any, TypeVar
 
 import pandas as pd
 
-from hotpath_report.errors import InputError
+from hotpath_report.errors import READ, InputError
+from hotpath_report.shown_text import printable, printable_content
 
 NS_PER_MS = 1e6
+LONGEST_HEADER = 10_000
 NAMES = ("executor", "chain", "task")  # columns that are text even where all names are numbers
+
+
+def check_regular(path: Path) -> None:
+    """Raises InputError for what is no regular file: a device may have no end, and a FIFO no writer."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise InputError(f"{path}: is no regular file")
+    READ.append(path)
+
+
+def check_lines(path: Path) -> None:
+    """Raises InputError for a first line that is no header, with very many columns of which pandas takes hours, and for
+    a last one without its end, whose missing columns pandas takes for empty ones."""
+    compressed = path.suffix == ".gz"
+    with gzip.open(path) if compressed else path.open("rb") as file:
+        if len(file.readline(LONGEST_HEADER)) == LONGEST_HEADER:
+            raise InputError(f"{path}:1: the header has more than {LONGEST_HEADER} bytes")
+        if not compressed and file.seek(0, os.SEEK_END) > 0:
+            file.seek(-1, os.SEEK_END)
+            if file.read() != b"\n":
+                raise InputError(f"{path}: ends too early, within a line")
 
 
 def read_json(path: Path, made_by: str = "hotpath") -> Any:
     """Content of a JSON file that a command wrote. Raises InputError."""
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        check_regular(path)
+        return printable_content(json.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; give a folder written by `{made_by}`") from None
     except ValueError as error:
         raise InputError(f"{path}: not valid JSON: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: nested too deep; give a folder written by `{made_by}`") from None
 
 
 def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] = ()) -> pd.DataFrame:
@@ -38,6 +64,8 @@ def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] 
     named = [*columns, *optional]
     kinds: Any = dict.fromkeys(NAMES, str) | {name: float for name in named if name.endswith("_ns")}
     try:
+        check_regular(path)
+        check_lines(path)
         frame = pd.read_csv(path, dtype=kinds, keep_default_na=False, na_values="")
     except (EOFError, zlib.error, ValueError) as error:
         raise InputError(f"{path}: ends too early, or is damaged: {error}") from None
@@ -49,6 +77,10 @@ def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] 
     for name in columns:
         if frame[name].isna().any():
             raise InputError(f"{path}:{frame[name].isna().argmax() + 2}: no `{name}`")
+    for name in frame.columns[frame.dtypes == object]:
+        shown = {text: printable(text) for text in frame[name].unique() if isinstance(text, str)}
+        if any(text != it for text, it in shown.items()):
+            frame[name] = frame[name].map(shown)
     return frame
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from hotpath_report.errors import InputError
+from hotpath_report.hotpath_command import load
 from hotpath_report.run import Run
 from hotpath_report.tables import write_output
 
@@ -104,7 +105,6 @@ def show(options: str) -> None:
         write_output(Path(o["perfetto"]), "--perfetto", text)
         print(o["perfetto"])
     if o["svg"] or not o["perfetto"]:
-        from hotpath_report.figures import timeline  # draws, which takes a second to import
-
+        timeline = load("figures.timeline")  # draws, which takes a second to import
         part = (begin, begin + CHART_MS if end is None else end)
         timeline.draw(run, executor, o["repetition"], part, svg, "--svg" if o["svg"] else "")

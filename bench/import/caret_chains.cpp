@@ -74,7 +74,7 @@ void add_chains(const CaretArchitecture& architecture, ImportedGraph& imported) 
   std::vector<Chain> chains;
   for (const CaretPath& path : architecture.paths) {
     Chain chain;
-    chain.name = path.name;
+    chain.name = graph_node_name(path.name);
     if (const std::string broken = paths.follow(path, chain); !broken.empty()) {
       imported.missing.push_back(concat("path ", path.name, " is not a chain: ", broken, "."));
     } else {

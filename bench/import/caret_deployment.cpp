@@ -17,7 +17,7 @@ using Owners = std::map<std::string, std::uint32_t>;
 
 DeployedExecutor executor_of(const CaretExecutor& caret) {
   DeployedExecutor executor;
-  executor.name = caret.name;
+  executor.name = graph_topic_name(caret.name);
   // A thread for each group is as good as more.
   const std::size_t threads = std::clamp<std::size_t>(caret.groups.size(), 2, kMostThreads);
   executor.executor = caret.multi_threaded ? concat("multi:", threads) : kBaselineExecutor;

@@ -27,7 +27,7 @@ CaretDraft draft_of(const std::string& ros_node, std::size_t n, const CaretCallb
   const std::string node = graph_node_name(ros_node);
   c.task = concat(
       node, "/",
-      caret.topic ? graph_topic_name(*caret.topic) : caret.name.substr(caret.name.find_last_of('/') + 1));
+      graph_topic_name(caret.topic ? *caret.topic : caret.name.substr(caret.name.find_last_of('/') + 1)));
   if (!caret.topic) c.period = c.deadline = caret.period;
   if (stats != nullptr) {
     draft.hertz = hertz_of(*stats->period);

@@ -85,7 +85,7 @@ class CaretGraph {
       for (const std::string& name : group.callbacks) {
         group_of[name] = static_cast<std::uint32_t>(node.groups.size());
       }
-      node.group_names.push_back(group.name.substr(group.name.find_last_of('/') + 1));
+      node.group_names.push_back(graph_topic_name(group.name.substr(group.name.find_last_of('/') + 1)));
       node.groups.push_back(group.kind);
     }
     std::vector<std::size_t> kept;

@@ -14,6 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kMostFiles = 100'000;  // of which a trace has a few hundred
+
 enum class MetadataFormat { ctf_1, ctf_2, other };
 
 /// CTF 1.8, section 7.1: metadata is text, or packets that begin with a magic number, of which bytes 35 and
@@ -40,10 +42,15 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
   const auto refuse = [&](const std::string& why) { throw UsageError(folder.string() + " " + why); };
   if (!fs::is_directory(folder)) refuse("is not a folder; name the folder of a trace");
   std::vector<fs::path> found;
-  const auto options = fs::directory_options::skip_permission_denied;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, options)) {
-    if (entry.path().filename() != "metadata" || !entry.is_regular_file()) continue;
-    const MetadataFormat format = format_of(entry.path());
+  std::error_code error;  // files may vanish while they are looked at
+  fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, error);
+  std::size_t files = 0;
+  for (const fs::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
+    if (++files > kMostFiles) refuse("holds more than 100000 files; name the folder of a trace");
+    const fs::path& path = at->path();
+    std::error_code gone;
+    if (path.filename() != "metadata" || !fs::is_regular_file(path, gone)) continue;
+    const MetadataFormat format = format_of(path);
     if (format == MetadataFormat::ctf_2) {
       refuse(
           "holds a trace in CTF 2, which libbabeltrace2 2.0 cannot read; record with `lttng create "
@@ -52,8 +59,9 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
     }
     if (format == MetadataFormat::other)
       refuse("has a file `metadata` that is none of CTF; name the folder of a trace");
-    found.push_back(entry.path().parent_path());
+    found.push_back(path.parent_path());
   }
+  if (error) refuse("cannot be searched (" + error.message() + "); name the folder of a trace");
   if (found.empty()) {
     refuse(
         "holds no CTF trace: there is no file `metadata` in it or below it; name the folder that "

@@ -7,7 +7,7 @@
 #include <optional>
 #include <unordered_map>
 
-#include "hotpath/reference_system/utf8.hpp"
+#include "hotpath/core/utf8.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 

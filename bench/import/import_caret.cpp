@@ -3,7 +3,9 @@
 
 #include <filesystem>
 
+#include "hotpath/core/utf8.hpp"
 #include "hotpath/core/worker.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 
@@ -23,7 +25,8 @@ void import_caret(const ImportCaretOptions& options) {
     imported.missing.push_back("how many processors there were; --cores says it.");
   }
   const std::string name = file.parent_path().filename();
-  imported.graph.name = imported.deployment.name = name.empty() ? "caret" : name;
+  imported.graph.name = imported.deployment.name =
+      printable(name.empty() ? "caret" : graph_node_name(name), kMaxNameBytes);
   const std::string output = options.output.empty() ? "imports/" + imported.graph.name : options.output;
   write_import(std::move(imported), output);
 }

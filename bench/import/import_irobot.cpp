@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "hotpath/core/registry.hpp"
+#include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
@@ -56,7 +57,7 @@ class Topology {
     check_json(file, text);
     const YamlMap map(YamlValue(file_, read_yaml(file, text, kRemedy), "the topology", 1), "the topology");
     Graph& graph = imported_.graph;
-    graph.name = std::filesystem::path(file).stem();
+    graph.name = printable(graph_node_name(std::filesystem::path(file).stem()), kMaxNameBytes);
     graph.description = "Topology " + graph.name + " of irobot-ros/ros2-performance";
     for (const YamlValue& node : map.require("nodes", "[{node_name: NAME}]").list("a node")) read_node(node);
     leave_out_unpublished();

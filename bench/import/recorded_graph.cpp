@@ -6,6 +6,8 @@
 #include <map>
 #include <set>
 
+#include "hotpath/core/utf8.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "import/imported_graph.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -14,14 +16,8 @@ namespace hotpath {
 
 namespace {
 
-/// Without what a graph file cannot have in a name.
 std::string graph_name(const std::string& ros_name, bool is_node) {
-  std::string name = is_node ? graph_node_name(ros_name) : graph_topic_name(ros_name);
-  for (char& c : name) {
-    if (std::isspace(static_cast<unsigned char>(c)) ||
-        std::string_view(",\"'`").find(c) != std::string_view::npos)
-      c = '_';
-  }
+  const std::string name = is_node ? graph_node_name(ros_name) : graph_topic_name(ros_name);
   return name.empty() ? "unnamed" : name;
 }
 
@@ -30,7 +26,7 @@ class Builder {
   Builder(const RecordedSystem& system, std::span<const RecordedJob> jobs,
           const std::vector<std::uint32_t>& executor_of, const std::string& name, ServiceOrder order)
       : system_(system), jobs_(jobs), executor_of_(executor_of), order_(std::move(order)) {
-    made_.graph.name = name;
+    made_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
     if (!order_.nodes.empty()) return;
     for (std::uint32_t n = 0; n < system.nodes.size(); ++n) order_.nodes.push_back(n);
     for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) order_.callbacks.push_back(c);

@@ -2,7 +2,6 @@
 #include "program/child_process.hpp"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <tuple>
 
 #include "program/errors.hpp"
 
@@ -26,22 +26,47 @@ std::vector<char*> argument_list(std::vector<std::string>& words) {
   return arguments;
 }
 
+namespace {
+
+/// In a new child: becomes a program, or tells `failure`, which the program does not inherit, why not. Calls
+/// only what is safe where other threads may have held locks.
+[[noreturn]] void become(const std::vector<char*>& arguments, int errors, bool silent, pid_t parent,
+                         int failure) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // with the thread that waits for it
+  if (getppid() != parent) _exit(1);
+  dup2(errors, STDERR_FILENO);
+  if (silent) dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
+  execvp(arguments.front(), arguments.data());
+  const int why = errno;
+  std::ignore = write(failure, &why, sizeof why);
+  _exit(127);
+}
+
+}  // namespace
+
 ProgramEnd run_program(std::vector<std::string> words, bool silent) {
   const std::unique_ptr<FILE, int (*)(FILE*)> errors(std::tmpfile(), std::fclose);
   if (!errors) throw RunError(std::string("no temporary file: ") + std::strerror(errno));
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, fileno(errors.get()), STDERR_FILENO);
-  if (silent) posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  pid_t id = -1;
-  const int refused =
-      posix_spawnp(&id, words.front().c_str(), &files, nullptr, argument_list(words).data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (refused != 0) {
-    throw RunError("`" + words.front() + "` could not be started (" + std::strerror(refused) +
+  const auto fail = [&](int why) {
+    throw RunError("`" + words.front() + "` could not be started (" + std::strerror(why) +
                    "); is it installed?");
-  }
+  };
+  const std::vector<char*> arguments = argument_list(words);
+  int failure[2];
+  if (pipe2(failure, O_CLOEXEC) != 0) fail(errno);
+  const pid_t parent = getpid(), id = fork();
+  if (id == 0) become(arguments, fileno(errors.get()), silent, parent, failure[1]);
+  int why = id < 0 ? errno : 0;
+  close(failure[1]);
+  ssize_t told = 0;  // nothing, once the program has begun
+  do {
+    told = id > 0 ? read(failure[0], &why, sizeof why) : 1;
+  } while (told < 0 && errno == EINTR);
+  close(failure[0]);
+  const bool started = told == 0;
   ProgramEnd end;
+  if (id > 0 && !started) await_process(id, &end.status);
+  if (!started) fail(why);
   // Whoever stops it alone must not let us wait for ever. Ctrl-Z stops us as well, until both go on.
   while (await_process(id, &end.status, WUNTRACED) == id && WIFSTOPPED(end.status)) kill(id, SIGCONT);
   std::rewind(errors.get());

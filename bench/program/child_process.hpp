@@ -19,7 +19,8 @@ struct ProgramEnd {
 };
 
 /// Runs a program (found along PATH) with its arguments to its end; its other streams are ours, except what
-/// it prints where `silent`. One that is stopped is told to go on. Throws RunError when it cannot be started.
+/// it prints where `silent`. One that is stopped is told to go on; it is killed with this process. Throws
+/// RunError when it cannot be started.
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
 
 /// Goes on in a child, which is killed with this process. This process only waits: it ends with the child's

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <istream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -15,6 +16,20 @@
   static_assert(true)
 
 namespace hotpath {
+
+/// The JSON of a file. Throws nlohmann's exceptions for what is none, std::out_of_range for what is nested so
+/// deep that copying it would end the stack.
+[[nodiscard]] inline nlohmann::json parse_shallow(std::istream& in) {
+  constexpr int kDeepest = 100;
+  bool deep = false;
+  nlohmann::json parsed =
+      nlohmann::json::parse(in, [&](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
+        deep = deep || depth > kDeepest;
+        return depth <= kDeepest;
+      });
+  if (deep) throw std::out_of_range("it is nested more than 100 deep");
+  return parsed;
+}
 
 /// The number under `key`. Throws nlohmann's exceptions if there is none, std::out_of_range unless it is from
 /// 0 to `most`.

@@ -4,10 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iostream>
 #include <string>
 
 #include "hotpath/core/time.hpp"
+#include "program/shown_text.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -32,15 +32,14 @@ class Progress {
     const auto left = std::chrono::ceil<std::chrono::seconds>(std::max(all - elapsed, Duration::zero()));
     const auto done = std::chrono::floor<std::chrono::seconds>(std::min(elapsed, most));
     const auto of = std::chrono::round<std::chrono::seconds>(most);
-    std::cerr << "\r\033[K" << what_
-              << text(": %lld of %lld s; %lld min %02lld s left", static_cast<long long>(done.count()),
-                      static_cast<long long>(of.count()), static_cast<long long>(left.count() / 60),
-                      static_cast<long long>(left.count() % 60))
-              << std::flush;
+    replace_terminal_line(
+        what_ + text(": %lld of %lld s; %lld min %02lld s left", static_cast<long long>(done.count()),
+                     static_cast<long long>(of.count()), static_cast<long long>(left.count() / 60),
+                     static_cast<long long>(left.count() % 60)));
   }
   /// Removes the line, for other output.
   void clear() {
-    if (terminal_) std::cerr << "\r\033[K" << std::flush;
+    if (terminal_) replace_terminal_line("");
   }
 
  private:

@@ -25,22 +25,23 @@ namespace fs = std::filesystem;
 constexpr int kUnfitInput = 2;
 
 /// The folder of the package: the source tree's, or that of the installation.
-std::string package_folder() {
+fs::path package_folder() {
   std::istringstream folders(HOTPATH_PYTHON_DIRS);
   for (std::string folder; std::getline(folders, folder, ':');) {
     if (fs::exists(fs::path(folder) / "hotpath_report")) return folder;
   }
-  return "";
+  throw RunError("the Python package hotpath_report is in none of " HOTPATH_PYTHON_DIRS
+                 "; build and install hotpath anew");
 }
 
-/// A command line of the package, for which this process's environment is prepared.
+/// A command line of the package, for which this process's environment is prepared. Python is isolated (-I):
+/// neither a file of the current folder nor PYTHONPATH and the like decide what runs.
 std::vector<std::string> command_line(const std::string& command, const std::vector<std::string>& arguments) {
   std::cout << std::flush;  // what the package prints comes after what we have printed
   std::fflush(stdout);
-  const char* const path = std::getenv("PYTHONPATH");
-  setenv("PYTHONPATH", (package_folder() + (path == nullptr ? "" : std::string(":") + path)).c_str(), 1);
-  setenv("HOTPATH", fs::read_symlink("/proc/self/exe").c_str(), 1);
-  std::vector<std::string> words = {"/usr/bin/python3", "-B", "-m", "hotpath_report", command};
+  setenv("HOTPATH", own_program().c_str(), 1);
+  const fs::path program = package_folder() / "hotpath_report" / "__main__.py";
+  std::vector<std::string> words = {"/usr/bin/python3", "-I", "-B", program.string(), command};
   words.insert(words.end(), arguments.begin(), arguments.end());
   return words;
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
 #include "program/whole_file.hpp"
 #include "results/run_folder.hpp"
@@ -36,7 +37,7 @@ Beginnings measured_repetitions(const StoredRun& run) {
 
 /// Copies the header and the rows that begin like one of these. A last line without its end is none.
 void copy_rows(const fs::path& from, const Beginnings& kept, std::ostream& out) {
-  std::ifstream in(from, std::ios::binary);
+  std::ifstream in = open_input(from, "take the file away to recover the others");
   std::string line;
   for (bool header = true; std::getline(in, line) && !in.eof(); header = false) {
     const std::size_t end = line.find(',', line.find(',') + 1);

@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "hotpath/core/csv.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
 #include "program/json_fields.hpp"
@@ -52,18 +53,15 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
     : folder_(std::move(folder)), option_(std::move(option)) {
   std::ifstream in = open("run.json");
   check([&] {
-    facts_ = json::parse(in);
+    facts_ = parse_shallow(in);
     read_facts();
   });
 }
 
 std::ifstream StoredRun::open(const char* file) const {
-  std::ifstream in(folder_ / file);
-  if (!in) {
-    fail(concat("there is no ", file,
-                "; name the folder of a whole run, as written by `hotpath run` without --no-trace"));
-  }
-  return in;
+  const char* const remedy = "name the folder of a whole run, as written by `hotpath run` without --no-trace";
+  if (!std::filesystem::exists(folder_ / file)) fail(concat("there is no ", file, "; ", remedy));
+  return open_input(folder_ / file, remedy);
 }
 
 void StoredRun::read_facts() {

@@ -37,7 +37,7 @@ class StoredRun {
     return run(executor, repetition).contains("replaced_by");
   }
 
-  /// One of the files. Throws UsageError when it is not there.
+  /// One of the files. Throws UsageError when it is not there, InputError for what is no regular file.
   [[nodiscard]] std::ifstream open(const char* file) const;
 
   /// First timestamp of every timer, by task. Throws UsageError when that executor or repetition did not run,

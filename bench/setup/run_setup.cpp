@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <ctime>
-#include <fstream>
 #include <numeric>
 #include <random>
 #include <set>
 
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
@@ -72,20 +72,18 @@ std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& se
     for (TaskId id = set.size(); id-- > 0;) order.push_back(id);
     return order;
   }
-  std::ifstream file(text);
-  if (!file) {
-    throw UsageError("--entity-order: `" + text +
-                     "` is none of creation and reverse, nor a readable file of task names");
-  }
-  std::int64_t line = 0;
-  for (std::string name; std::getline(file, name);) {
-    ++line;
+  std::ifstream file = open_input(text, "give --entity-order creation, reverse, or a file of task names");
+  LineReader lines(file, text);
+  while (lines.next()) {
+    const std::string_view name = lines.text();
     if (name.empty()) continue;
+    const auto line = static_cast<std::int64_t>(lines.line());
     const auto task = std::ranges::find(set.tasks, name, &Task::name);
     const auto id = static_cast<TaskId>(task - set.tasks.begin());
-    if (task == set.tasks.end()) throw InputError(text, line, "the graph has no task " + name, "name tasks");
+    if (task == set.tasks.end())
+      throw InputError(text, line, concat("the graph has no task ", name), "name tasks");
     if (std::ranges::count(order, id) > 0)
-      throw InputError(text, line, name + " occurs twice", "name it once");
+      throw InputError(text, line, concat(name, " occurs twice"), "name it once");
     order.push_back(id);
   }
   for (TaskId id = 0; id < set.size(); ++id) {

@@ -15,8 +15,10 @@
 #include <utility>
 
 #include "hotpath/campaign/crew.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
+#include "program/json_fields.hpp"
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
@@ -56,8 +58,8 @@ bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
 }
 
 void check_same_sweep(const fs::path& folder, const SweepDesign& design) {
-  json facts;
-  std::ifstream(folder / kFacts) >> facts;
+  std::ifstream in = open_input(folder / kFacts, "give a new folder");
+  const json facts = parse_shallow(in);
   if (read_text_file(folder / "sweep.yaml") != design.text) {
     throw UsageError("--output: " + folder.string() + " holds results of another sweep than " + design.file +
                      " is now (its own is sweep.yaml there); give a new folder");
@@ -84,7 +86,9 @@ SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
     try {
       check_same_sweep(folder_, design);
     } catch (const json::exception&) {
-      throw UsageError("--output: " + (folder_ / kFacts).string() + " is damaged; give a new folder");
+      fail_damaged();
+    } catch (const std::out_of_range&) {
+      fail_damaged();
     }
     read_back();
     // In case the journal is new; a new sweep.json is waited for, and the journal's name with it.
@@ -164,6 +168,10 @@ void SweepJournal::open() {
 void SweepJournal::fail() const {
   throw RunError(file_.string() + ": " + std::strerror(errno) + "; " + std::to_string(done_) +
                  " cells are kept there, and the same command goes on with the others");
+}
+
+void SweepJournal::fail_damaged() const {
+  throw UsageError("--output: " + (folder_ / kFacts).string() + " is damaged; give a new folder");
 }
 
 void SweepJournal::fail_reading() const {

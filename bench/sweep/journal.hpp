@@ -48,6 +48,7 @@ class SweepJournal {
   void read_back();
   [[noreturn]] void fail() const;
   [[noreturn]] void fail_reading() const;
+  [[noreturn]] void fail_damaged() const;
 
   std::filesystem::path folder_, file_;
   std::vector<bool> is_done_;

@@ -3,6 +3,11 @@
 #include "program/child_process.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <string>
 
 #include "program/errors.hpp"
 
@@ -28,6 +33,25 @@ TEST(RunProgram, TellsTheSignalThatEndedIt) {
 
 TEST(RunProgram, LetsAProgramGoOnThatWasStopped) {
   EXPECT_TRUE(exited_with(run_program(shell("kill -STOP $$; exit 3")).status, 3));
+}
+
+TEST(RunProgram, KillsTheProgramWithThisProcess) {
+  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // the program becomes our child when its parent is gone
+  int channel[2];
+  ASSERT_EQ(pipe(channel), 0);
+  const pid_t parent = fork();
+  if (parent == 0) {
+    dup2(channel[1], STDOUT_FILENO);
+    run_program(shell("echo $$; exec sleep 20"));
+    _exit(0);
+  }
+  char number[16] = {};
+  ASSERT_GT(read(channel[0], number, sizeof number - 1), 0);
+  kill(parent, SIGKILL);
+  int status = 0;
+  await_process(parent, &status);
+  await_process(std::stoi(number), &status);
+  EXPECT_EQ(how_it_ended(status), "was ended by a signal (Killed)");
 }
 
 TEST(RunProgram, RefusesAProgramThatIsNotThere) {

@@ -8,11 +8,6 @@ from hotpath_command import CommandTest
 
 
 class Commands(CommandTest):
-    def setUp(self):
-        super().setUp()
-        self.environment.pop("PYTHONPATH", None)  # the real matplotlib
-        self.environment["HOTPATH_FIGURES"] = "none"
-
     def test_each_command_has_a_use(self):
         self.assertEqual(commands_of(self.accepted("--help")), set(USES) | ELSEWHERE)
 

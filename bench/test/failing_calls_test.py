@@ -70,6 +70,11 @@ def noted_places(calls):
     return noted[0] != 0, places
 
 
+def kind_of(fault):
+    """The kind of call that fails."""
+    return list(KINDS)[(fault[0] >> HASH_BITS) - 1]
+
+
 class Run:
     """The command with a fault, in a session of its own."""
 
@@ -77,11 +82,11 @@ class Run:
         calls = folder / "calls"
         calls.write_bytes(NO_PLACES)
         self.output = folder / "run"
-        # Figures take long: Python finds no matplotlib.
-        broken = folder / "without_matplotlib"
-        broken.mkdir()
-        (broken / "matplotlib.py").write_text("raise ImportError('not for this test')\n")
-        environment = dict(os.environ, LD_PRELOAD=LIBRARY, HOTPATH_CALLS=str(calls), PYTHONPATH=str(broken))
+        environment = dict(os.environ, LD_PRELOAD=LIBRARY, HOTPATH_CALLS=str(calls))
+        # Figures take long: Python is started where that is what fails, and finds no library of ours.
+        environment["HOTPATH_STATISTICS"] = str(folder / "missing.so")
+        if fault and kind_of(fault) != "posix_spawnp":
+            environment["HOTPATH_FIGURES"] = "none"
         if fault:
             environment["HOTPATH_FAIL"] = " ".join(map(str, fault))
         process = subprocess.Popen(
@@ -162,7 +167,7 @@ class FailingCalls(unittest.TestCase):
         faults = [(p, e) for kind, errors in KINDS.items() for p in some(whole.places[kind]) for e in errors]
         injected, defects, begin = 0, 0, time.monotonic()
         for i, fault in enumerate(faults):
-            with self.subTest(command=name, kind=list(KINDS)[(fault[0] >> HASH_BITS) - 1], fault=fault):
+            with self.subTest(command=name, kind=kind_of(fault), fault=fault):
                 run, defect = self.run_with(COMMANDS[name], fault)
                 injected += run.failed
                 if defect != "":

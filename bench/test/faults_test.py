@@ -272,7 +272,9 @@ class Machine(FaultTest):
         self.assert_says(err, "standard output")
         self.assertTrue(self.checked(output).run["complete"])
 
-    def test_figure_without_matplotlib(self):
+    def test_figure_that_cannot_be_drawn(self):
+        del self.environment["HOTPATH_FIGURES"]
+        self.environment["HOTPATH_STATISTICS"] = str(self.folder / "missing.so")
         output = self.folder / "run"
         code, _, err = self.command("run", "--load", 1, "--duration", 1, "--warm-up", 0, "--output", output)
         self.assertEqual(code, 0)

@@ -99,7 +99,7 @@ class SecondHost(CommandTest):
         self.assertTrue({g for g in groups if g[0] == "wire"})
 
     def test_other_commands_have_no_network(self):
-        self.environment.pop("PYTHONPATH", None)  # the real matplotlib
+        self.environment.pop("HOTPATH_FIGURES", None)
         self.environment["HOTPATH_FIGURES"] = "none"
         calls = self.folder / "calls"
         networked = {use[0] for use in NETWORKED.values()}

@@ -221,7 +221,7 @@ class Timeline(SimulateTest):
             self.assertLess(e["ts"], 1.1e6)
 
     def test_chart(self):
-        del self.environment["PYTHONPATH"]  # with matplotlib
+        del self.environment["HOTPATH_FIGURES"]  # with matplotlib
         run = self.simulate(
             *("--graph", "timers_only_80", "--executors", "default,rm-ro", "--release-cost-us", 300, *BRIEF)
         )

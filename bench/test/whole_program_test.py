@@ -191,7 +191,7 @@ class WholeProgram(CommandTest):
                 self.assertEqual(chain["hot_path_latency_ms"]["n"], rows.count(chain["chain"]))
 
     def test_autoware_on_fastdds_with_figure(self):
-        del self.environment["PYTHONPATH"]
+        del self.environment["HOTPATH_FIGURES"]
         folder = self.measure("run", *SHORT)
         self.check(folder, AUTOWARE, figures=True)
         self.assertEqual(folder.run["transport"], "fastdds")

@@ -60,7 +60,9 @@ using Subject = std::pair<std::string, std::string>;
 
 std::map<Subject, TimersOnlyRanges> read_measured(const fs::path& file) {
   std::map<Subject, std::map<std::string, std::pair<int, TimersOnlyRun>>> by_repetition;
-  for (CsvReader row(file); row.next();) {
+  CsvReader row(file);
+  static_cast<void>(row.column("utilisation_percent"));  // also where there is no row
+  while (row.next()) {
     const Subject subject(row.text("utilisation_percent"), row.text("executor"));
     auto& [tasks, run] = by_repetition[subject][std::string(row.text("repetition"))];
     ++tasks;
@@ -112,7 +114,9 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
   }
   const std::filesystem::path file = reference / "rclcpp_autoware_phases.csv";
   std::vector<AutowareValidation> all;
-  for (CsvReader row(file); row.next();) {
+  CsvReader row(file);
+  static_cast<void>(row.column("executor"));
+  while (row.next()) {
     const std::string label(row.text("executor"));
     const std::string name = label.substr(0, label.find(' '));
     GraphTasks tasks = make_tasks(graph);

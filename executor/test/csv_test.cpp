@@ -82,6 +82,26 @@ TEST(Csv, AFileThatCannotBeReadIsNamed) {
   EXPECT_THAT(refusal([] { CsvReader csv(std::filesystem::path("/tmp")); }), HasSubstr("cannot be read"));
 }
 
+TEST(Csv, ADeviceWithoutEndIsRefused) {
+  EXPECT_THAT(refusal([] { CsvReader csv("/dev/zero"); }),
+              HasSubstr("it is a device, which may have no end"));
+}
+
+TEST(Csv, ALineWithoutEndIsRefused) {
+  std::istringstream in("name\n" + std::string(5 << 20, 'a'));
+  CsvReader csv(in, "a.csv");
+  EXPECT_THAT(refusal([&] { static_cast<void>(csv.next()); }),
+              HasSubstr("a.csv:2: the line has more than 4 MiB"));
+}
+
+TEST(Csv, ALastLineNeedsNoEnd) {
+  std::istringstream in("name\r\nIMU\n\nGNSS");
+  CsvReader csv(in, "a.csv");
+  std::vector<std::string> names;
+  while (csv.next()) names.emplace_back(csv.text(0));
+  EXPECT_THAT(names, ElementsAre("IMU", "", "GNSS"));
+}
+
 /// A file of a disk that fails after its first bytes.
 class FailingFile : public std::streambuf {
  public:

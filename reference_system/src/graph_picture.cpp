@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "graph_text.hpp"
+#include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/graph_edges.hpp"
 
 namespace hotpath {
@@ -38,7 +39,7 @@ const Look& look_of(const Node& node) { return kLooks[static_cast<std::size_t>(n
 /// For HTML-like labels and, between quotes, for names.
 std::string escaped(std::string_view text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : printable(text)) {
     switch (c) {
       case '&':
         result += "&amp;";
@@ -62,7 +63,7 @@ std::string escaped(std::string_view text) {
 /// A quoted identifier.
 std::string identifier(std::string_view text) {
   std::string result = "\"";
-  for (const char c : text) {
+  for (const char c : printable(text)) {
     if (c == '"' || c == '\\') result += '\\';
     result += c;
   }

@@ -8,10 +8,12 @@
 #include <fstream>
 #include <functional>
 #include <set>
+#include <sstream>
 
 #include "graph_source.hpp"
 #include "graph_text.hpp"
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/core/utf8.hpp"
 
 namespace hotpath {
 
@@ -28,7 +30,7 @@ class Writer {
       : graph_(graph), comments_(comments), times_file_(std::move(times_file)) {}
 
   std::string text() {
-    if (!comments_.header.empty()) out_ << YAML::Comment(comments_.header) << YAML::Newline;
+    if (!comments_.header.empty()) out_ << remark(comments_.header) << YAML::Newline;
     out_ << YAML::BeginMap;
     pair("name", graph_.name);
     if (!graph_.description.empty()) pair("description", graph_.description);
@@ -53,7 +55,14 @@ class Writer {
   }
   void comment(const std::string& name) {
     const auto found = comments_.of.find(name);
-    if (found != comments_.of.end() && !found->second.empty()) out_ << YAML::Comment(found->second);
+    if (found != comments_.of.end() && !found->second.empty()) out_ << remark(found->second);
+  }
+  /// A line break that the emitter does not know as one would end the comment.
+  static YAML::_Comment remark(const std::string& lines) {
+    std::istringstream in(lines);
+    std::string all;
+    for (std::string line; std::getline(in, line);) all += (all.empty() ? "" : "\n") + printable(line);
+    return YAML::Comment(all);
   }
 
   void platform() {

@@ -26,10 +26,9 @@ class PhasesFile {
   }
 
   std::vector<Duration> read(const std::string& executor) {
-    std::ifstream in(path_);
-    std::string first_line;
-    std::getline(in, first_line);
-    if (is_golden_trace(first_line)) {
+    std::ifstream in = open_input(path_, "give the path of a readable file of phases");
+    LineReader lines(in, path_);
+    if (lines.next() && is_golden_trace(lines.text())) {
       read_golden_header();
     } else {
       read_csv(executor);

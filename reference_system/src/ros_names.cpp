@@ -2,14 +2,19 @@
 #include "hotpath/reference_system/ros_names.hpp"
 
 #include <algorithm>
+#include <string_view>
 #include <vector>
 
 #include "hotpath/core/suggestion.hpp"
+#include "hotpath/core/utf8.hpp"
 
 namespace hotpath {
 
 std::string graph_topic_name(const std::string& ros_name) {
-  return ros_name.starts_with('/') ? ros_name.substr(1) : ros_name;
+  std::string name = printable(ros_name.starts_with('/') ? ros_name.substr(1) : ros_name);
+  std::ranges::replace_if(
+      name, [](char c) { return std::string_view(" \\,\"'`").find(c) != std::string_view::npos; }, '_');
+  return name;
 }
 
 std::string graph_node_name(const std::string& ros_name) {

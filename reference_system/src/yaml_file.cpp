@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/reference_system/yaml_file.hpp"
 
-#include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <memory>
-
 #include <yaml-cpp/eventhandler.h>
+
 #include <sstream>
 
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 
 namespace hotpath {
 
@@ -44,19 +40,18 @@ bool has_second_document(const std::string& text) {
 }  // namespace
 
 std::string read_text_file(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-  const auto fail = [&](const std::string& problem) {
-    throw InputError(path, 0, problem, "give the path of a readable YAML file");
-  };
-  if (!file) fail(std::string("the file cannot be opened (") + std::strerror(errno) + ")");
-  std::string text;
-  std::array<char, 65536> block;
-  while (const std::size_t bytes = std::fread(block.data(), 1, block.size(), file.get())) {
-    text.append(block.data(), bytes);
-    if (text.size() > kMaxFileBytes)
-      fail("the file has more than 4 MiB, which nothing needs that this program reads");
+  const std::string remedy = "give the path of a readable YAML file";
+  std::ifstream in = open_input(path, remedy);
+  std::string text(kMaxFileBytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  const auto bytes = static_cast<std::size_t>(in.gcount());
+  if (bytes > kMaxFileBytes) {
+    throw InputError(path, 0, "the file has more than 4 MiB, which nothing needs that this program reads",
+                     remedy);
   }
-  if (std::ferror(file.get())) fail(std::string("the file cannot be read (") + std::strerror(errno) + ")");
+  if (in.bad()) throw InputError(path, 0, "the file cannot be read to its end", remedy);
+  text.resize(bytes);
+  text.shrink_to_fit();
   return text;
 }
 

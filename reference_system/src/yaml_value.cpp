@@ -6,7 +6,7 @@
 
 #include "graph_text.hpp"
 #include "hotpath/core/suggestion.hpp"
-#include "hotpath/reference_system/utf8.hpp"
+#include "hotpath/core/utf8.hpp"
 
 namespace hotpath {
 
@@ -59,11 +59,11 @@ std::string YamlValue::checked_name(std::size_t most_bytes, bool slash) const {
     fail(what_ + " `" + name + "` has " + std::to_string(name.size()) + " bytes",
          "give at most " + std::to_string(most_bytes));
   }
+  const bool control = printable(name) != name;
   for (const char c : name) {
-    const bool control_or_blank = static_cast<unsigned char>(c) <= ' ' || c == 0x7f;
-    if (control_or_blank || kNotInNames.find(c) != std::string_view::npos || (c == '/' && !slash)) {
+    if (control || c == ' ' || kNotInNames.find(c) != std::string_view::npos || (c == '/' && !slash)) {
       fail(what_ + " `" + name + "` contains " +
-               (control_or_blank ? "a blank or control character" : std::string{c}),
+               (control || c == ' ' ? "a blank or control character" : std::string{c}),
            std::string("names are written into CSV columns: leave out blanks, commas, quotes") +
                (slash ? "" : " and slashes"));
     }

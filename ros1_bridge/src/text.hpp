@@ -7,18 +7,14 @@
 #include <iomanip>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
+
+#include "hotpath/core/utf8.hpp"
 
 namespace hotpath {
 
 /// Bytes of what the bridge repeats from others in one go: a name, a list of names.
 inline constexpr std::size_t kMostOfName = 200, kMostOfList = 1000;
-
-/// Any bytes as UTF-8 of at most `most` bytes (at least 3) on one line. What is no UTF-8, a control
-/// character, or turns the direction of the text or ends its line becomes `\xHH`; what is too long ends in
-/// `...`.
-std::string printable(std::string_view text, std::size_t most);
 
 /// At most 30 characters; beyond 10^15 with an exponent.
 inline std::string decimals(double value, int places) {

@@ -243,26 +243,6 @@ TEST(RunMetadata, LeavesOutWhatIsNestedTooDeep) {
   EXPECT_EQ(nlohmann::json::parse(text)["facts"]["seed"], 3);
 }
 
-TEST(Printable, KeepsUtf8) {
-  EXPECT_EQ(printable("hot_path", 200), "hot_path");
-  EXPECT_EQ(printable("\u00fc \u20ac \U0001f600", 200), "\u00fc \u20ac \U0001f600");
-  EXPECT_EQ(printable("", 200), "");
-}
-
-TEST(Printable, EscapesControlCharactersAndWhatIsNoUtf8) {
-  EXPECT_EQ(printable(std::string("a\0b\n\x1b[2J\x7f", 9), 200), "a\\x00b\\x0a\\x1b[2J\\x7f");
-  EXPECT_EQ(printable("\xff\xc3", 200), "\\xff\\xc3");
-  EXPECT_EQ(printable("\u009b\u2028\u202e\u2066", 200),
-            "\\xc2\\x9b\\xe2\\x80\\xa8\\xe2\\x80\\xae\\xe2\\x81\\xa6");
-}
-
-TEST(Printable, CutsBetweenCharacters) {
-  EXPECT_EQ(printable("abcdef", 6), "abcdef");
-  EXPECT_EQ(printable("abcdefg", 6), "abc...");
-  EXPECT_EQ(printable("\u20ac\u20ac\u20ac", 8), "\u20ac...");
-  EXPECT_EQ(printable("a\x01\x01", 8), "a\\x01...");
-}
-
 TEST(Decimals, AreFewForAnyNumber) {
   EXPECT_EQ(decimals(123456789.125, 1), "123456789.1");
   for (const double value : {1e308, -1e308, std::nan(""), std::numeric_limits<double>::infinity()}) {

@@ -1,30 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """What `hotpath advise` predicts for each candidate: median, p99 and worst case with their intervals."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.style import INK
+from hotpath_report.tables import read_json
 
 # What is shown of a row, with its mark.
 MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "worst of all draws", "|"))
 
 
-def read_advice(folder: Path) -> dict[str, Any]:
-    """The content of advice.json. Raises InputError."""
-    try:
-        advice: dict[str, Any] = json.loads((folder / "advice.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{folder / 'advice.json'}: {error}") from error
-    return advice
-
-
 def draw(folder: str) -> None:
     """Writes advice.svg and .png into a folder of `hotpath advise`. Raises InputError."""
-    advice = read_advice(Path(folder))
+    advice: dict[str, Any] = read_json(Path(folder) / "advice.json", "hotpath advise")
     rows = [row for row in advice["ranking"] if row.get("median_ms")]
     if not rows:
         raise InputError(f"{folder}: nothing that was predicted has a chain")

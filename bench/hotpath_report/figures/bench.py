@@ -16,6 +16,8 @@ def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
         lines.setdefault(label, []).append((int(x), value))
     for colour, (label, points) in zip(SERIES, sorted(lines.items())):
         axes.loglog(*zip(*sorted(points)), "o-", color=colour, label=label, markersize=4)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
     axes.set_ylabel("ns")
     axes.margins(y=0.25)
     if lines:

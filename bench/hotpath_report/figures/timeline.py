@@ -148,7 +148,7 @@ def add_key(figure: Any, window: Window) -> None:
     for worker in sorted(window.jobs[window.jobs["start"].notna()]["worker"].unique()):
         name = window.run.worker_name(worker, window.timer_thread)
         handles.append(style.patch(name, facecolor=colour_of(worker), alpha=0.85))
-    handles.append(style.dot("release", "$↑$", markersize=9))
+    handles.append(style.dot("release", style.glyph("↑"), markersize=9))
     if window.displaced:
         handles.append(style.patch("displaced", facecolor="white", edgecolor=SERIES[0], hatch="/////"))
     found = {MARK_OF.get(outcome) for outcome in window.jobs["outcome"]}

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from hotpath_report.figures import bench as figures
 from hotpath_report.pages.bench_data import SPEC, Bench, Spec, three_digits
 from hotpath_report.pages.text import environment
@@ -51,7 +53,7 @@ def bars(bench: Bench) -> Table | None:
             for what, of, limit in told:
                 value = value_of(bench, of, {"each": each})
                 if value is not None:
-                    verdict = "" if limit is None else "met" if value <= limit else "**not met**"
+                    verdict = "" if limit is None else "met" if value <= limit else Markup("**not met**")
                     limit = "" if limit is None else limit
                     rows.append([what.format(each=each), three_digits(value), limit, verdict])
     return Table("Against the bar", ["what", "measured", "bar", ""], rows, numbers=True) if rows else None
@@ -100,7 +102,7 @@ def write(folder: str) -> None:
         figure = spec["figure"] if spec.get("figure") in drawn else ""
         if tables:
             sections.append({"title": spec["title"], "figure": figure, "tables": tables})
-    template = environment().get_template("bench.md.j2")
+    template = environment("md").get_template("bench.md.j2")
     path = Path(folder) / "report.md"
     write_file(path, template.render(bench=bench, bars=bars(bench), sections=sections))
     print(path)

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from hotpath_report import shown_text
 from hotpath_report.pages.judgement import ALARM_RATE, POWER, Judgement, judge, percent_text
 from hotpath_report.pages import compare
 from hotpath_report.pages.compare import Key
@@ -32,13 +33,16 @@ def of_hot_paths(samples: Mapping[Key, Samples]) -> dict[Key, Samples]:
 
 def markdown(judgements: Sequence[Judgement], old: str, new: str) -> str:
     """A summary for a pull request."""
-    rows = ["| " + " | ".join(j.cells()) + " |" for j in sorted(judgements, key=lambda j: not j.worse)]
+    rows = [
+        "| " + " | ".join(map(shown_text.markdown_cell, j.cells())) + " |"
+        for j in sorted(judgements, key=lambda j: not j.worse)
+    ]
     head = ["| " + " | ".join(HEADER) + " |", "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |"]
     return "\n".join(
         [
             f"### {verdict(judgements)}",
             "",
-            f"`{old}` against `{new}`",
+            f"{shown_text.markdown(old)} against {shown_text.markdown(new)}",
             "",
             *head,
             *rows,

@@ -100,8 +100,7 @@ def write_figures(folder: Path, figures: list[Figure]) -> None:
 def write_page(folder: Path, template: str, sections: list[Section], **content: Any) -> None:
     """Renders `template`.html.j2 and .md.j2, and writes the figures with their data."""
     write_figures(folder / "figures", [figure for section in sections for figure in section.figures])
-    made = environment()
     style = (TEMPLATES / "style.css").read_text(encoding="utf-8")
     for suffix in ("html", "md"):
-        found = made.get_template(f"{template}.{suffix}.j2")
+        found = environment(suffix).get_template(f"{template}.{suffix}.j2")
         write_file(folder / f"report.{suffix}", found.render(style=style, sections=sections, **content))

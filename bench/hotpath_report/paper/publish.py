@@ -68,5 +68,5 @@ def write_readme(destination: Path, size: float) -> None:
         print(f"{readme} is not ours and stays as it is", file=sys.stderr)
         return
     facts = read_json(destination / "facts.json")
-    template = environment().get_template("results_readme.md.j2")
+    template = environment("md").get_template("results_readme.md.j2")
     write_file(readme, template.render(facts=facts, folder=destination.name, size_mb=size))

@@ -52,7 +52,7 @@ def command_lines(evidence: Evidence, studies: Collection[str]) -> list[str]:
 
 def prose(part: str, *arguments: Any) -> str:
     """A part of what the page says, as plain text."""
-    text: str = getattr(environment().get_template("prose.j2").module, part)(*arguments)
+    text: str = getattr(environment("txt").get_template("prose.j2").module, part)(*arguments)
     return text.strip()
 
 

@@ -16,12 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from hotpath_report.errors import InputError, RunError
+from hotpath_report.hotpath_command import ENDS_WITH_US
 from hotpath_report.paper.cells import Cell
 from hotpath_report.paper.noise import busy_seconds, noise_of
 from hotpath_report.tables import name_durably, read_json, write_json
-
-# A cell that outlived a killed reproduction would disturb the next one's measurements.
-ENDS_WITH_US = ("setpriv", "--pdeathsig", "TERM", "--")
 
 
 def facts_of(path: Path) -> dict[str, Any]:

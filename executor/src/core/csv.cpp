@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <istream>
 
 namespace hotpath {
 
@@ -16,28 +15,24 @@ std::string_view trimmed(std::string_view text) {
 }
 
 std::unique_ptr<std::istream> open(const std::filesystem::path& file) {
-  auto in = std::make_unique<std::ifstream>(file);
-  if (!*in || std::filesystem::is_directory(file)) {
-    throw InputError(file.string(), 0, "the file cannot be read", "give the path of a readable CSV file");
-  }
-  return in;
+  return std::make_unique<std::ifstream>(open_input(file, "give the path of a readable CSV file"));
 }
 
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& file, CsvLayout layout)
-    : file_(open(file)), in_(file_.get()), name_(file.string()), layout_(layout) {
+    : file_(open(file)), lines_(*file_, file.string()), layout_(layout) {
   if (read_line()) header_.assign(fields_.begin(), fields_.end());
 }
 
 CsvReader::CsvReader(std::istream& in, std::string name, CsvLayout layout)
-    : in_(&in), name_(std::move(name)), layout_(layout) {
+    : lines_(in, std::move(name)), layout_(layout) {
   if (read_line()) header_.assign(fields_.begin(), fields_.end());
 }
 
 CsvReader::CsvReader(std::istream& in, std::string name, std::vector<std::string> columns, CsvLayout layout,
                      std::size_t lines_before)
-    : in_(&in), name_(std::move(name)), layout_(layout), header_(std::move(columns)), line_(lines_before) {
+    : lines_(in, std::move(name), lines_before), layout_(layout), header_(std::move(columns)) {
   if (!read_line()) return;
   first_line_is_row_ = fields_.front() != header_.front();
   if (!first_line_is_row_) header_.assign(fields_.begin(), fields_.end());
@@ -49,7 +44,7 @@ void CsvReader::require_header(std::string_view expected) const {
   std::string found;
   for (const std::string& name : header_) found += (&name == &header_.front() ? "" : ",") + name;
   if (found != expected) {
-    throw InputError(name_, 1, "the header must be `" + std::string(expected) + "`",
+    throw InputError(lines_.file(), 1, "the header must be `" + std::string(expected) + "`",
                      "is this a file of another kind?");
   }
 }
@@ -62,7 +57,8 @@ std::optional<std::size_t> CsvReader::find_column(std::string_view name) const {
 
 std::size_t CsvReader::column(std::string_view name) const {
   if (const auto found = find_column(name)) return *found;
-  throw InputError(name_, 1, "there is no column `" + std::string(name) + "`", "name it in the header");
+  throw InputError(lines_.file(), 1, "there is no column `" + std::string(name) + "`",
+                   "name it in the header");
 }
 
 bool CsvReader::next() {
@@ -84,19 +80,15 @@ bool CsvReader::next() {
 
 bool CsvReader::read_line() {
   do {
-    if (!std::getline(*in_, text_)) {
-      if (in_->bad()) fail("the file cannot be read further", "is the disk in order?");
-      return false;
-    }
-    ++line_;
-    if (text_.ends_with('\r')) text_.pop_back();
-  } while (layout_ == CsvLayout::by_hand && trimmed(text_).empty());
+    if (!lines_.next()) return false;
+  } while (layout_ == CsvLayout::by_hand && trimmed(lines_.text()).empty());
+  const std::string_view line = lines_.text();
   fields_.clear();
   for (std::size_t from = 0;;) {
-    const std::size_t comma = std::min(text_.find(',', from), text_.size());
-    const std::string_view field = std::string_view(text_).substr(from, comma - from);
+    const std::size_t comma = std::min(line.find(',', from), line.size());
+    const std::string_view field = line.substr(from, comma - from);
     fields_.push_back(layout_ == CsvLayout::by_hand ? trimmed(field) : field);
-    if (comma == text_.size()) return true;
+    if (comma == line.size()) return true;
     from = comma + 1;
   }
 }
@@ -108,7 +100,7 @@ Duration CsvReader::nanoseconds(std::size_t column) const {
 }
 
 void CsvReader::fail(const std::string& problem, const std::string& remedy) const {
-  throw InputError(name_, line_, problem, remedy);
+  throw InputError(lines_.file(), static_cast<std::int64_t>(line()), problem, remedy);
 }
 
 void CsvReader::fail_number(std::size_t column, const char* kind) const {

@@ -51,19 +51,22 @@ void call_timers(GoldenTrace& trace) {
 bool is_golden_trace(std::string_view first_line) { return first_line.starts_with(kHeaderMark); }
 
 GoldenTrace read_golden_trace(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw InputError(file.string(), 0, "the golden trace cannot be read", "give a readable file");
+  std::ifstream in = open_input(file, "give a readable golden trace");
   GoldenTrace trace;
   std::map<std::string, TaskId, std::less<>> ids;
-  std::size_t line = 0;
-  for (std::string text; in.peek() == kHeaderMark && std::getline(in, text);) {
-    trace.set.tasks.push_back(read_task(text, file.string(), ++line));
+  LineReader header(in, file.string());
+  while (in.peek() == kHeaderMark && header.next()) {
+    trace.set.tasks.push_back(read_task(std::string(header.text()), file.string(), header.line()));
     Task& task = trace.set.tasks.back();
     task.group = ids[task.name] = trace.set.size() - 1;
     trace.set.groups.resize(trace.set.size(), CallbackGroup::mutually_exclusive);
   }
+  if (trace.set.tasks.empty()) {
+    throw InputError(file.string(), 1, "this is no golden trace",
+                     "begin with a line `# TASK ...` for each task");
+  }
   CsvReader jobs(in, file.string(), {"task", "count", "start_ns", "finish_ns", "next_call_ns"},
-                 CsvLayout::written, line);
+                 CsvLayout::written, header.line());
   const bool has_worker = jobs.find_column("thread").has_value();
   while (jobs.next()) {
     const auto id = ids.find(jobs.text(0));

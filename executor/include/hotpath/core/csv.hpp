@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/time.hpp"
 
 namespace hotpath {
@@ -53,7 +54,7 @@ class CsvReader {
   /// Goes to the next row. False at the end of the file.
   [[nodiscard]] bool next();
   /// Line of the row, or of the header before the first one; counts from 1.
-  [[nodiscard]] std::size_t line() const { return line_; }
+  [[nodiscard]] std::size_t line() const { return lines_.line(); }
 
   /// A field of the row; valid until the next call of next().
   [[nodiscard]] std::string_view text(std::size_t column) const { return fields_[column]; }
@@ -86,14 +87,11 @@ class CsvReader {
   bool read_line();
 
   std::unique_ptr<std::istream> file_;  // for a reader that opened the file itself
-  std::istream* in_;
-  std::string name_;
+  LineReader lines_;
   CsvLayout layout_;
   std::vector<std::string> header_;
-  std::size_t line_ = 0;
   bool first_line_is_row_ = false;
-  std::string text_;
-  std::vector<std::string_view> fields_;  // views of text_
+  std::vector<std::string_view> fields_;  // views of the line
 };
 
 }  // namespace hotpath

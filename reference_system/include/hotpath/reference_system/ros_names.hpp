@@ -10,7 +10,7 @@ namespace hotpath {
 
 /// The name of a node of ROS in a graph: `/perception/lidar` is perception.lidar. No node of ROS has a dot.
 [[nodiscard]] std::string graph_node_name(const std::string& ros_name);
-/// A topic without its leading slash.
+/// A topic without its leading slash. Here and there, what no name in a graph's file can have becomes `_`.
 [[nodiscard]] std::string graph_topic_name(const std::string& ros_name);
 
 /// The node of a graph that a node of ROS is, by its fully qualified name: the one with the name that an

@@ -7,7 +7,7 @@
 
 namespace hotpath {
 
-/// The text of a file of at most 4 MiB. Throws InputError.
+/// The text of a regular file of at most 4 MiB. Throws InputError.
 std::string read_text_file(const std::string& path);
 
 /// The map that the text consists of. `remedy` says what such a file looks like. Throws InputError.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "text.hpp"
+#include "hotpath/core/utf8.hpp"
 
 #include <algorithm>
-
-#include "hotpath/reference_system/utf8.hpp"
+#include <bit>
+#include <cstdint>
 
 namespace hotpath {
 
@@ -24,7 +24,8 @@ bool is_control(std::string_view character) {
   };
   using namespace std::string_view_literals;
   return within("\0"sv, "\x1f"sv) || within("\x7f"sv, "\x7f"sv) || within("\u0080"sv, "\u009f"sv) ||
-         within("\u2028"sv, "\u202e"sv) || within("\u2066"sv, "\u2069"sv);
+         within("\u061c"sv, "\u061c"sv) || within("\u200e"sv, "\u200f"sv) || within("\u2028"sv, "\u202e"sv) ||
+         within("\u2066"sv, "\u2069"sv);
 }
 
 std::string escaped(std::string_view bytes) {
@@ -39,6 +40,26 @@ std::string escaped(std::string_view bytes) {
 
 }  // namespace
 
+bool is_utf8(std::string_view text) {
+  constexpr std::uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // by bytes of a sequence
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = [&](std::size_t k) {
+      return static_cast<std::uint32_t>(static_cast<unsigned char>(text[i + k]));
+    };
+    const auto ones = static_cast<std::size_t>(std::countl_one(static_cast<unsigned char>(text[i])));
+    const std::size_t bytes = ones == 0 ? 1 : ones;
+    if (ones == 1 || ones > 4 || bytes > text.size() - i) return false;
+    std::uint32_t code = bytes == 1 ? byte(0) : byte(0) & (0x7FU >> bytes);
+    for (std::size_t k = 1; k < bytes; ++k) {
+      if (byte(k) >> 6 != 0b10) return false;
+      code = code << 6 | (byte(k) & 0x3FU);
+    }
+    if (code < kSmallest[bytes] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) return false;
+    i += bytes;
+  }
+  return true;
+}
+
 std::string printable(std::string_view text, std::size_t most) {
   constexpr std::string_view kMore = "...";
   std::string result;
@@ -52,7 +73,7 @@ std::string printable(std::string_view text, std::size_t most) {
       result += character;
     }
     if (result.size() > most) return result.substr(0, cut).append(kMore);
-    if (result.size() + kMore.size() <= most) cut = result.size();
+    if (result.size() <= most - kMore.size()) cut = result.size();
     text.remove_prefix(character.size());
   }
   return result;

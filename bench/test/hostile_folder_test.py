@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Nothing in the current folder, and nothing that Python's variables name, is executed: every module that a report or a
+figure imports, the package itself, what Python imports at its start, the program's own libraries, and a matplotlibrc lie
+there, and each would leave a mark."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+from hotpath_command import HOTPATH, CommandTest
+
+PACKAGE = pathlib.Path(__file__).resolve().parents[1] / "hotpath_report"
+IMPORTED = """
+import runpy, sys
+sys.argv = sys.argv[1:]
+try:
+    runpy.run_path(sys.argv[0], run_name="__main__")
+finally:
+    print(*{name.partition(".")[0] for name in sys.modules}, file=sys.stderr)
+"""
+AT_START = {"sitecustomize", "usercustomize", "start"}
+SHORT = ("--graph", "sequences", "--duration", 2, "--executors", "default,rm-ro")
+SWEEP = "command: simulate\nfixed: {graph: sequences, executor: rm-ro, duration: 1}\naxes: {load: [20, 40]}\n"
+
+
+class HostileFolder(CommandTest):
+    def setUp(self):
+        super().setUp()
+        del self.environment["HOTPATH_FIGURES"]
+        self.home, self.mark = self.folder, self.folder / "executed"
+        self.accepted("simulate", *SHORT, "--output", self.home / "run")
+        self.folder = self.home / "hostile"  # where commands are started from here on
+        self.folder.mkdir()
+        names = self.imported() | AT_START
+        self.assertGreater(len(names), 100)
+        code = f"import os\nopen({str(self.mark)!r}, 'a').write(__name__ + ' ' + __file__ + chr(10))\nos._exit(9)\n"
+        for name in names:
+            (self.folder / f"{name}.py").write_text(code)
+        for package in ("hotpath_report", "matplotlib", "numpy", "pandas"):
+            (self.folder / package).mkdir()
+            for name in ("__init__", "__main__"):
+                (self.folder / package / f"{name}.py").write_text(code)
+        libraries = subprocess.run(["ldd", HOTPATH], capture_output=True, text=True, check=True).stdout
+        for library in re.findall(r"^\s+(\S+\.so\S*) =>", libraries, re.MULTILINE):
+            (self.folder / library).write_text("no library")  # the loader ends a program that it gives this
+        (self.folder / "matplotlibrc").write_text("no_such_key: 1\n")  # matplotlib would complain
+        variables = {name: str(self.folder) for name in ("PYTHONPATH", "PYTHONHOME", "MATPLOTLIBRC")}
+        self.environment |= variables | {"PYTHONSTARTUP": str(self.folder / "start.py"), "PYTHONUSERBASE": str(self.home)}
+        user = self.home / "lib" / "python{}.{}".format(*sys.version_info) / "site-packages"
+        user.mkdir(parents=True)
+        (user / "usercustomize.py").write_text(code)
+
+    def imported(self):
+        """The modules, without their parents' names, that a report and a page of tests import."""
+        words = ["/usr/bin/python3", "-I", "-B", "-c", IMPORTED, PACKAGE / "__main__.py", "report", self.home / "run"]
+        environment = self.environment | {"HOTPATH": HOTPATH}
+        done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment)
+        return set(done.stderr.split())
+
+    def assert_nothing_executed(self, *arguments):
+        code, _, err = self.command(*arguments)
+        self.assertFalse(self.mark.exists(), self.mark.exists() and self.mark.read_text())
+        self.assertEqual((code, err), (0, ""), arguments)
+
+    def test_no_command_executes_what_lies_in_the_current_folder(self):
+        run = self.home / "run"
+        (self.home / "sweep.yaml").write_text(SWEEP)
+        for arguments in (
+            ("simulate", *SHORT, "--output", "made"),
+            ("report", run),
+            ("compare-results", run, run, "--gate"),
+            ("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json"),
+            ("analyze", "sequences", "--executors", "rm-ro", "--page", "bounds"),
+            ("sweep", self.home / "sweep.yaml", "--output", "sweep"),
+            ("validate", "--output", "validated"),
+        ):
+            with self.subTest(command=arguments[0]):
+                self.assert_nothing_executed(*arguments)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each file that hotpath reads, by each command that reads it: empty, cut off, nested without end, of wrong types, a device
+without end, a FIFO without a writer, a folder, missing. The command ends with exit code 1 or 2 and one sentence that names
+the file; it neither crashes nor hangs nor takes memory without bound."""
+
+import contextlib
+import io
+import itertools
+import json
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+from unittest import mock
+
+from hotpath_command import HOTPATH, CommandTest, processes_of
+from test_inputs import make_inputs
+
+PACKAGE = pathlib.Path(__file__).resolve().parents[1] / "hotpath_report"
+sys.path.insert(0, str(PACKAGE.parent))
+from hotpath_report.__main__ import main  # noqa: E402
+
+MOST_MEMORY = 1 << 30
+MOST_SECONDS = 20  # only a guard: what hangs, hangs for ever
+DEEP = 200_000
+
+# By file below the folder of inputs: the commands that read it. `{f}` is that file, `{d}` its folder.
+READERS = {
+    "run/run.json": ["summarize {d}", "check {d}", "recover {d}", "export ctf {d} --output ctf", "validate {d} --output v"],
+    "run/jobs.csv": ["summarize {d}", "check {d}", "export ctf {d} --output ctf"],
+    "run/chains.csv": ["summarize {d}"],
+    "graph.yaml": ["graph {f}", "simulate --graph {f} --duration 1 --output r", "analyze {f}", "advise {f} --draws 1 --duration 1 --output a"],
+    "times.csv": ["graph {d}/callbacks.yaml"],
+    "imported/deployment.yaml": ["simulate --graph {d}/graph.yaml --deployments {f} --output r"],
+    "cie.yaml": ["simulate --graph sequences --deployments cie:{f} --output r"],
+    "phases.csv": ["simulate --graph sequences --executors default --phases-file {f} --output r"],
+    "order.txt": ["simulate --graph sequences --executors default --entity-order {f} --output r"],
+    "golden.csv": ["summarize --golden {f}", "simulate --graph timers_only_60 --phases-file {f} --output r"],
+    "sweep.yaml": ["sweep {f} --output s"],
+    "swept/sweep.json": ["sweep {d}/../sweep.yaml --output {d}"],
+    "swept/sweep.yaml": ["sweep {d}/../sweep.yaml --output {d}"],
+    "reference/rclcpp_timers_only.csv": ["validate --reference {d} --output v"],
+    "reference/rclcpp_autoware_phases.csv": ["validate --reference {d} --output v"],
+    "topology.json": ["import irobot {f} --output i"],
+    "caret/architecture.yaml": ["import caret {f} --output i"],
+    "caret/stats/stats.yaml": ["import caret {d}/../architecture.yaml --stats {d} --output i"],
+    "ctf/rm-ro-0/metadata": ["import ctf {d} --output i"],
+    "ctf/rm-ro-0/stream": ["import ctf {d} --output i"],
+}
+# The same of the package in Python, which is called in this process: a new one takes a second to import everything.
+PYTHON_READERS = {
+    "run/run.json": ["report {d} --output p", "timeline {d}", "compare-results {d} {d}", "hot-path {d} --output p"],
+    "run/summary.json": ["timers-only {d} --output p", "report {d} --output p"],
+    "run/chains.csv": ["hot-path {d} --output p", "report {d} --output p"],
+    "run/jobs.csv": ["timeline {d}", "compare-results {d} {d} --gate"],
+    "bench/bench.json": ["bench-report {d}", "bench --compare {d}"],
+    "swept/table.csv": ["sweep {d}"],
+    "capacity/levels.csv": ["capacity {d}"],
+    "advice/advice.json": ["advice {d}"],
+    "bounds/bounds.json": ["guarantees {d}"],
+    "bounds/bounds.csv": ["guarantees {d}"],
+    "validation/validation.json": ["validate {d}"],
+}
+# Where a file with this defect is not refused, and why.
+ACCEPTED = {
+    ("empty", "order.txt"): "names no task: all come in the order of creation",
+    ("nothing", "stats.yaml"): "no callback was measured",
+}
+
+
+def nested(name):
+    opening, closing = ("[", "]") if name.suffix in (".json", ".yaml") else ("a,", "")
+    return opening * DEEP + closing * DEEP
+
+
+def of_wrong_types(path):
+    """Numbers become texts, texts numbers; of a text file every word is one."""
+    text = path.read_text(errors="replace")
+
+    def changed(value):
+        if isinstance(value, dict):
+            return {key: changed(item) for key, item in value.items()}
+        if isinstance(value, list):
+            return {"0": [changed(item) for item in value]}
+        return "text" if isinstance(value, (int, float)) else 5
+
+    if path.suffix == ".json":
+        return json.dumps(changed(json.loads(text)))
+    header, _, rest = text.partition("\n")
+    return header + "\n" + rest.replace(":", ": [x], y:").replace(",", ",?,") + "?"
+
+
+def cut(text):
+    """In the middle of the middle line."""
+    lines = text.splitlines(keepends=True)
+    before, middle = lines[: len(lines) // 2], (lines or [b""])[len(lines) // 2]
+    return b"".join(before) + middle[: max(len(middle) // 2, 1)]
+
+
+def damage(path, defect):
+    """Gives the file a defect."""
+    text = path.read_bytes()
+    contents = {
+        "empty": b"",
+        "cut": cut(text),
+        "nested": nested(path).encode(),
+        "types": of_wrong_types(path).encode() if defect == "types" else b"",
+        "nothing": b"{}\n",
+        "bytes": b"\xff\x00\x1b[2J" * 1000,
+    }
+    path.unlink()
+    if defect in contents:
+        path.write_bytes(contents[defect])
+    elif defect == "device":
+        path.symlink_to("/dev/zero")
+    elif defect == "fifo":
+        os.mkfifo(path)
+    elif defect == "folder":
+        path.mkdir()
+
+
+DEFECTS = ("empty", "cut", "nested", "types", "nothing", "bytes", "device", "fifo", "folder", "missing")
+
+
+class Readers(CommandTest):
+    @classmethod
+    def setUpClass(cls):
+        cls.inputs = make_inputs(HOTPATH)
+        cls.addClassCleanup(shutil.rmtree, cls.inputs)
+
+    def each(self, readers, call):
+        """Calls each command with each defect of the file, in a copy of the inputs."""
+        for (name, commands), defect in itertools.product(readers.items(), DEFECTS):
+            for command in commands:
+                with self.subTest(defect=defect, file=name, command=command):
+                    folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
+                    shutil.copytree(self.inputs, folder, dirs_exist_ok=True)
+                    path = folder / name
+                    damage(path, defect)
+                    code, err = call(folder, command.format(f=path, d=path.parent).split())
+                    shutil.rmtree(folder)
+                    self.assert_refused(path, defect, code, err)
+
+    def assert_refused(self, path, defect, code, err):
+        if (defect, path.name) in ACCEPTED:
+            self.assertEqual((code, err), (0, ""))
+            return
+        self.assertIn(code, (1, 2), err)
+        sentences = [line for line in err.splitlines() if not line.startswith("note: ")]
+        self.assertEqual(len(sentences), 1, err)
+        self.assertRegex(err, rf"{path.name}|{path.parent.name}")
+        self.assertNotIn("Traceback", err)
+        self.assertNotIn("\x1b", err)
+        self.assertLess(len(err), 5000)
+
+    def run_program(self, folder, words):
+        limit = (MOST_MEMORY, MOST_MEMORY)
+        done = subprocess.run(
+            [HOTPATH, *words], capture_output=True, text=True, errors="replace", check=False, timeout=MOST_SECONDS,
+            cwd=folder, env=self.environment, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, limit),
+        )  # fmt: skip
+        return done.returncode, done.stderr
+
+    def test_the_program(self):
+        self.each(READERS, self.run_program)
+
+    def test_the_package(self):
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_AS, resource.getrlimit(resource.RLIMIT_AS))
+        self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, signal.default_int_handler))
+        resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_MEMORY, hard))
+        self.each(PYTHON_READERS, self.call_package)
+
+    def call_package(self, folder, words):
+        if words[0] == "timeline":
+            options = {"run": words[1], "executor": "", "repetition": 0, "from_ms": 0, "to_ms": 900, "svg": ""}
+            words = ["timeline", json.dumps({**options, "perfetto": str(folder / "t.json")})]
+        elif words[0] == "bench":
+            words = ["bench", json.dumps({"compare": [words[2], words[2]]})]
+        words = [str(folder / word) if word == "p" else word for word in words]
+        output, errors = io.StringIO(), io.StringIO()
+        with mock.patch.dict(os.environ, {**self.environment, "HOTPATH": HOTPATH}):
+            with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+                signal.alarm(MOST_SECONDS)
+                code = main(words)
+                signal.alarm(0)
+        return code, errors.getvalue()
+
+    def test_a_folder_of_files_that_vanish(self):
+        code, _, err = self.command("import", "ctf", "/proc")
+        self.assertEqual((code, err.count("\n")), (2, 1), err)
+        self.assertRegex(err, "hotpath: /proc (holds|cannot be searched)")
+
+    def test_a_stack_that_is_too_small(self):
+        limit = (1 << 16, 1 << 16)
+        code, _, err = self.command(
+            "report", self.inputs / "run", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, limit)
+        )
+        self.assertEqual((code, err.count("\n")), (1, 1), err)
+        self.assertIn("ulimit -s", err)
+
+    def test_a_killed_report_leaves_no_program(self):
+        program = self.folder / "hotpath"
+        program.write_text("#!/bin/sh\necho $$ >%s\nexec sleep 60\n" % (self.folder / "started"))
+        program.chmod(0o755)
+        library = pathlib.Path(HOTPATH).with_name("libhotpath_statistics.so")
+        environment = {**self.environment, "HOTPATH": str(program), "HOTPATH_STATISTICS": str(library)}
+        report = subprocess.Popen(
+            ["/usr/bin/python3", "-I", "-B", PACKAGE / "__main__.py", "report", self.inputs / "run"],
+            env=environment, start_new_session=True,
+        )  # fmt: skip
+        self.wait_for(lambda: (self.folder / "started").exists(), "it asks the program")
+        report.kill()
+        report.wait()
+        self.wait_for(lambda: not processes_of(report.pid), "its program lives on")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One small file of every format that hotpath reads, made by hotpath where it makes such files."""
+
+import csv
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+
+from bench_command_test import Report
+from import_files_test import ARCHITECTURE, STATISTICS, TOPOLOGY
+
+SYSTEM = pathlib.Path(__file__).resolve().parents[2] / "reference_system"
+GOLDEN = SYSTEM / "ros2_reference" / "traces" / "timers_only_60.default.csv"
+GOLDEN_LINES = 200
+
+CALLBACKS = """
+name: small
+nodes:
+- name: camera
+  callbacks:
+  - {timer: image, period_ms: 100, execution_time_ms: {file: times.csv}, publishes: image}
+- name: detector
+  callbacks:
+  - {subscription: image, execution_time_ms: 1}
+"""
+SWEEP = "command: simulate\nfixed: {graph: sequences, executor: rm-ro, duration: 1}\naxes: {load: [20, 40]}\n"
+LEVELS = "executor,source,load,holds,why\nrm-ro,simulated,20,1,\nrm-ro,simulated,40,0,losses\n"
+FIGURES = [{"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "time_ns", "values": [50, 40, 60]}]
+
+
+def call(hotpath, folder, *words):
+    """A command that must succeed."""
+    environment = dict(os.environ, HOTPATH_FIGURES="none")
+    done = subprocess.run(
+        [hotpath, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, (words, done.stderr)
+    return done.stdout
+
+
+def make_run(hotpath, folder):
+    """A run, and what refers to its tasks."""
+    brief = ("--executors", "default,rm-ro", "--duration", "1", "--warm-up", "0.1")
+    call(hotpath, folder, "simulate", "--graph", "sequences", *brief, "--output", "run")
+    facts = json.loads((folder / "run" / "run.json").read_text())
+    phases = facts["runs"][0]["first_timestamps_ms"]
+    with open(folder / "phases.csv", "w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([("task", "first_release_ms"), *phases.items()])
+    (folder / "order.txt").write_text("".join(task["task"] + "\n" for task in facts["tasks"]))
+    call(hotpath, folder, "export", "ctf", "run", "--output", "ctf")
+
+
+def make_inputs(hotpath):
+    """The folder that holds them."""
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="hotpath_inputs_"))
+    make_run(hotpath, folder)
+    shutil.copy(SYSTEM / "graphs" / "sequences.yaml", folder / "graph.yaml")
+    texts = {
+        "callbacks.yaml": CALLBACKS,
+        "times.csv": "execution_time_ms\n4.2\n4.5\n",
+        "topology.json": json.dumps(TOPOLOGY),
+        "caret/architecture.yaml": ARCHITECTURE,
+        "caret/stats/stats.yaml": "".join(STATISTICS.values()),
+        "golden.csv": "".join(GOLDEN.read_text().splitlines(keepends=True)[:GOLDEN_LINES]),
+        "sweep.yaml": SWEEP,
+        "capacity/levels.csv": LEVELS,
+        "bench/bench.json": json.dumps(
+            {"complete": True, "date": "today", "repetitions": 3, "machine": Report.MACHINE}
+            | {"figures": FIGURES, "complexities": []}
+        ),
+    }
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--cie"))
+    call(hotpath, folder, "import", "irobot", "topology.json", "--output", "imported")
+    call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
+    call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
+    call(hotpath, folder, "advise", "sequences", "--output", "advice", "--draws", "1", "--duration", "1")
+    call(hotpath, folder, "validate", "--output", "validation")
+    (folder / "reference" / "traces").mkdir(parents=True)
+    shutil.copy(folder / "golden.csv", folder / "reference" / "traces" / GOLDEN.name)
+    for name in ("rclcpp_timers_only.csv", "rclcpp_autoware_phases.csv"):
+        shutil.copy(SYSTEM / "ros2_reference" / name, folder / "reference")
+    return folder
