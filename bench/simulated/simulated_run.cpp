@@ -65,6 +65,9 @@ class SimulatedRun {
 
   void run() {
     check_output_folder(output_folder(options_, graph_));
+    for (const std::string& sentence : idle_options(options_, executors_)) {
+      std::cerr << "note: " << sentence << "\n";
+    }
     write(summary());
   }
 
@@ -137,7 +140,7 @@ class SimulatedRun {
     try {
       *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
     } catch (const SimulationError& error) {
-      throw UsageError("executor `" + e.label + "`: " + error.what());
+      throw OverloadError("executor `" + e.label + "`: " + error.what());
     }
     simulation.repetition->trace.repetition = repetition(i);
   }
@@ -154,6 +157,7 @@ class SimulatedRun {
     if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
     facts["platform"] = platform_json(graph_.platform);
     facts["execution_times"] = execution_times_name();
+    if (options_.no_trace) facts["no_trace"] = true;
     facts["bounds"] = bounds_json(graph_, tasks_, executors_);
     for (const Simulation& s : simulations_) {
       json& run = facts["runs"].emplace_back(repetition_json(s.tasks.set, counting_.chains, *s.repetition));
