@@ -98,7 +98,13 @@ class Adviser {
     o.executors = options_.executors;
     o.deployments = options_.deployments;
     o.now = options_.now;
-    o.scheduling = {options_.rule, options_.ties, std::max(2U, graph_.platform.cores), {}};
+    // As the options say, for any executor.
+    CommonOptions any = options_;
+    any.executors = {"default"};
+    any.deployments.clear();
+    o.scheduling = executors_to_run(any, graph_, make_tasks(graph_), std::max(2U, graph_.platform.cores))
+                       .front()
+                       .scheduler;
     o.reference_costs = options_.costs == "reference";
     return o;
   }

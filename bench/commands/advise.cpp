@@ -15,7 +15,9 @@ void add_advise_command(CLI::App& app) {
   o.warm_up_s = 1;
   add_graph_options(command, o);
   CLI::App& advise = command;
+  advise.remove_option(advise.get_option("--work"));  // it is of live runs
   advise.add_option("GRAPH", o.graph, "The same as --graph")->type_name("GRAPH");
+  exclude(advise, "GRAPH", {"--graph"});
   advise.option_defaults()->group("What is asked");
   add_text(advise, "--for", o.objective, "WHAT",
            "hot_path:median, :p99, :worst, or of another chain;\nCHAIN<MS, several with commas between; "
@@ -26,12 +28,8 @@ void add_advise_command(CLI::App& app) {
   add_text(advise, "--costs", o.costs, "reference|graph",
            "What executors cost: on the reference machine, each its\nown; or as the graph's platform says, "
            "all the same");
-  advise
-      .add_option("--executors", o.executors,
-                  "Only these, with commas between, and --deployments;\nby default all that suit the graph")
-      ->type_name("NAMES")
-      ->check(not_empty())
-      ->delimiter(',');
+  add_list(advise, "--executors", o.executors, "NAMES",
+           "Only these, with commas between, and --deployments;\nby default all that suit the graph");
   add_deployments_option(advise, o);
   advise.option_defaults()->group(kHowLong);
   add_number(advise, "--draws", o.draws, {1, 10000}, "N", "Draws of phases and execution times");
@@ -40,7 +38,7 @@ void add_advise_command(CLI::App& app) {
   add_number(advise, "--duration", o.duration_s, {0.1, 1e5}, "SECONDS", "Simulated time of each draw");
   add_number(advise, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
              "Time before that, whose latencies do not count");
-  add_text(advise, "--seed", o.seed, "N", "Decides all draws");
+  add_number(advise, "--seed", o.seed, kAnySeed, "N", "Decides all draws");
   advise.option_defaults()->group("Results");
   add_number(advise, "--threads", o.threads, {0, 1024}, "N",
              "Simulations at the same time, 0 for one per processor;\nresults do not depend on it");

@@ -54,6 +54,11 @@ class Analysis {
       }
     }
     tasks_ = make_tasks(graph_);
+    for (const std::string& name : options_.chain) {
+      const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
+      if (task != tasks_.set.tasks.end() && task->kind == TaskKind::timer) continue;
+      throw UsageError(concat("--chain: the graph has no timer `", name, "`"));
+    }
     try {
       callback_graph(graph_, tasks_, false);
     } catch (const AnalysisError& error) {
@@ -261,13 +266,11 @@ void add_analyze_command(CLI::App& app) {
       [](const AnalyzeOptions& options) { Analysis(options).run(); });
   command.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")
       ->required();
-  command
-      .add_option("--executors", o.executors, "Names separated by commas, also variants as in rm-ro:first")
-      ->type_name("NAMES")
-      ->check(not_empty())
-      ->delimiter(',')
-      ->default_str("default,events-ro,rm-ro,edf-ro, or those of --trace");
-  CLI::Option* const load = add_scaling_options(command, o);
+  add_list(
+      command, "--executors", o.executors, "NAMES",
+      "With commas between, also variants as in rm-ro:first;\nby default default,events-ro,rm-ro,edf-ro, "
+      "or those of --trace");
+  add_scaling_options(command, o);
   add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the phases of that executor's first repetition");
@@ -277,17 +280,18 @@ void add_analyze_command(CLI::App& app) {
            "Order in which wait sets scan tasks");
   auto* trace =
       add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
-  trace->excludes(load);
   command.add_flag("--strict", o.strict, "Exit code 1 also when a live run exceeds a bound")->needs(trace);
-  command.add_option("--chain", o.chain, "Timers separated by commas: bounds of the chain they form")
-      ->type_name("NAMES")
-      ->check(not_empty())
-      ->delimiter(',')
-      ->excludes(trace);
+  add_list(command, "--chain", o.chain, "TIMERS",
+           "With commas between: only the bounds of the chain they form");
   add_output_file(command, "--csv", o.csv, "Also write the table to this file");
   add_text(command, "--page", o.page, "FOLDER", "Also write a page with pictures into this folder");
   add_platform_options(command, o);
   add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "The same as --release-cost-us");
+  exclude(command, "--phases-of", {"--phases"});
+  exclude(command, "--delta-us", {"--release-cost-us"});
+  // Those of the run count; and a chain has neither a table of its own nor a page.
+  exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
+  exclude(command, "--chain", {"--exact", "--csv", "--page"});
 }
 
 }  // namespace hotpath

@@ -32,16 +32,17 @@ void add_bench_command(CLI::App& app) {
   bench.add_flag("--quick", o.quick, "A short look: fewer sizes, shorter runs, once");
   add_number(bench, "--repetitions", o.repetitions, {1, 100}, "N",
              "Runs of each benchmark program, each in a new process");
-  add_text(bench, "--only", o.programs, "NAMES",
-           "Some of scheduler, simulator, executor, transport,\nhot_path; by default all")
-      ->delimiter(',');
-  add_text(bench, "--seed", o.seed, "N", "Decides the order of programs");
+  add_list(bench, "--only", o.programs, "NAMES",
+           "Some of scheduler, simulator, executor, transport,\nhot_path; by default all");
+  add_number(bench, "--seed", o.seed, kAnySeed, "N", "Decides the order of programs");
   add_number(bench, "--time-out", o.time_out_s, {1, 86400}, "SECONDS",
              "A program that runs longer than this has hung and is ended");
   add_text(bench, "--output", o.output, "FOLDER", "Folder of the results; by default runs/DATE-bench");
   add_text(bench, "--compare", o.compare, "OLD NEW",
            "Measure nothing: say which values of the folder NEW\ndiffer from those of OLD, and by how much")
       ->expected(2);
+  exclude(bench, "--quick", {"--repetitions"});
+  exclude(bench, "--compare", {"--quick", "--repetitions", "--only", "--seed", "--time-out", "--output"});
 }
 
 }  // namespace hotpath

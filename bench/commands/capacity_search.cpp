@@ -5,9 +5,9 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <sstream>
 
 #include "bounds/bounds.hpp"
+#include "commands/option_helpers.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
@@ -38,6 +38,9 @@ void set_level(CommonOptions& options, Over over, double level) {
   }
 }
 
+/// What that option takes.
+Limits limits_of(Over over) { return over == Over::load ? kLoads : over == Over::rate ? kRates : kCopies; }
+
 /// What was found of an executor or deployment.
 struct Row {
   std::string label;
@@ -58,6 +61,12 @@ class CapacitySearch {
         !(whole(options.from) && whole(options.to) && whole(options.resolution))) {
       throw UsageError("--over copies: --from, --to and --resolution are whole numbers from 1");
     }
+    const std::string over = to_string(options.over);
+    const Limits taken = limits_of(options.over);
+    if (options.from < taken.least || options.to > taken.most) {
+      throw UsageError(concat("--over ", over, ": --from and --to must lie within what --", over, " takes, ",
+                              taken.least, " to ", taken.most));
+    }
     if (options.repetitions < 2) {
       std::cerr << "note: one repetition says nothing about others; --repetitions 20 would\n";
     }
@@ -66,12 +75,26 @@ class CapacitySearch {
   void run() {
     folder_ = options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-capacity" : options_.output;
     check_output_folder(folder_);
+    check();
     for (const std::string& name : options_.executors) search(name, false);
     for (const std::string& name : options_.deployments) search(name, true);
     write();
   }
 
  private:
+  /// What is wrong use is no answer to any level: it ends the search before it begins.
+  void check() const {
+    for (const double level : {levels_.low, levels_.at(levels_.count() - 1)}) {
+      SimulateOptions all = options_;
+      set_level(all, options_.over, level);
+      const Graph graph = graph_to_run(all);
+      [[maybe_unused]] const auto executors = executors_to_run(all, graph, make_tasks(graph));
+      if (options_.live) continue;  // its first level shows it
+      for (const std::string& name : options_.executors) check_simulation(one(name, false, level));
+      for (const std::string& name : options_.deployments) check_simulation(one(name, true, level));
+    }
+  }
+
   SimulateOptions one(const std::string& name, bool deployment, double level) const {
     SimulateOptions options = options_;
     options.executors.clear();
@@ -83,7 +106,6 @@ class CapacitySearch {
 
   void search(const std::string& name, bool deployment) {
     const SimulateOptions first = one(name, deployment, levels_.low);
-    if (!options_.live) check_simulation(first);  // so that what is wrong use counts as no level
     const Graph graph = graph_to_run(first);
     const std::string label = executors_to_run(first, graph, make_tasks(graph)).front().label;
     const auto failure = [&](double level) {
@@ -91,7 +113,9 @@ class CapacitySearch {
       std::string why;
       try {
         why = required_.failure(measured_rows(measure(one(name, deployment, level))), label);
-      } catch (const UsageError& error) {
+      } catch (const OverloadError& error) {
+        why = error.what();
+      } catch (const RunError& error) {
         why = error.what();
       }
       std::cerr << (why.empty() ? " holds" : ": " + why) << "\n";
@@ -109,7 +133,6 @@ class CapacitySearch {
     words.insert(words.end(), options_.run_words.begin(), options_.run_words.end());
     words.push_back(concat("--duration=", options.duration_s));
     words.push_back(concat("--repetitions=", options.repetitions));
-    words.push_back(concat("--phases=", to_string(options.phases)));
     const bool deployed = !options.deployments.empty();
     words.push_back(deployed ? "--deployments=" + options.deployments[0]
                              : "--executor=" + options.executors[0]);
@@ -117,8 +140,6 @@ class CapacitySearch {
                          : options_.over == Over::rate ? *options.rate_percent
                                                        : options.copies;
     words.push_back(concat("--", to_string(options_.over), "=", level));
-    std::istringstream more(options_.live_options);
-    for (std::string word; more >> word;) words.push_back(word);
     run_hotpath(words);
     Summary summary = summary_of_folder(folder);
     fs::remove_all(folder);

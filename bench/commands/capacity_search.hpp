@@ -23,8 +23,7 @@ struct CapacityOptions : SimulateOptions {
   double from = 5, to = 120, resolution = 1;
   std::uint32_t coarse = 12;
   bool live = false;
-  std::string live_options;
-  std::vector<std::string> run_words;  ///< What `run` is given of these options.
+  std::vector<std::string> run_words;  ///< What `run` is given beside level, length and output.
 };
 
 /// Searches for the largest level of each executor and deployment, prints them as a table and leaves them,

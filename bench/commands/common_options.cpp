@@ -36,6 +36,16 @@ CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::
   return add_text(command, option, file, "FILE", help)->check(CLI::Validator(check, ""));
 }
 
+std::vector<std::string> list_items(const std::string& list) {
+  std::vector<std::string> parts(1);
+  for (const char c : list) c == ',' ? void(parts.emplace_back()) : parts.back().push_back(c);
+  return parts;
+}
+
+void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others) {
+  for (const std::string& other : others) command.get_option(option)->excludes(command.get_option(other));
+}
+
 void add_graph_options(CLI::App& command, CommonOptions& o) {
   command.option_defaults()->group(kWhatRuns);
   add_text(command, "--graph", o.graph, "GRAPH",
@@ -59,17 +69,16 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
            "Order in which wait sets, and no other executors, scan\n"
            "tasks: with rclcpp that of addresses in memory; FILE has\na task's name in each line");
   add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first");
+  exclude(command, "--phases-file", {"--phases", "--phase-step"});
 }
 
-CLI::Option* add_scaling_options(CLI::App& command, CommonOptions& o) {
-  CLI::Option* const load =
-      add_number(command, "--load", o.load_percent, {0, 10000}, "PERCENT",
-                 "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
-  add_number(command, "--rate", o.rate_percent, {0.001, 1e6}, "PERCENT",
+void add_scaling_options(CLI::App& command, CommonOptions& o) {
+  add_number(command, "--load", o.load_percent, kLoads, "PERCENT",
+             "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
+  add_number(command, "--rate", o.rate_percent, kRates, "PERCENT",
              "After that: how often timers are due, in percent of\nwhat the graph says; jobs stay as long");
-  add_number(command, "--copies", o.copies, {1, 1000}, "N",
+  add_number(command, "--copies", o.copies, kCopies, "N",
              "After that: the whole graph so many times side by side");
-  return load;
 }
 
 std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& without) {
@@ -91,7 +100,8 @@ void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
   add_number(command, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
              "Time before that, whose latencies do not count");
   add_number(command, "--repetitions", o.repetitions, {1, 10000}, "N", "Repetitions per executor");
-  add_text(command, "--seed", o.seed, "N", "Decides whatever is random, and resampling for the intervals");
+  add_number(command, "--seed", o.seed, kAnySeed, "N",
+             "Decides whatever is random, and resampling for the intervals");
 }
 
 void add_platform_options(CLI::App& command, PlatformOptions& o) {
@@ -120,26 +130,18 @@ void add_output_option(CLI::App& command, CommonOptions& o) {
 
 void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& o) {
   command.option_defaults()->group(kWhatRuns);
-  command
-      .add_option(option, o.executors,
-                  "Names of `hotpath list executors` with commas between,\n"
-                  "also variants as in rm-ro:first or multi:4; or `paper`\n"
-                  "(the paper's seven, by default) or `all`")
-      ->type_name("NAMES")
-      ->check(not_empty())
-      ->delimiter(',');
+  add_list(command, option, o.executors, "NAMES",
+           "Names of `hotpath list executors` with commas between,\n"
+           "also variants as in rm-ro:first or multi:4; or `paper`\n"
+           "(the paper's seven, by default) or `all`");
   add_deployments_option(command, o);
 }
 
 void add_deployments_option(CLI::App& command, CommonOptions& o) {
-  command
-      .add_option("--deployments,--deployment", o.deployments,
-                  "Names of `hotpath list deployments`, paths of YAML files,\n"
-                  "or cie:FILE for a configuration of Autoware's CIE, with\n"
-                  "commas between (docs/deployments.md)")
-      ->type_name("NAMES")
-      ->check(not_empty())
-      ->delimiter(',');
+  add_list(command, "--deployments,--deployment", o.deployments, "NAMES",
+           "Names of `hotpath list deployments`, paths of YAML files,\n"
+           "or cie:FILE for a configuration of Autoware's CIE, with\n"
+           "commas between (docs/deployments.md)");
 }
 
 std::vector<std::string> executors_of(const CommonOptions& options) {

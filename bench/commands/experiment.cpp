@@ -90,6 +90,8 @@ void run_wcrt_table(const std::string& output) {
   });
 }
 
+constexpr double kLeastUtilisation = 1e-6;
+
 struct WatersArguments {
   WatersOptions options;
   std::string output = "runs/waters";
@@ -126,9 +128,6 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
 }
 
 void run_waters_experiment(WatersArguments& arguments) {
-  for (const double u : arguments.options.utilisations) {
-    if (!(u > 0 && u <= 1)) throw UsageError("--utilisations: each must lie above 0 and at most at 1");
-  }
   check_output_folder(arguments.output, "waters.csv");
   if (arguments.more_methods) {
     arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
@@ -145,11 +144,16 @@ void add_waters_experiment(CLI::App& experiment) {
                                                   "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
                                                   "", run_waters_experiment);
   add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets for each utilisation");
-  waters.add_option("--utilisations", o.options.utilisations, "Separated by commas")
-      ->delimiter(',')
-      ->capture_default_str();
-  add_text(waters, "--seed", o.options.seed, "N", "The same seed gives the same sets");
-  add_text(waters, "--threads", o.options.threads, "N", "0: all processors; never changes a result");
+  const CLI::Validator share(
+      [](std::string& text) {
+        return refused_number<double>(text, {kLeastUtilisation, 1});
+      },
+      "");
+  add_list(waters, "--utilisations", o.options.utilisations, "NUMBERS",
+           "Above 0 and at most 1, with commas between", share);
+  add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "The same seed gives the same sets");
+  add_number(waters, "--threads", o.options.threads, {0, 1024}, "N",
+             "0: all processors; never changes a result");
   waters.add_flag("!--paper-only", o.more_methods, "Only the paper's method, not the tighter ones");
   add_text(waters, "--output", o.output, "FOLDER", "Folder for tables and figure");
 }

@@ -3,7 +3,9 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -29,6 +31,9 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
   return {command, *options};
 }
 
+/// What stands between the commas of a list.
+[[nodiscard]] std::vector<std::string> list_items(const std::string& list);
+
 /// The type of a value that may be optional.
 template <class Value>
 struct Plain {
@@ -41,28 +46,30 @@ struct Plain<std::optional<Value>> {
 
 /// An option that takes one of an enumeration's words, which are shown in the help in place of the type.
 template <class Value>
-void add_choice(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
+CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
   using Enum = typename Plain<Value>::Type;
   const auto set = [&value](const std::string& text) { value = *parse<Enum>(text); };
   CLI::Option* const added = command.add_option_function<std::string>(option, set, help)
                                  ->check(CLI::IsMember(words<Enum>()).description(""))
                                  ->type_name(joined(words<Enum>(), "|"));
   if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
+  return added;
 }
 
 /// Refuses an empty text, which commands take for an option that is not given.
 CLI::Validator not_empty();
 
-/// An option whose value the help calls `kind`. A number or text that it has before is its default.
+/// An option whose value, which is no number, the help calls `kind`. A text that it has before is its
+/// default.
 template <class Value>
 CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
                       const std::string& help) {
+  static_assert(!std::is_arithmetic_v<typename Plain<Value>::Type>, "add_number() checks numbers");
   CLI::Option* const added = command.add_option(option, value, help)->type_name(kind);
   constexpr bool texts =
       std::is_same_v<Value, std::string> || std::is_same_v<Value, std::vector<std::string>>;
   if constexpr (texts) added->check(not_empty());
-  constexpr bool plain = std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>;
-  return plain ? added->capture_default_str() : added;
+  return std::is_same_v<Value, std::string> ? added->capture_default_str() : added;
 }
 
 /// An option that names a file to write, which is checked before anything is computed.
@@ -72,33 +79,88 @@ CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::
 struct Limits {
   double least, most;
 };
+inline constexpr Limits kAnySeed{0, 0x1p64};  // what is no std::uint64_t is refused anyway
+/// Of --load and --rate in percent, and of --copies.
+inline constexpr Limits kLoads{0, 10000}, kRates{0.001, 1e6}, kCopies{1, 1000};
+
+/// All of `text` as a number.
+template <class Number>
+std::optional<Number> number_of(const std::string& text) {
+  Number number{};
+  const char* const end = text.data() + text.size();
+  const auto parsed = std::from_chars(text.data(), end, number);
+  return parsed.ec == std::errc{} && parsed.ptr == end ? std::optional(number) : std::nullopt;
+}
+
+/// Why `text` is no number within limits; empty if it is one. A whole number is written anew, because CLI11
+/// would read 010 as 8.
+template <class Number>
+std::string refused_number(std::string& text, Limits limits) {
+  constexpr bool whole = std::is_integral_v<Number>;
+  const std::optional<Number> number = number_of<Number>(text);
+  const double n = number ? static_cast<double>(*number) : std::nan("");
+  if (n >= limits.least && n <= limits.most) {
+    if (whole) text = concat(*number);
+    return "";
+  }
+  const auto most = static_cast<double>(std::numeric_limits<Number>::max());
+  return concat("`", text, "` is not a ", whole ? "whole number" : "number", " from ", limits.least, " to ",
+                limits.most < most ? concat(limits.most) : concat(std::numeric_limits<Number>::max()));
+}
 
 /// A number within limits; whole if `value`, which may be optional, is.
 template <class Value>
 CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, Limits limits,
                         const std::string& unit, const std::string& help) {
-  constexpr bool whole = std::is_integral_v<typename Plain<Value>::Type>;
-  const char* const kind = whole ? "whole number" : "number";
-  const auto check = [limits, kind](const std::string& text) {
-    std::conditional_t<whole, std::int64_t, double> number{};
-    const char* const end = text.data() + text.size();
-    const auto parsed = std::from_chars(text.data(), end, number);
-    const auto n = static_cast<double>(number);
-    if (parsed.ec == std::errc{} && parsed.ptr == end && n >= limits.least && n <= limits.most)
-      return std::string();
-    std::ostringstream range;
-    range << "`" << text << "` is not a " << kind << " from " << limits.least << " to " << limits.most;
-    return range.str();
+  const auto check = [limits](std::string& text) {
+    return refused_number<typename Plain<Value>::Type>(text, limits);
   };
-  return add_text(command, option, value, unit, help)->check(CLI::Validator(check, ""));
+  CLI::Option* const added = command.add_option(option, value, help)->type_name(unit);
+  if (std::is_arithmetic_v<Value>) added->capture_default_str();
+  return added->transform(CLI::Validator(check, ""));
 }
+
+/// Texts or numbers with commas between, none of which may be empty. The option may be given several times.
+/// `each`: what an item must be.
+template <class Item>
+CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<Item>& items,
+                      const std::string& kind, const std::string& help,
+                      const CLI::Validator& each = CLI::Validator("")) {
+  const auto check = [each](std::string& list) {
+    for (std::string item : list_items(list)) {
+      if (item.empty()) return "`" + list + "` has an empty item; separate items by one comma";
+      if (std::string refusal = each(item); !refusal.empty()) return refusal;
+    }
+    return std::string();
+  };
+  const auto set = [&items](const std::vector<std::string>& lists) {
+    items.clear();
+    for (const std::string& list : lists) {
+      for (const std::string& item : list_items(list)) {
+        if constexpr (std::is_arithmetic_v<Item>) {
+          items.push_back(*number_of<Item>(item));
+        } else {
+          items.push_back(item);
+        }
+      }
+    }
+  };
+  return command.add_option_function<std::vector<std::string>>(option, set, help)
+      ->allow_extra_args(false)  // an argument more is not an item more
+      ->transform(CLI::Validator(check, ""))
+      ->type_name(kind)
+      ->default_str(joined(items, ","));
+}
+
+/// Refuses `option` beside any of `others`, which would be ignored, or would contradict it.
+void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others);
 
 /// The names of the options' groups in the help.
 inline constexpr const char* kWhatRuns = "What runs";
 inline constexpr const char* kHowLong = "How long";
 
-/// Adds --load, which it returns, --rate and --copies.
-CLI::Option* add_scaling_options(CLI::App& command, CommonOptions& options);
+/// Adds --load, --rate and --copies.
+void add_scaling_options(CLI::App& command, CommonOptions& options);
 
 /// The options that were given to a command, as words `--NAME=VALUE`, without those named.
 [[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,

@@ -21,14 +21,10 @@ struct RunArguments {
 
 void add_where_options(CLI::App& command, RunOptions& o) {
   command.option_defaults()->group("Where it runs");
-  command
-      .add_option("--stack", o.stacks,
-                  "hotpath's own executors (native), or the real ROS 2\nstack of a sourced workspace "
-                  "(rclcpp); compare takes both")
-      ->delimiter(',')
-      ->type_name("native|rclcpp")
-      ->check(CLI::IsMember(words<Stack>()).description(""))
-      ->capture_default_str();
+  add_list(command, "--stack", o.stacks, "native|rclcpp",
+           "hotpath's own executors (native), or the real ROS 2\nstack of a sourced workspace (rclcpp); "
+           "compare takes both",
+           CLI::IsMember(words<Stack>()));
   add_text(command, "--ros2-runner", o.ros2_runner, "FILE",
            "Program that runs the graph on rclcpp; by default\nHOTPATH_ROS2_RUNNER, or that of a sourced "
            "workspace");
@@ -75,6 +71,7 @@ void add_run_options(CLI::App& command, RunOptions& o) {
   add_number(command, "--repeat-disturbed", o.repeat_disturbed, {0, 100}, "N",
              "Measure a repetition again, at most N times, whose\nprocessor was slow for a while; the least "
              "disturbed\nattempt counts, the others are kept");
+  exclude(command, "--quick", {"--duration", "--warm-up", "--repetitions"});
   add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
              "A process that answers this much later than it should\nhas hung: its repetition fails. Setting "
              "up thousands\nof nodes may take longer");
@@ -97,6 +94,7 @@ void add_run_command(CLI::App& app) {
   add_text(run, "--executor,--executors", o.executor, "NAME", "One of `hotpath list executors`")
       ->group(kWhatRuns);
   add_deployments_option(run, o.options);
+  exclude(run, "--executor", {"--deployments"});
   add_run_options(run, o.options);
 }
 
@@ -127,6 +125,8 @@ void compare_builds(const CompareArguments& a, const std::vector<std::string>& w
     try {
       run_hotpath(all, build == 0 ? "" : a.against);
     } catch (const UsageError& error) {
+      throw UsageError(concat(name, " build, repetition ", repetition, ": ", error.what()));
+    } catch (const RunError& error) {
       throw RunError(concat(name, " build, repetition ", repetition, ": ", error.what()));
     }
   }
@@ -161,6 +161,7 @@ void add_compare_command(CLI::App& app) {
       compare, "--against", arguments.against, "HOTPATH",
       "Another build of this program: repetitions of both by\nturns, then `compare-results --gate` of "
       "this one\nagainst the other; exit code 1 if anything became worse");
+  exclude(compare, "--against", {"--quick"});
   add_output_file(compare, "--junit", arguments.junit, "Of the gate: test cases for CI")->needs(against);
   add_output_file(compare, "--markdown", arguments.markdown, "Of the gate: a summary for a pull request")
       ->needs(against);

@@ -37,6 +37,7 @@ void add_simulate_options(CLI::App& simulate, SimulateOptions& o) {
   add_graph_options(simulate, o);
   add_text(simulate, "--phases-of", o.phases_of, "RUN",
            "First timestamps of the same executor and repetition of\na run, from its folder");
+  exclude(simulate, "--phases-of", {"--phases", "--phases-file", "--phase-step"});
   add_length_options(simulate, o, kLongestSimulation_s);
   add_number(
       simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",

@@ -40,13 +40,16 @@ void add_summarize_command(CLI::App& app) {
   auto [command, o] = add_command<SummarizeOptions>(
       app, "summarize", "Make the summary of a stored run anew: new measures apply to old runs",
       "hotpath summarize runs/first", summarize_run);
-  command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`");
+  CLI::Option* const run =
+      command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`");
   add_output_file(
       command, "--responses", o.responses,
       "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
       "nothing else");
   add_text(command, "--golden", o.golden, "FILE",
-           "Instead: what became of each timer of a golden trace,\nas JSON to standard output");
+           "Instead: what became of each timer of a golden trace,\nas JSON to standard output")
+      ->excludes(run)
+      ->excludes("--responses");
 }
 
 }  // namespace hotpath

@@ -50,7 +50,10 @@ class Sweep {
       : arguments_(arguments),
         folder_(arguments.output.empty() ? "runs/sweep-" + fs::path(arguments.file).stem().string()
                                          : arguments.output),
-        cells_(load_sweep(arguments.file), folder_) {}
+        cells_(load_sweep(arguments.file), folder_) {
+    if (cells_.live() && arguments.threads > 1)
+      throw UsageError("--threads: live cells run one by one; leave it out");
+  }
 
   void run() {
     const auto silence = std::chrono::milliseconds(std::llround(arguments_.rank_time_out_s * 1000));

@@ -29,6 +29,11 @@ constexpr const char* kBoundColumns =
     "executor,method,kind,name,bound_ns,observed_ns,tightness,violated,deadline_ns,response_ns,waiting_ns,"
     "dominated_by";
 
+/// Why a cell has no result, which is a row of the table.
+struct CellFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 std::string option_word(const SweepOption& option) { return "--" + option.name + "=" + option.value; }
 
 /// How a command takes options, without doing what it does.
@@ -138,11 +143,22 @@ std::string SweepCells::rows_of(std::uint64_t cell) const {
   try {
     if (design_.command == "analyze") return bounds_of(cell, place);
     return measured_of(cell, place);
+  } catch (const OverloadError& error) {
+    return failed(cell, place, error.what());
+  } catch (const CellFailure& error) {
+    return failed(cell, place, error.what());
   } catch (const UsageError& error) {
-    return failed(cell, place, error.what());
+    throw UsageError(concat(design_.file, ": ", named(cell), ": ", error.what()));
   } catch (const InputError& error) {
-    return failed(cell, place, error.what());
+    throw UsageError(concat(design_.file, ": ", named(cell), ": ", error.what()));
   }
+}
+
+std::string SweepCells::named(std::uint64_t cell) const {
+  std::string name = concat("cell ", cell);
+  for (const SweepOption& option : design_.coordinates(cell))
+    name += concat(", ", option.name, " ", option.value);
+  return name;
 }
 
 std::string SweepCells::failed(std::uint64_t cell, const std::string& place, const std::string& why) const {
@@ -192,10 +208,19 @@ std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) 
 
 void SweepCells::run_as_child(std::uint64_t cell, const std::string& results) const {
   Words words = words_of(design_.coordinates(cell), cell);
+  const bool simulated = design_.command == "simulate";
+  if (simulated) check_simulation(OptionParser(design_.command).parse(words));
   words.insert(words.begin(), design_.command);
   words.push_back(results);
   fs::remove_all(folder_of(cell));  // of an earlier attempt
-  run_hotpath(words);
+  try {
+    run_hotpath(words);
+  } catch (const RunError& error) {
+    throw CellFailure(error.what());
+  } catch (const UsageError& error) {
+    if (!simulated) throw;
+    throw CellFailure(error.what());  // an overload: all else was checked
+  }
 }
 
 }  // namespace hotpath

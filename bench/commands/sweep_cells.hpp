@@ -22,8 +22,8 @@ class SweepCells {
 
   /// The names of the table's columns.
   [[nodiscard]] std::string header() const;
-  /// The table's rows of one cell. What cannot be run has one row that says why. Throws RunError after
-  /// Ctrl-C.
+  /// The table's rows of one cell. One that overloads the system or fails has one row that says why. Throws
+  /// UsageError for what the command refuses, RunError after Ctrl-C.
   [[nodiscard]] std::string rows_of(std::uint64_t cell) const;
 
  private:
@@ -34,6 +34,8 @@ class SweepCells {
   std::string place_of(std::uint64_t cell) const;
   std::string failed(std::uint64_t cell, const std::string& place, const std::string& why) const;
   std::filesystem::path folder_of(std::uint64_t cell) const;
+  /// The axes' values, for messages.
+  std::string named(std::uint64_t cell) const;
   std::string measured_of(std::uint64_t cell, const std::string& place) const;
   std::string bounds_of(std::uint64_t cell, const std::string& place) const;
   /// Runs a cell in a process of its own, which leaves its results in files.

@@ -114,10 +114,18 @@ class Run:
         frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
         return frame
 
+    def jobs_file(self) -> Path:
+        """Raises InputError where the run kept no jobs."""
+        path = self.folder / "jobs.csv"
+        if not path.exists():
+            remedy = f"a run with --no-trace keeps no jobs; repeat it without: {self.command()}"
+            raise InputError(f"{path}: No such file or directory; {remedy}")
+        return path
+
     def jobs(self, executor: str, repetition: int) -> pd.DataFrame:
         """Rows of jobs.csv with instants in ms, NaN for one that did not come, and whether each was `late`: finished
         after its deadline. Raises InputError where there are none."""
-        path, instants = self.folder / "jobs.csv", ["timestamp", "release", "start", "finish", "deadline"]
+        path, instants = self.jobs_file(), ["timestamp", "release", "start", "finish", "deadline"]
         named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
         more = ["worker", "process", "parent_task", "parent_sequence"]
         jobs = read_table(path, named, optional=[*more, *(f"{name}_ns" for name in instants)])
@@ -146,9 +154,7 @@ class Run:
     def responses(self) -> pd.DataFrame:
         """Jobs of timers that ran after the warm-up: executor, repetition, task, response_ms. `hotpath summarize`
         computes them from jobs.csv, and writes summary.json anew."""
-        path = self.folder / "jobs.csv"
-        if not path.exists():
-            raise InputError(f"{path}: No such file or directory")
+        self.jobs_file()
         text = hotpath_command.output_of("summarize", self.folder, "--responses", "-")
         frame = pd.read_csv(io.StringIO(text))
         frame["response_ms"] = frame.pop("response_ns") / NS_PER_MS

@@ -67,6 +67,15 @@ class LiveRun {
   void run() {
     RunFolder folder(output_folder(options_, graph_));
     catch_interrupts();
+    for (const std::string& sentence : idle_options(options_, executors_)) say(sentence);
+    const auto polls = [](const ExecutorSpec& part) {
+      return part.entry->traits.timers == TimerHandling::polled;
+    };
+    if (plan_.timer_policy && std::ranges::all_of(executors_, [&](const ExecutorSpec& e) {
+          return std::ranges::all_of(parts(e), polls);
+        })) {
+      say("--timer-policy changes nothing: none of these executors has a timer management thread");
+    }
     for (const std::string& sentence : warnings(machine_)) warn(sentence);
     calibrate_work();
     describe();
@@ -125,6 +134,8 @@ class LiveRun {
          "carries messages over the middleware of ROS 2; leave --transport out"},
         {options_.entity_order != "creation",
          "has its entities in the order of their addresses; leave --entity-order out"},
+        {plan_.fastdds.network != FastDdsOptions{}.network,
+         "carries messages over the middleware of ROS 2; leave --network out"},
         {plan_.measure_cpu_time, "does not measure the CPU time of a job; leave --cpu-time out"}};
     for (const auto& [asked, sentence] : others) {
       if (asked) throw UsageError(concat("--stack rclcpp ", sentence));
@@ -140,6 +151,7 @@ class LiveRun {
     plan_.fastdds.topic_prefix = any_name() + "/";
     plan_.length = length();
     plan_.time_out = seconds(options_.time_out_s);
+    check_network();
     check_fastdds();
     check_publishing();
     try {
@@ -167,6 +179,22 @@ class LiveRun {
       }
     }
     check_memory();
+  }
+
+  /// Refuses what a run without a network, or on rclcpp's, has no use for.
+  void check_network() const {
+    if (!options_.ros2_runner.empty() && plan_.rclcpp.runner.empty()) {
+      throw UsageError("--ros2-runner is of --stack rclcpp; add it, or leave it out");
+    }
+    if (plan_.transport != TransportKind::intra_process) return;
+    const bool published = options_.live || options_.live_alternate;
+    const std::pair<bool, const char*> unused[] = {
+        {plan_.fastdds.network != FastDdsOptions{}.network, "--network"},
+        {options_.all_interfaces && !published, "--all-interfaces"},
+        {plan_.fastdds.domain != FastDdsOptions{}.domain && !published, "--domain"}};
+    for (const auto& [given, option] : unused) {
+      if (given) throw UsageError(concat(option, " is of --transport fastdds; leave it out"));
+    }
   }
 
   void check_fastdds() const {
@@ -428,6 +456,13 @@ class LiveRun {
                  {"stacks", options_.stacks},
                  {"network", to_string(plan_.fastdds.network)},
                  {"processes", plan_.processes},
+                 {"domain", plan_.fastdds.domain},
+                 {"all_interfaces", options_.all_interfaces},
+                 {"executor_policy", options_.executor_policy},
+                 {"timer_policy", options_.timer_policy},
+                 {"lock_memory", plan_.lock_memory},
+                 {"cpu_time", plan_.measure_cpu_time},
+                 {"live_cpus", publisher_cpus_},
                  {"cpus", plan_.cpus.empty() ? allowed_cpus() : plan_.cpus},
                  {"calibration",
                   {{"divisions_per_us", plan_.calibration.divisions_per_us},

@@ -93,6 +93,25 @@ json common_facts(const CommonOptions& options, const Graph& graph, const TaskSe
   return facts;
 }
 
+std::vector<std::string> idle_options(const CommonOptions& options,
+                                      const std::vector<ExecutorSpec>& executors) {
+  const auto none = [&](Family family) {
+    const auto is_of = [&](const ExecutorSpec& part) { return part.entry->traits.family == family; };
+    return std::ranges::none_of(
+        executors, [&](const ExecutorSpec& spec) { return std::ranges::any_of(parts(spec), is_of); });
+  };
+  std::vector<std::string> sentences;
+  const auto add = [&](const std::string& option, const char* why) {
+    sentences.push_back(option + " changes nothing: none of these executors has " + why);
+  };
+  if (none(Family::priority_events)) {
+    if (options.rule != SubscriptionRule::inherit) add("--rule", "priorities");
+    if (options.ties != Ties::lifo) add("--ties", "priorities");
+  }
+  if (none(Family::wait_set) && options.entity_order != "creation") add("--entity-order", "a wait set");
+  return sentences;
+}
+
 json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors) {
   json bounds = json::array();
   if (!timers_only(tasks.set)) return bounds;

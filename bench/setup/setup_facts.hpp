@@ -11,6 +11,10 @@ namespace hotpath {
 nlohmann::json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
                             const std::vector<ExecutorSpec>& executors);
 
+/// Sentences about options that change nothing under any of these executors.
+std::vector<std::string> idle_options(const CommonOptions& options,
+                                      const std::vector<ExecutorSpec>& executors);
+
 /// For graphs of timers alone, the tightest worst-case response time of each task under each executor that a
 /// method bounds on the graph's platform: {executor, task, ms, method}. Empty for other graphs.
 nlohmann::json bounds_json(const Graph& graph, const GraphTasks& tasks,

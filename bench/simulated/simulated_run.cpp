@@ -63,6 +63,9 @@ class SimulatedRun {
 
   void run() {
     check_output_folder(output_folder(options_, graph_));
+    for (const std::string& sentence : idle_options(options_, executors_)) {
+      std::cerr << "note: " << sentence << "\n";
+    }
     write(summary());
   }
 
@@ -135,7 +138,7 @@ class SimulatedRun {
     try {
       *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
     } catch (const SimulationError& error) {
-      throw UsageError("executor `" + e.label + "`: " + error.what());
+      throw OverloadError("executor `" + e.label + "`: " + error.what());
     }
     simulation.repetition->trace.repetition = repetition(i);
   }
@@ -153,6 +156,7 @@ class SimulatedRun {
     facts["platform"] = platform_json(graph_.platform);
     facts["execution_times"] = execution_times_name();
     if (options_.max_backlog) facts["max_backlog"] = *options_.max_backlog;
+    if (options_.no_trace) facts["no_trace"] = true;
     facts["bounds"] = bounds_json(graph_, tasks_, executors_);
     for (const Simulation& s : simulations_) {
       json& run = facts["runs"].emplace_back(repetition_json(s.tasks.set, counting_.chains, *s.repetition));

@@ -16,8 +16,9 @@ struct SimulateOptions : CommonOptions, PlatformOptions {
 };
 
 /// Simulates all repetitions of all executors, then writes one result folder, prints the table and draws the
-/// figure. The same options give the same files, byte by byte. Throws UsageError, InputError, RunError; what
-/// cannot be simulated to its end leaves nothing behind.
+/// figure. The same options give the same files, byte by byte. Throws UsageError (OverloadError where a
+/// simulation does not get to its end), InputError, RunError; what cannot be simulated to its end leaves
+/// nothing behind.
 void run_simulated(const SimulateOptions& options);
 
 /// What run_simulated() would summarise, and nothing written or printed. Throws as run_simulated().

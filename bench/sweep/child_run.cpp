@@ -17,7 +17,11 @@ void run_hotpath(std::vector<std::string> words, const std::string& program) {
   if (exited_with(status, 0)) return;
   while (errors.ends_with('\n')) errors.pop_back();
   errors = errors.substr(errors.rfind('\n') + 1);
-  throw UsageError(errors.empty() ? how_it_ended(status) : errors);
+  constexpr std::string_view kOurName = "hotpath: ";
+  if (errors.starts_with(kOurName)) errors.erase(0, kOurName.size());
+  if (errors.empty()) errors = how_it_ended(status);
+  if (exited_with(status, 2)) throw UsageError(errors);
+  throw RunError(errors);
 }
 
 Summary summary_of_folder(const std::filesystem::path& folder) {

@@ -10,7 +10,8 @@
 namespace hotpath {
 
 /// Runs this program, or another build of it, with these words in a process of its own, silently and without
-/// figures. Throws UsageError with the last that it said where it fails.
+/// figures. Where it fails, the last that it said is thrown: as UsageError what it refuses as wrong use (exit
+/// code 2), as RunError anything else.
 void run_hotpath(std::vector<std::string> words, const std::string& program = "");
 
 /// The measures of a finished run.

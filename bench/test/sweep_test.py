@@ -244,11 +244,51 @@ class Capacities(SweepTest):
             (("--over", "copies", "--from", "0.5"), "whole numbers"),
             (("--from", "9", "--to", "5"), "--from lies above --to"),
             (("--live", "--cores", "2"), "--cores is of simulations"),
+            (("--live", "--live-options", "--graph x"), "--live-options: --graph is an option of capacity itself"),
+            (("--live", "--live-options", "--nope x"), "--nope; see `hotpath run --help`"),
+            (("--live", "--live-options", "--domain x"), "--live-options: --domain"),
+            (("--over", "copies", "--from", "1", "--to", "2000"), "--copies takes, 1 to 1000"),
+            (("--over", "load", "--load", "50"), "--load grows from level to level"),
+            (("--executors", "rm-ro,rm-ro"), "named twice"),
             (("--executors", "rm-or"), "there is no executor `rm-or`"),
         ):
             code, _, err = self.command("capacity", *words)
             self.assertEqual(code, 2, err)
             self.assertIn(said, err)
+
+
+class ChildrenThatRefuse(SweepTest):
+    """What `run` or `analyze` refuses as wrong use is no result of a search or a sweep."""
+
+    LIVE = "graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process, processes: 2"
+
+    def assert_wrong_use(self, said, *words):
+        shutil.rmtree(self.folder / "refused", ignore_errors=True)
+        code, _, err = self.command(*words, "--output", "refused")
+        self.assertEqual(code, 2, err)
+        self.assertIn(said, err.splitlines()[-1])
+        self.assertFalse((self.folder / "refused" / "table.csv").exists())
+        self.assertFalse((self.folder / "refused" / "levels.csv").exists())
+
+    def test_of_a_search(self):
+        options = "--transport intra_process --processes 2"
+        words = ("capacity", "--executors", "default", "--live", "--live-options", options)
+        self.assert_wrong_use("--processes 2 needs --transport fastdds", *words)
+
+    def test_of_a_sweep(self):
+        text = f"command: run\nfixed: {{{self.LIVE}}}\naxes: {{load: [10, 20]}}\n"
+        said = "sweep.yaml: cell 0, load 10: --processes 2 needs --transport fastdds"
+        self.assert_wrong_use(said, "sweep", self.sweep_file(text))
+        text = "command: analyze\naxes: {graph: [nope, timers_only_60]}\n"
+        self.assert_wrong_use("cell 0, graph nope: ", "sweep", self.sweep_file(text))
+        text = "command: run\naxes: {load: [10, 20]}\n"
+        self.assert_wrong_use("--threads", "sweep", self.sweep_file(text), "--threads", 2)
+
+    def test_of_two_builds(self):
+        words = ("compare", "--graph", "nope", "--against", HOTPATH)
+        code, _, err = self.command(*words, "--output", "ab")
+        self.assertEqual(code, 2, err)
+        self.assertRegex(err, r"(new|old) build, repetition 0: nope: there is no graph")
 
 
 class TwoBuilds(CommandTest):
