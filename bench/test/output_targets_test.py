@@ -98,8 +98,6 @@ class OutputTargets(CommandTest):
 
     def setUp(self):
         super().setUp()
-        self.environment["HOTPATH_FIGURES"] = "none"
-        self.environment.pop("PYTHONPATH")  # some of the options are for figures
         self.run_folder = pathlib.Path(self.holder.name) / "run"
         if not self.run_folder.exists():
             words = "--executors default --duration 0.5 --warm-up 0 --repetitions 3 --phases random".split()

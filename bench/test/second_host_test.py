@@ -99,8 +99,6 @@ class SecondHost(CommandTest):
         self.assertTrue({g for g in groups if g[0] == "wire"})
 
     def test_other_commands_have_no_network(self):
-        self.environment.pop("HOTPATH_FIGURES", None)
-        self.environment["HOTPATH_FIGURES"] = "none"
         calls = self.folder / "calls"
         networked = {use[0] for use in NETWORKED.values()}
         self.environment.update(LD_PRELOAD=failing_calls_test.LIBRARY, HOTPATH_CALLS=str(calls))
