@@ -13,6 +13,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/memory_limit.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -66,6 +67,9 @@ class Analysis {
   }
 
   void run() {
+    constexpr double kBytesOfTask = 35000;  // measured with 20,000 nodes
+    check_memory(kBytesOfTask * tasks_.set.size(), "analyze " + options_.graph, "its bounds",
+                 "a part of the graph");
     std::printf("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
                 costs_text().c_str());
     BoundReport report(tasks_.set, observed_);

@@ -51,8 +51,8 @@ class StoredSummary {
       for (TaskAccount& a : accounts_) {
         a.expected = facts->at("expected").at(run_.tasks()[a.task].name).get<std::uint64_t>();
       }
-      executor().end(current_.second, current_.second, usage_,
-                     facts->at("lost_records").get<std::uint64_t>(), accounts_);
+      executor().end(current_.second, current_.second, usage_, facts->at("lost_records").get<std::uint64_t>(),
+                     accounts_);
     });
     Repetition& speed = speeds_[current_.first].repetitions.emplace_back();
     speed.trace.repetition = current_.second;
@@ -126,10 +126,7 @@ class StoredSummary {
 
   std::uint32_t drops(const ChainRow& row) const {
     return run_.check([&] {
-      return run_.run(row.executor, row.repetition)
-          .at("hot_path_drops")
-          .at(row.chain)
-          .get<std::uint32_t>();
+      return run_.run(row.executor, row.repetition).at("hot_path_drops").at(row.chain).get<std::uint32_t>();
     });
   }
 

@@ -23,8 +23,9 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
     const StoredRun& run, const SummaryOptions& options,
     const std::function<void(const JobRow&)>& also = [](const JobRow&) {});
 
-/// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, by executor as run.json
-/// names them and by repetition, then in the order of jobs.csv, without repetitions that were replaced. Rows that come too early are kept until then.
+/// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, by executor as
+/// run.json names them and by repetition, then in the order of jobs.csv, without repetitions that were
+/// replaced. Rows that come too early are kept until then.
 class ResponsesCsv {
  public:
   ResponsesCsv(std::ostream& out, const StoredRun& run);
