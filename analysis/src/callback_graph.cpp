@@ -55,17 +55,21 @@ bool GraphTopology::one_publisher(TaskId id) const {
 std::int64_t GraphTopology::least_until_start(TaskId root, TaskId to) const {
   constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::max();
   const auto [entry, is_new] = least_.try_emplace(root);
-  std::vector<std::int64_t>& start = entry->second;
+  auto& reached = entry->second;
   if (is_new) {
-    start.assign(size(), kNone);
+    std::vector<std::int64_t> start(size(), kNone);
     start[root] = 0;
     for (const TaskId id : order_) {
       for (const TaskId p : publishers_[id]) {
         if (start[p] != kNone) start[id] = std::min(start[id], exact::add(start[p], set()[p].bcet.count()));
       }
     }
+    for (TaskId id = 0; id < size(); ++id) {
+      if (start[id] != kNone) reached.emplace_back(id, start[id]);
+    }
   }
-  return start[to] == kNone ? 0 : start[to];
+  const auto found = std::ranges::lower_bound(reached, to, {}, &std::pair<TaskId, std::int64_t>::first);
+  return found == reached.end() || found->first != to ? 0 : found->second;
 }
 
 bool GraphTopology::alone(TaskId root, TaskId to) const {

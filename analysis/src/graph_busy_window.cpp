@@ -18,6 +18,8 @@ namespace {
 /// Windows with more jobs of their timer, or steps to their end, count as endless: the utilisation is next to
 /// 1.
 constexpr std::uint64_t kMaxSteps = 10'000;
+/// Of levels that are remembered; each has 150 bytes or so.
+constexpr std::size_t kMostKnownNodes = 1'000'000;
 constexpr std::int64_t kEndless = std::int64_t{1} << 60;
 /// Above so many steps of a deadline several are taken together.
 constexpr std::size_t kMaxDeadlineSteps = 32;
@@ -37,7 +39,7 @@ GraphOrder any_order(const TaskSet& set) {
 
 /// What is looked for in the windows of a level.
 struct GraphBusyWindow::Query {
-  const BusyLevel* level = nullptr;
+  std::shared_ptr<const BusyLevel> level;
   Blocker blocker;
   TaskId root = kNoTask, target = kNoTask;  ///< None: the window itself.
   bool works = true;                        ///< The target's job completes its join, if it has one.
@@ -102,8 +104,8 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
     }
   }
   // It is pending in a window of its own rank.
-  const BusyLevel& own = level(order_.rank[subscription]);
-  return own.window ? std::min(largest, *own.window) : largest;
+  const std::optional<std::int64_t> own = level(order_.rank[subscription])->window;
+  return own ? std::min(largest, *own) : largest;
 }
 
 /// Of the tasks on any way from `root` to `to`.
@@ -122,21 +124,27 @@ std::int64_t GraphBusyWindow::job_work(TaskId id) const {
   return add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
-const BusyLevel& GraphBusyWindow::level(std::int64_t rank) const {
-  std::unique_ptr<BusyLevel>& known = levels_[rank];
-  if (known) return *known;
-  known = std::make_unique<BusyLevel>(topology_, order_, overheads_, rank);
-  if (known->utilisation > 1) return *known;
+std::shared_ptr<const BusyLevel> GraphBusyWindow::level(std::int64_t rank) const {
+  if (const auto known = levels_.find(rank); known != levels_.end()) return known->second;
+  const auto made = std::make_shared<BusyLevel>(topology_, order_, overheads_, rank);
+  // All levels of a large graph would have as many nodes as it has ranks times tasks.
+  known_nodes_ += made->nodes.size();
+  if (known_nodes_ > kMostKnownNodes) {
+    levels_.clear();
+    known_nodes_ = made->nodes.size();
+  }
+  levels_[rank] = made;
+  if (made->utilisation > 1) return made;
   std::optional<std::int64_t> longest = 0;
-  for (const Blocker& blocker : known->blockers) {
+  for (const Blocker& blocker : made->blockers) {
     Query window;
-    window.level = known.get();
+    window.level = made;
     window.blocker = blocker;
     longest = end_of_work(window, *longest);
     if (!longest) break;
   }
-  known->window = longest;
-  return *known;
+  made->window = longest;
+  return made;
 }
 
 std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed) const {
@@ -256,7 +264,7 @@ const std::optional<std::vector<GraphBusyWindow::DeadlineStep>>& GraphBusyWindow
   const auto [entry, is_new] = steps_.try_emplace(root);
   if (!is_new) return entry->second;
   Query whole;
-  whole.level = &level(order_.rank[root]);
+  whole.level = level(order_.rank[root]);
   // A window behind the longest job is no longer than one with that job in it twice.
   whole.blocker = blocker_behind(-overheads_.lateness - 1);
   const auto until = whole.level->window ? end_of_work(whole, 0) : std::nullopt;
@@ -299,7 +307,7 @@ std::vector<std::int64_t> GraphBusyWindow::deadline_starts(TaskId root, std::int
 GraphBusyWindow::Query GraphBusyWindow::query(TaskId root, const DeadlineStep& step) const {
   const Task& task = topology_.set()[root];
   Query q;
-  q.level = &level(order_.rank[root]);
+  q.level = level(order_.rank[root]);
   q.root = root;
   q.later_root_jobs = false;
   q.deadline = add(step.last, task.deadline.count());
@@ -415,13 +423,13 @@ std::optional<std::int64_t> GraphBusyWindow::find_bound(TaskId root, TaskId to, 
   if (order_.by_deadline) return bound_by_deadline(root, to, works, parts);
   const std::int64_t rank = largest_rank(root, to);
   if (rank == kNoRank) return std::nullopt;
-  const BusyLevel& in = level(rank);
-  if (!in.window) return std::nullopt;
+  const std::shared_ptr<const BusyLevel> in = level(rank);
+  if (!in->window) return std::nullopt;
   std::int64_t largest = 0;
   std::vector<std::int64_t> starts;
-  for (const Blocker& blocker : in.blockers) {
+  for (const Blocker& blocker : in->blockers) {
     Query q;
-    q.level = &in;
+    q.level = in;
     q.blocker = blocker;
     q.root = root;
     q.target = to;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "advise/advice_report.hpp"
 #include "advise/ranking.hpp"
@@ -47,9 +48,18 @@ std::string default_objective(const AdviseOptions& options, const Graph& graph) 
                                                                                 : options.objective;
 }
 
+/// Refuses what does not fit: the candidates, of which each has a graph and tasks, and the traces of those
+/// that are simulated at the same time.
+void check_memory(const AdviseOptions& options, const GraphTasks& tasks) {
+  constexpr double kCandidates = 30, kBytesOfTask = 2500;  // measured with 1000 to 20,000 nodes
+  const std::size_t at_once =
+      options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+  check_trace_memory(options, tasks, at_once, kCandidates * kBytesOfTask * tasks.set.size(),
+                     "a shorter --duration, fewer --threads, or a part of the graph");
+}
+
 /// Says what would be enough.
-void check_load(const Graph& graph) {
-  const GraphTasks tasks = make_tasks(graph);
+void check_load(const Graph& graph, const GraphTasks& tasks) {
   const double load = mean_load_percent(graph, tasks);
   if (load < 100.0 * graph.platform.cores) return;
   throw RunError(concat("overload: the callbacks of ", graph.name, " have ", fixed(load, 0),
@@ -68,7 +78,9 @@ class Adviser {
     if (options.costs != "reference" && options.costs != "graph") {
       throw UsageError("--costs: `" + options.costs + "` is neither reference nor graph");
     }
-    check_load(graph_);
+    const GraphTasks tasks = make_tasks(graph_);
+    check_load(graph_, tasks);
+    check_memory(options_, tasks);
   }
 
   void run() {
@@ -98,13 +110,7 @@ class Adviser {
     o.executors = options_.executors;
     o.deployments = options_.deployments;
     o.now = options_.now;
-    // As the options say, for any executor.
-    CommonOptions any = options_;
-    any.executors = {"default"};
-    any.deployments.clear();
-    o.scheduling = executors_to_run(any, graph_, make_tasks(graph_), std::max(2U, graph_.platform.cores))
-                       .front()
-                       .scheduler;
+    o.scheduling = scheduling_of(options_, make_tasks(graph_).set, graph_.platform.cores);
     o.reference_costs = options_.costs == "reference";
     return o;
   }

@@ -2,6 +2,7 @@
 #include "advise/prediction.hpp"
 
 #include <chrono>
+#include <utility>
 
 #include "bounds/bounds.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
@@ -94,7 +95,7 @@ class Draws {
     drawn.totals = std::make_unique<RunTotals>(candidate.tasks.set, chains, Time{} + plan.warm_up, trace.end);
     for (const JobRecord& r : trace.jobs) drawn.totals->ended(r);
     drawn.work = work_of(trace, *times);
-    trace.jobs = {};  // the chains' records and the totals remain
+    std::exchange(trace.jobs, {});  // with its memory; the chains' records and the totals remain
     return drawn;
   }
 

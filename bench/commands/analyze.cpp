@@ -12,6 +12,7 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
+#include "program/memory_limit.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -69,6 +70,9 @@ class Analysis {
   }
 
   void run() {
+    constexpr double kBytesOfTask = 35000;  // measured with 20,000 nodes
+    check_memory(kBytesOfTask * tasks_.set.size(), "analyze " + options_.graph, "its bounds",
+                 "a part of the graph");
     std::cout << text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
                       costs_text().c_str());
     BoundReport report(tasks_.set, observed_);

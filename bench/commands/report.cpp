@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "program/memory_limit.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 
@@ -22,15 +25,28 @@ void run_tool(const std::string& command, std::vector<std::string> words, const 
   become_python_tool(command, words);
 }
 
+/// A page has all latencies and response times in Python's memory.
+void report(const ReportArguments& a) {
+  if (!a.output.empty()) check_output_folder(a.output, "report.html");
+  constexpr double kMemoryOfByte = 3;
+  double bytes = 0;
+  for (const std::string& run : a.runs) {
+    for (const char* const file : {"jobs.csv", "chains.csv"}) {
+      std::error_code none;
+      const auto size = std::filesystem::file_size(std::filesystem::path(run) / file, none);
+      if (!none) bytes += kMemoryOfByte * static_cast<double>(size);
+    }
+  }
+  check_memory(bytes, "report", "all response times", "fewer or shorter runs, or summary.json of each");
+  run_tool("report", a.runs, "--output", a.output);
+}
+
 }  // namespace
 
 void add_report_command(CLI::App& app) {
   auto [command, o] = add_command<ReportArguments>(
       app, "report", "One page, HTML and Markdown, about any runs or comparisons",
-      "hotpath report runs/live runs/simulated --output page", [](const ReportArguments& a) {
-        if (!a.output.empty()) check_output_folder(a.output, "report.html");
-        run_tool("report", a.runs, "--output", a.output);
-      });
+      "hotpath report runs/live runs/simulated --output page", report);
   command.add_option("RUN", o.runs, "Folders of `hotpath run`, `compare` or `simulate`")->required();
   add_text(command, "--output", o.output, "FOLDER",
            "Folder of the page; by default report/ in the first RUN");

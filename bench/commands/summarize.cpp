@@ -7,7 +7,7 @@
 #include "program/errors.hpp"
 #include "program/shown_text.hpp"
 #include "program/whole_file.hpp"
-#include "results/stored_run.hpp"
+#include "results/stored_summary.hpp"
 #include "results/summary_table.hpp"
 
 namespace hotpath {
@@ -24,12 +24,22 @@ void summarize_run(const SummarizeOptions& options) {
     return;
   }
   if (options.run.empty()) throw UsageError("summarize: name the folder of a run");
-  StoredRun run(options.run, "summarize");
-  run.load();
-  const auto responses = [&](std::ostream& out) { write_responses_csv(out, run); };
-  if (options.responses == "-") return responses(data_output());
-  if (!options.responses.empty()) write_output_file(options.responses, "--responses", responses);
-  const Summary summary = summarize(run.tasks(), run.runs(), run.summary_options());
+  const StoredRun run(options.run, "summarize");
+  if (options.responses == "-") {
+    ResponsesCsv responses(data_output(), run);
+    for_each_record(run, [&](const JobRow& row) { responses.add(row); });
+    return responses.finish();
+  }
+  Summary summary;
+  if (options.responses.empty()) {
+    summary = summarize(run, run.summary_options());
+  } else {
+    write_output_file(options.responses, "--responses", [&](std::ostream& out) {
+      ResponsesCsv responses(out, run);
+      summary = summarize(run, run.summary_options(), [&](const JobRow& row) { responses.add(row); });
+      responses.finish();
+    });
+  }
   write_whole_file(run.folder() / "summary.json", nlohmann::json(summary));
   write_table(std::cout, summary);
 }

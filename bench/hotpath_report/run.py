@@ -3,6 +3,7 @@
 run."""
 
 import io
+import math
 import shlex
 from pathlib import Path
 from typing import Any
@@ -122,18 +123,19 @@ class Run:
             raise InputError(f"{path}: No such file or directory; {remedy}")
         return path
 
-    def jobs(self, executor: str, repetition: int) -> pd.DataFrame:
-        """Rows of jobs.csv with instants in ms, NaN for one that did not come, and whether each was `late`: finished
-        after its deadline. Raises InputError where there are none."""
-        path, instants = self.jobs_file(), ["timestamp", "release", "start", "finish", "deadline"]
+    def jobs(self, executor: str, repetition: int, begin: float, end: float) -> pd.DataFrame:
+        """Rows of jobs.csv that touch [begin, end), with instants in ms, NaN for one that did not come, and whether
+        each was `late`: finished after its deadline. `hotpath timeline` finds them: a run can be larger than memory.
+        Raises InputError where that repetition did not run."""
+        path = self.jobs_file()
+        words = ["--executor", executor, "--repetition", repetition, "--from", begin, "--csv", "-"]
+        if math.isfinite(end):
+            words += ["--to", end]
+        text = hotpath_command.output_of("timeline", self.folder, *words)
+        instants = ["timestamp", "release", "start", "finish", "deadline"]
         named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
         more = ["worker", "process", "parent_task", "parent_sequence"]
-        jobs = read_table(path, named, optional=[*more, *(f"{name}_ns" for name in instants)])
-        jobs = jobs[(jobs["executor"] == executor) & (jobs["repetition"] == repetition)]
-        if jobs.empty:
-            found = [f"{r['executor']} (repetition {r['repetition']})" for r in self["runs"]]
-            what = f"no job of {executor} (repetition {repetition}); there are {', '.join(found)}"
-            raise InputError(f"{path}: {what}")
+        jobs = read_table(path, named, [*more, *(f"{name}_ns" for name in instants)], io.StringIO(text))
         jobs["late"] = jobs["finish_ns"] > jobs["deadline_ns"]
         jobs = jobs.assign(**{name: jobs.pop(f"{name}_ns") / NS_PER_MS for name in instants})
         for name in ("worker", "process"):

@@ -5,6 +5,7 @@ terminal."""
 import contextlib
 import errno
 import gzip
+import io
 import itertools
 import json
 import os
@@ -58,15 +59,18 @@ def read_json(path: Path, made_by: str = "hotpath") -> Any:
         raise InputError(f"{path}: nested too deep; give a folder written by `{made_by}`") from None
 
 
-def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] = ()) -> pd.DataFrame:
-    """A CSV file, compressed where its name says so. It must have all `columns`, with a value in each row, and the
+def read_table(
+    path: Path, columns: Sequence[str] = (), optional: Sequence[str] = (), rows: io.StringIO | None = None
+) -> pd.DataFrame:
+    """A CSV file, compressed where its name says so, or `rows` of it. It must have all `columns`, with a value in each row, and the
     `optional` ones; of both, those whose names end in _ns are numbers. Raises InputError."""
     named = [*columns, *optional]
     kinds: Any = dict.fromkeys(NAMES, str) | {name: float for name in named if name.endswith("_ns")}
     try:
-        check_regular(path)
-        check_lines(path)
-        frame = pd.read_csv(path, dtype=kinds, keep_default_na=False, na_values="")
+        if rows is None:
+            check_regular(path)
+            check_lines(path)
+        frame = pd.read_csv(path if rows is None else rows, dtype=kinds, keep_default_na=False, na_values="")
     except (EOFError, zlib.error, ValueError) as error:
         raise InputError(f"{path}: ends too early, or is damaged: {error}") from None
     except OSError as error:

@@ -69,7 +69,7 @@ def marker(job: Any, what: str, ms: float) -> Event:
 
 def events(run: Run, executor: str, repetition: int, begin: float, end: float) -> Iterator[Event]:
     """All events; a flow leads from the job that published to each that took the message."""
-    jobs = run.jobs(executor, repetition)
+    jobs = run.jobs(executor, repetition, begin, end)
     shown = (jobs["outcome"] == "ran") & (jobs["finish"] >= begin) & (jobs["start"] < end)
     ran = jobs[shown]
     yield from names(run, f"{executor}, repetition {repetition}", ran, run.has_timer_thread(executor))

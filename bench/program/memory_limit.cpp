@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/memory_limit.hpp"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -60,14 +61,26 @@ std::uint64_t memory_limit() {
   cgroups << in.rdbuf();
   const auto physical =
       static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  return std::min(physical, cgroup_memory_limit(cgroups.str(), "/sys/fs/cgroup"));
+  std::uint64_t least = std::min(physical, cgroup_memory_limit(cgroups.str(), "/sys/fs/cgroup"));
+  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
+    rlimit limit{};
+    if (getrlimit(resource, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+      least = std::min(least, static_cast<std::uint64_t>(limit.rlim_cur));
+    }
+  }
+  return least;
+}
+
+void check_memory(double bytes, const std::string& option, const std::string& what,
+                  const std::string& remedy) {
+  const auto there_are = static_cast<double>(memory_limit());
+  if (bytes < there_are / 2) return;
+  throw UsageError(text("%s: %s would take about %.2g GB of memory, and there are %.2g; take %s",
+                        option.c_str(), what.c_str(), bytes / 1e9, there_are / 1e9, remedy.c_str()));
 }
 
 void check_trace_memory(double bytes, const std::string& option, const std::string& remedy) {
-  const auto there_are = static_cast<double>(memory_limit());
-  if (bytes < there_are / 2) return;
-  throw UsageError(text("%s: the traces would take about %.2g GB of memory, and there are %.2g; take %s",
-                        option.c_str(), bytes / 1e9, there_are / 1e9, remedy.c_str()));
+  check_memory(bytes, option, "the traces", remedy);
 }
 
 }  // namespace hotpath

@@ -11,7 +11,7 @@
 #include "program/errors.hpp"
 #include "program/whole_file.hpp"
 #include "results/run_folder.hpp"
-#include "results/stored_run.hpp"
+#include "results/stored_summary.hpp"
 
 namespace hotpath {
 
@@ -88,9 +88,8 @@ Summary recover_run(const fs::path& folder) {
   if (lock >= 0) close(lock);
   remove_unfinished(folder);
 
-  StoredRun run(folder, "recover");
-  run.load();
-  Summary summary = summarize(run.tasks(), run.runs(), run.summary_options());
+  const StoredRun run(folder, "recover");
+  Summary summary = summarize(run, run.summary_options());
   write_whole_file(folder / "summary.json", json(summary));
   json facts = run.facts();
   facts["partial"] = true;

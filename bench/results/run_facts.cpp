@@ -62,21 +62,4 @@ json repetition_json(const TaskSet& set, const std::vector<std::string>& chains,
           {"hot_path_drops", drops}};
 }
 
-void complete_repetition(const json& run, const TaskSet& set, const std::vector<std::string>& chains,
-                         Repetition& repetition) {
-  Trace& trace = repetition.trace;
-  repetition.accounts = account(set, trace);
-  for (TaskAccount& a : repetition.accounts) {
-    a.expected = run.at("expected").at(set[a.task].name).get<std::uint64_t>();
-  }
-  run.at("usage").get_to(repetition.usage);
-  trace.lost_records = run.at("lost_records").get<std::uint64_t>();
-  for (std::uint32_t c = 0; c < chains.size(); ++c) {
-    // Only their sum is kept: it goes to the last output.
-    const auto last = std::ranges::find(trace.chains.rbegin(), trace.chains.rend(), c, &ChainRecord::chain);
-    if (last == trace.chains.rend()) continue;
-    last->dropped = run.at("hot_path_drops").at(chains[c]).get<std::uint32_t>();
-  }
-}
-
 }  // namespace hotpath

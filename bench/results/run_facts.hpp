@@ -27,8 +27,4 @@ namespace hotpath {
   return run.value("kind", "") == "live" && run.value("work", "") == "fixed";
 }
 
-/// Fills in what the CSV files do not say of a repetition whose trace has been read from them.
-void complete_repetition(const nlohmann::json& run, const TaskSet& set,
-                         const std::vector<std::string>& chains, Repetition& repetition);
-
 }  // namespace hotpath

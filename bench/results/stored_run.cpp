@@ -9,6 +9,7 @@
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
 #include "program/json_fields.hpp"
+#include "program/memory_limit.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "results/run_facts.hpp"
@@ -118,6 +119,13 @@ void StoredRun::load(const TaskSet& set) {
 }
 
 void StoredRun::load() {
+  constexpr double kShortRow = 100;  // bytes of jobs.csv
+  std::error_code none;
+  const auto size = static_cast<double>(std::filesystem::file_size(folder_ / "jobs.csv", none));
+  if (!none) {
+    check_trace_memory(size / kShortRow * sizeof(JobRecord), option_ + " " + folder_.string(),
+                       "a shorter run, or a machine with more memory");
+  }
   read_jobs();
   read_chains();
 }
@@ -151,25 +159,6 @@ const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetit
   const auto found = find_trace(traces_, executor, repetition);
   if (found == traces_.end()) fail_missing(executor, repetition);
   return *found;
-}
-
-std::vector<ExecutorRuns> StoredRun::runs() const {
-  std::vector<ExecutorRuns> runs;
-  for (const std::string& executor : executors_) runs.push_back({executor, {}});
-  const bool tells_speed = check([&] { return tells_processor_speed(facts_); });
-  for (const Trace& trace : traces_) {
-    const json& facts = run(trace.executor, trace.repetition);
-    if (replaced(trace.executor, trace.repetition)) continue;
-    const auto of = std::ranges::find(runs, trace.executor, &ExecutorRuns::executor);
-    if (of == runs.end()) fail_missing(trace.executor, trace.repetition);
-    Repetition& repetition = of->repetitions.emplace_back();
-    repetition.trace = trace;
-    check([&] { complete_repetition(facts, tasks_, chains_, repetition); });
-    // jobs.csv does not say it. An interrupted live run was shorter than planned; simulations take no time.
-    repetition.trace.end = trace.epoch + length_of(repetition.usage);
-    if (tells_speed) repetition.speed = speed_windows(tasks_, trace, warm_up_);
-  }
-  return runs;
 }
 
 SummaryOptions StoredRun::summary_options() const {
@@ -219,19 +208,6 @@ json summarize_golden_trace(const std::filesystem::path& file) {
                      {"response_authors_ms", quantiles(std::move(responses_ms))}});
   }
   return {{"tasks", tasks}};
-}
-
-void write_responses_csv(std::ostream& out, const StoredRun& run) {
-  const Time counted_from = Time{} + run.warm_up();
-  out << "executor,repetition,task,response_ns\n";
-  for (const Trace& trace : run.traces()) {
-    if (run.replaced(trace.executor, trace.repetition)) continue;
-    for (const JobRecord& r : trace.jobs) {
-      if (!counts(r, counted_from)) continue;
-      write_row(out, trace.executor, trace.repetition, run.tasks()[r.job.task].name,
-                response_time(r).count());
-    }
-  }
 }
 
 }  // namespace hotpath

@@ -45,9 +45,10 @@ class StoredRun {
   [[nodiscard]] std::vector<Duration> first_timestamps(const TaskSet& set, const std::string& executor,
                                                        std::uint32_t repetition) const;
 
-  /// Reads jobs.csv and chains.csv for the tasks of a graph, or for those that the run itself names. Throws
-  /// UsageError for files that are missing or not of one run, InputError for what is malformed or of another
-  /// graph.
+  /// Reads jobs.csv and chains.csv for the tasks of a graph, or for those that the run itself names. All jobs
+  /// are then in memory: what needs them one at a time takes for_each_record() of stored_summary.hpp. Throws
+  /// UsageError for files that are missing, not of one run, or too large for the memory that there is,
+  /// InputError for what is malformed or of another graph.
   void load(const TaskSet& set);
   void load();
 
@@ -60,8 +61,7 @@ class StoredRun {
   /// One of them. Throws UsageError when that executor or repetition did not run.
   [[nodiscard]] const Trace& trace(const std::string& executor, std::uint32_t repetition) const;
 
-  /// After load(): what summarize() needs. Without the repetitions that were replaced.
-  [[nodiscard]] std::vector<ExecutorRuns> runs() const;
+  /// For summarize().
   [[nodiscard]] SummaryOptions summary_options() const;
 
   /// Throws UsageError: option, folder, `what`.
@@ -100,9 +100,5 @@ class StoredRun {
 /// What became of each timer of a golden trace, by the authors' definition of a response time: {tasks:
 /// [{task, reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.
 [[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
-
-/// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, in the order of
-/// jobs.csv, without repetitions that were replaced.
-void write_responses_csv(std::ostream& out, const StoredRun& run);
 
 }  // namespace hotpath

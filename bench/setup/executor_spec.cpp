@@ -57,14 +57,6 @@ std::span<const ExecutorSpec> parts(const ExecutorSpec& spec) {
   return spec.deployment ? std::span(spec.deployment->executors) : std::span(&spec, 1);
 }
 
-TaskSet tasks_of_part(const ExecutorSpec& spec, TaskSet set, std::size_t part) {
-  if (!spec.deployment) return set;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    set.tasks[id].local &= spec.deployment->plan.executor_of[id] == part;
-  }
-  return set;
-}
-
 ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph, const GraphTasks& tasks,
                     const SchedulerOptions& defaults) {
   return deploy(find_deployment(name_or_path, graph, tasks), defaults);

@@ -44,9 +44,6 @@ struct Deployed {
 /// Every executor of `spec`, which may be one.
 [[nodiscard]] std::span<const ExecutorSpec> parts(const ExecutorSpec& spec);
 
-/// The task set as that executor of `spec` sees it: its own tasks are local.
-[[nodiscard]] TaskSet tasks_of_part(const ExecutorSpec& spec, TaskSet set, std::size_t part);
-
 /// The deployment of that name or file. Throws InputError with the line of an executor that there is not.
 [[nodiscard]] ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph,
                                   const GraphTasks& tasks, const SchedulerOptions& defaults);

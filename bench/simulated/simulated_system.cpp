@@ -2,6 +2,8 @@
 #include "simulated/simulated_system.hpp"
 
 #include <algorithm>
+#include <map>
+#include <numeric>
 #include <set>
 
 #include "hotpath/core/input_error.hpp"
@@ -44,21 +46,66 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
   return thread;
 }
 
+/// Makes the schedulers of a deployment, each for its part of the tasks.
+class Parts {
+ public:
+  Parts(const TaskSet& set, const std::vector<std::uint32_t>& executor_of, std::size_t executors)
+      : set_(set), tasks_(executors) {
+    for (TaskId id = 0; id < set.size(); ++id) tasks_[executor_of[id]].push_back(id);
+  }
+
+  const std::vector<TaskId>& tasks(std::size_t executor) const { return tasks_[executor]; }
+
+  std::unique_ptr<Scheduler> make(std::size_t executor, const ExecutorSpec& spec) {
+    const TaskPart part = part_of(set_, tasks_[executor], urgent_timers(spec.entry->traits.policy));
+    SchedulerOptions options = spec.scheduler;
+    if (!options.entity_order.empty()) options.entity_order = order_in(part, options.entity_order);
+    return spec.entry->make(part.set, options);
+  }
+
+ private:
+  /// Computed once for all executors of one policy.
+  const std::vector<TaskId>& urgent_timers(const std::optional<Policy>& policy) {
+    std::vector<TaskId>& timers = urgent_[policy];
+    if (policy && timers.empty()) timers = most_urgent_timers(set_, *policy);
+    return timers;
+  }
+
+  std::vector<TaskId> order_in(const TaskPart& part, const std::vector<TaskId>& whole) {
+    if (place_.empty()) place_.resize(whole.size());
+    for (TaskId i = 0; i < whole.size(); ++i) place_[whole[i]] = i;
+    std::vector<TaskId> order(part.set.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto own = order.begin() + static_cast<std::ptrdiff_t>(part.tasks.size());
+    std::sort(order.begin(), own,
+              [&](TaskId a, TaskId b) { return place_[part.tasks[a]] < place_[part.tasks[b]]; });
+    return order;
+  }
+
+  const TaskSet& set_;
+  std::vector<std::vector<TaskId>> tasks_;  // by executor
+  std::map<std::optional<Policy>, std::vector<TaskId>> urgent_;
+  std::vector<TaskId> place_;  // by task, in the order of entities
+};
+
 }  // namespace
 
 SimulatedSystem::SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks)
     : executor_of_(spec.deployment ? spec.deployment->plan.executor_of
                                    : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
   const std::span<const ExecutorSpec> all = parts(spec);
+  Parts parts(tasks.set, executor_of_, all.size());
   for (std::size_t e = 0; e < all.size(); ++e) {
     SimulatedExecutor executor;
-    executor.scheduler =
-        schedulers_.emplace_back(all[e].entry->make(tasks_of_part(spec, tasks.set, e), all[e].scheduler))
-            .get();
-    std::set<std::uint32_t> nodes;
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      if (executor_of_[id] == e) nodes.insert(tasks.origin[id].node);
+    if (all.size() > 1) {
+      schedulers_.push_back(parts.make(e, all[e]));
+      executor.tasks = parts.tasks(e);
+    } else {
+      schedulers_.push_back(all[e].entry->make(tasks.set, all[e].scheduler));
     }
+    executor.scheduler = schedulers_.back().get();
+    std::set<std::uint32_t> nodes;
+    for (const TaskId id : parts.tasks(e)) nodes.insert(tasks.origin[id].node);
     executor.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(nodes.size());
     SimulatedThread thread;
     ThreadPolicy policy;

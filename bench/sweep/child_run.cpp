@@ -5,7 +5,7 @@
 
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
-#include "results/stored_run.hpp"
+#include "results/stored_summary.hpp"
 
 namespace hotpath {
 
@@ -25,9 +25,8 @@ void run_hotpath(std::vector<std::string> words, const std::string& program) {
 }
 
 Summary summary_of_folder(const std::filesystem::path& folder) {
-  StoredRun run(folder, "a run");
-  run.load();
-  return summarize(run.tasks(), run.runs(), run.summary_options());
+  const StoredRun run(folder, "a run");
+  return summarize(run, run.summary_options());
 }
 
 }  // namespace hotpath

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <sys/resource.h>
+
 #include <fstream>
 #include <limits>
 
@@ -47,6 +49,20 @@ TEST_F(CgroupMemoryLimit, OfVersion2MayBeNone) {
   EXPECT_EQ(cgroup_memory_limit("0::/a\n", root_), 8192U);
   write("memory.max", "1024");
   EXPECT_EQ(cgroup_memory_limit("0::/a/not_mounted_here\n", root_), 1024U);
+}
+
+TEST(MemoryLimit, IsAtMostWhatUlimitAllows) {
+  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
+    rlimit before{};
+    ASSERT_EQ(getrlimit(resource, &before), 0);
+    const rlim_t megabyte = 1 << 20;
+    rlimit lower = before;
+    lower.rlim_cur = megabyte;
+    ASSERT_EQ(setrlimit(resource, &lower), 0);
+    const std::uint64_t limit = memory_limit();
+    ASSERT_EQ(setrlimit(resource, &before), 0);
+    EXPECT_EQ(limit, megabyte);
+  }
 }
 
 TEST(TraceMemory, IsRefusedWithTheSizeThatItWouldTake) {

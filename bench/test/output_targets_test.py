@@ -33,10 +33,11 @@ FILES = {
     ("machine", "--output"): ["machine", "--duration", 0.01],
     ("summarize", "--responses"): ["summarize", "RUN"],
     ("analyze", "--csv"): ["analyze", "timers_only_60", "--executors", "rm-ro"],
-    ("timeline", "--perfetto"): ["timeline", "RUN"],
+    ("timeline", "--csv"): ["timeline", "RUN"],
 }
 # They start Python as well, and pass through the same function there.
 FILES_OF_PYTHON = {
+    ("timeline", "--perfetto"): ["timeline", "RUN"],
     ("timeline", "--svg"): ["timeline", "RUN"],
     ("compare-results", "--csv"): ["compare-results", "RUN", "RUN"],
     ("compare-results", "--junit"): ["compare-results", "RUN", "RUN", "--gate"],

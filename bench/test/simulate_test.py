@@ -357,6 +357,38 @@ class WrongUse(SimulateTest):
         (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
         self.assert_refused("--graph", "timers_only_60", "--phases-of", run.path, says=["run.json"])
 
+    def test_the_summary_of_a_stored_run_is_that_of_the_run(self):
+        """In whatever order its repetitions stand in the files: those of live runs are interleaved."""
+        for graph in ("autoware", "timers_only_90"):
+            several = ("--executors", "default,rm-ro,events-ro", "--repetitions", 2, "--phases", "random")
+            run = self.simulate("--graph", graph, *several, "--duration", 3, "--warm-up", 0.5, output=graph)
+            summary = (run.path / "summary.json").read_bytes()
+            responses = self.accepted("summarize", run.path, "--responses", "-")
+            files = {}
+            for name in ("jobs.csv", "chains.csv"):
+                header, *rows = (run.path / name).read_text().splitlines()
+                blocks = {}
+                for row in rows:
+                    blocks.setdefault(tuple(row.split(",")[:2]), []).append(row)
+                files[name] = header, blocks
+            for order in (lambda key: key, lambda key: (-int(key[1]), key[0]), lambda key: key[::-1]):
+                for name, (header, blocks) in files.items():
+                    rows = [row for key in sorted(blocks, key=order) for row in blocks[key]]
+                    (run.path / name).write_text("\n".join([header, *rows]) + "\n")
+                (run.path / "summary.json").unlink()
+                file = self.folder / "responses.csv"
+                self.accepted("summarize", run.path, "--responses", file)
+                self.assertEqual((run.path / "summary.json").read_bytes(), summary)
+                self.assertEqual(file.read_text(), responses)
+                self.assertEqual(self.accepted("summarize", run.path, "--responses", "-"), responses)
+            header, blocks = files["jobs.csv"]
+            rows = [row for block in blocks.values() for row in block]
+            (run.path / "jobs.csv").write_text("\n".join([header, *rows[1:], rows[0]]) + "\n")
+            code, _, err = self.command("summarize", run.path)
+            self.assertEqual(code, 2)
+            self.assertIn(f"jobs.csv:{len(rows) + 1}: ", err)
+            self.assertIn("have ended before", err)
+
     def test_a_row_of_another_run_is_named_with_its_line(self):
         run = self.simulate("--executors", "rm-ro", *BRIEF)
         header, first, *rows = (run.path / "chains.csv").read_text().splitlines()

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "properties.hpp"
 
+#include <sstream>
+
 #include "changing_tasks.hpp"
 #include "hotpath/core/registry.hpp"
+#include "hotpath/core/trace_csv.hpp"
 #include "schedule_checks.hpp"
 #include "second_scheduler.hpp"
 
@@ -81,12 +84,60 @@ CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t s
   return result(trace, std::move(wrong));
 }
 
+std::string rows_of(const TaskSet& set, const Trace& trace) {
+  std::ostringstream rows;
+  write_jobs_csv(rows, set, trace);
+  return rows.str();
+}
+
 SimulatedThread random_thread(Random& random, unsigned cores) {
   SimulatedThread thread;
   if (coin(random)) thread.priority = number(random, 1, 99);
   thread.nice = number(random, -5, 5);
   thread.processors = static_cast<std::uint64_t>(uniform(random, 1, (1 << cores) - 1));
   return thread;
+}
+
+/// One of several executors, as drawn.
+struct DrawnExecutor {
+  const ExecutorEntry* entry;
+  SchedulerOptions scheduling;
+  std::vector<SimulatedThread> threads;
+};
+
+/// Each scheduler knows all tasks and serves its own, or knows only these.
+enum class Knows : std::uint8_t { all_tasks, its_part };
+
+Trace run_deployment(const TaskSet& set, const std::vector<DrawnExecutor>& drawn,
+                     const std::vector<std::uint32_t>& executor_of, const SimulationOptions& options,
+                     std::uint64_t seed, Knows knows) {
+  std::vector<std::unique_ptr<Scheduler>> schedulers;
+  std::vector<SimulatedExecutor> simulated;
+  for (std::uint32_t e = 0; e < drawn.size(); ++e) {
+    const auto& [entry, scheduling, threads] = drawn[e];
+    TaskSet own = set;
+    std::vector<TaskId> ids;
+    for (TaskId id = 0; id < set.size(); ++id) {
+      own.tasks[id].local = executor_of[id] == e;
+      if (own.tasks[id].local) ids.push_back(id);
+    }
+    const auto policy = entry->traits.policy;
+    if (knows == Knows::its_part) {
+      own = part_of(set, ids, policy ? most_urgent_timers(set, *policy) : std::vector<TaskId>{}).set;
+    } else {
+      ids.clear();
+    }
+    schedulers.push_back(entry->make(own, scheduling));
+    simulated.push_back({schedulers.back().get(), threads, 0, ids});
+  }
+  const UniformTimes times(set, seed);
+  PublishingWorkload workload(times);
+  Trace trace;
+  TraceRecorder recorder(trace);
+  SimulationSummary summary = simulate(set, simulated, executor_of, workload, options, &recorder);
+  trace.end = summary.end;
+  trace.published = std::move(summary.published);
+  return trace;
 }
 
 /// Callback groups spread at random over executors, whose threads run at random priorities on random cores.
@@ -102,34 +153,26 @@ CaseResult deployment_legal_and_nothing_lost(std::uint64_t seed) {
     executor_of_group.push_back(static_cast<std::uint32_t>(uniform(random, 0, parts - 1)));
   }
   for (const Task& task : set.tasks) executor_of.push_back(executor_of_group[task.group]);
-  std::vector<std::unique_ptr<Scheduler>> schedulers;
-  std::vector<SimulatedExecutor> simulated;
+  std::vector<DrawnExecutor> drawn;
   bool exclusive = true;  // whether all executors know callback groups
   for (std::uint32_t e = 0; e < parts; ++e) {
-    const ExecutorEntry& entry = executors()[static_cast<std::size_t>(
+    DrawnExecutor& executor = drawn.emplace_back();
+    executor.entry = &executors()[static_cast<std::size_t>(
         uniform(random, 0, static_cast<std::int64_t>(executors().size()) - 1))];
-    exclusive &= entry.traits.many_workers || worker_count(entry, {}) == 1;
-    TaskSet own = set;
-    for (TaskId id = 0; id < set.size(); ++id) own.tasks[id].local = executor_of[id] == e;
-    SchedulerOptions scheduling;
-    scheduling.workers = static_cast<unsigned>(uniform(random, 1, 3));
-    schedulers.push_back(entry.make(own, scheduling));
-    SimulatedExecutor executor{schedulers.back().get(), {}, 0};
-    for (std::size_t w = 0; w < executor.scheduler->workers().size(); ++w) {
+    exclusive &= executor.entry->traits.many_workers || worker_count(*executor.entry, {}) == 1;
+    executor.scheduling.workers = static_cast<unsigned>(uniform(random, 1, 3));
+    for (std::uint32_t w = 0; w < worker_count(*executor.entry, executor.scheduling); ++w) {
       executor.threads.push_back(random_thread(random, options.platform.cores));
     }
-    simulated.push_back(std::move(executor));
   }
-  const UniformTimes times(set, seed);
-  PublishingWorkload workload(times);
-  Trace trace;
-  TraceRecorder recorder(trace);
-  SimulationSummary summary = simulate(set, simulated, executor_of, workload, options, &recorder);
-  trace.end = summary.end;
-  trace.published = std::move(summary.published);
+  const Trace trace = run_deployment(set, drawn, executor_of, options, seed, Knows::all_tasks);
   std::string wrong = legal(set, trace);
   if (wrong.empty()) wrong = balanced(set, trace);
   if (wrong.empty() && exclusive) wrong = groups_exclusive(set, trace);
+  const Trace of_parts = run_deployment(set, drawn, executor_of, options, seed, Knows::its_part);
+  if (wrong.empty() && rows_of(set, trace) != rows_of(set, of_parts)) {
+    wrong = "schedulers that know their own tasks alone decide otherwise";
+  }
   return result(trace, std::move(wrong));
 }
 

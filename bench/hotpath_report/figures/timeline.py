@@ -45,7 +45,7 @@ class Window:
     def read(self, repetition: int) -> pd.DataFrame:
         """The rows of jobs.csv. Raises InputError where there are none, or too many."""
         path = self.run.folder / "jobs.csv"
-        jobs = self.run.jobs(self.executor, repetition)
+        jobs = self.run.jobs(self.executor, repetition, self.begin, self.end)
         jobs["released"] = jobs["release"].fillna(jobs["timestamp"])
         last = jobs["finish"].fillna(jobs["start"] * 0 + self.end).fillna(jobs["timestamp"])
         jobs = jobs[(jobs["timestamp"] < self.end) & (np.maximum(last, jobs["timestamp"]) >= self.begin)]

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "fuzz.hpp"
-#include "results/stored_run.hpp"
+#include "results/stored_summary.hpp"
 #include "results/summary_table.hpp"
 
 namespace {
@@ -36,13 +36,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   file.hold(data, size);
   return fuzz::read_or_refuse([&] {
     StoredRun run(folder.path(), "summarize");
-    run.load();
     SummaryOptions options = run.summary_options();
     options.bootstrap.resamples = 10;
-    const Summary summary = summarize(run.tasks(), run.runs(), options);
-    static_cast<void>(nlohmann::json(summary).dump());
     std::ostringstream out;
+    ResponsesCsv responses(out, run);
+    const Summary summary = summarize(run, options, [&](const JobRow& row) { responses.add(row); });
+    responses.finish();
+    static_cast<void>(nlohmann::json(summary).dump());
     write_table(out, summary);
-    write_responses_csv(out, run);
+    run.load();
   });
 }

@@ -30,18 +30,17 @@ std::int64_t own_level(const Task& task, Policy policy) {
 
 }  // namespace
 
-std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
+std::vector<TaskId> most_urgent_timers(const TaskSet& set, Policy policy) {
+  std::vector<TaskId> urgent(set.size(), kNoTask), timers;
   std::vector<std::int64_t> level(set.size(), kLowest);
-  std::vector<TaskId> timers;
   for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer) {
-      level[id] = own_level(set[id], policy);
-      timers.push_back(id);
-    }
+    if (set[id].kind != TaskKind::timer) continue;
+    urgent[id] = id;
+    level[id] = own_level(set[id], policy);
+    timers.push_back(id);
   }
   // Timers from the most urgent on: the first to reach a subscription gives it its level.
   std::stable_sort(timers.begin(), timers.end(), [&](TaskId a, TaskId b) { return level[a] < level[b]; });
-  std::vector<bool> reached(set.size(), false);
   std::vector<TaskId> pending;
   for (const TaskId root : timers) {
     pending.assign(1, root);
@@ -49,16 +48,24 @@ std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
       const TaskId id = pending.back();
       pending.pop_back();
       for (const TaskId next : set[id].feeds) {
-        if (reached[next]) continue;
-        reached[next] = true;
-        level[next] = level[root];
+        if (urgent[next] != kNoTask) continue;
+        urgent[next] = root;
         pending.push_back(next);
       }
     }
   }
-  if (policy == Policy::fp) {
-    for (TaskId id = 0; id < set.size(); ++id) {
-      if (set[id].kind == TaskKind::subscription && set[id].priority) level[id] = *set[id].priority;
+  return urgent;
+}
+
+std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
+  const std::vector<TaskId> urgent = most_urgent_timers(set, policy);
+  std::vector<std::int64_t> level(set.size(), kLowest);
+  for (TaskId id = 0; id < set.size(); ++id) {
+    const bool given = policy == Policy::fp && set[id].kind == TaskKind::subscription && set[id].priority;
+    if (given) {
+      level[id] = *set[id].priority;
+    } else if (urgent[id] != kNoTask) {
+      level[id] = own_level(set[urgent[id]], policy);
     }
   }
   return level;

@@ -64,12 +64,17 @@ class Simulation {
       assert(e.threads.size() == roles.size());
       Executor& executor = executors_.emplace_back();
       executor.scheduler = e.scheduler;
+      executor.tasks = e.tasks;
       executor.first = workers_.size();
       executor.other_entities = e.other_entities;
       executor.events = std::find(roles.begin(), roles.end(), WorkerRole::timer_management) != roles.end();
       for (Worker w = 0; w < roles.size(); ++w) {
         workers_.add(static_cast<std::uint32_t>(executors_.size() - 1), w, e.threads[w]);
       }
+    }
+    for (const SimulatedExecutor& e : executors) {
+      if (!e.tasks.empty()) numbers_.resize(set.size());
+      for (TaskId number = 0; number < e.tasks.size(); ++number) numbers_[e.tasks[number]] = number;
     }
     summary_.published.resize(set.size());
     arrived_.resize(set.size());
@@ -100,6 +105,7 @@ class Simulation {
 
   struct Executor {
     Scheduler* scheduler = nullptr;
+    std::span<const TaskId> tasks;
     Worker first = 0;  ///< Its first worker.
     bool events = false;
     std::uint32_t other_entities = 0;
@@ -126,6 +132,14 @@ class Simulation {
   }
 
   Executor& executor_of(Worker w) { return executors_[workers_[w].executor]; }
+
+  /// A job that its scheduler tells of, with the number that its task has in the whole set.
+  static Job of_whole_set(const Executor& executor, Job job) {
+    if (!executor.tasks.empty()) job.task = executor.tasks[job.task];
+    return job;
+  }
+  /// The task's number for the scheduler that serves it.
+  TaskId number_there(TaskId task) const { return numbers_.empty() ? task : numbers_[task]; }
 
   void wake(const Executor& executor, WorkerSet numbers) {
     while (!numbers.empty()) workers_.wake(executor.first + numbers.pop_first(), now_);
@@ -178,7 +192,7 @@ class Simulation {
     worker.woken = false;
     const Turn turn = take_turn(*executor.scheduler, worker.number, now_);
     worker.has_job = turn.decision.job.has_value();
-    if (worker.has_job) worker.job = *turn.decision.job;
+    if (worker.has_job) worker.job = of_whole_set(executor, *turn.decision.job);
     worker.wake_at = turn.decision.wake_at;
     worker.to_wake = turn.decision.wake;
     if (executor.events) count_backlog(worker, turn.released);
@@ -262,7 +276,9 @@ class Simulation {
   void done(Worker w) {
     again(w);
     const Executor& executor = executor_of(w);
-    wake(executor, executor.scheduler->finished(workers_[w].number, workers_[w].job, now_).wake);
+    Job job = workers_[w].job;
+    job.task = number_there(job.task);
+    wake(executor, executor.scheduler->finished(workers_[w].number, job, now_).wake);
   }
 
   void publish(const Job& job, std::span<const TaskId> reached) {
@@ -279,12 +295,13 @@ class Simulation {
 
   void arrive(const Sample& sample) {
     Executor& executor = executors_[executor_of_[sample.subscription]];
-    const Arrival arrival = executor.scheduler->sample_arrived(sample.subscription, sample.info, now_);
+    const Arrival arrival =
+        executor.scheduler->sample_arrived(number_there(sample.subscription), sample.info, now_);
     if (arrival.overwritten) {
       workload_.overwritten(sample.subscription, arrival.overwritten->sequence);
       if (sink_) {
         JobRecord r;
-        r.job = *arrival.overwritten;
+        r.job = of_whole_set(executor, *arrival.overwritten);
         r.outcome = Outcome::overwritten;
         sink_->ended(r);
       }
@@ -359,11 +376,15 @@ class Simulation {
         queued(worker.job, Outcome::queued);  // decided, but not started
       }
     }
-    for (const Executor& executor : executors_) executor.scheduler->unfinished(now_, queued);
+    for (const Executor& executor : executors_) {
+      executor.scheduler->unfinished(
+          now_, [&](const Job& job, Outcome outcome) { queued(of_whole_set(executor, job), outcome); });
+    }
   }
 
   const TaskSet& set_;
   const std::vector<std::uint32_t>& executor_of_;  // by task
+  std::vector<TaskId> numbers_;                    // by task: its number for its scheduler; empty: the same
   Workload& workload_;
   const Platform platform_;
   const Duration start_;

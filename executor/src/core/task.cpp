@@ -2,8 +2,36 @@
 #include "hotpath/core/task.hpp"
 
 #include <cassert>
+#include <unordered_map>
+#include <utility>
 
 namespace hotpath {
+
+TaskPart part_of(const TaskSet& whole, const std::vector<TaskId>& ids, const std::vector<TaskId>& urgent) {
+  TaskPart part{{{}, {}}, ids};
+  std::unordered_map<std::uint32_t, std::uint32_t> groups;
+  std::unordered_map<TaskId, TaskId> numbers;  // of timers
+  const auto add = [&](TaskId id) {
+    Task& task = part.set.tasks.emplace_back(whole[id]);
+    const auto [group, added] =
+        groups.emplace(task.group, static_cast<std::uint32_t>(part.set.groups.size()));
+    if (added) part.set.groups.push_back(whole.groups[task.group]);
+    task.group = group->second;
+    task.feeds.clear();
+    if (task.kind == TaskKind::timer) numbers.emplace(id, part.set.size() - 1);
+  };
+  for (const TaskId id : ids) add(id);
+  for (TaskId number = 0; number < ids.size() && !urgent.empty(); ++number) {
+    const TaskId timer = urgent[ids[number]];
+    if (timer == kNoTask || part.set[number].kind == TaskKind::timer) continue;
+    if (!numbers.contains(timer)) {
+      add(timer);
+      part.set.tasks.back().local = false;
+    }
+    part.set.tasks[numbers[timer]].feeds.push_back(number);
+  }
+  return part;
+}
 
 TaskId join(TaskSet& set, const JoiningTask& joining) {
   const TaskId id = set.size();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <optional>
 #include <ostream>
 #include <string_view>
 #include <unordered_map>
@@ -247,14 +248,14 @@ void check_instants(const CsvReader& in, Outcome outcome) {
           "was the file edited?");
 }
 
-/// Rows of skipped timestamps follow the job whose call skipped them.
-void add_skipped(const RowIn& row, Trace& trace) {
-  if (trace.jobs.empty() || trace.jobs.back().job.task != row.r.job.task ||
-      row.r.job.sequence != trace.jobs.back().job.sequence + trace.jobs.back().job.skipped + 1) {
+/// Rows of skipped timestamps follow the job whose call skipped them: `last` of their repetition, if any.
+void add_skipped(const RowIn& row, JobRecord* last) {
+  if (last == nullptr || last->job.task != row.r.job.task ||
+      row.r.job.sequence != last->job.sequence + last->job.skipped + 1) {
     row.in.fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence",
                 "keep the order of the rows");
   }
-  Job& job = trace.jobs.back().job;
+  Job& job = last->job;
   ++job.skipped;
   // Its timestamp is not kept: it follows from the job's.
   const Duration period = row.tasks.period(job.task), after = row.r.job.timestamp - job.timestamp;
@@ -297,7 +298,7 @@ std::vector<Trace> read_jobs(std::istream& stream, const TaskNames& tasks, const
   read_rows(stream, tasks, file_name, [&](const RowIn& row) {
     Trace& trace = trace_for(row, traces);
     if (row.r.outcome == Outcome::skipped) {
-      add_skipped(row, trace);
+      add_skipped(row, trace.jobs.empty() ? nullptr : &trace.jobs.back());
     } else {
       trace.jobs.push_back(row.r);
     }
@@ -333,6 +334,27 @@ void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_
   });
 }
 
+void for_each_record(std::istream& in, const TaskSet& set, const std::string& file_name,
+                     const std::function<void(const JobRow&)>& use) {
+  std::string executor;
+  std::uint32_t repetition = 0;
+  std::optional<JobRecord> last;  // complete with the next row that is not `skipped`
+  std::size_t line = 0;
+  const auto use_last = [&] {
+    if (last) use({executor, repetition, *last, line});
+  };
+  read_rows(in, TaskNames(set), file_name, [&](const RowIn& row) {
+    const bool same = last && row.repetition == repetition && row.executor == executor;
+    if (row.r.outcome == Outcome::skipped) return add_skipped(row, same ? &*last : nullptr);
+    use_last();
+    if (!same) executor = row.executor;
+    repetition = row.repetition;
+    last = row.r;
+    line = row.in.line();
+  });
+  use_last();
+}
+
 JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name) {
   JobsCsv jobs;
   jobs.traces = read_jobs(in, TaskNames(jobs.set, jobs.set), file_name);
@@ -340,13 +362,13 @@ JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name) {
   return jobs;
 }
 
-std::vector<ChainRow> read_chains_csv(std::istream& stream, const std::string& file_name) {
+void for_each_chain(std::istream& stream, const std::string& file_name,
+                    const std::function<void(const ChainRow&)>& use) {
   CsvReader in(stream, file_name);
   in.require_header(kChainsCsvHeader);
   std::unordered_map<std::string, std::uint32_t> chains;
-  std::vector<ChainRow> rows;
+  ChainRow row;
   while (in.next()) {
-    ChainRow& row = rows.emplace_back();
     row.line = in.line();
     row.executor = in.text(0);
     row.repetition = in.number<std::uint32_t>(1);
@@ -354,8 +376,14 @@ std::vector<ChainRow> read_chains_csv(std::istream& stream, const std::string& f
     row.record.chain = chains.emplace(row.chain, static_cast<std::uint32_t>(chains.size())).first->second;
     row.record.sequence = in.number<std::uint64_t>(3);
     row.record.hot_path_latency = in.nanoseconds(4);
-    if (!in.text(5).empty()) row.record.end_to_end_latency = in.nanoseconds(5);
+    row.record.end_to_end_latency = in.text(5).empty() ? ChainRecord{}.end_to_end_latency : in.nanoseconds(5);
+    use(row);
   }
+}
+
+std::vector<ChainRow> read_chains_csv(std::istream& in, const std::string& file_name) {
+  std::vector<ChainRow> rows;
+  for_each_chain(in, file_name, [&](const ChainRow& row) { rows.push_back(row); });
   return rows;
 }
 

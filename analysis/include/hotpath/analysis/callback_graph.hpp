@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/analysis/analysis_error.hpp"
@@ -76,7 +77,8 @@ class GraphTopology {
   std::vector<TaskId> order_, timers_;
   std::vector<std::size_t> join_;
   std::vector<std::int64_t> join_work_;
-  mutable std::map<TaskId, std::vector<std::int64_t>> least_;  ///< Filled when asked for.
+  /// By root: the tasks that it leads to, which ascend, each with its time. Filled when asked for.
+  mutable std::map<TaskId, std::vector<std::pair<TaskId, std::int64_t>>> least_;
 };
 
 }  // namespace hotpath

@@ -51,7 +51,7 @@ class GraphBusyWindow : public PathBounds {
   struct Counting;
   struct DeadlineStep;
 
-  const BusyLevel& level(std::int64_t rank) const;
+  std::shared_ptr<const BusyLevel> level(std::int64_t rank) const;
   std::int64_t largest_rank(TaskId root, TaskId to) const;
   std::int64_t job_work(TaskId id) const;
   std::int64_t releases_work(std::int64_t t) const;
@@ -81,7 +81,8 @@ class GraphBusyWindow : public PathBounds {
   std::map<std::int64_t, std::int64_t> release_work_;  ///< By period: of a release of each of its timers.
   const std::unique_ptr<Counting> counting_;
   // Filled when asked for.
-  mutable std::map<std::int64_t, std::unique_ptr<BusyLevel>> levels_;
+  mutable std::map<std::int64_t, std::shared_ptr<const BusyLevel>> levels_;
+  mutable std::size_t known_nodes_ = 0;  ///< Of all `levels_`, which are forgotten before they are too many.
   mutable std::map<TaskId, std::optional<std::vector<DeadlineStep>>> steps_;
   mutable std::map<std::tuple<TaskId, TaskId, bool>, std::optional<std::int64_t>> known_;
   /// By rank, target, whether it works, and blocker: the start of the first job, where it is that of every

@@ -79,4 +79,8 @@ class PriorityOrder {
 /// the timers upstream along `Task::feeds`. A subscription that no timer reaches gets the largest value.
 std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy);
 
+/// By task: the timer from which a subscription inherits its level, kNoTask where there is none. A timer has
+/// itself.
+std::vector<TaskId> most_urgent_timers(const TaskSet& set, Policy policy);
+
 }  // namespace hotpath

@@ -50,9 +50,10 @@ SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& w
 
 /// One of several executors of a simulation.
 struct SimulatedExecutor {
-  Scheduler* scheduler = nullptr;        ///< Made for the whole task set, of which its tasks are local.
+  Scheduler* scheduler = nullptr;  ///< Made for the whole task set, of which its tasks are local, or a part.
   std::vector<SimulatedThread> threads;  ///< By worker.
   std::uint32_t other_entities = 0;      ///< In its waits, beside its tasks; see Platform.
+  std::vector<TaskId> tasks = {};        ///< Of a scheduler for a TaskPart: its tasks.
 };
 
 /// The same with several executors on one machine, of which `executor_of` says, by task, which one serves it.

@@ -59,6 +59,19 @@ struct TaskSet {
   [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
 };
 
+/// Some tasks of a set as a set of its own, for a scheduler that serves no others: of many such schedulers
+/// each needs memory for its own tasks alone.
+struct TaskPart {
+  TaskSet set;
+  std::vector<TaskId> tasks;  ///< By number in `set`: the number in the whole set.
+};
+
+/// The part of `whole` with the tasks `ids`, which ascend. `urgent` is empty, or says by task of `whole`
+/// which timer's priority it inherits: timers that are not in the part come behind all others, not local, and
+/// have no number in TaskPart::tasks.
+[[nodiscard]] TaskPart part_of(const TaskSet& whole, const std::vector<TaskId>& ids,
+                               const std::vector<TaskId>& urgent = {});
+
 /// A task that joins a set.
 struct JoiningTask {
   Task task;                   ///< Its `group` may be one past the last of the set, which makes a new group

@@ -38,6 +38,10 @@ struct JobRow {
 void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_name,
                   const std::function<void(const JobRow&)>& use);
 
+/// The same job by job, as a Trace has them: rows `skipped` are counted in their job.
+void for_each_record(std::istream& in, const TaskSet& set, const std::string& file_name,
+                     const std::function<void(const JobRow&)>& use);
+
 /// A jobs.csv with the tasks that it tells of, in order of appearance.
 struct JobsCsv {
   /// Names and kinds; of timers also the period, as two timestamps of one run tell it (0 where there is only
@@ -56,7 +60,9 @@ struct ChainRow {
   std::size_t line = 0;  ///< In the file; counts from 1.
   ChainRecord record;    ///< `chain` counts the names in order of appearance; `dropped` is not in this file.
 };
-/// All rows in the file's order. Throws InputError.
+/// All rows in the file's order; the second in memory that does not grow with the file. Throw InputError.
 [[nodiscard]] std::vector<ChainRow> read_chains_csv(std::istream& in, const std::string& file_name);
+void for_each_chain(std::istream& in, const std::string& file_name,
+                    const std::function<void(const ChainRow&)>& use);
 
 }  // namespace hotpath

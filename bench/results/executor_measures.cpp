@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/executor_measures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+
+#include "hotpath/core/registry.hpp"
+
+namespace hotpath {
+namespace {
+
+constexpr std::array kInterval = {0.5, 0.99, 0.999, 1.0};
+
+LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOptions& options) {
+  const auto estimates = estimate_quantiles(samples, kInterval, options);
+  return {quantiles(samples.pooled()), estimates[0].interval, estimates[1].interval, estimates[2].interval,
+          estimates[3].interval};
+}
+
+void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vector<double>& periods_ms) {
+  std::ranges::sort(starts);
+  for (std::size_t k = 1; k < starts.size(); ++k) {
+    periods_ms.push_back(to_ms(starts[k].second - starts[k - 1].second));
+  }
+}
+
+/// What an executor is compared with: `default`, on a stack of its own (`rm-ro@rclcpp`) that of the stack.
+std::string baseline_of(const std::string& executor) {
+  const std::size_t stack = std::min(executor.find('@'), executor.size());
+  return std::string(kBaselineExecutor) + executor.substr(stack);
+}
+
+/// Frees the samples.
+Quantiles quantiles_of(std::deque<double>& samples) {
+  const std::deque<double> taken = std::exchange(samples, {});
+  return quantiles({taken.begin(), taken.end()});
+}
+
+}  // namespace
+
+AuthorsResponses::AuthorsResponses(const TaskSet& set, Time epoch, Time counted_from)
+    : set_(set), epoch_(epoch), counted_from_(counted_from), released_(set.size()), executed_(set.size()) {}
+
+void AuthorsResponses::add(const JobRecord& r) {
+  const auto since_epoch = [&](Time t) { return Time{} + (t - epoch_); };
+  const TaskId id = r.job.task;
+  if (started(r) || r.outcome == Outcome::queued) {
+    const Time next_call = since_epoch(r.job.timestamp) + (1 + r.job.skipped) * set_[id].period;
+    released_[id].push_back({since_epoch(r.job.release), next_call});
+  }
+  if (counts(r, counted_from_)) executed_[id].push_back({since_epoch(r.start), since_epoch(r.finish)});
+}
+
+void AuthorsResponses::append_to(std::vector<std::deque<double>>& responses_ms) {
+  for (TaskId id = 0; id < set_.size(); ++id) {
+    std::vector<Release>& released = released_[id];
+    std::ranges::stable_sort(released, {}, &Release::release);
+    for (const auto& [start, finish] : executed_[id]) {
+      if (finish < start) continue;
+      const auto later = std::ranges::upper_bound(released, start, {}, &Release::release);
+      const Time next_call = later == released.begin() ? kNever : std::prev(later)->next_call;
+      responses_ms[id].push_back(to_ms(finish - (next_call - set_[id].period)));
+    }
+  }
+}
+
+ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, const SummaryOptions& options)
+    : set_(set),
+      options_(options),
+      timers_only_(timers_only(set)),
+      responses_(set.size()),
+      authors_(timers_only_ ? set.size() : 0),
+      latencies_(options.chains.size()) {
+  summary_.executor = std::move(executor);
+  summary_.chains.resize(options.chains.size());
+  for (const Task& task : set.tasks) {
+    TaskSummary& t = summary_.tasks.emplace_back();
+    t.task = task.name;
+    t.kind = task.kind;
+    t.period = task.period;
+    t.deadline = task.deadline;
+  }
+  for (const TaskId id : options.cyclic_timers) periods_[id];
+}
+
+void ExecutorMeasures::begin(Time epoch, Time end) {
+  const Time counted_from = epoch + options_.warm_up;
+  current_.emplace(Current{counted_from, end, {}, std::nullopt});
+  if (timers_only_) current_->authors.emplace(set_, epoch, counted_from);
+}
+
+void ExecutorMeasures::add(const JobRecord& r) {
+  const TaskId id = r.job.task;
+  const Time counted_from = current_->counted_from;
+  TaskSummary& task = summary_.tasks[id];
+  task.longest_wait = std::max(task.longest_wait, wait_of(r, counted_from, current_->end));
+  if (set_[id].kind == TaskKind::timer) task.after_warm_up.add(set_[id], r, counted_from);
+  if (current_->authors) current_->authors->add(r);
+  if (!counts(r, counted_from)) return;
+  responses_[id].push_back(to_ms(response_time(r)));
+  if (periods_.contains(id)) current_->starts[id].emplace_back(r.job.sequence, r.start);
+}
+
+void ExecutorMeasures::end(std::uint32_t place, std::uint32_t repetition, const ProcessUsage& usage,
+                           std::uint64_t lost_records, const std::vector<TaskAccount>& accounts) {
+  for (auto& [id, of_task] : current_->starts) append_periods(std::move(of_task), periods_[id]);
+  if (current_->authors) current_->authors->append_to(authors_);
+  current_.reset();
+  Ended& ended = ended_[place] = {usage, lost_records, {}};
+  for (const TaskAccount& a : accounts) {
+    auto& sum = summary_.tasks[a.task].account.count;
+    std::ranges::transform(sum, a.count, sum.begin(), std::plus());
+    if (a.balanced()) continue;
+    ended.unbalanced.push_back({repetition, set_[a.task].name, a.accounted(), a.expected});
+  }
+}
+
+void ExecutorMeasures::add(std::uint32_t place, const ChainRecord& r) {
+  Latencies& latencies = latencies_[r.chain][place];
+  latencies.hot_path.push_back(to_ms(r.hot_path_latency));
+  if (r.end_to_end_latency.count() >= 0) latencies.end_to_end.push_back(to_ms(r.end_to_end_latency));
+  summary_.chains[r.chain].drops += r.dropped;
+}
+
+ChainSummary ExecutorMeasures::finish_chain(std::size_t chain, std::vector<RepeatedSamples>& hot_paths) {
+  std::vector<std::vector<double>> hot, end_to_end;  // by repetition
+  for (auto& [place, latencies] : latencies_[chain]) {
+    hot.push_back(std::move(latencies.hot_path));
+    end_to_end.push_back(std::move(latencies.end_to_end));
+  }
+  ChainSummary summary = std::move(summary_.chains[chain]);
+  summary.chain = options_.chains[chain];
+  hot_paths.emplace_back(std::move(hot));
+  summary.hot_path = latency_summary(hot_paths.back(), options_.bootstrap);
+  summary.end_to_end = latency_summary(RepeatedSamples(std::move(end_to_end)), options_.bootstrap);
+  return summary;
+}
+
+ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths) && {
+  summary_.repetitions = ended_.size();
+  for (TaskId id = 0; id < set_.size(); ++id) {
+    TaskSummary& task = summary_.tasks[id];
+    task.response_ms = quantiles_of(responses_[id]);
+    if (timers_only_) task.response_authors_ms = quantiles_of(authors_[id]);
+    if (const auto periods = periods_.find(id); periods != periods_.end()) {
+      task.period_ms = quantiles(std::move(periods->second));
+    }
+    summary_.executed += task.account[Outcome::ran];
+    summary_.skipped += task.account[Outcome::skipped];
+    summary_.overwritten += task.account[Outcome::overwritten];
+    summary_.after_warm_up += task.after_warm_up;
+  }
+  for (auto& [place, ended] : ended_) {
+    summary_.usage += ended.usage;
+    summary_.lost_records += ended.lost_records;
+    std::ranges::move(ended.unbalanced, std::back_inserter(summary_.unbalanced));
+  }
+  if (summary_.executed > 0 && summary_.usage.wall > Duration{}) {  // a simulation uses no CPU time
+    summary_.cpu_per_callback_us =
+        static_cast<double>(summary_.usage.cpu_time.count()) / 1e3 / static_cast<double>(summary_.executed);
+  }
+  for (std::size_t c = 0; c < options_.chains.size(); ++c) summary_.chains[c] = finish_chain(c, hot_paths);
+  return std::move(summary_);
+}
+
+void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths) {
+  for (std::size_t e = 0; e < summary.executors.size(); ++e) {
+    const std::string name = baseline_of(summary.executors[e].executor);
+    const auto base = std::ranges::find(summary.executors, name, &ExecutorSummary::executor);
+    if (base == summary.executors.end()) continue;
+    const auto baseline = static_cast<std::size_t>(base - summary.executors.begin());
+    for (std::size_t c = 0; c < hot_paths[e].size(); ++c) {
+      const RepeatedSamples& own = hot_paths[e][c];
+      const RepeatedSamples& of_baseline = hot_paths[baseline][c];
+      ChainSummary& chain = summary.executors[e].chains[c];
+      if (e == baseline) {
+        chain.median_to_default = chain.max_to_default = Estimate{1.0, std::nullopt};
+        chain.median_minus_default = Estimate{0.0, std::nullopt};
+        continue;
+      }
+      chain.median_to_default = ratio_of_quantiles(own, of_baseline, 0.5, summary.bootstrap);
+      chain.max_to_default = ratio_of_quantiles(own, of_baseline, 1.0, summary.bootstrap);
+      chain.median_minus_default = difference_of_quantiles(own, of_baseline, 0.5, summary.bootstrap);
+    }
+  }
+}
+
+}  // namespace hotpath

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "results/summary.hpp"
+
+namespace hotpath {
+
+/// The response times of timers as the paper's authors measure them, of one repetition. It needs 32 bytes for
+/// each job: a timer's next call at the start of a job follows from jobs that come later.
+class AuthorsResponses {
+ public:
+  AuthorsResponses(const TaskSet& set, Time epoch, Time counted_from);
+  void add(const JobRecord& job);
+  /// Adds those of the jobs that count to `responses_ms`, by task.
+  void append_to(std::vector<std::deque<double>>& responses_ms);
+
+ private:
+  struct Release {
+    Time release, next_call;
+  };
+  struct Executed {
+    Time start, finish;
+  };
+  const TaskSet& set_;
+  const Time epoch_, counted_from_;
+  std::vector<std::vector<Release>> released_;   // by task
+  std::vector<std::vector<Executed>> executed_;  // by task
+};
+
+/// Gathers what the summary of one executor tells, job by job, in 8 bytes for each job that counts. A measure
+/// that needs the jobs one at a time takes them in add(const JobRecord&).
+class ExecutorMeasures {
+ public:
+  /// The arguments must outlive it.
+  ExecutorMeasures(std::string executor, const TaskSet& set, const SummaryOptions& options);
+
+  const std::string& executor() const { return summary_.executor; }
+
+  /// A repetition begins, whose jobs follow.
+  void begin(Time epoch, Time end);
+  void add(const JobRecord& job);
+  /// It is over. `place` says where it stands among the repetitions, and what add() calls it.
+  void end(std::uint32_t place, std::uint32_t repetition, const ProcessUsage& usage,
+           std::uint64_t lost_records, const std::vector<TaskAccount>& accounts);
+  /// An output of a chain.
+  void add(std::uint32_t place, const ChainRecord& output);
+
+  /// Without comparisons; `hot_paths` gets the latencies of each chain.
+  ExecutorSummary finish(std::vector<RepeatedSamples>& hot_paths) &&;
+
+ private:
+  struct Current {
+    Time counted_from, end;
+    std::map<TaskId, std::vector<std::pair<std::uint64_t, Time>>> starts;  // of cyclic timers, by sequence
+    std::optional<AuthorsResponses> authors;
+  };
+  struct Ended {
+    ProcessUsage usage;
+    std::uint64_t lost_records = 0;
+    std::vector<Imbalance> unbalanced;
+  };
+  /// Latencies of one repetition, in milliseconds.
+  struct Latencies {
+    std::vector<double> hot_path, end_to_end;
+  };
+
+  ChainSummary finish_chain(std::size_t chain, std::vector<RepeatedSamples>& hot_paths);
+
+  const TaskSet& set_;
+  const SummaryOptions& options_;
+  ExecutorSummary summary_;
+  const bool timers_only_;
+  std::optional<Current> current_;
+  std::vector<std::deque<double>> responses_, authors_;        // ms, by task
+  std::map<TaskId, std::vector<double>> periods_;              // ms
+  std::map<std::uint32_t, Ended> ended_;                       // by place
+  std::vector<std::map<std::uint32_t, Latencies>> latencies_;  // by chain, then by place
+};
+
+/// `hot_paths`: by executor and chain, as finish() gives them.
+void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths);
+
+}  // namespace hotpath

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/stored_summary.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "program/text.hpp"
+#include "results/executor_measures.hpp"
+#include "results/run_facts.hpp"
+
+namespace hotpath {
+
+using nlohmann::json;
+
+namespace {
+
+/// Of an executor, by its place in run.json.
+using RepetitionKey = std::pair<std::size_t, std::uint32_t>;
+
+/// What counts of a repetition: nothing where it was replaced.
+enum class Counts : std::uint8_t { all, nothing };
+
+class StoredSummary {
+ public:
+  StoredSummary(const StoredRun& run, const SummaryOptions& options) : run_(run), options_(options) {
+    tells_speed_ = run.check([&] { return tells_processor_speed(run.facts()); });
+    for (const std::string& executor : run.executors()) {
+      speeds_.push_back({executor, {}});
+      measures_.emplace_back(executor, run.tasks(), options_);
+    }
+  }
+
+  void add(const JobRow& row) {
+    if (!facts_ || row.repetition != current_.second || row.executor != executor().executor()) begin(row);
+    if (repetitions_.at(current_) == Counts::nothing) return;
+    auto& count = accounts_[row.record.job.task].count;
+    ++count[static_cast<std::size_t>(row.record.outcome)];
+    count[static_cast<std::size_t>(Outcome::skipped)] += row.record.job.skipped;
+    executor().add(row.record);
+    if (watch_) watch_->add(row.record);
+  }
+
+  void end_repetition() {
+    if (!facts_) return;
+    const json* const facts = std::exchange(facts_, nullptr);
+    if (repetitions_.at(current_) == Counts::nothing) return;
+    run_.check([&] {
+      for (TaskAccount& a : accounts_) {
+        a.expected = facts->at("expected").at(run_.tasks()[a.task].name).get<std::uint64_t>();
+      }
+      executor().end(current_.second, current_.second, usage_, facts->at("lost_records").get<std::uint64_t>(),
+                     accounts_);
+    });
+    Repetition& speed = speeds_[current_.first].repetitions.emplace_back();
+    speed.trace.repetition = current_.second;
+    if (watch_) speed.speed = std::move(*watch_).finish();
+    watch_.reset();
+  }
+
+  void read_chains() {
+    std::ifstream in = run_.open("chains.csv");
+    const std::string file = (run_.folder() / "chains.csv").string();
+    std::set<std::pair<RepetitionKey, std::uint32_t>> seen;
+    for_each_chain(in, file, [&](const ChainRow& row) {
+      const auto refuse = [&](const std::string& what) {
+        throw InputError(file, static_cast<std::int64_t>(row.line), what, "the files are not of one run");
+      };
+      const RepetitionKey key = {place_of(row.executor), row.repetition};
+      const auto repetition = repetitions_.find(key);
+      if (repetition == repetitions_.end()) {
+        refuse("jobs.csv has no such repetition of `" + row.executor + "`");
+      }
+      const auto chain = std::ranges::find(run_.chains(), row.chain);
+      if (chain == run_.chains().end()) refuse("run.json names no chain `" + row.chain + "`");
+      if (repetition->second == Counts::nothing) return;
+      ChainRecord record = row.record;
+      record.chain = static_cast<std::uint32_t>(chain - run_.chains().begin());
+      // Only their sum is kept: it goes to the first output.
+      if (seen.emplace(key, record.chain).second) record.dropped = drops(row);
+      measures_[key.first].add(row.repetition, record);
+    });
+  }
+
+  Summary finish() && {
+    Summary summary{options_.warm_up, options_.bootstrap, {}};
+    std::vector<std::vector<RepeatedSamples>> hot_paths;  // by executor and chain
+    for (ExecutorMeasures& m : measures_) {
+      summary.executors.push_back(std::move(m).finish(hot_paths.emplace_back()));
+    }
+    compare_with_baseline(summary, hot_paths);
+    for (ExecutorRuns& of : speeds_) {
+      std::ranges::sort(of.repetitions, {}, [](const Repetition& r) { return r.trace.repetition; });
+    }
+    std::vector<SpeedJudgement> judged = judge_speed(speeds_);
+    for (std::size_t e = 0; e < judged.size(); ++e) summary.executors[e].speed = std::move(judged[e]);
+    return summary;
+  }
+
+ private:
+  ExecutorMeasures& executor() { return measures_[current_.first]; }
+
+  std::size_t place_of(std::string_view executor) const {
+    const auto& all = run_.executors();
+    return static_cast<std::size_t>(std::ranges::find(all, executor) - all.begin());
+  }
+
+  void begin(const JobRow& row) {
+    end_repetition();
+    current_ = {place_of(row.executor), row.repetition};
+    const std::string name(row.executor);
+    facts_ = &run_.run(name, row.repetition);
+    if (current_.first == measures_.size()) run_.fail("its run.json does not name the executor " + name);
+    repetitions_.emplace(current_, run_.replaced(name, row.repetition) ? Counts::nothing : Counts::all);
+    if (repetitions_.at(current_) == Counts::nothing) return;
+    run_.check([&] { facts_->at("usage").get_to(usage_); });
+    accounts_.assign(run_.tasks().size(), {});
+    for (TaskId id = 0; id < accounts_.size(); ++id) accounts_[id].task = id;
+    // jobs.csv does not say the end. An interrupted live run was shorter than planned; simulations take no
+    // time.
+    executor().begin(Time{}, Time{} + run_.length_of(usage_));
+    if (tells_speed_) watch_.emplace(run_.tasks(), Time{}, run_.warm_up());
+  }
+
+  std::uint32_t drops(const ChainRow& row) const {
+    return run_.check([&] {
+      return run_.run(row.executor, row.repetition).at("hot_path_drops").at(row.chain).get<std::uint32_t>();
+    });
+  }
+
+  const StoredRun& run_;
+  const SummaryOptions& options_;
+  std::vector<ExecutorMeasures> measures_;
+  std::map<RepetitionKey, Counts> repetitions_;
+  RepetitionKey current_;
+  const json* facts_ = nullptr;  // of the current repetition
+  ProcessUsage usage_;           // of the same
+  std::vector<TaskAccount> accounts_;
+  bool tells_speed_ = false;
+  std::optional<SpeedWatch> watch_;   // of the same
+  std::vector<ExecutorRuns> speeds_;  // without traces
+};
+
+}  // namespace
+
+void for_each_record(const StoredRun& run, const std::function<void(const JobRow&)>& use) {
+  std::ifstream in = run.open("jobs.csv");
+  const std::string file = (run.folder() / "jobs.csv").string();
+  std::set<std::pair<std::string, std::uint32_t>> seen;
+  std::string executor;
+  std::uint32_t repetition = 0;
+  for_each_record(in, run.tasks(), file, [&](const JobRow& row) {
+    if (seen.empty() || row.repetition != repetition || row.executor != executor) {
+      executor = row.executor;
+      repetition = row.repetition;
+      if (!seen.emplace(executor, repetition).second) {
+        throw InputError(file, static_cast<std::int64_t>(row.line),
+                         concat("rows of ", executor, ", repetition ", repetition, ", have ended before"),
+                         "keep the rows of a repetition together");
+      }
+    }
+    use(row);
+  });
+}
+
+Summary summarize(const StoredRun& run, const SummaryOptions& options,
+                  const std::function<void(const JobRow&)>& also) {
+  StoredSummary summary(run, options);
+  for_each_record(run, [&](const JobRow& row) {
+    summary.add(row);
+    also(row);
+  });
+  summary.end_repetition();
+  summary.read_chains();
+  return std::move(summary).finish();
+}
+
+ResponsesCsv::ResponsesCsv(std::ostream& out, const StoredRun& run) : out_(out), run_(run) {
+  run.check([&] {
+    for (const json& r : run.facts().at("runs")) {
+      OfRepetition& of = repetitions_.emplace_back();
+      r.at("executor").get_to(of.executor);
+      r.at("repetition").get_to(of.repetition);
+      of.replaced = r.contains("replaced_by");
+      of.seen = of.replaced || !r.at("failure").get<std::string>().empty();  // nothing of it is written
+    }
+  });
+  std::ranges::sort(repetitions_, {}, [&](const OfRepetition& of) {
+    return std::pair(std::ranges::find(run.executors(), of.executor), of.repetition);
+  });
+  out_ << "executor,repetition,task,response_ns\n";
+}
+
+void ResponsesCsv::add(const JobRow& row) {
+  const auto is_of_row = [&](const OfRepetition& of) {
+    return of.repetition == row.repetition && of.executor == row.executor;
+  };
+  if (current_ == repetitions_.size() || !is_of_row(repetitions_[current_])) {
+    current_ = static_cast<std::size_t>(std::ranges::find_if(repetitions_, is_of_row) - repetitions_.begin());
+    if (current_ == repetitions_.size()) {
+      static_cast<void>(run_.run(std::string(row.executor), row.repetition));  // says that it did not run
+    }
+    for (; next_ != current_ && next_ < repetitions_.size() && repetitions_[next_].seen; ++next_) {
+      write_waiting(repetitions_[next_]);
+    }
+  }
+  OfRepetition& of = repetitions_[current_];
+  of.seen = true;
+  if (of.replaced || !counts(row.record, Time{} + run_.warm_up())) return;
+  const Response response{row.record.job.task, response_time(row.record).count()};
+  current_ == next_ ? write(of, response) : of.waiting.push_back(response);
+}
+
+void ResponsesCsv::finish() {
+  for (OfRepetition& of : repetitions_) write_waiting(of);
+}
+
+void ResponsesCsv::write(const OfRepetition& of, const Response& response) {
+  write_row(out_, of.executor, of.repetition, run_.tasks()[response.task].name, response.ns);
+}
+
+void ResponsesCsv::write_waiting(OfRepetition& of) {
+  for (const Response& response : of.waiting) write(of, response);
+  of.waiting = {};
+}
+
+}  // namespace hotpath

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Memory that a command may have: each limit lies well above what is needed, and below what structures of the size of the
+run, or quadratic in the graph, would need."""
+
+import json
+import pathlib
+import resource
+import unittest
+
+from hotpath_command import HOTPATH, CommandTest
+
+MB = 1 << 20
+# A chain of three nodes and 1000 jobs of each a second, as short as rows can be.
+CHAIN = """name: chain
+nodes:
+  - {name: S, type: sensor, period_ms: 1}
+  - {name: T, type: transform, input: S}
+  - {name: C, type: command, input: T}
+chains:
+  - {name: path, nodes: [S, T, C], sources: [S], sink: C}
+"""
+SECONDS = 200  # 600,000 jobs
+
+
+def lines_of_five(nodes):
+    """A graph of so many nodes in lines of five, each behind a timer."""
+    text = ["name: lines", "nodes:"]
+    for n in range(nodes):
+        what = f"transform, input: N{n - 1}" if n % 5 else f"sensor, period_ms: {100 * (1 + n % 7)}"
+        text.append(f"- {{name: N{n}, type: {what}, execution_time_ms: 0.02}}")
+    line = ", ".join(f"N{n}" for n in range(5))
+    text.append(f"chains: [{{name: path, nodes: [{line}], sources: [N0], sink: N4}}]")
+    return "\n".join(text) + "\n"
+
+
+class Memory(CommandTest):
+    def setUp(self):
+        if b"__asan_init" in pathlib.Path(HOTPATH).read_bytes():
+            self.skipTest("what a sanitizer reserves counts as memory")
+        super().setUp()
+        self.environment |= {"OPENBLAS_NUM_THREADS": "1", "HOTPATH_FIGURES": "none"}
+
+    def limited(self, megabytes, *arguments):
+        """(exit code, standard error) of a command and what it starts, each with so much memory to write to."""
+        limit = megabytes * MB
+        code, _, err = self.command(
+            *arguments, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+        )
+        return code, err
+
+    def assert_enough(self, megabytes, *arguments):
+        self.assertEqual(self.limited(megabytes, *arguments)[0], 0, f"{megabytes} MB for {arguments[0]}")
+
+    def graph(self, text):
+        path = self.folder / "graph.yaml"
+        path.write_text(text)
+        return path
+
+    def long_run(self):
+        path = self.folder / "run"
+        self.accepted(
+            *("simulate", "--graph", self.graph(CHAIN), "--executors", "rm-ro", "--duration", SECONDS),
+            *("--warm-up", 0, "--output", path),
+        )
+        return path
+
+    def test_a_stored_run_is_read_row_by_row(self):
+        run = self.long_run()
+        summary = (run / "summary.json").read_bytes()
+        (run / "summary.json").unlink()
+        self.assert_enough(60, "summarize", run, "--responses", self.folder / "responses.csv")
+        self.assertEqual((run / "summary.json").read_bytes(), summary)
+        perfetto, rows = self.folder / "part.json", self.folder / "part.csv"
+        part = ("--from", 1000, "--to", 1100)
+        self.assert_enough(30, "timeline", run, *part, "--csv", rows)
+        with open(rows) as file:
+            self.assertIn(sum(1 for _ in file), range(290, 320))
+        self.assert_enough(180, "timeline", run, *part, "--perfetto", perfetto)
+        slices = [e for e in json.loads(perfetto.read_text())["traceEvents"] if e["ph"] == "X"]
+        self.assertIn(len(slices), range(290, 320))
+        self.refuses_what_would_not_fit(run)
+
+    def refuses_what_would_not_fit(self, run):
+        for arguments in (
+            ("validate", run, "--output", self.folder / "validation"),
+            ("timeline", run, "--perfetto", self.folder / "whole.json"),
+            ("export", "ctf", run, "--output", self.folder / "trace"),
+        ):
+            code, err = self.limited(80, *arguments)
+            self.assertEqual(code, 2, err)
+            self.assertIn("GB of memory, and there are 0.084", err)
+            self.assertEqual(err.count("\n"), 1, err)
+
+    def test_advice_grows_with_nodes_and_not_with_their_square(self):
+        graph = self.graph(lines_of_five(1500))
+        asked = ("advise", graph, "--cores", 4, "--draws", 1, "--warm-up", 0, "--threads", 1, "--output", self.folder)
+        self.assert_enough(400, *asked, "--duration", 1)
+        for megabytes, arguments, says in (
+            (400, (*asked, "--duration", 100000), "--duration 1e+05: the traces would take about"),
+            (80, ("analyze", graph), "its bounds would take about"),
+        ):
+            code, err = self.limited(megabytes, *arguments)
+            self.assertEqual(code, 2, err)
+            self.assertIn(says, err)
+
+
+if __name__ == "__main__":
+    unittest.main()
