@@ -62,8 +62,8 @@ def read_json(path: Path, made_by: str = "hotpath") -> Any:
 def read_table(
     path: Path, columns: Sequence[str] = (), optional: Sequence[str] = (), rows: io.StringIO | None = None
 ) -> pd.DataFrame:
-    """A CSV file, compressed where its name says so, or `rows` of it. It must have all `columns`, with a value in each row, and the
-    `optional` ones; of both, those whose names end in _ns are numbers. Raises InputError."""
+    """A CSV file, compressed where its name says so, or `rows` of it. It must have all `columns`, with a value in each
+    row, and the `optional` ones; of both, those whose names end in _ns are numbers. Raises InputError."""
     named = [*columns, *optional]
     kinds: Any = dict.fromkeys(NAMES, str) | {name: float for name in named if name.endswith("_ns")}
     try:

@@ -34,10 +34,10 @@ FILES = {
     ("summarize", "--responses"): ["summarize", "RUN"],
     ("analyze", "--csv"): ["analyze", "timers_only_60", "--executors", "rm-ro"],
     ("timeline", "--csv"): ["timeline", "RUN"],
+    ("timeline", "--perfetto"): ["timeline", "RUN"],
 }
 # They start Python as well, and pass through the same function there.
 FILES_OF_PYTHON = {
-    ("timeline", "--perfetto"): ["timeline", "RUN"],
     ("timeline", "--svg"): ["timeline", "RUN"],
     ("compare-results", "--csv"): ["compare-results", "RUN", "RUN"],
     ("compare-results", "--junit"): ["compare-results", "RUN", "RUN", "--gate"],
