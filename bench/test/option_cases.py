@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an option does, for tests that are about every option: a command's results with it and without it."""
+
+import dataclasses
+import json
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+from hotpath_command import HOTPATH, TIME_LIMIT_S
+
+TESTS = pathlib.Path(__file__).parent
+NOT_ITS_RESULT = {"command"}  # of run.json: how it was called
+
+
+@dataclasses.dataclass(frozen=True)
+class Changes:
+    """Words that make another result. `given`: words that are there with and without the option."""
+
+    words: dict
+    given: dict = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass(frozen=True)
+class Refused:
+    """Words that are refused, because the option would be ignored; the message names `says`."""
+
+    words: dict
+    says: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Same:
+    """Words that must change nothing, for this reason. `recorded`: but run.json remembers them."""
+
+    words: dict
+    reason: str
+    recorded: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Elsewhere:
+    """Another test program is about this option, or nothing can show it, for this reason."""
+
+    reason: str
+    program: str = ""
+
+
+def options_of(help_text):
+    """The names of the options that a help text lists; of several for one option the first."""
+    return re.findall(r"^  (--[a-z0-9-]+)", help_text, re.MULTILINE)
+
+
+def words_of(arguments):
+    """A command line. A key without dashes stands for a word without a name; True: a flag; None: nothing."""
+    words = []
+    for option, value in arguments.items():
+        if value is None:
+            continue
+        words += [option] if option.startswith("-") else []
+        words += [] if value is True else [str(value)]
+    return words
+
+
+class OptionTest(unittest.TestCase):
+    """Runs commands, each in a new folder, and remembers their results."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory(prefix="hotpath_options_")
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder, cls.known = pathlib.Path(folder.name), {}
+        cls.environment = dict(os.environ, HOTPATH_FIGURES="none")
+
+    @classmethod
+    def run_in(cls, folder, words):
+        return subprocess.run(
+            [HOTPATH, *map(str, words)],
+            cwd=folder,
+            env=cls.environment,
+            capture_output=True,
+            text=True,
+            timeout=TIME_LIMIT_S,
+            check=False,
+        )
+
+    def facts_of(self, run):
+        """What of run.json follows from the options."""
+        return {key: value for key, value in run.items() if key not in NOT_ITS_RESULT}
+
+    def outcome(self, command, arguments):
+        """(exit code, what it printed and wrote, the run.json of that by path, standard error)"""
+        words = tuple(map(str, [*command.split(), *words_of(arguments)]))
+        if words not in self.known:
+            folder = pathlib.Path(tempfile.mkdtemp(prefix="result_", dir=self.folder))
+            done = self.run_in(folder, words)
+            files = {str(f.relative_to(folder)): f for f in sorted(folder.rglob("*")) if f.is_file()}
+            runs = {name for name in files if name.endswith("run.json")}
+            facts = {name: self.facts_of(json.loads(files[name].read_text())) for name in runs}
+            results = {name: files[name].read_bytes() for name in files.keys() - runs}
+            self.known[words] = (done.returncode, results | {"": done.stdout}, facts, done.stderr)
+        return self.known[words]
+
+    def help_of(self, command):
+        return self.run_in(self.folder, [*command.split(), "--help"]).stdout
+
+    def check_command(self, command, base, cases):
+        """Every option that the command has counts."""
+        options = options_of(self.help_of(command))
+        self.assertEqual(sorted(set(options) - cases.keys()), [], f"{command}: say here what they do")
+        self.assertEqual(sorted(cases.keys() - set(options)), [], f"{command} has no such options")
+        for option in options:
+            with self.subTest(command=command, option=option):
+                self.check_option(command, base, option, cases[option])
+
+    def check_option(self, command, base, option, case):
+        if isinstance(case, Elsewhere):
+            if case.program:
+                self.assertIn(f'"{option}"', (TESTS / case.program).read_text())
+            return
+        self.assertIn(option, case.words)
+        if isinstance(case, Refused):
+            code, _, _, err = self.outcome(command, base | case.words)
+            self.assertEqual(code, 2, err)
+            self.assertIn(case.says, err)
+            return
+        given = base | (case.given if isinstance(case, Changes) else {})
+        without, with_it = self.outcome(command, given), self.outcome(command, given | case.words)
+        self.assertEqual(without[0], 0, without[3])
+        if isinstance(case, Same):
+            self.assertEqual(with_it[:2], without[:2], case.reason)
+            self.assertEqual(with_it[2] != without[2], case.recorded, "run.json")
+            return
+        self.assertIn(with_it[0], (0, 2), with_it[3])
+        self.assertTrue(self.differs(without, with_it), f"{option} is ignored")
+        if without[2]:
+            self.assertNotEqual(with_it[2], without[2], f"run.json does not remember {option}")
+
+    def differs(self, without, with_it):
+        """Whether the results differ; what run.json remembers is none."""
+        return with_it[:2] != without[:2]

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every option of `run` and `compare` counts: run.json or jobs.csv tell a run with it from one without. Measurements
+differ anyhow, so that only what follows from the options is compared."""
+
+import csv
+import unittest
+
+from option_cases import TESTS, Changes, Elsewhere, OptionTest, Refused, options_of
+
+PHASES = TESTS.parents[1] / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
+# What two runs with the same options do not have in common.
+MEASURED = {"bounds", "calibration", "command", "date", "machine", "warnings"}
+OF_A_RUN = ("executor", "repetition", "first_timestamps_ms", "live", "thread_policies")
+BASE = {"--executor": "rm-ro", "--load": 1, "--transport": "intra_process", "--duration": 0.1, "--warm-up": 0, "--output": "out"}  # fmt: skip
+DDS = {"--transport": "fastdds"}
+RUN = {
+    "--executor": Changes({"--executor": "default"}),
+    "--deployments": Changes({"--deployments": "isolated"}, {"--executor": None}),
+    "--graph": Changes({"--graph": "sequences"}),
+    "--load": Changes({"--load": 2}),
+    "--rate": Changes({"--rate": 110}),
+    "--copies": Changes({"--copies": 2}),
+    "--work": Changes({"--work": "wall"}),
+    "--phases": Changes({"--phases": "synchronous"}),
+    "--phases-file": Changes({"--phases-file": PHASES}),
+    "--phase-step": Changes({"--phase-step": 3}),
+    "--rule": Changes({"--rule": "first"}),
+    "--entity-order": Changes({"--entity-order": "reverse"}, {"--executor": "default"}),
+    "--ties": Changes({"--ties": "fifo"}),
+    "--quick": Changes({"--quick": True, "--duration": None, "--warm-up": None}),
+    "--duration": Changes({"--duration": 0.2}),
+    "--warm-up": Changes({"--warm-up": 0.1}),
+    "--repetitions": Changes({"--repetitions": 2}),
+    "--seed": Changes({"--seed": 2}, {"--phases": "random"}),
+    "--repeat-disturbed": Elsewhere("it takes a slow processor", "slow_processor_test.py"),
+    "--time-out": Elsewhere("only what hangs shows it", "process_faults_test.py"),
+    "--stack": Elsewhere("it takes ROS 2", "faults_test.py"),
+    "--ros2-runner": Refused({"--ros2-runner": "x"}, "--stack"),
+    "--transport": Changes(DDS),
+    "--processes": Changes({"--processes": 2}, DDS),
+    "--network": Changes({"--network": "shared_memory"}, DDS),
+    "--all-interfaces": Changes({"--all-interfaces": True}, DDS),
+    "--domain": Changes({"--domain": 7}, DDS),
+    "--cpus": Changes({"--cpus": 0}),
+    "--executor-policy": Changes({"--executor-policy": "other"}),
+    "--timer-policy": Changes({"--timer-policy": "other"}),
+    "--lock-memory": Changes({"--lock-memory": True}),
+    "--cpu-time": Changes({"--cpu-time": True}),
+    "--live": Changes({"--live": True}),
+    "--live-alternate": Changes({"--live-alternate": True}, {"--repetitions": 2}),
+    "--live-cpus": Changes({"--live-cpus": 0}, {"--live": True}),
+    "--output": Changes({"--output": "elsewhere"}),
+}
+COMPARE = {
+    "--executors": Changes({"--executors": "default,rm-ro"}),
+    "--deployments": Changes({"--deployments": "isolated"}),
+    "--against": Elsewhere("it takes another build", "sweep_test.py"),
+    "--junit": Elsewhere("it is of --against", "sweep_test.py"),
+    "--markdown": Elsewhere("it is of --against", "sweep_test.py"),
+}
+
+
+class EveryLiveOptionCounts(OptionTest):
+    def facts_of(self, run):
+        runs = [{key: r[key] for key in OF_A_RUN if key in r} for r in run["runs"]]
+        return {key: value for key, value in run.items() if key not in MEASURED} | {"runs": runs}
+
+    def outcome(self, command, arguments):
+        code, results, facts, err = super().outcome(command, arguments)
+        timed = {
+            name: self.has_cpu_times(text) for name, text in results.items() if name.endswith("jobs.csv")
+        }
+        return code, dict.fromkeys(results.keys() - {""}) | timed, facts, err
+
+    @staticmethod
+    def has_cpu_times(jobs):
+        return any(row["cpu_ns"] for row in csv.DictReader(jobs.decode().splitlines()))
+
+    def differs(self, without, with_it):
+        """Also in what run.json says of the run."""
+        return with_it[:3] != without[:3]
+
+    def test_run(self):
+        code, results, facts, err = self.outcome("run", BASE)
+        self.assertEqual(code, 0, err)
+        again = self.outcome("run", {**BASE, "--seed": 1})
+        self.assertEqual((again[0], again[1], again[2]), (code, results, facts), "the same options again")
+        self.check_command("run", BASE, RUN)
+        timed = self.outcome("run", BASE | {"--phases": "synchronous", "--cpu-time": True})
+        self.assertTrue(timed[1]["out/jobs.csv"])
+
+    def test_compare_has_the_options_of_run_and_its_own(self):
+        of_run, of_compare = ({o for o in options_of(self.help_of(c))} for c in ("run", "compare"))
+        self.assertEqual(
+            of_compare ^ of_run, {"--executor", "--executors", "--against", "--junit", "--markdown"}
+        )
+        base = {**BASE, "--executor": None, "--executors": "default", "--repetitions": 1}
+        for option, case in COMPARE.items():
+            with self.subTest(option=option):
+                self.check_option("compare", base, option, case)
+
+
+if __name__ == "__main__":
+    unittest.main()
