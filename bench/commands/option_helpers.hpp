@@ -127,6 +127,7 @@ CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<
                       const std::string& kind, const std::string& help,
                       const CLI::Validator& each = CLI::Validator("")) {
   const auto check = [each](std::string& list) {
+    if (list.empty()) return not_empty()(list);
     for (std::string item : list_items(list)) {
       if (item.empty()) return "`" + list + "` has an empty item; separate items by one comma";
       if (std::string refusal = each(item); !refusal.empty()) return refusal;

@@ -32,6 +32,7 @@ RUN = {
     "--warm-up": Changes({"--warm-up": 0.1}),
     "--repetitions": Changes({"--repetitions": 2}),
     "--seed": Changes({"--seed": 2}, {"--phases": "random"}),
+    "--repeat-disturbed": Elsewhere("it takes a slow processor", "slow_processor_test.py"),
     "--time-out": Elsewhere("only what hangs shows it", "process_faults_test.py"),
     "--stack": Elsewhere("it takes ROS 2", "faults_test.py"),
     "--ros2-runner": Refused({"--ros2-runner": "x"}, "--stack"),
