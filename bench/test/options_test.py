@@ -133,6 +133,7 @@ CASES = {
             "--to": Changes({"--to": 300}),
             "--svg": Elsewhere("a chart takes seconds", "simulate_test.py"),
             "--perfetto": Changes({"--perfetto": "other.json"}),
+            "--csv": Changes({"--csv": "rows.csv", "--perfetto": None}),
         },
     ),
     "replay": (
@@ -144,7 +145,11 @@ CASES = {
     ),
     "validate": (
         {"RUN": "{run}", "--output": "out"},
-        {"--reference": Refused({"--reference": "nowhere"}, "nowhere"), "--output": ELSEWHERE},
+        {
+            "--reference": Refused({"--reference": "nowhere"}, "nowhere"),
+            "--all": Changes({"--all": True}),
+            "--output": ELSEWHERE,
+        },
     ),
     "list executors": ({}, {"--json": Changes({"--json": True})}),
     "list graphs": ({}, {}),
