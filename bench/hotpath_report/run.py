@@ -183,6 +183,8 @@ class Run:
 
     def command(self) -> str:
         """A command line that repeats the run, or its simulation where it was recorded."""
+        if "command" in self.facts:
+            return shlex.join(["hotpath", *self["command"]])
         words = [
             "hotpath",
             "simulate" if self.simulated or self.recorded else "compare",

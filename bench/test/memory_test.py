@@ -93,10 +93,11 @@ class Memory(CommandTest):
 
     def test_advice_grows_with_nodes_and_not_with_their_square(self):
         graph = self.graph(lines_of_five(1500))
-        asked = ("advise", graph, "--cores", 4, "--draws", 1, "--warm-up", 0, "--threads", 1, "--output", self.folder)
-        self.assert_enough(400, *asked, "--duration", 1)
+        asked = ("advise", graph, "--cores", 4, "--draws", 1, "--warm-up", 0, "--threads", 1)
+        output = ("--output", self.folder / "advice")
+        self.assert_enough(400, *asked, "--duration", 1, *output)
         for megabytes, arguments, says in (
-            (400, (*asked, "--duration", 100000), "--duration 1e+05: the traces would take about"),
+            (400, (*asked, "--duration", 100000, "--output", self.folder / "long"), "--duration 1e+05: the traces would take about"),
             (80, ("analyze", graph), "its bounds would take about"),
         ):
             code, err = self.limited(megabytes, *arguments)

@@ -31,8 +31,8 @@ DEEP = 200_000
 
 # By file below the folder of inputs: the commands that read it. `{f}` is that file, `{d}` its folder.
 READERS = {
-    "run/run.json": ["summarize {d}", "check {d}", "recover {d}", "export ctf {d} --output ctf", "validate {d} --output v"],
-    "run/jobs.csv": ["summarize {d}", "check {d}", "export ctf {d} --output ctf"],
+    "run/run.json": ["summarize {d}", "check {d}", "recover {d}", "export ctf {d} --output exported", "validate {d} --output v"],
+    "run/jobs.csv": ["summarize {d}", "check {d}", "export ctf {d} --output exported"],
     "run/chains.csv": ["summarize {d}"],
     "graph.yaml": ["graph {f}", "simulate --graph {f} --duration 1 --output r", "analyze {f}", "advise {f} --draws 1 --duration 1 --output a"],
     "times.csv": ["graph {d}/callbacks.yaml"],

@@ -29,6 +29,7 @@ RESPONSES_HEADER = "executor,repetition,task,response_ns\n"
 
 def run_json(**changes):
     facts = {
+        "command": ["simulate"],
         "graph": {"name": "tiny"},
         "transport": "intra_process",
         "load_percent": 80,
