@@ -40,8 +40,8 @@ std::string output_folder(const CommonOptions& options, const Graph& graph) {
 
 Graph graph_to_run(const CommonOptions& options) {
   if (options.phase_step_ms && options.phases != Phases::creation) {
-    throw UsageError(concat("--phase-step is of --phases creation, and these are ", to_string(options.phases),
-                            "; leave one of the two out"));
+    throw UsageError(concat("--phase-step applies to --phases creation alone, not to ",
+                            to_string(options.phases), "; leave one of the two out"));
   }
   Graph graph = load_graph(find_graph(options.graph));
   if (options.work) graph.work = *options.work;
