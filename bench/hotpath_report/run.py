@@ -119,8 +119,8 @@ class Run:
         """Raises InputError where the run kept no jobs."""
         path = self.folder / "jobs.csv"
         if not path.exists():
-            remedy = f"a run with --no-trace keeps no jobs; repeat it without: {self.command()}"
-            raise InputError(f"{path}: No such file or directory; {remedy}")
+            why = "the run kept no jobs (--no-trace), or the file was removed"
+            raise InputError(f"{path}: {why}; repeat it: {self.command(without='--no-trace')}")
         return path
 
     def jobs(self, executor: str, repetition: int, begin: float, end: float) -> pd.DataFrame:
@@ -181,10 +181,10 @@ class Run:
         ]
         return pd.DataFrame(rows, columns=["executor", "task", *COUNTS, "deadline_ms", "bound_ms"])
 
-    def command(self) -> str:
-        """A command line that repeats the run, or its simulation where it was recorded."""
+    def command(self, without: str = "") -> str:
+        """A command line that repeats the run, or its simulation where it was recorded; `without` that option."""
         if "command" in self.facts:
-            return shlex.join(["hotpath", *self["command"]])
+            return shlex.join(["hotpath", *(word for word in self["command"] if word != without)])
         words = [
             "hotpath",
             "simulate" if self.simulated or self.recorded else "compare",

@@ -77,12 +77,7 @@ def losses(folder: Path) -> dict[Key, dict[int, float]]:
         return found
     for part in parts_of(folder) or [folder]:
         run = Run(part)
-        if not (part / "jobs.csv").exists():
-            raise InputError(
-                f"{part}: this run kept no jobs (--no-trace), from which the gate counts losses; repeat it without"
-                f" --no-trace: {run.command()}"
-            )
-        jobs = run.counted(read_table(part / "jobs.csv", ["executor", "repetition", "outcome"]))
+        jobs = run.counted(read_table(run.jobs_file(), ["executor", "repetition", "outcome"]))
         lost = jobs["outcome"].isin(["skipped", "overwritten"])
         for (executor, r), count in lost.groupby([jobs["executor"], jobs["repetition"]]).sum().items():
             key = ("lost", run["graph.name"], run.source, f"{run['load_percent']:g} %", str(executor), "")

@@ -320,7 +320,7 @@ class TimersOnly(FigureTest):
     def test_missing_jobs(self):
         run = self.write_run("empty", {})
         (run / "jobs.csv").unlink()
-        self.assert_refused(self.call("timers-only", run), "jobs.csv", "No such file")
+        self.assert_refused(self.call("timers-only", run), "jobs.csv", "kept no jobs")
 
     def test_more_graphs_than_colours(self):
         runs = [self.write_run(f"g{k}", {"rm-ro": [timer("IMU", [1] * 50)]}) for k in range(6)]
