@@ -93,7 +93,8 @@ def conditions(run: Any) -> str:
 
 def hot_path_conditions(root: Path) -> str:
     """How results/hot_path was measured."""
-    return "Measured with `launch_scripts/hot_path.sh` " + conditions(load(root, "hot_path/run.json"))
+    run = load(root, "hot_path/run.json")
+    return f"Measured with `launch_scripts/hot_path.sh --repetitions {run['repetitions']}` {conditions(run)}"
 
 
 def deployments(root: Path) -> str:
