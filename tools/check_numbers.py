@@ -93,8 +93,7 @@ def conditions(run: Any) -> str:
 
 def hot_path_conditions(root: Path) -> str:
     """How results/hot_path was measured."""
-    run = load(root, "hot_path/run.json")
-    return f"Measured with `launch_scripts/hot_path.sh --repetitions {run['repetitions']}` {conditions(run)}"
+    return "Measured with `launch_scripts/hot_path.sh` " + conditions(load(root, "hot_path/run.json"))
 
 
 def deployments(root: Path) -> str:

@@ -108,7 +108,7 @@ def create_file(path: Path) -> int:
 
 def take_over_permissions(descriptor: int, replaced: Path) -> None:
     """Gives a new file the owner and the permissions of the one that it will replace, if any."""
-    with contextlib.suppress(OSError):  # none, or an owner to whom nothing can be given
+    with contextlib.suppress(OSError):  # none, or an owner that cannot be set
         old = os.lstat(replaced)
         if stat.S_ISREG(old.st_mode):
             os.fchown(descriptor, old.st_uid, old.st_gid)
