@@ -18,9 +18,9 @@ struct ProgramEnd {
   std::string errors;
 };
 
-/// Runs a program (found along PATH) with its arguments to its end; its other streams are ours, except what
-/// it prints where `silent`. One that is stopped is told to go on; it is killed with this process. Throws
-/// RunError when it cannot be started.
+/// Runs a program (found along PATH) with its arguments to its end. It inherits our other streams; with
+/// `silent`, its standard output is discarded. A stopped program gets SIGCONT, and the program is killed when
+/// this process ends. Throws RunError when it cannot be started.
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
 
 /// Goes on in a child, which is killed with this process. This process only waits: it ends with the child's
