@@ -25,6 +25,7 @@ elif [ "${1:-}" = test ]; then
   packages+=(
     libgtest-dev libgmock-dev libbenchmark-dev clang clang-format libclang-rt-14-dev black flake8 mypy chromium
     colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
+    libbenchmark-tools
   )
 fi
 
