@@ -7,6 +7,7 @@ With --check the pages stay as they are; the tool reports blocks that disagree w
 sentences of results/paper/claims.json and facts.json that the published pages lack.
 """
 
+import csv
 import json
 import re
 import sys
@@ -28,6 +29,9 @@ def render(root: Path) -> dict[str, str]:
     def text(name: str) -> str:
         return (root / "results" / name).read_text(encoding="utf-8")
 
+    def rows(name: str) -> list[dict[str, str]]:
+        return list(csv.DictReader(text(name).splitlines()))
+
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         undefined=jinja2.StrictUndefined,
@@ -36,7 +40,7 @@ def render(root: Path) -> dict[str, str]:
         finalize=lambda value: f"{value:,}" if isinstance(value, int) else value,
     )
     template = environment.get_template("numbers.md.j2")
-    page = template.render(text=text, json=lambda name: json.loads(text(name)))
+    page = template.render(text=text, rows=rows, json=lambda name: json.loads(text(name)))
     return {match[2]: match[3] for match in BLOCK.finditer(page)}
 
 
