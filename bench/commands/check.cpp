@@ -25,10 +25,9 @@ void check(const CheckOptions& options) {
 
 void add_check_command(CLI::App& app) {
   auto [command, o] =
-      add_command<CheckOptions>(app, "check", "Check that the jobs of a stored run are a legal schedule",
+      add_command<CheckOptions>(app, "check", "Check that the jobs of a stored run form a valid schedule",
                                 "hotpath check runs/first", check);
-  command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`, with its jobs.csv")
-      ->required();
+  command.add_option("RUN", o.run, concat(kRunHelp, " with jobs.csv"))->type_name("FOLDER")->required();
 }
 
 }  // namespace hotpath

@@ -61,15 +61,15 @@ TextTable hiccups(const MachineNoise& noise) {
 
 void add_machine_command(CLI::App& app) {
   auto [machine, o] = add_command<MachineArguments>(
-      app, "machine", "Say what this machine is like, and what it does to a measurement",
+      app, "machine", "Report this machine's configuration and how it disturbs measurements",
       "hotpath machine --duration 10 --output machine.json", [](const MachineArguments& arguments) {
         const Machine m = read_machine(from_ms(arguments.seconds * 1000));
         std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
         for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
         if (!arguments.output.empty()) write_output_file(arguments.output, "--output", nlohmann::json(m));
       });
-  add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to watch all cores for hiccups");
-  add_output_file(machine, "--output", o.output, "Store it as JSON, too");
+  add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores");
+  add_output_file(machine, "--output", o.output, "Also write the report as JSON");
 }
 
 }  // namespace hotpath
