@@ -21,8 +21,7 @@ struct ReplayedTrace {
   Time end{};
   std::vector<JobRecord> jobs;        ///< Jobs that ran, by finish, and overwritten samples, by publication.
   std::vector<ReplayedChain> chains;  ///< By finish of the sink's job.
-  std::vector<std::vector<Time>>
-      published;  ///< For each task: the publication times of its samples, in order.
+  std::vector<std::vector<Time>> published;  ///< By task: publication times of its samples, in order.
 };
 
 /// When a record became known.
