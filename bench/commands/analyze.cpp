@@ -97,7 +97,8 @@ class Analysis {
     graph_ = std::move(system.graph);
   }
 
-  /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst case.
+  /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
+  /// case.
   bool simulated() const {
     return trace_ && trace_->facts().value("kind", "") == "simulated" &&
            !trace_->facts().value("execution_times", "").starts_with("replay:");

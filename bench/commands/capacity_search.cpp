@@ -148,8 +148,8 @@ class CapacitySearch {
     return summary;
   }
 
-  /// The largest level at which the bounds meet the deadlines and the required latency. Sample losses are
-  /// not considered: no method bounds them.
+  /// The largest level at which the bounds meet the deadlines and the required latency. Sample
+  /// losses are not considered: no method bounds them.
   std::optional<Capacity> analyse(const std::string& name) const {
     bool any = false;
     const auto failure = [&](double level) {

@@ -26,8 +26,9 @@ struct CapacityOptions : SimulateOptions {
   std::vector<std::string> run_words;  ///< Arguments of `run` besides level, duration and output.
 };
 
-/// Searches for the largest level of each executor and deployment, prints the results as a table and writes
-/// them, with every tried level, into the output folder. Throws UsageError for too many levels.
+/// Searches for the largest level of each executor and deployment, prints the results as a table
+/// and writes them, with every tried level, into the output folder. Throws UsageError for too many
+/// levels.
 void search_capacities(const CapacityOptions& options);
 
 }  // namespace hotpath

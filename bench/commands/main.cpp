@@ -32,8 +32,9 @@ constexpr const char* kOutOfMemory =
 
 std::atomic<bool> out_of_memory = false;
 
-/// An allocation may fail before main() begins, outside its handlers, or in a noexcept function of the
-/// standard library, which terminates without an active exception (std::filesystem::directory_iterator).
+/// An allocation may fail before main() begins, outside its handlers, or in a noexcept function of
+/// the standard library, which terminates without an active exception
+/// (std::filesystem::directory_iterator).
 [[gnu::constructor(101)]] void report_out_of_memory() {
   std::set_new_handler([] {
     out_of_memory = true;
@@ -63,8 +64,8 @@ bool is_wrong_use(const std::exception& error) {
          dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
 }
 
-/// The stack limit is also the default stack size of threads; a library call that overflows it crashes
-/// without a message.
+/// The stack limit is also the default stack size of threads; a library call that overflows it
+/// crashes without a message.
 bool stack_suffices() {
   constexpr rlim_t kLeast_KiB = 256;
   rlimit limit{};
@@ -74,8 +75,8 @@ bool stack_suffices() {
   return false;
 }
 
-/// The next opened file would get the number of a closed standard stream, and a result file would receive
-/// our table or messages.
+/// The next opened file would get the number of a closed standard stream, and a result file would
+/// receive our table or messages.
 void occupy_standard_streams() {
   int opened = 0;
   do {

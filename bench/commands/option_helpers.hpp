@@ -19,7 +19,8 @@
 
 namespace hotpath {
 
-/// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the command.
+/// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
+/// command.
 template <class Options, class Run>
 std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& name,
                                            const std::string& description, const std::string& example,
@@ -59,8 +60,8 @@ CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& val
 /// Rejects an empty text, which commands treat like a missing option.
 CLI::Validator not_empty();
 
-/// An option with a value that is not a number. `kind` names the value in the help. The initial text of
-/// `value` is its default.
+/// An option with a value that is not a number. `kind` names the value in the help. The initial
+/// text of `value` is its default.
 template <class Value>
 CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
                       const std::string& help) {
@@ -95,8 +96,8 @@ std::optional<Number> number_of(const std::string& text) {
   return parsed.ec == std::errc{} && parsed.ptr == end ? std::optional(number) : std::nullopt;
 }
 
-/// Why `text` is not a number within limits; empty for a valid number. Rewrites a whole number, because
-/// CLI11 would read 010 as 8.
+/// Why `text` is not a number within limits; empty for a valid number. Rewrites a whole number,
+/// because CLI11 would read 010 as 8.
 template <class Number>
 std::string refused_number(std::string& text, Limits limits) {
   constexpr bool whole = std::is_integral_v<Number>;
@@ -123,8 +124,8 @@ CLI::Option* add_number(CLI::App& command, const std::string& option, Value& val
   return added->transform(CLI::Validator(check, ""));
 }
 
-/// A comma-separated list of texts or numbers without empty items. The option may be given several times.
-/// `each` validates an item.
+/// A comma-separated list of texts or numbers without empty items. The option may be given several
+/// times. `each` validates an item.
 template <class Item>
 CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<Item>& items,
                       const std::string& kind, const std::string& help,
@@ -156,7 +157,8 @@ CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<
       ->default_str(joined(items, ","));
 }
 
-/// Rejects `option` together with any of `others`, which it would contradict or which would be ignored.
+/// Rejects `option` together with any of `others`, which it would contradict or which would be
+/// ignored.
 void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others);
 
 /// Option groups in the help.
@@ -180,8 +182,8 @@ void add_scaling_options(CLI::App& command, CommonOptions& options);
 [[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,
                                                      const std::vector<std::string>& without);
 
-/// Adds --graph, --load, --work, the phases, --rule, --entity-order and --ties; `options` must outlive the
-/// parse.
+/// Adds --graph, --load, --work, the phases, --rule, --entity-order and --ties; `options` must
+/// outlive the parse.
 void add_graph_options(CLI::App& command, CommonOptions& options);
 void add_entity_order_option(CLI::App& command, CommonOptions& options);
 
@@ -198,11 +200,12 @@ CLI::Option* add_threads_option(CLI::App& command, unsigned& threads);
 void add_output_option(CLI::App& command, CommonOptions& options,
                        const std::string& default_folder = "runs/DATE-GRAPH");
 
-/// Adds `option`, a list of executors, and --deployments. executors_of() resolves `paper` and `all`.
+/// Adds `option`, a list of executors, and --deployments. executors_of() resolves `paper` and
+/// `all`.
 void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& options);
 void add_deployments_option(CLI::App& command, CommonOptions& options);
-/// The executors to run: the paper's seven for `paper` or without any executor or deployment, the whole
-/// registry for `all`.
+/// The executors to run: the paper's seven for `paper` or without any executor or deployment, the
+/// whole registry for `all`.
 [[nodiscard]] std::vector<std::string> executors_of(const CommonOptions& options);
 
 }  // namespace hotpath

@@ -107,8 +107,8 @@ struct CompareArguments {
   std::string against, junit, markdown;
 };
 
-/// Alternates between two builds, each repetition in its own process and folder, then runs the gate.
-/// `words`: the options of both.
+/// Alternates between two builds, each repetition in its own process and folder, then runs the
+/// gate. `words`: the options of both.
 void compare_builds(const CompareArguments& a, const std::vector<std::string>& words) {
   const std::filesystem::path folder =
       a.options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-against" : a.options.output;

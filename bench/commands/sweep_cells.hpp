@@ -13,8 +13,8 @@ namespace hotpath {
 /// The cells of a sweep. Each cell is one call of the sweep's command and yields rows of the table.
 class SweepCells {
  public:
-  /// Run folders are kept below `output`. Throws InputError, with its line, for an option that the command
-  /// rejects.
+  /// Run folders are kept below `output`. Throws InputError, with its line, for an option that the
+  /// command rejects.
   SweepCells(SweepDesign design, std::filesystem::path output);
 
   const SweepDesign& design() const { return design_; }
@@ -22,16 +22,16 @@ class SweepCells {
 
   /// The table's header.
   [[nodiscard]] std::string header() const;
-  /// The rows of one cell. A cell that overloads the system or fails has one row with the reason. Throws
-  /// UsageError if the command rejects its options, RunError after Ctrl-C.
+  /// The rows of one cell. A cell that overloads the system or fails has one row with the reason.
+  /// Throws UsageError if the command rejects its options, RunError after Ctrl-C.
   [[nodiscard]] std::string rows_of(std::uint64_t cell) const;
 
  private:
   void check_cell(const std::vector<SweepOption>& at, int line) const;
   /// The arguments of the command for a cell with these coordinates.
   std::vector<std::string> words_of(const std::vector<SweepOption>& at, std::uint64_t cell) const;
-  /// The cell's coordinates, which begin each of its rows, without executor or deployment: they have a
-  /// column of their own.
+  /// The cell's coordinates, which begin each of its rows, without executor or deployment: they
+  /// have a column of their own.
   std::string place_of(std::uint64_t cell) const;
   std::string failed(std::uint64_t cell, const std::string& place, const std::string& why) const;
   std::filesystem::path folder_of(std::uint64_t cell) const;

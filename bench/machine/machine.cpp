@@ -40,7 +40,8 @@ std::string turbo() {
   return "unknown";
 }
 
-/// SCHED_FIFO and SCHED_RR threads of other processes, except kernel threads, which have no command line.
+/// SCHED_FIFO and SCHED_RR threads of other processes, except kernel threads, which have no command
+/// line.
 std::vector<std::string> other_real_time_threads() {
   namespace fs = std::filesystem;
   std::vector<std::string> threads;

@@ -10,8 +10,8 @@
 
 namespace hotpath {
 
-/// Interruptions of a thread on one core that only reads the clock, by the kernel, other threads or the
-/// hypervisor.
+/// Interruptions of a thread on one core that only reads the clock, by the kernel, other threads or
+/// the hypervisor.
 struct Hiccups {
   int cpu = 0;
   Duration p99{}, p999{}, max{};  ///< Of the gaps between two readings; within 1 % (LatencyHistogram).
@@ -48,8 +48,9 @@ class HiccupHistogram {
   Duration total_{}, lost_{};
 };
 
-/// Keeps all allowed cores busy for `length` at the same time (after rigtorp's hiccups), and joins its
-/// threads. Throws the exceptions of pin_to_cpus(), and std::system_error if no thread can be created.
+/// Keeps all allowed cores busy for `length` at the same time (after rigtorp's hiccups), and joins
+/// its threads. Throws the exceptions of pin_to_cpus(), and std::system_error if no thread can be
+/// created.
 MachineNoise measure_noise(Duration length);
 
 /// Sentences about noise that affects results.

@@ -20,8 +20,8 @@ long number_in(const std::string& path, long otherwise);
 /// The ids of all processes, as in /proc. Any process may have ended meanwhile.
 std::vector<std::string> processes();
 
-/// Time that the hypervisor has taken from these CPUs since boot, from all CPUs if the list is empty. The
-/// resolution is the kernel's clock tick (10 ms). Zero if the kernel does not count it.
+/// Time that the hypervisor has taken from these CPUs since boot, from all CPUs if the list is
+/// empty. The resolution is the kernel's clock tick (10 ms). Zero if the kernel does not count it.
 Duration stolen_time(const std::vector<int>& cpus);
 /// The same from the text of /proc/stat.
 Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus);

@@ -15,10 +15,10 @@
 
 namespace hotpath {
 
-/// Records the files of /dev/shm that a process maps or has open, and removes them after the process was
-/// killed: Fast DDS's segments and lock files outlive a killed process. A file created just before the kill
-/// cannot be recorded, so all of this user's files with Fast DDS's names that appeared since the watch began
-/// count as recorded.
+/// Records the files of /dev/shm that a process maps or has open, and removes them after the
+/// process was killed: Fast DDS's segments and lock files outlive a killed process. A file created
+/// just before the kill cannot be recorded, so all of this user's files with Fast DDS's names that
+/// appeared since the watch began count as recorded.
 class SharedMemoryWatch {
  public:
   SharedMemoryWatch() : before_(fast_dds_files()) {}

@@ -28,8 +28,8 @@ std::vector<char*> argument_list(std::vector<std::string>& words) {
 
 namespace {
 
-/// In a forked child: executes a program, or writes errno to the close-on-exec pipe `failure`. Calls only
-/// async-signal-safe functions, because other threads may have held locks during fork().
+/// In a forked child: executes a program, or writes errno to the close-on-exec pipe `failure`.
+/// Calls only async-signal-safe functions, because other threads may have held locks during fork().
 [[noreturn]] void become(const std::vector<char*>& arguments, int errors, bool silent, pid_t parent,
                          int failure) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // dies with the thread that waits for it
@@ -67,7 +67,8 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
   ProgramEnd end;
   if (id > 0 && !started) await_process(id, &end.status);
   if (!started) fail(cause);
-  // Continue a program that was stopped alone, so that we do not wait forever. Ctrl-Z stops us as well.
+  // Continue a program that was stopped alone, so that we do not wait forever. Ctrl-Z stops us as
+  // well.
   while (await_process(id, &end.status, WUNTRACED) == id && WIFSTOPPED(end.status)) kill(id, SIGCONT);
   std::rewind(errors.get());
   for (int c = std::getc(errors.get()); c != EOF; c = std::getc(errors.get())) {

@@ -18,14 +18,14 @@ struct ProgramEnd {
   std::string errors;  ///< Its standard error.
 };
 
-/// Runs a program (found along PATH) with its arguments and waits for its end. It inherits standard input and
-/// output; `silent` discards its standard output. A stopped program gets SIGCONT. The program is killed when
-/// this process ends. Throws RunError when it cannot be started.
+/// Runs a program (found along PATH) with its arguments and waits for its end. It inherits standard
+/// input and output; `silent` discards its standard output. A stopped program gets SIGCONT. The
+/// program is killed when this process ends. Throws RunError when it cannot be started.
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
 
-/// Forks; the child continues with std::nullopt and is killed with this process. The parent only waits: it
-/// exits with the child's exit code, or returns the child's status, as from waitpid(), if a signal ended it.
-/// Throws RunError when fork() fails.
+/// Forks; the child continues with std::nullopt and is killed with this process. The parent only
+/// waits: it exits with the child's exit code, or returns the child's status, as from waitpid(), if
+/// a signal ended it. Throws RunError when fork() fails.
 std::optional<int> continue_in_child();
 
 /// waitpid(), repeated after interruption by a signal.
@@ -34,8 +34,8 @@ pid_t await_process(pid_t id, int* status, int flags = 0);
 /// The path of the running program.
 std::string own_program();
 
-/// Describes a status as from waitpid(): `ended in order`, `ended with exit code 3`, or `was ended by a
-/// signal (Killed)`.
+/// Describes a status as from waitpid(): `ended in order`, `ended with exit code 3`, or `was ended
+/// by a signal (Killed)`.
 std::string how_it_ended(int status);
 
 /// Whether the process exited with this code, not by a signal.

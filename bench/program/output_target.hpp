@@ -21,11 +21,12 @@ struct OutputTarget {
 /// The folder that contains a file or folder.
 [[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& file);
 
-/// Throws UsageError that names `option` unless the file can be written. Call it before a long computation.
+/// Throws UsageError that names `option` unless the file can be written. Call it before a long
+/// computation.
 void check_output_file(const std::filesystem::path& file, const std::string& option);
 
-/// The same for a folder, which must be new, empty, or contain `mark`: the file that identifies an earlier
-/// result of the same command, which may be replaced.
+/// The same for a folder, which must be new, empty, or contain `mark`: the file that identifies an
+/// earlier result of the same command, which may be replaced.
 void check_output_folder(const std::filesystem::path& folder, const std::string& mark = "",
                          const std::string& option = "--output");
 

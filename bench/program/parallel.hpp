@@ -10,8 +10,9 @@
 
 namespace hotpath {
 
-/// Calls `work(0)` to `work(count - 1)` in threads (0: one for each processor) that take the indices in
-/// order. When calls have thrown, the exception of the smallest index is thrown after all have ended.
+/// Calls `work(0)` to `work(count - 1)` in threads (0: one for each processor) that take the
+/// indices in order. When calls have thrown, the exception of the smallest index is thrown after
+/// all have ended.
 template <class Work>
 void for_each_index(std::size_t count, std::size_t threads, const Work& work) {
   std::atomic<std::size_t> next = 0;

@@ -34,8 +34,8 @@ fs::path package_folder() {
                  "; rebuild and reinstall hotpath");
 }
 
-/// A command line of the package; sets HOTPATH in the environment for it. Python is isolated (-I), so that
-/// neither files in the current folder nor PYTHONPATH change the program.
+/// A command line of the package; sets HOTPATH in the environment for it. Python is isolated (-I),
+/// so that neither files in the current folder nor PYTHONPATH change the program.
 std::vector<std::string> command_line(const std::string& command, const std::vector<std::string>& arguments) {
   std::cout << std::flush;  // our output precedes the package's output
   std::fflush(stdout);

@@ -7,13 +7,14 @@
 
 namespace hotpath {
 
-/// Executes `COMMAND ARGUMENTS` of the Python package hotpath_report in place of this process. The package
-/// reports errors in its input itself and uses our exit codes. Throws RunError when Python cannot be started.
+/// Executes `COMMAND ARGUMENTS` of the Python package hotpath_report in place of this process. The
+/// package reports errors in its input itself and uses our exit codes. Throws RunError when Python
+/// cannot be started.
 [[noreturn]] void become_python_tool(const std::string& command, const std::vector<std::string>& arguments);
 
-/// Runs a command that draws the figure of a result folder. A failure is only noted on standard error: the
-/// results are complete without the figure. HOTPATH_FIGURES=none in the environment disables all such
-/// figures.
+/// Runs a command that draws the figure of a result folder. A failure is only noted on standard
+/// error: the results are complete without the figure. HOTPATH_FIGURES=none in the environment
+/// disables all such figures.
 void draw_figure(const std::string& command, const std::filesystem::path& folder);
 
 }  // namespace hotpath

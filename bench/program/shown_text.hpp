@@ -7,11 +7,12 @@
 
 namespace hotpath {
 
-// Text for people may contain untrusted names of graphs, traces and files. Each medium has one function that
-// escapes control sequences of the medium. CSV, JSON, YAML and DOT are data and keep names unchanged.
+// Text for people may contain untrusted names of graphs, traces and files. Each medium has one
+// function that escapes control sequences of the medium. CSV, JSON, YAML and DOT are data and keep
+// names unchanged.
 
-/// During its lifetime, standard output and standard error escape control characters and changes of text
-/// direction like printable(), except line breaks and tabs.
+/// During its lifetime, standard output and standard error escape control characters and changes of
+/// text direction like printable(), except line breaks and tabs.
 class PrintableStreams {
  public:
   PrintableStreams();
@@ -30,7 +31,8 @@ class PrintableStreams {
 /// Replaces the last line on the terminal of standard error.
 void replace_terminal_line(const std::string& text);
 
-/// Escapes text for a line or a table cell of Markdown, so that it contains neither HTML nor markup.
+/// Escapes text for a line or a table cell of Markdown, so that it contains neither HTML nor
+/// markup.
 [[nodiscard]] std::string markdown(const std::string& text);
 
 }  // namespace hotpath

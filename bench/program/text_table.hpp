@@ -17,8 +17,8 @@ class TextTable {
     Cell(const char* v) : value(v) {}
   };
 
-  /// `header`: one text per column, with at most one line break. If all are empty, there is no header. A
-  /// column without any text is left out.
+  /// `header`: one text per column, with at most one line break. If all are empty, there is no
+  /// header. A column without any text is left out.
   TextTable(std::string title, const std::vector<std::string>& header);
 
   /// `cells`: one per column.

@@ -25,7 +25,8 @@ void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vec
   }
 }
 
-/// The baseline of an executor: `default` on the same stack, such as `default@rclcpp` for `rm-ro@rclcpp`.
+/// The baseline of an executor: `default` on the same stack, such as `default@rclcpp` for
+/// `rm-ro@rclcpp`.
 std::string baseline_of(const std::string& executor) {
   const std::size_t stack = std::min(executor.find('@'), executor.size());
   return std::string(kBaselineExecutor) + executor.substr(stack);

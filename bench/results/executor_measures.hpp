@@ -12,8 +12,8 @@
 
 namespace hotpath {
 
-/// The timers' response times of one repetition, as the paper's authors measure them. Needs 32 bytes per job:
-/// a timer's next call at the start of a job follows from later jobs.
+/// The timers' response times of one repetition, as the paper's authors measure them. Needs 32
+/// bytes per job: a timer's next call at the start of a job follows from later jobs.
 class AuthorsResponses {
  public:
   AuthorsResponses(const TaskSet& set, Time epoch, Time counted_from);
@@ -34,8 +34,8 @@ class AuthorsResponses {
   std::vector<std::vector<Executed>> executed_;  // by task
 };
 
-/// Collects the summary of one executor job by job, in 8 bytes per counted job. Extend add(const JobRecord&)
-/// for a measure over single jobs.
+/// Collects the summary of one executor job by job, in 8 bytes per counted job. Extend add(const
+/// JobRecord&) for a measure over single jobs.
 class ExecutorMeasures {
  public:
   /// The arguments must outlive it.

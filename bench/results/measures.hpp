@@ -13,8 +13,8 @@ namespace hotpath {
 /// Finish of a job that ran minus its own timestamp.
 [[nodiscard]] inline Duration response_time(const JobRecord& ran) { return ran.finish - ran.job.timestamp; }
 
-/// Whether a timer's job exceeded its relative deadline. Subscriptions only inherit deadlines, under EDF, and
-/// never overrun.
+/// Whether a timer's job exceeded its relative deadline. Subscriptions only inherit deadlines,
+/// under EDF, and never overrun.
 [[nodiscard]] inline bool overruns_deadline(const Task& task, Duration response) {
   return task.kind == TaskKind::timer && response > task.deadline;
 }
@@ -29,9 +29,10 @@ namespace hotpath {
   return r.outcome == Outcome::ran && r.job.timestamp >= counted_from;
 }
 
-/// The waiting time of a job: from its timestamp to its start, or to the end of the run if it is still
-/// queued. If the wait began in the warm-up, only the part after the warm-up counts; it must count, because a
-/// task that starves from the warm-up on has no later job. 0 for samples that were never taken.
+/// The waiting time of a job: from its timestamp to its start, or to the end of the run if it is
+/// still queued. If the wait began in the warm-up, only the part after the warm-up counts; it must
+/// count, because a task that starves from the warm-up on has no later job. 0 for samples that were
+/// never taken.
 [[nodiscard]] inline Duration wait_of(const JobRecord& r, Time counted_from, Time end) {
   if (!started(r) && r.outcome != Outcome::queued) return Duration::zero();
   return std::max(Duration::zero(), (started(r) ? r.start : end) - std::max(r.job.timestamp, counted_from));
@@ -64,7 +65,8 @@ struct TimerCounts {
     return *this;
   }
 
-  /// Share of the reached timestamps that were skipped (the paper's *dropped jobs*); 0 without timestamps.
+  /// Share of the reached timestamps that were skipped (the paper's *dropped jobs*); 0 without
+  /// timestamps.
   [[nodiscard]] double dropped_percent() const {
     return reached == 0 ? 0 : 100 * static_cast<double>(skipped) / static_cast<double>(reached);
   }
@@ -76,10 +78,11 @@ struct MeasuredChain {
   std::vector<TaskId> sink_tasks;  ///< The tasks of the sink node whose jobs end the chain.
 };
 
-/// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to the
-/// warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job, found by its
-/// sequence; if several sink tasks have a job of that sequence, the earliest timestamp decides. A record
-/// without a recorded sink job counts, because buffers fill up only at the end of a run.
+/// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
+/// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job, found
+/// by its sequence; if several sink tasks have a job of that sequence, the earliest timestamp
+/// decides. A record without a recorded sink job counts, because buffers fill up only at the end of
+/// a run.
 [[nodiscard]] inline std::vector<ChainRecord> counted_chains(const Trace& trace,
                                                              const std::vector<MeasuredChain>& chains,
                                                              Time counted_from) {

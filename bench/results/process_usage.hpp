@@ -31,8 +31,8 @@ struct ProcessUsage {
   }
 };
 
-/// Suffixes of the keys name the units. from_json() throws nlohmann's exceptions or std::out_of_range for
-/// invalid input.
+/// Suffixes of the keys name the units. from_json() throws nlohmann's exceptions or
+/// std::out_of_range for invalid input.
 inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
   j = {{"cpu_time_ms", to_ms(usage.cpu_time)},
        {"wall_ms", to_ms(usage.wall)},

@@ -8,8 +8,8 @@
 namespace hotpath {
 namespace {
 
-/// The least busy time of a judged window, so that a preemption of a few milliseconds does not look like a
-/// slow CPU.
+/// The least busy time of a judged window, so that a preemption of a few milliseconds does not look
+/// like a slow CPU.
 constexpr Duration kLeastBusy = std::chrono::milliseconds(200);
 constexpr double kFastest = 0.2;
 /// A longer job spans a suspension of the machine, or comes from an invalid file.
@@ -25,7 +25,8 @@ Duration share(Duration whole, Duration part, Duration of) {
                                 (static_cast<double>(part.count()) / static_cast<double>(of.count()))));
 }
 
-/// Merges the windows of each CPU until they have kLeastBusy; the rest is merged into the last window.
+/// Merges the windows of each CPU until they have kLeastBusy; the rest is merged into the last
+/// window.
 std::vector<SpeedWindow> judged_windows(std::span<const SpeedWindow> windows) {
   std::map<int, std::vector<SpeedWindow>> by_cpu;
   for (const SpeedWindow& w : windows) {
@@ -67,15 +68,16 @@ void SpeedWatch::add(const JobRecord& job) {
       close_window();
     }
   }
-  // The callback of a node that waits for other inputs executes no work, so its job is much shorter.
+  // The callback of a node that waits for other inputs executes no work, so its job is much
+  // shorter.
   const Duration work = set_[job.job.task].wcet;
   const bool known = work >= kLeastJob && end - begin >= work / 2;
   seen_[job.worker].insert(job.cpu);
   spans_.push_back({begin, end, known ? work + kOverhead : end - begin, known, job.worker, job.cpu});
 }
 
-/// On CPUs whose threads never ran on another CPU, overlapping jobs share the CPU's time. Other threads may
-/// have migrated within a job, so only their jobs without overlap count.
+/// On CPUs whose threads never ran on another CPU, overlapping jobs share the CPU's time. Other
+/// threads may have migrated within a job, so only their jobs without overlap count.
 std::vector<SpeedWindow> SpeedWatch::finish() && {
   while (!spans_.empty()) close_window();
   std::set<int> visited;
@@ -110,7 +112,8 @@ void SpeedWatch::close_window() {
   window_ = end;
 }
 
-/// `spans`: in order of their begin. Overlapping spans count together if there are at most `most` of them.
+/// `spans`: in order of their begin. Overlapping spans count together if there are at most `most`
+/// of them.
 void SpeedWatch::measure(const std::vector<Span>& spans, std::size_t most, Windows& windows) const {
   for (std::size_t first = 0, next = 0; first < spans.size(); first = next) {
     Duration end = spans[first].end, work{};

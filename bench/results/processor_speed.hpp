@@ -29,10 +29,10 @@ struct SlowPeriod {
   double factor = 1;        ///< Time for the work divided by the usual time.
 };
 
-/// Estimates the speed of CPUs from jobs with a fixed amount of work. It compares the time in which a CPU has
-/// jobs of the run with the work of these jobs, so jobs that preempt each other or share the CPU do not count
-/// as slow. For threads that ran on several CPUs, only jobs without overlap count. Needs memory for the jobs
-/// of one window.
+/// Estimates the speed of CPUs from jobs with a fixed amount of work. It compares the time in which
+/// a CPU has jobs of the run with the work of these jobs, so jobs that preempt each other or share
+/// the CPU do not count as slow. For threads that ran on several CPUs, only jobs without overlap
+/// count. Needs memory for the jobs of one window.
 class SpeedWatch {
  public:
   static constexpr Duration kWindow = std::chrono::milliseconds(500);
@@ -41,8 +41,8 @@ class SpeedWatch {
   /// Time of each job besides its work: taking the sample, publication.
   static constexpr Duration kOverhead = std::chrono::microseconds(50);
 
-  /// The `wcet` of a task in `set` is the work of its jobs; `set` must outlive the watch. Jobs that start in
-  /// the warm-up do not count.
+  /// The `wcet` of a task in `set` is the work of its jobs; `set` must outlive the watch. Jobs that
+  /// start in the warm-up do not count.
   SpeedWatch(const TaskSet& set, Time epoch, Duration warm_up) : set_(set), epoch_(epoch), window_(warm_up) {}
 
   /// Adds a job, in order of start. Ignores jobs that did not finish.
@@ -75,11 +75,13 @@ class SpeedWatch {
 [[nodiscard]] std::vector<SpeedWindow> speed_windows(const TaskSet& set, const Trace& trace,
                                                      Duration warm_up);
 
-/// The usual time per work in a run with these repetitions: the 20th percentile over all windows, or 1, the
-/// pace of the calibration, if that percentile is clearly slower. std::nullopt: too little work.
+/// The usual time per work in a run with these repetitions: the 20th percentile over all windows,
+/// or 1, the pace of the calibration, if that percentile is clearly slower. std::nullopt: too
+/// little work.
 [[nodiscard]] std::optional<double> usual_pace(const std::vector<std::span<const SpeedWindow>>& repetitions);
 
-/// Periods of one repetition, by CPU, in which the work took at least kSlowFactor times the usual time.
+/// Periods of one repetition, by CPU, in which the work took at least kSlowFactor times the usual
+/// time.
 inline constexpr double kSlowFactor = 1.1;
 [[nodiscard]] std::vector<SlowPeriod> slow_periods(std::span<const SpeedWindow> windows, double usual);
 

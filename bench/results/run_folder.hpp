@@ -10,8 +10,8 @@
 
 namespace hotpath {
 
-/// The folder of one run. Files get their names when they are complete. Until then jobs.csv and chains.csv
-/// grow under names that end in `.part`, from which recover_run() recovers a killed run.
+/// The folder of one run. Files get their names when they are complete. Until then jobs.csv and
+/// chains.csv grow under names that end in `.part`, from which recover_run() recovers a killed run.
 class RunFolder {
  public:
   /// Creates the folder. Throws UsageError if it cannot be written or is not empty.
@@ -29,19 +29,19 @@ class RunFolder {
   /// Replaces a file. Throws RunError (disk full, for example) and then leaves the old file.
   void write(const std::string& name, const FileContent& content) const;
 
-  /// Writes run.json for the last time. Throws RunError, and then resets `complete`: the new file may already
-  /// have its name although it could not be synced.
+  /// Writes run.json for the last time. Throws RunError, and then resets `complete`: the new file
+  /// may already have its name although it could not be synced.
   void conclude(nlohmann::json facts) const;
 
-  /// Appends one repetition to jobs.csv and chains.csv and syncs its rows, so that run.json may list it.
-  /// Throws RunError.
+  /// Appends one repetition to jobs.csv and chains.csv and syncs its rows, so that run.json may
+  /// list it. Throws RunError.
   void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace);
 
   /// Gives jobs.csv and chains.csv their final names. Throws RunError.
   void finish();
 
-  /// Calls `print` to show the results, and prints the folder. A failure affects no result and is only a
-  /// note.
+  /// Calls `print` to show the results, and prints the folder. A failure affects no result and is
+  /// only a note.
   void show(const auto& print) const {
     try {
       print();

@@ -29,8 +29,8 @@ std::string named(const json& run) {
   return named(run.at("executor").get<std::string>(), run.at("repetition").get<std::uint32_t>());
 }
 
-/// Timers of nodes that also have subscriptions. Only for nodes of the reference system's types, whose timers
-/// have the node's name.
+/// Timers of nodes that also have subscriptions. Only for nodes of the reference system's types,
+/// whose timers have the node's name.
 std::vector<TaskId> cyclic_timers(const TaskSet& set) {
   std::vector<TaskId> timers;
   for (TaskId id = 0; id < set.size(); ++id) {

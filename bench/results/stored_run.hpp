@@ -14,8 +14,8 @@ namespace hotpath {
 /// The folder of a finished live or simulated run. The epoch is time 0.
 class StoredRun {
  public:
-  /// Reads run.json. Messages name `option`. Throws UsageError for a folder without a complete run, or with a
-  /// run of a version that stored less.
+  /// Reads run.json. Messages name `option`. Throws UsageError for a folder without a complete run,
+  /// or with a run of a version that stored less.
   StoredRun(std::filesystem::path folder, std::string option);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -29,7 +29,8 @@ class StoredRun {
     return usage.wall > Duration::zero() ? usage.wall : length_;
   }
 
-  /// The entry of a repetition in run.json. Throws UsageError if that executor or repetition did not run.
+  /// The entry of a repetition in run.json. Throws UsageError if that executor or repetition did
+  /// not run.
   [[nodiscard]] const nlohmann::json& run(const std::string& executor, std::uint32_t repetition) const;
 
   /// Whether another attempt replaced this repetition, which is kept but does not count.
@@ -37,18 +38,19 @@ class StoredRun {
     return run(executor, repetition).contains("replaced_by");
   }
 
-  /// Opens a file of the folder. Throws UsageError if it is missing, InputError if it is not a regular file.
+  /// Opens a file of the folder. Throws UsageError if it is missing, InputError if it is not a
+  /// regular file.
   [[nodiscard]] std::ifstream open(const char* file) const;
 
-  /// First timestamp of every timer, by task. Throws UsageError if that executor or repetition did not run,
-  /// or if the run's timers differ from the timers of `set`.
+  /// First timestamp of every timer, by task. Throws UsageError if that executor or repetition did
+  /// not run, or if the run's timers differ from the timers of `set`.
   [[nodiscard]] std::vector<Duration> first_timestamps(const TaskSet& set, const std::string& executor,
                                                        std::uint32_t repetition) const;
 
-  /// Loads jobs.csv and chains.csv for the tasks of a graph, or for the tasks in run.json, into memory. To
-  /// read job by job, use for_each_record() of stored_summary.hpp. Throws UsageError for files that are
-  /// missing, not of one run, or too large for the memory, InputError for files that are malformed or of
-  /// another graph.
+  /// Loads jobs.csv and chains.csv for the tasks of a graph, or for the tasks in run.json, into
+  /// memory. To read job by job, use for_each_record() of stored_summary.hpp. Throws UsageError for
+  /// files that are missing, not of one run, or too large for the memory, InputError for files that
+  /// are malformed or of another graph.
   void load(const TaskSet& set);
   void load();
 
@@ -96,8 +98,8 @@ class StoredRun {
   std::vector<Trace> traces_;
 };
 
-/// Summarises each timer of a golden trace, with the authors' definition of a response time: {tasks:
-/// [{task, reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.
+/// Summarises each timer of a golden trace, with the authors' definition of a response time:
+/// {tasks: [{task, reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.
 [[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
 
 }  // namespace hotpath

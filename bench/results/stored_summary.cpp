@@ -119,8 +119,8 @@ class StoredSummary {
     run_.check([&] { facts_->at("usage").get_to(usage_); });
     accounts_.assign(run_.tasks().size(), {});
     for (TaskId id = 0; id < accounts_.size(); ++id) accounts_[id].task = id;
-    // jobs.csv lacks the end of the run. An interrupted live run was shorter than planned; a simulation has
-    // no wall time.
+    // jobs.csv lacks the end of the run. An interrupted live run was shorter than planned; a
+    // simulation has no wall time.
     executor().begin(Time{}, Time{} + run_.length_of(usage_));
     if (tells_speed_) watch_.emplace(run_.tasks(), Time{}, run_.warm_up());
   }

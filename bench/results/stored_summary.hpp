@@ -12,20 +12,20 @@
 
 namespace hotpath {
 
-/// Calls `use` for every job of a stored run, in the order of jobs.csv. Throws InputError, also if the rows
-/// of a repetition are not contiguous.
+/// Calls `use` for every job of a stored run, in the order of jobs.csv. Throws InputError, also if
+/// the rows of a repetition are not contiguous.
 void for_each_record(const StoredRun& run, const std::function<void(const JobRow&)>& use);
 
-/// The summary of a stored run, read row by row: needs 8 bytes per job, and for sets without subscriptions 32
-/// bytes per job of the current repetition. Calls `also` for every job. Throws UsageError for files that are
-/// missing or not of one run, InputError for malformed files.
+/// The summary of a stored run, read row by row: needs 8 bytes per job, and for sets without
+/// subscriptions 32 bytes per job of the current repetition. Calls `also` for every job. Throws
+/// UsageError for files that are missing or not of one run, InputError for malformed files.
 [[nodiscard]] Summary summarize(
     const StoredRun& run, const SummaryOptions& options,
     const std::function<void(const JobRow&)>& also = [](const JobRow&) {});
 
-/// Writes CSV `executor,repetition,task,response_ns` with a row per counted job, in the order of run.json's
-/// executors, then by repetition, then in the order of jobs.csv, without replaced repetitions. Buffers rows
-/// that come too early.
+/// Writes CSV `executor,repetition,task,response_ns` with a row per counted job, in the order of
+/// run.json's executors, then by repetition, then in the order of jobs.csv, without replaced
+/// repetitions. Buffers rows that come too early.
 class ResponsesCsv {
  public:
   ResponsesCsv(std::ostream& out, const StoredRun& run);

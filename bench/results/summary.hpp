@@ -53,8 +53,8 @@ struct ChainSummary {
   std::optional<Estimate> median_minus_default;  ///< Difference of the medians in milliseconds.
 };
 
-/// `account` covers the whole run with its warm-up, like the loss equations; the other members exclude the
-/// warm-up.
+/// `account` covers the whole run with its warm-up, like the loss equations; the other members
+/// exclude the warm-up.
 struct TaskSummary {
   std::string task;
   TaskKind kind = TaskKind::timer;
@@ -64,13 +64,13 @@ struct TaskSummary {
   Duration deadline{};        ///< Timers: relative.
   Duration longest_wait{};    ///< wait_of() of its jobs.
   Quantiles response_ms;
-  /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's next call
-  /// as read at the start, plus its period. Only for sets without subscriptions, where the trace determines
-  /// it.
+  /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
+  /// next call as read at the start, plus its period. Only for sets without subscriptions, where
+  /// the trace determines it.
   std::optional<Quantiles> response_authors_ms;
   /// Cyclic nodes: time between the starts of consecutive executed jobs. Upstream divides it by the
-  /// difference of the message numbers, which is 1 between executed jobs, so a skipped timestamp doubles the
-  /// period.
+  /// difference of the message numbers, which is 1 between executed jobs, so a skipped timestamp
+  /// doubles the period.
   std::optional<Quantiles> period_ms;
 
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
@@ -120,17 +120,17 @@ struct Summary {
   std::vector<ExecutorSummary> executors;  ///< In the order of the input.
 };
 
-/// Judges the CPU speed of each executor's repetitions against the usual speed in all repetitions of all
-/// executors.
+/// Judges the CPU speed of each executor's repetitions against the usual speed in all repetitions
+/// of all executors.
 [[nodiscard]] std::vector<SpeedJudgement> judge_speed(const std::vector<ExecutorRuns>& runs);
 
-/// A pure function of the records. All traces and accounts refer to `set`; the traces contain only counted
-/// chain records (`counted_chains`).
+/// A pure function of the records. All traces and accounts refer to `set`; the traces contain only
+/// counted chain records (`counted_chains`).
 [[nodiscard]] Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs,
                                 const SummaryOptions& options);
 
-/// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`, `_percent`)
-/// of all values below a key; unmeasured values are null.
+/// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`,
+/// `_percent`) of all values below a key; unmeasured values are null.
 void to_json(nlohmann::json& j, const Summary& summary);
 void to_json(nlohmann::json& j, const Quantiles& quantiles);
 void to_json(nlohmann::json& j, const Estimate& estimate);

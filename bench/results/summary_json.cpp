@@ -6,8 +6,8 @@ namespace hotpath {
 
 using nlohmann::json;
 
-// nlohmann's library finds these functions by argument-dependent lookup, also for elements of vectors and
-// optionals.
+// nlohmann's library finds these functions by argument-dependent lookup, also for elements of
+// vectors and optionals.
 
 static void to_json(json& j, const Interval& interval) { j = {interval.low, interval.high}; }
 

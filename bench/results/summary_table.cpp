@@ -125,8 +125,8 @@ void write_slow(std::ostream& out, const ExecutorSummary& e) {
   }
 }
 
-/// Whether a task starved. The periods of subscriptions are unknown here, so they starve only if they never
-/// ran.
+/// Whether a task starved. The periods of subscriptions are unknown here, so they starve only if
+/// they never ran.
 bool starved(const TaskSummary& task) {
   return task.never_ran() || (task.period > Duration::zero() && task.longest_wait > task.period);
 }

@@ -16,8 +16,9 @@ struct TraceWindow {
   Time from{}, to = kNever;
 };
 
-/// Writes the header of a jobs.csv and the rows of jobs that were ready, running, skipped or overwritten in
-/// the window [from, to). Reads row by row and parses only the columns needed. Throws InputError.
+/// Writes the header of a jobs.csv and the rows of jobs that were ready, running, skipped or
+/// overwritten in the window [from, to). Reads row by row and parses only the columns needed.
+/// Throws InputError.
 void write_window(std::ostream& out, const std::filesystem::path& jobs_csv, const TraceWindow& window);
 
 }  // namespace hotpath

@@ -24,9 +24,9 @@ constexpr auto enum_texts(Stack) {
 inline constexpr std::string_view kOnRclcpp = "@rclcpp";
 
 /// An executor, or a deployment of several executors. A user names an executor `NAME` or
-/// `NAME:VARIANT[:VARIANT]`, followed by kOnRclcpp for an executor of the ROS 2 stack. Variants: `inherit`,
-/// `first` (rule for subscriptions), `lifo`, `fifo` (ties), or the number of threads of a multi-threaded
-/// executor.
+/// `NAME:VARIANT[:VARIANT]`, followed by kOnRclcpp for an executor of the ROS 2 stack. Variants:
+/// `inherit`, `first` (rule for subscriptions), `lifo`, `fifo` (ties), or the number of threads of
+/// a multi-threaded executor.
 struct ExecutorSpec {
   std::string label;                     ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.

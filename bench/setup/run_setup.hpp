@@ -53,33 +53,34 @@ std::string time_stamp(const char* format);
 /// The folder for results: --output, or runs/DATE-GRAPH.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
-/// The graph of a run after applying --work, --load, --rate and --copies, in this order. Throws InputError,
-/// UsageError.
+/// The graph of a run after applying --work, --load, --rate and --copies, in this order. Throws
+/// InputError, UsageError.
 Graph graph_to_run(const CommonOptions& options);
 
-/// Options of the schedulers. Multi-threaded executors without a number of threads get one worker per core,
-/// but at least 2; `cores` = 0: rclcpp's default. Throws InputError, UsageError for the order of entities.
+/// Options of the schedulers. Multi-threaded executors without a number of threads get one worker
+/// per core, but at least 2; `cores` = 0: rclcpp's default. Throws InputError, UsageError for the
+/// order of entities.
 [[nodiscard]] SchedulerOptions scheduling_of(const CommonOptions& options, const TaskSet& set,
                                              unsigned cores);
 
-/// The requested executors and deployments. Throws InputError, UsageError, also for duplicates. `cores`: as
-/// in scheduling_of().
+/// The requested executors and deployments. Throws InputError, UsageError, also for duplicates.
+/// `cores`: as in scheduling_of().
 [[nodiscard]] std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
                                                          const GraphTasks& tasks, unsigned cores = 0);
 
-/// First timestamps for one repetition of an executor. All executors of a repetition have the same phases,
-/// unless a phases file distinguishes them. Throws InputError, UsageError.
+/// First timestamps for one repetition of an executor. All executors of a repetition have the same
+/// phases, unless a phases file distinguishes them. Throws InputError, UsageError.
 std::vector<Duration> phases_of_repetition(const CommonOptions& options, const Graph& graph,
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition);
 
-/// All (repetition, subject) in measurement order: one repetition after the other, each with its subjects in
-/// random order, determined by the seed.
+/// All (repetition, subject) in measurement order: one repetition after the other, each with its
+/// subjects in random order, determined by the seed.
 std::vector<std::pair<std::uint32_t, std::size_t>> interleaved(std::uint32_t repetitions,
                                                                std::size_t subjects, std::uint64_t seed);
 
-/// Throws UsageError, ending with `remedy`, if the traces of `runs` repetitions and `more` bytes exceed the
-/// memory.
+/// Throws UsageError, ending with `remedy`, if the traces of `runs` repetitions and `more` bytes
+/// exceed the memory.
 void check_trace_memory(const CommonOptions& options, const GraphTasks& tasks, std::size_t runs, double more,
                         const std::string& remedy);
 

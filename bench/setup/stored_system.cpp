@@ -20,7 +20,8 @@ std::optional<Value> optional_at(const json& facts, const char* key) {
   return value == facts.end() || value->is_null() ? std::optional<Value>() : value->get<Value>();
 }
 
-/// The enumerator under a key; the enumeration's default for a word that this version does not know.
+/// The enumerator under a key; the enumeration's default for a word that this version does not
+/// know.
 template <class Enum>
 Enum word(const json& facts, const char* key) {
   return parse<Enum>(facts.at(key).get<std::string>()).value_or(Enum{});

@@ -10,8 +10,8 @@
 
 namespace hotpath {
 
-/// The system of a stored run. Every command that simulates, bounds, exports or replays a run uses it, so
-/// that no option of the run is lost.
+/// The system of a stored run. Every command that simulates, bounds, exports or replays a run uses
+/// it, so that no option of the run is lost.
 struct StoredSystem {
   CommonOptions options;                 ///< Of the run, with its executors but not its deployments.
   Graph graph;                           ///< Scaled; a live run has the platform of the graph's file.
@@ -29,9 +29,9 @@ struct StoredSystem {
                                     std::uint32_t repetition) const;
 };
 
-/// Rebuilds the system from run.json and the graph's file, or from `graph`, another name or path. A key that
-/// an older version did not write gets the value that the older version used. Throws UsageError if the graph
-/// has changed since, InputError and UsageError for unreadable files.
+/// Rebuilds the system from run.json and the graph's file, or from `graph`, another name or path. A
+/// key that an older version did not write gets the value that the older version used. Throws
+/// UsageError if the graph has changed since, InputError and UsageError for unreadable files.
 [[nodiscard]] StoredSystem stored_system(const StoredRun& run, const std::string& graph = "");
 
 }  // namespace hotpath

@@ -16,9 +16,9 @@ struct ReplayOptions {
   bool live = false, all_interfaces = false;
 };
 
-/// Publishes a repetition of a live or simulated run like `run --live`, in scaled real time. Jobs before the
-/// start count in the statistics but are not published; chain samples are numbered from the first published
-/// sample. Throws UsageError, InputError, TransportError.
+/// Publishes a repetition of a live or simulated run like `run --live`, in scaled real time. Jobs
+/// before the start count in the statistics but are not published; chain samples are numbered from
+/// the first published sample. Throws UsageError, InputError, TransportError.
 void replay_run(const ReplayOptions& options);
 
 }  // namespace hotpath

@@ -23,8 +23,8 @@ Time end_of(const StoredRun& run, const Trace& trace) {
   return std::min(end + Duration(1), planned);
 }
 
-/// The records of jobs that end a chain, by sequence. If several sink tasks have a job of a sequence, the
-/// last started job.
+/// The records of jobs that end a chain, by sequence. If several sink tasks have a job of a
+/// sequence, the last started job.
 std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const MeasuredChain& chain) {
   std::map<std::uint64_t, const JobRecord*> jobs;
   for (const JobRecord& r : trace.jobs) {

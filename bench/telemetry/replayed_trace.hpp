@@ -15,7 +15,8 @@ struct ReplayedChain {
   Time sink_start{}, sink_finish{};  ///< Finish: kNever if the run ended first.
 };
 
-/// One repetition of a stored run, its records in the order in which they became known. The epoch is time 0.
+/// One repetition of a stored run, its records in the order in which they became known. The epoch
+/// is time 0.
 struct ReplayedTrace {
   GraphTasks tasks;  ///< With the phases of the repetition.
   Time end{};

@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// Describes one repetition and its graph: nodes with a layout, connections and chains. The caller fills in
-/// the other fields. The `run_id` is unique per repetition, also among concurrent runs.
+/// Describes one repetition and its graph: nodes with a layout, connections and chains. The caller
+/// fills in the other fields. The `run_id` is unique per repetition, also among concurrent runs.
 inline telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor,
                                         std::uint32_t repetition, std::int64_t epoch_ns) {
   telemetry::RunInfo info;

@@ -12,31 +12,32 @@
 
 namespace hotpath {
 
-/// Converts the run's time to Unix time with an offset fixed once per run, which keeps the intervals of the
-/// steady clock.
+/// Converts the run's time to Unix time with an offset fixed once per run, which keeps the
+/// intervals of the steady clock.
 struct UnixTime {
   Time epoch{};               ///< The run's time 0.
   std::int64_t epoch_ns = 0;  ///< The same in nanoseconds since the Unix epoch.
   std::int64_t operator()(Time t) const { return epoch_ns + (t - epoch).count(); }
 };
 
-/// Running statistics of one repetition, live or replayed, from its records in the order in which they become
-/// known. Memory does not grow with the length of the run.
+/// Running statistics of one repetition, live or replayed, from its records in the order in which
+/// they become known. Memory does not grow with the length of the run.
 class RunStatistics {
  public:
-  /// `tasks` with the phases of the repetition. Response times of jobs with a timestamp in the warm-up do not
-  /// count.
+  /// `tasks` with the phases of the repetition. Response times of jobs with a timestamp in the
+  /// warm-up do not count.
   RunStatistics(const Graph& graph, const GraphTasks& tasks, std::string run_id, const UnixTime& time,
                 Duration warm_up);
 
   /// Adds a finished job or an overwritten sample; ignores other outcomes.
   void add(const JobRecord& record);
 
-  /// Adds an output of a chain, whose sink job started at `sink_start`, and returns it as a numbered sample.
+  /// Adds an output of a chain, whose sink job started at `sink_start`, and returns it as a
+  /// numbered sample.
   telemetry::ChainSample add(const ChainRecord& record, Time sink_start);
 
-  /// Sets the number of samples published for a subscription so far. Read it after the records: a sample is
-  /// published before it is recorded.
+  /// Sets the number of samples published for a subscription so far. Read it after the records: a
+  /// sample is published before it is recorded.
   void set_published(TaskId subscription, std::uint64_t samples) { published_[subscription] = samples; }
 
   /// The statistics at `now`, which must not decrease; begins a new window.

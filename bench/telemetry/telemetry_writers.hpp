@@ -9,8 +9,9 @@
 
 namespace hotpath {
 
-/// A separate participant that publishes the types of reference_system/idl/Telemetry.idl in the default
-/// partition. Publications do not wait for readers. The destructor deletes all DDS entities.
+/// A separate participant that publishes the types of reference_system/idl/Telemetry.idl in the
+/// default partition. Publications do not wait for readers. The destructor deletes all DDS
+/// entities.
 class TelemetryWriters {
  public:
   /// Ignores partition and topic prefix of `options`. Throws TransportError.
@@ -24,9 +25,9 @@ class TelemetryWriters {
   void publish(telemetry::Statistics statistics);  ///< Fills in `samples_lost`.
   void publish(telemetry::Clock clock);
 
-  /// Upper bound on the chain samples that did not reach every reader. Fast DDS does not report samples
-  /// dropped from a full history, so every sample counts as unread until all readers have acknowledged all
-  /// samples.
+  /// Upper bound on the chain samples that did not reach every reader. Fast DDS does not report
+  /// samples dropped from a full history, so every sample counts as unread until all readers have
+  /// acknowledged all samples.
   std::uint64_t samples_lost() const { return samples_lost_; }
 
   /// Waits at most `limit` until a reader of chain samples is matched.

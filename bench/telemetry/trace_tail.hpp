@@ -9,8 +9,9 @@
 
 namespace hotpath {
 
-/// Reads the records of a run's processes during the run without disturbing them. Each call returns the new
-/// records of a consistent snapshot of all logs, so a job never precedes a job that it waited for.
+/// Reads the records of a run's processes during the run without disturbing them. Each call returns
+/// the new records of a consistent snapshot of all logs, so a job never precedes a job that it
+/// waited for.
 class TraceTail {
  public:
   explicit TraceTail(const std::deque<RunMemory>& memories) {
