@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <sstream>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"

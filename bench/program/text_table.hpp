@@ -24,8 +24,6 @@ class TextTable {
   /// `cells`: one per column.
   void add_row(const std::vector<Cell>& cells);
 
-  bool empty() const { return lines_.empty(); }
-
   friend std::ostream& operator<<(std::ostream& out, const TextTable& table);
 
  private:

@@ -2,7 +2,6 @@
 #include "results/stored_run.hpp"
 
 #include <algorithm>
-#include <ostream>
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/input_file.hpp"
