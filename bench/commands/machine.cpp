@@ -38,7 +38,7 @@ TextTable facts(const Machine& m) {
   row("real-time throttling", throttling(m));
   row("real-time threads", m.real_time_threads.empty() ? "no others" : joined(m.real_time_threads));
   row("timer slack", std::to_string(m.timer_slack_ns) + " ns");
-  row("clock", m.clock_source + text(", resolution %lld ns, a reading %.0f ns, of CPU time %.0f ns",
+  row("clock", m.clock_source + text(", resolution %lld ns, %.0f ns per reading, %.0f ns for CPU time",
                                      static_cast<long long>(m.noise.clock_resolution.count()),
                                      m.noise.clock_cost_ns, m.noise.cpu_clock_cost_ns));
   row("load average", fixed(m.load_average, 2));

@@ -17,8 +17,8 @@ namespace hotpath {
 /// thread.
 struct ReleaseCost {
   Duration p999{}, max{};
-  /// Length of one pass of the releaser that releases `timers` at once: the paper's k + timers *
-  /// delta.
+  /// Length of one pass of the releaser that releases `timers` at once: the paper's
+  /// k + timers * delta.
   struct Pass {
     std::uint32_t timers = 0;
     std::size_t passes = 0;

@@ -29,7 +29,7 @@ std::vector<char*> argument_list(std::vector<std::string>& words) {
 namespace {
 
 /// In a forked child: executes a program, or writes errno to the close-on-exec pipe `failure`.
-/// Calls only async-signal-safe functions, because other threads may have held locks during fork().
+/// Calls only functions that are safe although other threads may have held locks during fork().
 [[noreturn]] void become(const std::vector<char*>& arguments, int errors, bool silent, pid_t parent,
                          int failure) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // dies with the thread that waits for it

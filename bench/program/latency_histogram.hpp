@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// A histogram of durations. A bucket is at most 1/64 of its values wide, so quantiles are within 1
-/// % of the exact values, in a few kilobytes for any number of samples.
+/// A histogram of durations. A bucket is at most 1/64 of its values wide, so quantiles are within
+/// 1 % of the exact values, in a few kilobytes for any number of samples.
 class LatencyHistogram {
  public:
   /// Negative durations count as 0.

@@ -7,8 +7,8 @@
 
 namespace hotpath {
 
-/// Bytes of memory that this process may use: the machine's memory, or less if a cgroup or `ulimit
-/// -v` or `-d` limits it.
+/// Bytes of memory that this process may use: the machine's memory, or less if a cgroup,
+/// `ulimit -v` or `ulimit -d` limits it.
 [[nodiscard]] std::uint64_t memory_limit();
 
 /// The smallest limit of the cgroups in `proc_cgroup`, a text like /proc/self/cgroup, and of their

@@ -34,8 +34,8 @@ class AuthorsResponses {
   std::vector<std::vector<Executed>> executed_;  // by task
 };
 
-/// Collects the summary of one executor job by job, in 8 bytes per counted job. Extend add(const
-/// JobRecord&) for a measure over single jobs.
+/// Collects the summary of one executor job by job, in 8 bytes per counted job. A measure over
+/// single jobs belongs into add(const JobRecord&).
 class ExecutorMeasures {
  public:
   /// The arguments must outlive it.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results/run_facts.hpp"
 
-
 #include "hotpath/core/csv.hpp"
 #include "program/json_fields.hpp"
 
