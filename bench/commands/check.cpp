@@ -15,10 +15,10 @@ struct CheckOptions {
 
 void check(const CheckOptions& options) {
   const CheckedRun checked = check_run(options.run);
-  std::cout
-      << options.run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
-      << (checked.repetitions == 1 ? " repetition" : " repetitions")
-      << ": one job per thread at a time, none early, none after the end, nothing lost, nothing twice\n";
+  std::cout << options.run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
+            << (checked.repetitions == 1 ? " repetition" : " repetitions")
+            << ": a valid schedule: one job per thread at a time, no early job, no job after the end, "
+               "nothing lost or duplicated\n";
 }
 
 }  // namespace
