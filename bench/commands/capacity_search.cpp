@@ -75,7 +75,7 @@ class CapacitySearch {
   }
 
   void run() {
-    folder_ = options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-capacity" : options_.output;
+    folder_ = output_folder(options_.output, "capacity");
     check_output_folder(folder_);
     check();
     for (const std::string& name : options_.executors) search(name, false);

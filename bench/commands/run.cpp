@@ -110,8 +110,7 @@ struct CompareArguments {
 /// Alternates between two builds, each repetition in its own process and folder, then runs the
 /// gate. `words`: the options of both.
 void compare_builds(const CompareArguments& a, const std::vector<std::string>& words) {
-  const std::filesystem::path folder =
-      a.options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-against" : a.options.output;
+  const std::filesystem::path folder = output_folder(a.options.output, "against");
   check_output_folder(folder);
   if (a.options.repetitions < 3)
     throw UsageError("--against: the gate needs --repetitions 3 or more, preferably 20");

@@ -31,8 +31,7 @@ fs::path find_reference(const std::string& folder) {
 }
 
 void validate(const ValidateOptions& options) {
-  const fs::path folder =
-      options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-validate" : options.output;
+  const fs::path folder = output_folder(options.output, "validate");
   check_output_folder(folder);
   const fs::path reference = find_reference(options.reference);
   Validation validation;

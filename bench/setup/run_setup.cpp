@@ -34,8 +34,12 @@ std::string time_stamp(const char* format) {
   return text;
 }
 
+std::string output_folder(const std::string& output, const std::string& name) {
+  return output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + name : output;
+}
+
 std::string output_folder(const CommonOptions& options, const Graph& graph) {
-  return options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + graph.name : options.output;
+  return output_folder(options.output, graph.name);
 }
 
 Graph graph_to_run(const CommonOptions& options) {

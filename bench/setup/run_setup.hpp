@@ -50,7 +50,9 @@ Duration seconds(double s);
 /// Local time by strftime's `format`.
 std::string time_stamp(const char* format);
 
-/// The folder for results: --output, or runs/DATE-GRAPH.
+/// The folder for results: `output`, the value of --output, or runs/DATE-NAME if it is empty.
+std::string output_folder(const std::string& output, const std::string& name);
+/// The same with the name of the graph.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
 /// The graph of a run after applying --work, --load, --rate and --copies, in this order. Throws
