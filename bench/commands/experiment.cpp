@@ -96,7 +96,7 @@ constexpr double kLeastUtilisation = 1e-6;
 struct WatersArguments {
   WatersOptions options;
   std::string output = "runs/waters";
-  bool more_methods = true;
+  bool paper_only = false;
 };
 
 std::string with_interval(const ClusteredEstimate& e) {
@@ -131,7 +131,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
 
 void run_waters_experiment(WatersArguments& arguments) {
   check_output_folder(arguments.output, "waters.csv");
-  if (arguments.more_methods) {
+  if (!arguments.paper_only) {
     arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
                                  WatersMethod::davis_duerr, WatersMethod::davis_kloda,
                                  WatersMethod::davis_guenzel};
@@ -155,7 +155,7 @@ void add_waters_experiment(CLI::App& experiment) {
            "Utilisations, separated by commas [above 0, up to 1]", share);
   add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
   add_threads_option(waters, o.options.threads);
-  waters.add_flag("!--paper-only", o.more_methods, "Use the paper's method only, not the tighter methods");
+  waters.add_flag("--paper-only", o.paper_only, "Use the paper's method only, not the tighter methods");
   add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables and the figure");
 }
 
