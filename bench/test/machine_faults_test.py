@@ -76,7 +76,7 @@ class Memory(CommandTest):
             with self.subTest(command=command):
                 code, _, err = self.command(*command, "--output", "run", **limit)
                 self.assertEqual(code, WRONG_USE, err)
-                self.assertRegex(err, r"--duration .* about \d\S* GB of memory, and there are 0.31; take a shorter")
+                self.assertRegex(err, r"--duration .* GB of memory, but 0.31 GB are available; take a shorter")
                 self.assertFalse((self.folder / "run").exists())
 
     def test_the_limit_is_reached_during_a_run(self):

@@ -88,7 +88,7 @@ class Memory(CommandTest):
         ):
             code, err = self.limited(80, *arguments)
             self.assertEqual(code, 2, err)
-            self.assertIn("GB of memory, and there are 0.084", err)
+            self.assertIn("GB of memory, but 0.084 GB are available", err)
             self.assertEqual(err.count("\n"), 1, err)
 
     def test_advice_grows_with_nodes_and_not_with_their_square(self):

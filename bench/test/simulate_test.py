@@ -344,7 +344,7 @@ class WrongUse(SimulateTest):
         self.assert_refused("--executors", "rm-ro", "--phases-of", run.path, says=["--phases-of", "another graph"])
         self.assert_refused(
             *("--graph", "timers_only_60", "--executors", "edf-ro", "--execution-times", f"replay:{run.path}"),
-            says=["edf-ro (repetition 0) did not run there", "rm-ro (repetition 0)"],
+            says=["edf-ro (repetition 0) is not in this run", "rm-ro (repetition 0)"],
         )
         self.assert_refused("--phases-of", self.folder, says=["run.json"])
 

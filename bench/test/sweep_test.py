@@ -242,13 +242,13 @@ class Capacities(SweepTest):
         for words, said in (
             (("--require", "fast"), "--require: `fast`"),
             (("--over", "copies", "--from", "0.5"), "whole numbers"),
-            (("--from", "9", "--to", "5"), "--from lies above --to"),
-            (("--live", "--cores", "2"), "--cores is of simulations"),
+            (("--from", "9", "--to", "5"), "--from is greater than --to"),
+            (("--live", "--cores", "2"), "--cores applies to simulations only"),
             (("--live", "--live-options", "--graph x"), "--live-options: --graph is an option of capacity itself"),
             (("--live", "--live-options", "--nope x"), "--nope; see `hotpath run --help`"),
             (("--live", "--live-options", "--domain x"), "--live-options: --domain"),
-            (("--over", "copies", "--from", "1", "--to", "2000"), "--copies takes, 1 to 1000"),
-            (("--over", "load", "--load", "50"), "--load grows from level to level"),
+            (("--over", "copies", "--from", "1", "--to", "2000"), "range of --copies, 1 to 1000"),
+            (("--over", "load", "--load", "50"), "--load is the searched quantity"),
             (("--executors", "rm-ro,rm-ro"), "named twice"),
             (("--executors", "rm-or"), "there is no executor `rm-or`"),
         ):

@@ -25,7 +25,7 @@ class WithoutFastDds(CommandTest):
     def test_says_what_it_lacks(self):
         self.assertIn("--transport intra_process", self.refused("run", "--duration", 1))
         self.assertIn("--live", self.refused("run", "--transport", "intra_process", "--live"))
-        self.assertIn("without which", self.refused("replay", "run", "--live"))
+        self.assertIn("built without it", self.refused("replay", "run", "--live"))
 
 
 if __name__ == "__main__":
