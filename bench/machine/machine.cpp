@@ -14,7 +14,7 @@
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -114,25 +114,54 @@ Machine read_machine(Duration watch) {
   return m;
 }
 
-static void to_json(nlohmann::json& j, const Hiccups& h) {
-  j = {{"cpu", h.cpu},
-       {"p99_ns", h.p99.count()},
-       {"p999_ns", h.p999.count()},
-       {"max_ns", h.max.count()},
-       {"lost_percent", h.lost_percent}};
+void fields(auto& visit, MaybeConst<Hiccups> auto& hiccups) {
+  visit("cpu", hiccups.cpu);
+  visit.ns("p99_ns", hiccups.p99);
+  visit.ns("p999_ns", hiccups.p999);
+  visit.ns("max_ns", hiccups.max);
+  visit("lost_percent", hiccups.lost_percent);
 }
 
-static void to_json(nlohmann::json& j, const MachineNoise& noise) {
-  j = {{"watched_ms", to_ms(noise.length)},
-       {"hiccups", noise.cores},
-       {"clock_resolution_ns", noise.clock_resolution.count()},
-       {"clock_cost_ns", noise.clock_cost_ns},
-       {"cpu_clock_cost_ns", noise.cpu_clock_cost_ns}};
+void fields(auto& visit, MaybeConst<MachineNoise> auto& noise) {
+  visit.ms("watched_ms", noise.length);
+  visit("hiccups", noise.cores);
+  visit.ns("clock_resolution_ns", noise.clock_resolution);
+  visit("clock_cost_ns", noise.clock_cost_ns);
+  visit("cpu_clock_cost_ns", noise.cpu_clock_cost_ns);
 }
 
-HOTPATH_JSON_FIELDS(Machine, cpu_model, processors, kernel, preempt_rt, distribution, governor, hypervisor,
-                    rt_runtime_us, rt_period_us, load_average, compiler, build_type, turbo, boot_parameters,
-                    clock_source, timer_slack_ns, stolen_percent, real_time_threads, noise);
+static void visit_fields(auto& visit, MaybeConst<Machine> auto& machine) {
+  visit("cpu_model", machine.cpu_model);
+  visit("processors", machine.processors);
+  visit("kernel", machine.kernel);
+  visit("preempt_rt", machine.preempt_rt);
+  visit("distribution", machine.distribution);
+  visit("governor", machine.governor);
+  visit("hypervisor", machine.hypervisor);
+  visit("rt_runtime_us", machine.rt_runtime_us);
+  visit("rt_period_us", machine.rt_period_us);
+  visit("load_average", machine.load_average);
+  visit("compiler", machine.compiler);
+  visit("build_type", machine.build_type);
+  visit("turbo", machine.turbo);
+  visit("boot_parameters", machine.boot_parameters);
+  visit("clock_source", machine.clock_source);
+  visit("timer_slack_ns", machine.timer_slack_ns);
+  visit("stolen_percent", machine.stolen_percent);
+  visit("real_time_threads", machine.real_time_threads);
+  visit("noise", machine.noise);
+}
+
+void to_json(nlohmann::json& j, const Machine& machine) {
+  j = nlohmann::json::object();
+  JsonWriter write(j);
+  visit_fields(write, machine);
+}
+
+void from_json(const nlohmann::json& j, Machine& machine) {
+  JsonReader read(j);
+  visit_fields(read, machine);
+}
 
 std::vector<std::string> warnings(const Machine& m) {
   std::vector<std::string> sentences;

@@ -66,13 +66,21 @@ void RunFolder::write(const std::string& name, const FileContent& content) const
   }
 }
 
-void RunFolder::conclude(nlohmann::json facts) const {
+void RunFolder::close(RunRecord& record, const nlohmann::json& summary) {
+  finish();
+  if (record.simulation && record.simulation->no_trace) fs::remove(path_ / "jobs.csv");
+  write("summary.json", summary);
+  record.complete = record.failures.empty() && !record.partial;
+  conclude(record);
+}
+
+void RunFolder::conclude(RunRecord& record) const {
   try {
-    write("run.json", facts);
+    write("run.json", nlohmann::json(record));
   } catch (const std::exception&) {  // RunError, or std::bad_alloc
-    facts["complete"] = false;
+    record.complete = false;
     try {
-      write("run.json", facts);
+      write("run.json", nlohmann::json(record));
     } catch (const std::exception&) {  // the first failure is reported
     }
     throw;
