@@ -18,7 +18,6 @@
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
-#include "setup/setup_facts.hpp"
 #include "setup/stored_system.hpp"
 
 namespace hotpath {
@@ -47,7 +46,7 @@ class Analysis {
     options_.apply_to(graph_.platform);
     if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
     if (simulated()) {
-      if (platform_json(graph_.platform) != platform_json(platform)) {
+      if (graph_.platform != platform) {
         throw UsageError(
             "--trace: the bounds apply to the machine of this simulation; leave out options that change "
             "it");
@@ -99,15 +98,14 @@ class Analysis {
   /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
   /// case.
   bool simulated() const {
-    return trace_ && trace_->facts().value("kind", "") == "simulated" &&
-           !trace_->facts().value("execution_times", "").starts_with("replay:");
+    return trace_ && trace_->record().kind == RunKind::simulated && trace_->record().simulation &&
+           !trace_->record().simulation->execution_times.starts_with("replay:");
   }
 
   /// Throws UsageError if a repetition of the run had phases that the bounds do not cover.
   void check_phases_of_run(const CallbackGraph& callbacks, const std::string& executor) const {
     if (!trace_ || std::ranges::find(trace_->executors(), executor) == trace_->executors().end()) return;
-    const auto repetitions = trace_->check([&] { return trace_->facts().at("repetitions").get<unsigned>(); });
-    for (std::uint32_t r = 0; r < repetitions; ++r) {
+    for (std::uint32_t r = 0; r < trace_->record().repetitions; ++r) {
       const std::vector<Duration> first = trace_->first_timestamps(callbacks.set, executor, r);
       for (TaskId a = 0; a < first.size(); ++a) {
         if (callbacks.set[a].kind != TaskKind::timer) continue;
@@ -188,35 +186,6 @@ class Analysis {
     std::cout << "\n" << table;
   }
 
-  std::string command_of_run() const {
-    std::string command =
-        "hotpath simulate --graph " + options_.graph + " --executors " + joined(trace_->executors(), ",");
-    const auto add = [&](const nlohmann::json& value, std::string option) {
-      std::ranges::replace(option, '_', '-');
-      command += " --" + option + " " + (value.is_string() ? value.get<std::string>() : value.dump());
-    };
-    constexpr std::pair<const char*, const char*> kOptions[] = {{"phases", "phases"},
-                                                                {"repetitions", "repetitions"},
-                                                                {"seed", "seed"},
-                                                                {"rule", "rule"},
-                                                                {"ties", "ties"},
-                                                                {"load_given", "load"},
-                                                                {"rate_percent", "rate"},
-                                                                {"copies", "copies"},
-                                                                {"duration_s", "duration"},
-                                                                {"warm_up_s", "warm-up"},
-                                                                {"entity_order", "entity-order"},
-                                                                {"execution_times", "execution-times"}};
-    const nlohmann::json& facts = trace_->facts();
-    for (const auto& [key, option] : kOptions) {
-      if (facts.contains(key) && !facts[key].is_null()) add(facts[key], option);
-    }
-    for (const auto& [key, value] : facts.at("platform").items()) {
-      if (value != 0) add(value, key);
-    }
-    return command;
-  }
-
   /// Writes the page's data and renders the page.
   void write_page(const BoundReport& report) const {
     const std::filesystem::path folder = options_.page;
@@ -241,15 +210,13 @@ class Analysis {
     if (simulated()) {
       throw RunError("--trace " + options_.trace + ": " + share +
                      ". A bound is wrong; please report the graph " + find_graph(options_.graph) +
-                     " and the command that reproduces it: " + command_of_run());
+                     " and the command that reproduces it: " + trace_->record().command_line());
     }
     std::cout << "\n"
               << share
               << ". Bounds assume a dedicated processor, no job longer than its execution time, and the "
               << "platform's costs. A live run can violate these assumptions:\n";
-    for (const auto& warning : trace_->facts().value("warnings", nlohmann::json::array())) {
-      std::cout << "  " << warning.get<std::string>() << "\n";
-    }
+    for (const std::string& warning : trace_->record().warnings) std::cout << "  " << warning << "\n";
     if (options_.strict) throw RunError("--strict: " + share);
   }
 

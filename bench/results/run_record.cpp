@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "program/json_record.hpp"
+#include "program/text.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath {
@@ -26,6 +27,12 @@ RepetitionRecord record_of(const TaskSet& set, const std::vector<std::string>& c
   for (const std::string& chain : chains) record.hot_path_drops[chain] = 0;
   for (const ChainRecord& r : repetition.trace.chains) record.hot_path_drops[chains[r.chain]] += r.dropped;
   return record;
+}
+
+std::string RunRecord::command_line() const {
+  std::string line = "hotpath";
+  for (const std::string& word : command) line += " " + shell_word(word);
+  return line;
 }
 
 std::uint64_t RepetitionRecord::expected_of(const std::string& task) const {

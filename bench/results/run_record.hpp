@@ -156,6 +156,8 @@ struct RunRecord {
   [[nodiscard]] unsigned cores() const {
     return live ? static_cast<unsigned>(live->cpus.size()) : simulation ? simulation->platform.cores : 1;
   }
+  /// `command` as a shell takes it.
+  [[nodiscard]] std::string command_line() const;
   /// Whether the durations of jobs tell how fast a processor was: live, and nodes that do a fixed amount of
   /// work.
   [[nodiscard]] bool tells_processor_speed() const {
