@@ -46,6 +46,17 @@ inline std::string csv_field(const std::string& field) {
   return out + "\"";
 }
 
+/// Text as one word of a shell's command line.
+inline std::string shell_word(const std::string& word) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("_@%+=:,./-").find(c) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\"'\"'") : std::string(1, c);
+  return quoted + "'";
+}
+
 /// `value` with so many decimals; `-` if it is not finite.
 inline std::string fixed(double value, int decimals) {
   return std::isfinite(value) ? text("%.*f", decimals, value) : "-";
