@@ -147,6 +147,7 @@ TEST(Predictions, StopAfterTheDrawInWhichTheBudgetEnds) {
   std::uint32_t told = 0;
   const auto predictions = predict(candidates, options, [&](std::uint32_t draws) { told = draws; });
   EXPECT_EQ(told, 1U);
+  EXPECT_FALSE(predictions.empty());
   for (const Prediction& p : predictions) EXPECT_EQ(p.draws.size(), 1U);
 }
 

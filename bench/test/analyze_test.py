@@ -109,7 +109,7 @@ class AnalyzeTest(CommandTest):
         self.assertGreater(one["localization"], self.rows("sequences", "rm-ro")["localization"])
 
     def test_a_delay_of_delivery_is_refused_where_no_method_covers_it(self):
-        _, out, _ = self.command("analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100)
+        out = self.accepted("analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100)
         self.assertIn("rm-ro: no bound is known", out)
         self.assertIn("it does not cover a delay of delivery; no method here does", out)
         self.assertIn("default, processing windows", out)
@@ -124,24 +124,24 @@ class AnalyzeTest(CommandTest):
 
     def test_chains_of_timers_need_their_phases(self):
         graph = self.graph(SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 2))
-        _, unknown, _ = self.command("analyze", graph, "--executors", "rm-ro", "--chain", "A,B")
+        unknown = self.accepted("analyze", graph, "--executors", "rm-ro", "--chain", "A,B")
         self.assertRegex(unknown, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover unknown phases")
         self.assertRegex(unknown, r"Duerr 2019, Davis 2007 \(exact\) +[0-9.]+")
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=1)
         known = ("analyze", graph, "--executors", "rm-ro", "--chain", "A,B", "--phases-of", run)
-        _, shifted, _ = self.command(*known)
+        shifted = self.accepted(*known)
         self.assertRegex(shifted, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover phases other than 0")
         self.assertRegex(shifted, r"Guenzel 2023, Davis 2007 \(exact\) +[0-9.]+")
 
     def test_an_overload_is_never_schedulable(self):
         graph = self.graph(SENSOR.format("A", 10, 6), SENSOR.format("B", 20, 12))
-        _, out, _ = self.command("analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous")
+        out = self.accepted("analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous")
         self.assertNotIn("Schedulable", out)
         self.assertIn("utilisation", out)
 
     def test_a_chain_without_a_bound_says_why(self):
         nodes = [SENSOR.format("S", 100, 5), TRANSFORM.format("T", "S", 100)]
-        _, out, _ = self.command("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
+        out = self.accepted("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
         self.assertIn("from S to T/S there is no bound", out)
 
     def test_the_page_is_made_from_a_table(self):
@@ -218,7 +218,7 @@ class AnalyzeTest(CommandTest):
         ]
         for nodes, why in ((own, "X/A has a priority of its own"), (sparse, "A/a publishes not with every job")):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
-            _, out, _ = self.command("analyze", self.graph(*nodes), *exact)
+            out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertIn(why, out)
 
     def test_a_run_is_compared_with_bounds_for_what_ran(self):

@@ -16,6 +16,7 @@ class Commands(CommandTest):
             with self.subTest(name):
                 prepare(name, self.folder)
                 out = self.accepted(name, *arguments)
+                self.assertNotIn("Usage: hotpath", out)
                 if result and result.startswith(">"):
                     self.assertIn(result[1:], out)
                 elif result:

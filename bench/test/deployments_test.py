@@ -34,6 +34,7 @@ class Deployments(CommandTest):
         self.assertEqual(run.run["failures"], [])
         for executor in run.summary()["executors"]:
             self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
+        self.assertEqual({label for label, _ in run.jobs()}, set(run.run["executors"]))
         for (label, _), jobs in run.jobs().items():
             workers = {}
             for executor in run.run["deployments"][label]["executors"]:

@@ -59,13 +59,17 @@ class HostileNames(CommandTest):
                 self.assertEqual(len([line for line in err.splitlines() if not line.startswith("note: ")]), 1, err)
 
     def test_a_graph(self):
-        source = json.dumps({"name": "good", "description": LINES, "nodes": [{"name": "a", "type": "sensor"}]})
+        nodes = [{"name": "a", "type": "sensor", "period_ms": 100}]
+        source = json.dumps({"name": "good", "description": LINES, "nodes": nodes})
         graph = self.folder / "graph.yaml"
+        self.environment["HOTPATH_GRAPHS"] = str(self.folder)
         for text in (source, *(source.replace(word, json.dumps(NAME)) for word in ('"good"', '"a"', '"sensor"', '"nodes"'))):
             graph.write_text(text)
-            self.said("graph", graph)
-            self.said("graph", graph, "--dot")
-        self.said("list", "graphs")
+            codes = (0,) if text == source else (0, 1, 2)
+            self.said("graph", graph, codes=codes)
+            self.said("graph", graph, "--dot", codes=codes)
+            listed = self.said("list", "graphs", codes=(0,))[1]
+            self.assertRegex(listed, "(?m)^graph ")
 
     def stored_run(self):
         """A run whose graph, chain, node and warnings have such names."""

@@ -79,7 +79,10 @@ class RunFolder:
             return reader.fieldnames, list(reader)
 
     def summary(self):
-        return json.loads((self.path / "summary.json").read_text())
+        """summary.json, which must name executors: checks that loop over them would pass otherwise."""
+        summary = json.loads((self.path / "summary.json").read_text())
+        assert summary["executors"], f"{self.path}/summary.json names no executor"
+        return summary
 
     def jobs(self):
         """{(executor, repetition): jobs in file order}"""

@@ -101,7 +101,7 @@ class LiveTest(CommandTest):
         (executor,) = folder.summary()["executors"]
         overruns = {task["task"]: task.get("deadline_overruns", 0) for task in executor["tasks"]}
         names = [node["name"] for node in received.run["nodes"]]
-        for name, node in zip(names, received.last["nodes"]):
+        for name, node in zip(names, received.last["nodes"], strict=True):
             own = [j for j in jobs if j.node == name]
             count = collections.Counter(j.outcome for j in own)
             self.assertEqual(
@@ -110,7 +110,8 @@ class LiveTest(CommandTest):
                 name,
             )
             self.assertEqual(node["overruns"], sum(overruns[task] for task in {j.task for j in own}), name)
-        for chain, summary in zip(received.last["chains"], executor["chains"]):
+        self.assertGreater(len(executor["chains"]), 0)
+        for chain, summary in zip(received.last["chains"], executor["chains"], strict=True):
             exact = summary["hot_path_latency_ms"]
             self.assertEqual(chain["samples"], exact["n"])
             self.assertAlmostEqual(chain["latency_max_ns"] / 1e6, exact["max"])
@@ -122,7 +123,7 @@ class LiveTest(CommandTest):
         self.assertEqual(stamps, sorted(stamps))
         self.assertEqual({s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]})
         for before, after in zip(received.statistics, received.statistics[1:]):
-            for a, b in zip(before["nodes"], after["nodes"]):
+            for a, b in zip(before["nodes"], after["nodes"], strict=True):
                 for count in ("ran", "skipped", "overwritten", "overruns"):
                     self.assertLessEqual(a[count], b[count])
 
@@ -325,7 +326,7 @@ class Replay(LiveTest):
             received.values(), [c for c in folder.chains()["default", 0] if 2e9 <= sink[c[1]] <= 3e9]
         )
         finished = collections.Counter(j.node for j in jobs if j.outcome == "ran" and j.finish <= 3e9)
-        for node, last in zip(received.run["nodes"], received.last["nodes"]):
+        for node, last in zip(received.run["nodes"], received.last["nodes"], strict=True):
             self.assertEqual(last["ran"], finished[node["name"]], node["name"])
 
 

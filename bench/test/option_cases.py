@@ -18,10 +18,12 @@ NOT_ITS_RESULT = {"command"}  # of run.json: how it was called
 
 @dataclasses.dataclass(frozen=True)
 class Changes:
-    """Words that make another result. `given`: words that are there with and without the option."""
+    """Words that change the result. `given`: words of both runs. `refused`: the run with the option is rejected
+    with this message, since the option's effect is to reject it."""
 
     words: dict
     given: dict = dataclasses.field(default_factory=dict)
+    refused: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -105,7 +107,9 @@ class OptionTest(unittest.TestCase):
         return self.known[words]
 
     def help_of(self, command):
-        return self.run_in(self.folder, [*command.split(), "--help"]).stdout
+        done = self.run_in(self.folder, [*command.split(), "--help"])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
 
     def check_command(self, command, base, cases):
         """Every option that the command has counts."""
@@ -134,7 +138,11 @@ class OptionTest(unittest.TestCase):
             self.assertEqual(with_it[:2], without[:2], case.reason)
             self.assertEqual(with_it[2] != without[2], case.recorded, "run.json")
             return
-        self.assertIn(with_it[0], (0, 2), with_it[3])
+        if case.refused:
+            self.assertEqual(with_it[0], 2, with_it[3])
+            self.assertIn(case.refused, with_it[3])
+            return
+        self.assertEqual(with_it[0], 0, f"{option} ends with an error: {with_it[3]}")
         self.assertTrue(self.differs(without, with_it), f"{option} is ignored")
         if without[2]:
             self.assertNotEqual(with_it[2], without[2], f"run.json does not remember {option}")

@@ -349,18 +349,27 @@ class FolderTargets(OutputTargets):
                     (self.place / mark / mark).write_text("{}")
                     self.assert_refused(at, self.place / mark)
         for words, file in (
-            (["report", "no_run", "--output"], "report.html"),
-            (["analyze", "no_graph", "--page"], "bounds.json"),
+            (["analyze", "timers_only_60", "--executors", "rm-ro", "--page"], "bounds.json"),
             (["experiment", "wcrt-table", "--output"], "wcrt_table.csv"),
             (
                 ["experiment", "waters", "--sets", 1, "--utilisations", 0.5, "--paper-only", "--output"],
                 "waters.csv",
             ),
         ):
-            shutil.rmtree(self.place)
-            self.place.mkdir()
-            (self.place / file).write_text("")
-            self.assertNotIn("holds other files", self.command(*words, self.place)[2])
+            with self.subTest(words=words):
+                shutil.rmtree(self.place)
+                self.place.mkdir()
+                (self.place / file).write_text("")
+                self.accepted(*words, self.place)
+                self.assertGreater((self.place / file).stat().st_size, 0)
+        # A page takes seconds: a missing run shows that the folder was accepted before it was read.
+        shutil.rmtree(self.place)
+        self.place.mkdir()
+        (self.place / "report.html").write_text("")
+        code, _, err = self.command("report", "no_run", "--output", self.place)
+        self.assertIn(code, (1, WRONG_USE), err)
+        self.assertIn("no_run", err)
+        self.assertNotIn("holds other files", err)
 
     def test_an_empty_folder_and_a_link_to_one_are_taken(self):
         for words in (["simulate", "--duration", 0.1, "--warm-up", 0], ["export", "ctf", self.run_folder]):

@@ -72,6 +72,8 @@ class Recover(CommandTest):
                 self.assertFalse((folder / "jobs.csv").exists())
                 refused += 1
         print(f"{recovered} recovered, {refused} killed before anything was stored")
+        if KILLS >= 6:
+            self.assertGreater(recovered, 0)
         if "HOTPATH_RELIABILITY" in os.environ:
             facts = {"kills": KILLS, "recovered": recovered, "nothing_stored": refused}
             (pathlib.Path(os.environ["HOTPATH_RELIABILITY"]) / "kills.json").write_text(json.dumps(facts, indent=2) + "\n")
@@ -101,7 +103,7 @@ class Recover(CommandTest):
         """As if run.json named a repetition before its rows were stored."""
         folder = self.killed_copy(0.9)
         self.command("recover", folder)
-        self.assertNotEqual(self.defect_of(folder), "")
+        self.assertIn(self.defect_of(folder), ("rows are missing", "rows and run.json name other repetitions"))
 
     def test_killed_before_it_said_how_it_ended(self):
         whole = self.measure(*RUN)

@@ -188,7 +188,7 @@ class Timeline(SimulateTest):
         file = self.folder / "trace.json"
         for executor in ("rm-re", "multi"):
             for part in ((), ("--from", 500, "--to", 900)):
-                self.command("timeline", run.path, "--executor", executor, *part, "--perfetto", file)
+                self.accepted("timeline", run.path, "--executor", executor, *part, "--perfetto", file)
                 self.assertLessEqual(hot_path, set(self.assert_chrome_trace(file.read_text())))
 
     def test_perfetto_trace_has_every_job_and_the_flows_between_them(self):
@@ -213,7 +213,7 @@ class Timeline(SimulateTest):
     def test_part_of_a_trace(self):
         run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
         file = self.folder / "part.json"
-        self.command("timeline", run.path, "--from", 1000, "--to", 1100, "--perfetto", file)
+        self.accepted("timeline", run.path, "--from", 1000, "--to", 1100, "--perfetto", file)
         slices = [e for e in json.loads(file.read_text())["traceEvents"] if e["ph"] == "X"]
         self.assertGreater(len(slices), 5)
         for e in slices:

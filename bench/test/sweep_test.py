@@ -72,6 +72,7 @@ class Sweeps(SweepTest):
         self.assertAlmostEqual(float(row["hot_path_p50_ms"]), chain["hot_path_latency_ms"]["p50"])
         self.assertAlmostEqual(float(row["end_to_end_max_ms"]), chain["end_to_end_latency_ms"]["max"])
         overloaded = [r for r in rows if r["load"] == "300" and r["executor"] == "rm-ro"]
+        self.assertEqual(len(overloaded), 4)
         self.assertTrue(all(r["failure"] or int(r["deadline_overruns"]) > 0 for r in overloaded))
 
     def test_an_interrupted_sweep_goes_on_with_the_same_result(self):

@@ -3,9 +3,11 @@
 machine: orders, counts, and identities that are recomputed from the rows of jobs.csv."""
 
 import collections
+import json
+import subprocess
 import unittest
 
-from hotpath_command import CHAIN_COLUMNS, JOB_COLUMNS, CommandTest
+from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, CommandTest
 from known_graphs import AUTOWARE, MANY_TO_MANY, SEQUENCES, TIMERS_ONLY
 
 EXECUTORS = (
@@ -77,6 +79,15 @@ class Repetition:
 
 class WholeProgram(CommandTest):
     maxDiff = 2000
+
+    @classmethod
+    def setUpClass(cls):
+        listed = subprocess.run([HOTPATH, "list", "executors", "--json"], check=True, capture_output=True)
+        executors = json.loads(listed.stdout)
+        cls.timer_thread_runs_timers = {
+            e["name"] for e in executors if e["timers"] == "release_and_execute"
+        }
+        assert cls.timer_thread_runs_timers, "no executor is listed as release_and_execute"
 
     def check(self, folder, graph, executors=("rm-ro",), repetitions=1, processes=1, figures=False):
         run = folder.run
@@ -161,7 +172,7 @@ class WholeProgram(CommandTest):
         groups = collections.defaultdict(list)
         for j in repetition.started.values():
             groups[f"worker {j.worker} of process {j.process}"].append(j)
-            if not executor.partition(":")[0].endswith("-re"):
+            if executor.partition(":")[0] not in self.timer_thread_runs_timers:
                 groups[j.node].append(j)
         for name, jobs in groups.items():
             jobs.sort(key=lambda j: j.start)
@@ -177,6 +188,7 @@ class WholeProgram(CommandTest):
             self.assertEqual(j.process, process[j.node], j)
 
     def check_summary(self, folder, jobs, chains):
+        self.assertEqual([e["executor"] for e in folder.summary()["executors"]], folder.run["executors"])
         for executor in folder.summary()["executors"]:
             name = executor["executor"]
             self.assertTrue(executor["loss_equations"]["hold"], executor["loss_equations"])
@@ -187,6 +199,7 @@ class WholeProgram(CommandTest):
             self.assertEqual(executor["skipped"], count["skipped"])
             self.assertEqual(executor["overwritten"], count["overwritten"])
             rows = [row[0] for (e, _), found in chains.items() if e == name for row in found]
+            self.assertLessEqual(set(rows), {chain["chain"] for chain in executor["chains"]})
             for chain in executor["chains"]:
                 self.assertEqual(chain["hot_path_latency_ms"]["n"], rows.count(chain["chain"]))
 
