@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath advise` as a user starts it: what it ranks, what it writes, and what it refuses."""
+"""`hotpath advise` as a user starts it: its ranking, its files, and its errors."""
 
 import csv
 import json
@@ -10,7 +10,7 @@ from hotpath_command import CommandTest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 MEASURED = SOURCE / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
-# Medians that differ by less are within what repetitions of the real stack differ by.
+# A smaller ratio of medians is within the variation between repetitions on the real stack.
 CLEAR = 1.15
 
 
@@ -51,7 +51,7 @@ class Advise(CommandTest):
         )
 
     def test_ranks_as_the_real_executors_were_measured(self):
-        """Each with the phases that it was recorded with, by the median for a crunch of 4.2 ms."""
+        """Uses the recorded phases, and ranks by the median for a crunch of 4.2 ms."""
         with open(MEASURED, newline="") as file:
             measured = {
                 row["executor"].split()[0]: float(row["hot_path_p50_ms"]) for row in csv.DictReader(file)

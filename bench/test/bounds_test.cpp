@@ -20,8 +20,8 @@ TEST_P(EveryBound, HoldsForRandomGraphs) {
   if (jobs == 0) GTEST_SKIP() << "no method bounds any of these graphs under " << property.name;
 }
 
-/// Without the check of one assumption the search finds a wrong bound. The methods for which subscriptions or
-/// shifted phases are not covered refuse them as input as well.
+/// Without the check of one assumption, the search finds a wrong bound. Methods that do not cover
+/// subscriptions or shifted phases also reject them as input.
 struct Unchecked {
   const char* executor;
   Assumption assumption;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs with nodes of type `callbacks` through every command that takes them."""
+"""Runs graphs with nodes of type `callbacks` through every command that takes them."""
 
 import json
 import shutil

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each command does its work once: quick enough for builds that take long, such as one without optimisation."""
+"""Runs each command once; fast enough for slow builds, such as a build without optimisation."""
 
 import unittest
 

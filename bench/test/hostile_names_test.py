@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that would command what shows them: a terminal, a page in Markdown or HTML, a figure, a graph's file. They stand in
-options, names of files, graphs, traces and stored runs; what reaches people neither controls a terminal nor is markup."""
+"""Hostile names in options, file names, graphs, traces and stored runs. They contain control
+sequences and markup for terminals, Markdown, HTML, figures and graph files; the output must neither
+control a terminal nor contain their markup."""
 
 import json
 import re
@@ -12,7 +13,8 @@ from ctf_trace import sensor_and_filter
 from hotpath_command import CommandTest
 from import_files_test import ARCHITECTURE, TOPOLOGY
 
-# Clear the screen, ring, overwrite the line, turn the direction; a script, a cell, code, a link, a formula.
+# Clears the screen, rings, overwrites the line, reverses the text; a script, a table cell, code, a
+# link, a formula.
 NAME = "x\x1b[2J\x07\r\u202e\u009b1m<script>alert(1)</script>|`a`](http://b)$y^{$*z*"
 LINES = NAME + "\n# heading\n```\n"
 CONTROL = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
@@ -21,7 +23,8 @@ SCRIPT, MARKUP = re.compile("<script"), re.compile(r"<script|(?<!\\)\]\(http|^# 
 
 class HostileNames(CommandTest):
     def said(self, *arguments, codes=(0, 1, 2)):
-        """What a command prints, of which nothing controls a terminal."""
+        """(exit code, standard output, standard error) of a command; checks that nothing controls a
+        terminal."""
         code, out, err = self.command(*arguments, errors="replace")
         self.assertIn(code, codes, err)
         for text in (out, err):
@@ -30,13 +33,13 @@ class HostileNames(CommandTest):
         return code, out, err
 
     def check_pages(self, folder):
-        """Those below a folder; how many there are."""
+        """Checks all pages below a folder and returns their number."""
         pages = [f for f in folder.rglob("*") if f.suffix in (".md", ".html", ".svg", ".xml")]
         for page in pages:
             with self.subTest(page=page.name):
                 text = page.read_text(encoding="utf-8")
                 self.assertIsNone(CONTROL.search(text))
-                if page.suffix == ".md":  # nothing is markup in a block of code, which ends at its fence
+                if page.suffix == ".md":  # a fenced code block contains no markup
                     text = re.sub(r"^```\n.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
                 self.assertEqual((MARKUP if page.suffix == ".md" else SCRIPT).findall(text), [])
                 if page.suffix in (".svg", ".xml"):
@@ -72,7 +75,7 @@ class HostileNames(CommandTest):
             self.assertRegex(listed, "(?m)^graph ")
 
     def stored_run(self):
-        """A run whose graph, chain, node and warnings have such names."""
+        """A run whose graph, chain, node and warnings have hostile names."""
         brief = ("--executors", "default,rm-ro", "--duration", 2)
         self.accepted("simulate", "--graph", "sequences", *brief, "--output", "run")
         folder = self.folder / "run"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath import ctf` against what an independent reader found in traces of the real ROS 2 stack, and against runs of
-ours that `export ctf` wrote. HOTPATH_TRACES names another folder of traces (NAME.tar.xz and truth.json)."""
+"""Compares `hotpath import ctf` with an independent reader's findings in traces of the real ROS 2
+stack, and with hotpath's own runs written by `export ctf`. HOTPATH_TRACES names another folder of
+traces (NAME.tar.xz and truth.json)."""
 
 import json
 import os
@@ -17,13 +18,13 @@ SHIPPED = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_refer
 TRACES = Path(os.environ.get("HOTPATH_TRACES", SHIPPED))
 HOT_PATH = ("--chain", "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator")
 QUANTILES = ("p50", "p99", "max")
-# What a good prediction must keep: percent of median and p99, percentage points of losses.
+# Limits for a good prediction: percent of median and p99, percentage points of losses.
 MEDIAN, P99, LOST = 3, 8, 1
 
 
 class ImportTest(CommandTest):
     def imported(self, trace, *arguments):
-        """What an import says; its output is beside the trace."""
+        """(content of import.json, output folder) of an import; the folder is beside the trace."""
         output = trace.parent / f"{trace.name}_imported"
         code, out, err = self.command("import", "ctf", trace, "--output", output, *arguments)
         self.assertEqual(code, 0, err)
@@ -43,7 +44,8 @@ class ImportTest(CommandTest):
 
 
 class Truth(ImportTest):
-    """Counts equal, durations within 0.1 microseconds, and the self-check within its bar."""
+    """Counts are equal, durations agree within 0.1 microseconds, and the self-check stays within
+    its limits."""
 
     def test_recorded_traces(self):
         truth = json.loads((TRACES / "truth.json").read_text())
@@ -87,7 +89,7 @@ class Truth(ImportTest):
         self.assertLessEqual(abs(chain["p99_error_percent"]), P99)
 
     def check_run(self, output, facts):
-        """The folder of the recorded run is one that every other command reads."""
+        """Checks that other commands can read the folder of the recorded run."""
         run = RunFolder(output / "run")
         self.assertTrue(run.run["complete"])
         ran = sum(task["jobs"] for task in facts["tasks"])
@@ -99,9 +101,11 @@ class Truth(ImportTest):
 
 
 class RoundTrip(ImportTest):
-    """A run, its trace, imported: the same tasks, jobs and outputs, which are a legal schedule."""
+    """A run that is exported and imported again has the same tasks, jobs and outputs, and a legal
+    schedule."""
 
-    # With the chain whose outputs are compared, by its sources and sink, and its name in the graph.
+    # By graph: the chain whose outputs are compared, as sources and sink, and its name in the
+    # graph.
     CHAINS = {
         "autoware": (HOT_PATH[1], "hot_path"),
         "many_to_many": ("SensorA:SinkLogger", "sensor_a"),
@@ -114,7 +118,7 @@ class RoundTrip(ImportTest):
         "sequences": ("edf-ro", "multi-jazzy:2"),
         "many_to_many": ("events-ro", "rm-re", "multi:2"),
     }
-    # What the trace of a run on several processors may add, so that what happens at one instant has an order.
+    # The export may shift simultaneous events of several CPUs by this much, to give them an order.
     APART_NS = 100
     TWO_PROCESSES = """name: two
 executors:
@@ -172,7 +176,8 @@ executors:
         return output
 
     def assert_near(self, found, expected):
-        """Of both the same keys and numbers of values, which are nearly the same."""
+        """Checks that both have the same keys, and for each key the same number of values within
+        APART_NS."""
         self.assertEqual({k: len(v) for k, v in found.items()}, {k: len(v) for k, v in expected.items()})
         for name, values in found.items():
             for value, other in zip(values, expected[name]):
@@ -186,8 +191,8 @@ executors:
         return sorted(task["period_ns"] for task in run.run["tasks"] if task["kind"] == "timer")
 
     def jobs(self, run):
-        """Starts and finishes of what ran, by what it was for; timers by their nodes, of which each has one here that
-        counts."""
+        """Starts and finishes of the jobs that ran, by node and topic or, for timers, by node and
+        period."""
         periods = {t["task"]: t["period_ns"] for t in run.run["tasks"] if t["kind"] == "timer"}
         seen = {}
         (jobs,) = run.jobs().values()
@@ -200,7 +205,7 @@ executors:
 
 
 class BadInput(ImportTest):
-    """One clear sentence each, with exit code 2."""
+    """Unusable inputs: each ends with one clear sentence and exit code 2."""
 
     def test_what_is_no_trace(self):
         self.refused(2, "is not a folder", self.folder / "nowhere")
@@ -271,7 +276,7 @@ class BadInput(ImportTest):
 
 
 class Faults(ImportTest):
-    """Of a recording that is a trace: one sentence each, and the rest is used."""
+    """Faults of a readable trace: each gives one warning, and the import uses the rest."""
 
     def warned(self, trace, words, jobs):
         facts, _ = self.imported(trace.write(self.folder / "trace"))
@@ -377,9 +382,10 @@ class Faults(ImportTest):
 
 
 class Mutations(ImportTest):
-    """Traces of which a few bytes are others are read, or refused with one sentence. HOTPATH_MUTATIONS: how many.
+    """Traces with a few changed bytes are read, or rejected with one sentence. HOTPATH_MUTATIONS
+    sets their number.
 
-    With HOTPATH_RELIABILITY, a folder, the counts are written to its mutations.json.
+    If HOTPATH_RELIABILITY names a folder, the counts are written to its mutations.json.
     """
 
     def test_any_bytes(self):
@@ -400,7 +406,7 @@ class Mutations(ImportTest):
                 output = self.folder / "imported"
                 code, _, err = self.command("import", "ctf", trace, "--output", output)
                 self.assertIn(code, (0, 2), err)
-                if code == 2:  # before it, an assertion of libbabeltrace2 may say that it failed
+                if code == 2:  # a failed assertion of libbabeltrace2 may precede the sentence
                     lines = [line for line in err.strip().splitlines() if "Assertion" not in line]
                     self.assertEqual([line[:9] for line in lines], ["hotpath: "], err)
                 shutil.rmtree(output, ignore_errors=True)

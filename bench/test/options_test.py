@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every option of every command counts: it changes the result, it is refused where it would be ignored, or it stands
-here with the reason why it changes nothing. The commands and their options are those that --help lists."""
+"""Every option of every command has an effect: it changes the result, it is rejected where it would
+be ignored, or it is listed here with the reason why it changes nothing. --help supplies the
+commands and their options."""
 
 import re
 import shutil
@@ -14,7 +15,7 @@ THREADS = Same({"--threads": 3}, "threads share the work, and each part is a fun
 ELSEWHERE = Changes({"--output": "elsewhere"})
 BRIEF = {"--duration": 1, "--warm-up": 0}
 
-# What simulated systems have in common.
+# The options of simulated systems.
 GRAPHS = {
     "--graph": Changes({"--graph": "sequences"}),
     "--load": Changes({"--load": 50}),
@@ -52,7 +53,7 @@ SIMULATIONS = GRAPHS | PLATFORM | {
     "--execution-times": Changes({"--execution-times": "uniform"}, {"--graph": "callbacks"}),
 }  # fmt: skip
 
-# By command: its words, and what each of its options does.
+# By command: its arguments, and the effect of each option.
 CASES = {
     "simulate": (
         {"--executors": "default,rm-ro", "--output": "out", **BRIEF},
@@ -274,7 +275,7 @@ class EveryOptionCounts(OptionTest):
         super().check_option(command, self.filled(base), option, case)
 
     def commands(self, command=""):
-        """All commands, with a parent's name before its own."""
+        """All commands; subcommands after their parent's name."""
         names = re.findall(
             r"^  ([a-z][a-z-]+) ", self.help_of(command).partition("Subcommands:")[2], re.MULTILINE
         )
@@ -290,7 +291,8 @@ class EveryOptionCounts(OptionTest):
             self.check_command(command, base, cases)
 
     def test_the_check_finds_an_option_that_is_ignored(self):
-        """Planted: words that say what holds without them."""
+        """Planted defects: an option without effect, an option that ends with an error, and an
+        option that is not listed."""
         base, cases = CASES["simulate"]
         with self.assertRaisesRegex(AssertionError, "--ties is ignored"):
             self.check_option("simulate", base, "--ties", Changes({"--ties": "lifo"}))
@@ -302,7 +304,7 @@ class EveryOptionCounts(OptionTest):
 
 
 class Contradictions(OptionTest):
-    """What is refused because one of two options would be ignored; the message names both."""
+    """Pairs that are rejected because one option would be ignored; the message names both."""
 
     def test_pairs(self):
         for words, parts in (

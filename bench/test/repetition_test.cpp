@@ -33,7 +33,7 @@ Node node(const std::string& name, NodeType type, std::vector<Input> inputs = {}
   return n;
 }
 
-/// Two timers, of which one starts a chain; no node does any work.
+/// Two timers, one of which starts a chain; the nodes do no work.
 Graph idle_graph() {
   Graph g;
   g.nodes = {node("Lidar", NodeType::sensor), node("Camera", NodeType::sensor),
@@ -138,7 +138,7 @@ TEST_F(RepetitionTest, NoProcessIsLeft) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-/// A process that maps one new file of /dev/shm and has another one open, until it is killed.
+/// A process that maps one new file of /dev/shm and holds another open, until it is killed.
 class SharedMemoryUser {
  public:
   explicit SharedMemoryUser(const std::string& name = "hotpath_test_")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath simulate` as a user starts it: every executor on every graph, repeatable bytes, wrong use."""
+"""`hotpath simulate` as a user starts it: every executor on every graph, repeatable bytes, wrong
+use."""
 
 import json
 import unittest
@@ -76,7 +77,8 @@ class Experiments(SimulateTest):
         skipped = {e["executor"]: e["skipped"] for e in run.summary()["executors"]}
         for executor in run.summary()["executors"]:
             for task in executor["tasks"]:
-                # The authors' refers to the latest release, a job's own or, with backlog, a later one.
+                # The authors' response time starts at the latest release: a job's own or, with
+                # backlog, a later one.
                 self.assertEqual(task["response_authors_ms"]["n"], task["response_ms"]["n"])
                 self.assertLessEqual(task["response_authors_ms"]["max"], task["response_ms"]["max"])
         self.assertEqual(skipped["rm-ro"], 0)
@@ -140,8 +142,9 @@ class Experiments(SimulateTest):
 
 class Timeline(SimulateTest):
     def assert_chrome_trace(self, text):
-        """The Trace Event Format's object form as importers read it: events are sorted by `ts`, equal ones stay in
-        the order of the file, and the end of a flow binds to the latest slice of its thread."""
+        """Reads the object form of the Trace Event Format like an importer: events are sorted by
+        `ts`, ties keep the order of the file, and the end of a flow binds to the latest slice of
+        its thread. Returns the flows."""
         trace = json.loads(text)
         self.assertEqual(set(trace), {"displayTimeUnit", "traceEvents"})
         keys = {
@@ -358,7 +361,7 @@ class WrongUse(SimulateTest):
         self.assert_refused("--graph", "timers_only_60", "--phases-of", run.path, says=["run.json"])
 
     def test_the_summary_of_a_stored_run_is_that_of_the_run(self):
-        """In whatever order its repetitions stand in the files: those of live runs are interleaved."""
+        """Holds for any order of the repetitions in the files: live runs interleave them."""
         for graph in ("autoware", "timers_only_90"):
             several = ("--executors", "default,rm-ro,events-ro", "--repetitions", 2, "--phases", "random")
             run = self.simulate("--graph", graph, *several, "--duration", 3, "--warm-up", 0.5, output=graph)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A processor that somebody else uses during a live run: the run says so, and measures again what it disturbed."""
+"""Another program uses the CPU of a live run: the run reports it and repeats the disturbed
+repetitions."""
 
 import json
 import os
@@ -20,12 +21,13 @@ class SlowProcessor(CommandTest):
         self.cpu = max(os.sched_getaffinity(0))
 
     def runs_in(self, output):
-        """Entries of `runs`; None before the calibration has ended."""
+        """The entries of `runs` in run.json; None before the calibration has ended."""
         file = output / "run.json"
         return json.loads(file.read_text())["runs"] if file.exists() else None
 
     def measure_beside_a_sibling(self, *arguments):
-        """A run beside a busy thread on its processor, from the calibration until the first repetition has ended."""
+        """Measures a run while another thread keeps its CPU busy, from the calibration to the first
+        repetition's end."""
         output = self.folder / "run"
         process = self.start(
             "run", "--executor", "rm-ro", "--transport", "intra_process", "--cpus", self.cpu, "--load", 80,

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The published examples of starvation through `simulate`, against the jobs that the real executors ran."""
+"""Compares `simulate` on the published starvation examples with the jobs that the real executors
+ran."""
 
 import csv
 import unittest
@@ -9,7 +10,7 @@ from hotpath_command import CommandTest, RunFolder
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "starvation.csv"
 EXAMPLES = (4, 5, 6)
-# A timer's first release is one period after the start: 16.5 s hold 16 of those with a period of 1 s.
+# A timer's first release is one period after the start, so a 1 s timer has 16 releases in 16.5 s.
 PLAN = ("--cores", 2, "--phases", "given", "--duration", 16.5, "--warm-up", 0)
 
 
@@ -48,7 +49,7 @@ class Starvation(CommandTest):
 
     def test_multi_jazzy_starves_nobody(self):
         for example in EXAMPLES:
-            # The timers of one node enter the wait set together, out of a hash map.
+            # The timers of one node enter the wait set together, in the order of a hash map.
             run, out = self.simulate(example, "--executors", "multi-jazzy:2", "--entity-order", "reverse")
             self.check_counts(example, "jazzy", self.tasks(run)["multi-jazzy:2"])
             self.assertNotIn("never ran", out)

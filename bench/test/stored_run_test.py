@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A stored run says all that was asked for: `hotpath validate` simulates a simulated run again, exactly, whatever options
-it had, and even where the files that they named have changed since."""
+"""A stored run records all of its options: `hotpath validate` repeats a simulated run exactly, with
+any options, even if the files that the options named have changed since."""
 
 import json
 import re
@@ -15,7 +15,7 @@ executors:
   - {name: front, executor: "%s", policy: "fifo:10", processors: [1], owns: [FrontLidarDriver, PointsTransformerFront]}
   - {name: others, executor: "multi", owns: rest}
 """
-# For each option of `simulate` those with which it is tried; files and folders are made by the test.
+# By option of `simulate`: the options of its test run. The test makes the files and folders.
 USES = {
     "--executors": {"--executors": "all"},
     "--deployments": {"--executors": "multi", "--deployments": "isolated,prioritized,mine.yaml", "--cores": 2},

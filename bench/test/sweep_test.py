@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath sweep` and `hotpath capacity` as a user starts them: the same bytes whatever does the work, resumption, faults,
-wrong use."""
+"""`hotpath sweep` and `hotpath capacity` as a user starts them: bytes that do not depend on threads
+or ranks, resumption, faults, wrong use."""
 
 import csv
 import json
@@ -259,7 +259,7 @@ class Capacities(SweepTest):
 
 
 class ChildrenThatRefuse(SweepTest):
-    """What `run` or `analyze` refuses as wrong use is no result of a search or a sweep."""
+    """Wrong use that `run` or `analyze` rejects ends a search or a sweep without a result."""
 
     LIVE = "graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process, processes: 2"
 

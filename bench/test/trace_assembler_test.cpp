@@ -11,7 +11,7 @@ namespace {
 
 using K = TraceEventKind;
 
-/// A trace of one process by hand, and what comes out of it.
+/// Feeds a handmade trace of one process to the assembler and keeps the results.
 class Told : public RecordedJobSink {
  public:
   void tell(K kind, std::int64_t at_ns, std::array<std::uint64_t, 4> numbers,
@@ -27,8 +27,8 @@ class Told : public RecordedJobSink {
     assembler.visit(e);
   }
 
-  /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), node 2 with a subscription of it
-  /// (callback 21, of rmw 23, of depth 1).
+  /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), and node 2 with a
+  /// subscription to it (callback 21, rmw handle 23, depth 1).
   void make_nodes() {
     tell(K::node_init, 0, {1}, {"source", "/"});
     tell(K::publisher_init, 1, {13, 1, 14}, {"/a"});
@@ -41,7 +41,7 @@ class Told : public RecordedJobSink {
     tell(K::subscription_callback_added, 8, {22, 21});
   }
 
-  /// A job of the timer that publishes with this source timestamp; 0: none, as in Humble.
+  /// A timer job that publishes with this source timestamp; 0: no timestamp, as in Humble.
   void publish(std::int64_t at_ns, std::uint64_t source_ns) {
     tell(K::callback_start, at_ns, {11});
     tell(K::rcl_publish, at_ns + 1, {13, 99});
@@ -121,7 +121,7 @@ TEST(TraceAssembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
   told.tell(K::callback_start, 2000, {11});
   told.tell(K::intra_publish, 2001, {13, 99});
   told.tell(K::ring_buffer_enqueue, 2002, {31, 4});
-  told.tell(K::rcl_publish, 2003, {13, 98});  // the same call, for other processes
+  told.tell(K::rcl_publish, 2003, {13, 98});  // the same publication, for other processes
   told.tell(K::callback_end, 2004, {11});
   told.tell(K::ring_buffer_dequeue, 3000, {31, 4});
   told.tell(K::callback_start, 3001, {21, 1});
@@ -161,7 +161,8 @@ TEST(TraceAssembler, HandlesUsedAgainMeanTheLatestCallback) {
   EXPECT_EQ(told.jobs[1].ref.callback, 2U);
 }
 
-/// A node with subscriptions 0 and 1 that publishes topic 0 from `publisher` by `made`, for each of `jobs`.
+/// A node with subscriptions 0 and 1; for each of `jobs`, `publisher` publishes topic 0 according
+/// to `made`.
 std::vector<InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bool>>& made) {
   RecordedSystem system;
   system.nodes.resize(1);
@@ -207,7 +208,7 @@ TEST(PublicationRules, InputsThatDoNotFitAreKept) {
   EXPECT_EQ(rules[0].of, (std::vector<std::uint32_t>{1}));
 }
 
-/// As those of two containers.
+/// Thread ids repeat if the processes run in two containers.
 TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
   RecordedSystem system;
   for (const std::uint32_t process : {7U, 8U}) {

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Starts roscore, the bridge and bench_bridge, and prints a table of latency and loss.
 
-`--json FILE` also stores the rows. Other options go to bench_bridge. The environment variable HOTPATH_PROGRAMS names
-the folder of the two programs (default: build/ros1_bridge)."""
+`--json FILE` also stores the rows. Other options go to bench_bridge. The environment variable
+HOTPATH_PROGRAMS names the folder of the two programs (default: build/ros1_bridge)."""
 
 import json
 import os

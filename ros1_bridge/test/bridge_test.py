@@ -37,7 +37,8 @@ def executor_of(run):
 
 
 def values_of(diagnostics, name):
-    """{key: value} of the status whose name ends with `name`; None if the array has no such status."""
+    """{key: value} of the status whose name ends with `name`; None if the array has no such status.
+    """
     for status in diagnostics["status"]:
         if status["name"].endswith(name):
             return {v["key"]: v["value"] for v in status["values"]}
@@ -57,8 +58,8 @@ class WholeRun(BridgeTest):
         wait_for(arrived, "the run's last sample")
 
     def check_latencies(self, listener, expected):
-        """Checks that both topics carry each sample of the run's result once and in order, from the moment of
-        connection on. Returns the samples' stamps."""
+        """Checks that both topics carry each sample of the run's result once and in order, from the
+        moment of connection on. Returns the samples' stamps."""
         stamped = listener.messages(f"/hotpath/latency_stamped/{HOT_PATH}")
         self.assertGreater(len(stamped), len(expected) / 2)
         first = int(stamped[0]["vector"]["z"])
@@ -187,7 +188,8 @@ class WholeRun(BridgeTest):
         own = values_of(listener.messages("/diagnostics")[-1], ": bridge")
         self.assertGreater(int(own["left out by ~points_every"]), 10)
         self.assertGreater(int(own["left out by ~graph_every"]), 5)
-        # One drawing at the start of the run, and one for each statistics message that was not decimated.
+        # One drawing at the start of the run, and one for each statistics message that was not
+        # decimated.
         drawn = 1 + int(own["statistics received"]) - int(own["left out by ~graph_every"])
         wait_for(lambda: len(listener.messages("/hotpath/graph")) >= drawn, "all drawings")
         self.assertEqual(len(listener.messages("/hotpath/graph")), drawn, own)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""listener.py TOPIC=PACKAGE/TYPE...: subscribes like any ROS 1 node and prints each message as one line of JSON."""
+"""listener.py TOPIC=PACKAGE/TYPE...: subscribes like any ROS 1 node and prints each message as one
+line of JSON."""
 
 import base64
 import json

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts the bridge's real partners for tests: roscore, benchmark and subscribers, isolated from other programs."""
+"""Starts the bridge's real partners for tests: roscore, benchmark and subscribers, isolated from
+other programs."""
 
 import json
 import os
@@ -90,7 +91,8 @@ class Process:
         self.process.wait()
 
     def clean_up(self):
-        """Ends the program gracefully if possible: roscore's children are not in its process group."""
+        """Ends the program gracefully if possible: roscore's children are not in its process group.
+        """
         if self.process.poll() is None:
             self.process.send_signal(self.ended_by)
         try:
