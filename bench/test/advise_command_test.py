@@ -90,7 +90,7 @@ class Advise(CommandTest):
         values = [row["objective"] for row in advice["ranking"]]
         self.assertEqual(values, sorted(values))
 
-    def test_says_when_nothing_can_keep_up_and_who_cannot(self):
+    def test_reports_overloaded_candidates(self):
         err = self.refused(1, "autoware", "--load", 130)
         self.assertIn("130 % of one core", err)
         self.assertIn("2 cores or more", err)
@@ -118,7 +118,7 @@ class Advise(CommandTest):
         self.assertIn("draws: the budget ended", out)
 
     def test_wrong_use_is_refused(self):
-        for what, *arguments in (
+        for message, *arguments in (
             ("hot_path:median", "autoware", "--for", "hot_path:p98"),
             ("has no chain", "autoware", "--for", "nothing:p99"),
             ("there is no graph", "nothing"),
@@ -126,7 +126,7 @@ class Advise(CommandTest):
             ("there is no executor", "autoware", "--executors", "nothing"),
             ("no deployment of this name", "autoware", "--now", "nothing"),
         ):
-            self.assertIn(what, self.refused(2, *arguments))
+            self.assertIn(message, self.refused(2, *arguments))
 
 
 if __name__ == "__main__":

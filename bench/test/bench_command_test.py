@@ -54,8 +54,8 @@ class BenchCommand(CommandTest):
         return path
 
     def assert_refused(self, *arguments, code=2, words=()):
-        got, _, err = self.command(*arguments)
-        self.assertEqual(got, code, err)
+        ended_with, _, err = self.command(*arguments)
+        self.assertEqual(ended_with, code, err)
         for word in words:
             self.assertIn(word, err)
 
@@ -119,7 +119,7 @@ class BenchCommand(CommandTest):
         self.assertIn("not comparable", out)
         self.assertIn("3 repetitions", err)
 
-    def test_compare_refuses_folders_that_are_none(self):
+    def test_compare_rejects_folders_without_results(self):
         self.folder_with("old", [100])
         (self.folder / "old" / "bench.json").write_text("{}")
         self.assert_refused("bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: No such file"])

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs graphs with nodes of type `callbacks` through every command that takes them."""
 
-import json
 import shutil
 import unittest
 

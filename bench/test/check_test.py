@@ -99,7 +99,7 @@ class Check(CommandTest):
         self.set(later, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
         self.assert_found("published later", at=later)
 
-    def test_a_timestamp_that_is_none_of_its_timer(self):
+    def test_a_timestamp_off_the_grid_of_its_timer(self):
         at = self.started(kind="timer", start=9)
         self.set(at, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
         self.assert_found("periods of", at=at)

@@ -144,7 +144,7 @@ def sensor_and_filter(periods=200, **options):
     publisher = trace.publisher(MS, sensor, "/points")
     timer = trace.timer(2 * MS, sensor, 10 * MS)
     rmw, subscription = trace.subscription(2 * MS, reader, "/points")
-    made = {
+    handles = {
         "publisher": publisher,
         "timer": timer,
         "subscription": subscription,
@@ -152,13 +152,13 @@ def sensor_and_filter(periods=200, **options):
         "at": (12 + 10 * periods) * MS,
         "nodes": (sensor, reader),
     }
-    run_on(trace, made, 12 * MS, periods)
-    return trace, made
+    run_on(trace, handles, 12 * MS, periods)
+    return trace, handles
 
 
-def run_on(trace, made, at, periods):
+def run_on(trace, handles, at, periods):
     """Extends the system of `sensor_and_filter` by this many periods from `at` on."""
     for _ in range(periods):
-        stamp = trace.job(at + 20_000, at + 2 * MS, made["timer"], publishes=made["publisher"])
-        trace.job(at + 2 * MS + 50_000, at + 5 * MS, made["subscription"], takes=(made["rmw"], stamp))
+        stamp = trace.job(at + 20_000, at + 2 * MS, handles["timer"], publishes=handles["publisher"])
+        trace.job(at + 2 * MS + 50_000, at + 5 * MS, handles["subscription"], takes=(handles["rmw"], stamp))
         at += 10 * MS

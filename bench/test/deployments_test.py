@@ -63,8 +63,7 @@ class Deployments(CommandTest):
         self.assertEqual(repr(jobs[("default", 0)]), repr(jobs[("single", 0)]))
         run.run["deployments"]["default"] = run.run["deployments"]["single"]
         self.check(run)
-        # One core per branch needs four crunches; on one thread it is five, and then what comes
-        # between.
+        # The path takes four crunches with one core per branch, and more than five on one thread.
         self.assertLessEqual(self.latency(run, "prioritized", "p50"), 4.1 * CRUNCH_MS)
         self.assertLessEqual(self.latency(run, "prioritized", "max"), 5 * CRUNCH_MS)
         self.assertGreater(self.latency(run, "single", "p50"), 5 * CRUNCH_MS)

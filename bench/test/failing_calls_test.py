@@ -144,9 +144,9 @@ class Run:
         if not self.facts().get("complete"):
             return ""
         # With a whole result, printing may still fail; JSON needs memory even for its destruction.
-        said = any(sign in sentences[0] for sign in ("standard output", "is whole"))
+        reported = any(sign in sentences[0] for sign in ("standard output", "is whole"))
         whole = (self.output / "summary.json").exists() and not (self.output / "jobs.csv.part").exists()
-        return "" if said and whole else f"it fails with a result that looks whole: {sentences[0]}"
+        return "" if reported and whole else f"it fails with a result that looks whole: {sentences[0]}"
 
 
 def some(places):

@@ -5,7 +5,6 @@ whole."""
 import os
 import pathlib
 import resource
-import shutil
 import signal
 import subprocess
 import unittest
@@ -156,7 +155,6 @@ class WrongUse(FaultTest):
 class Machine(FaultTest):
     """Actions that this machine or this user does not permit."""
 
-    @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
     def test_ros2_that_is_not_there(self):
         for name in ("AMENT_PREFIX_PATH", "HOTPATH_ROS2_RUNNER"):
             self.environment.pop(name, None)
@@ -186,6 +184,7 @@ class Machine(FaultTest):
         self.environment["ROS_DISTRO"] = "humble"
         self.assert_refused((*run, "events-re"), "events-re@rclcpp", "ROS 2 humble", "static, multi, rm-ro")
 
+    @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
     def test_real_time_policy_asked_for_and_refused(self):
         err = self.assert_refused(
             ["run", *BRIEF, "--timer-policy", "fifo:50", "--output", "run"], "fifo:50", "refused",

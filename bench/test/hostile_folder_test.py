@@ -5,7 +5,6 @@ The test fills the folder with traps: every module that a report or a figure imp
 itself, the modules that Python imports at start-up, the program's own libraries, and a
 matplotlibrc. Each trap would leave a mark."""
 
-import os
 import pathlib
 import re
 import subprocess

@@ -22,7 +22,7 @@ SCRIPT, MARKUP = re.compile("<script"), re.compile(r"<script|(?<!\\)\]\(http|^# 
 
 
 class HostileNames(CommandTest):
-    def said(self, *arguments, codes=(0, 1, 2)):
+    def printed(self, *arguments, codes=(0, 1, 2)):
         """(exit code, standard output, standard error) of a command; checks that nothing controls a
         terminal."""
         code, out, err = self.command(*arguments, errors="replace")
@@ -58,7 +58,7 @@ class HostileNames(CommandTest):
             ("capacity", "--require", NAME), ("capacity", "--executors", NAME), ("timeline", LINES),
         ):  # fmt: skip
             with self.subTest(words=words):
-                _, _, err = self.said(*words, codes=(1, 2))
+                _, _, err = self.printed(*words, codes=(1, 2))
                 self.assertEqual(len([line for line in err.splitlines() if not line.startswith("note: ")]), 1, err)
 
     def test_a_graph(self):
@@ -69,9 +69,9 @@ class HostileNames(CommandTest):
         for text in (source, *(source.replace(word, json.dumps(NAME)) for word in ('"good"', '"a"', '"sensor"', '"nodes"'))):
             graph.write_text(text)
             codes = (0,) if text == source else (0, 1, 2)
-            self.said("graph", graph, codes=codes)
-            self.said("graph", graph, "--dot", codes=codes)
-            listed = self.said("list", "graphs", codes=(0,))[1]
+            self.printed("graph", graph, codes=codes)
+            self.printed("graph", graph, "--dot", codes=codes)
+            listed = self.printed("list", "graphs", codes=(0,))[1]
             self.assertRegex(listed, "(?m)^graph ")
 
     def stored_run(self):
@@ -93,14 +93,14 @@ class HostileNames(CommandTest):
 
     def test_a_stored_run(self):
         run = self.stored_run()
-        self.assertIn("script", self.said("summarize", run, codes=(0,))[1])
-        self.said("check", run)
-        self.said("validate", run, "--output", "validated")
-        self.said("report", run, codes=(0,))
-        self.said("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
+        self.assertIn("script", self.printed("summarize", run, codes=(0,))[1])
+        self.printed("check", run)
+        self.printed("validate", run, "--output", "validated")
+        self.printed("report", run, codes=(0,))
+        self.printed("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
         gate = ("--junit", "gate.xml", "--markdown", "gate.md")
-        self.said("compare-results", run, run, "--gate", *gate, codes=(0,))
-        self.said("compare-results", run, run, codes=(0,))
+        self.printed("compare-results", run, run, "--gate", *gate, codes=(0,))
+        self.printed("compare-results", run, run, codes=(0,))
         self.assertGreater(self.check_pages(self.folder), 5)
 
     def test_a_trace(self):
@@ -110,12 +110,12 @@ class HostileNames(CommandTest):
                 if value in ("sensor", "/points"):
                     fields[key] = value + LINES
         folder = trace.write(self.folder / NAME.replace("/", ""))
-        _, out, _ = self.said("import", "ctf", folder, "--output", "imported", codes=(0,))
+        _, out, _ = self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertIn("Self-check:", out)
-        self.said("graph", "imported/graph.yaml", codes=(0,))
+        self.printed("graph", "imported/graph.yaml", codes=(0,))
         del self.environment["HOTPATH_FIGURES"]
         shutil.rmtree(self.folder / "imported")
-        self.said("import", "ctf", folder, "--output", "imported", codes=(0,))
+        self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "imported"), 1)
 
     def test_files_of_caret_and_irobot(self):
@@ -124,19 +124,19 @@ class HostileNames(CommandTest):
         for word in ("/ns/first", "/second", "/third", "/a", "/b", "g0", "c0", "all", "executor_0"):
             text = re.sub(rf"{word}(?=[,}}\]\n])", lambda m: json.dumps(m[0] + LINES), text)
         source.write_text(text)
-        self.said("import", "caret", source, "--output", "caret")
+        self.printed("import", "caret", source, "--output", "caret")
         if (self.folder / "caret").exists():
-            self.said("graph", "caret/graph.yaml", codes=(0,))
+            self.printed("graph", "caret/graph.yaml", codes=(0,))
         topology = json.dumps(TOPOLOGY).replace('"talker"', json.dumps("talker" + LINES))
         source = self.folder / "topology.json"
         source.write_text(topology)
-        self.said("import", "irobot", source, "--output", "irobot", codes=(0,))
-        self.said("graph", "irobot/graph.yaml", codes=(0,))
+        self.printed("import", "irobot", source, "--output", "irobot", codes=(0,))
+        self.printed("graph", "irobot/graph.yaml", codes=(0,))
 
     def test_a_page_of_capacities(self):
         (self.folder / "x<script>.csv").write_text("task,first_release_ms\nnobody,0\n")
         words = ("--graph", "sequences", "--executors", "rm-ro", "--from", 20, "--to", 20, "--duration", 1)
-        self.said("capacity", *words, "--require", "no-loss", "--output", "capacity", codes=(0,))
+        self.printed("capacity", *words, "--require", "no-loss", "--output", "capacity", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "capacity"), 1)
 
 

@@ -155,13 +155,13 @@ executors:
                     self.assertEqual(owners.count("process_1000_") > 0, deployment == two)
                     self.assertEqual(owners.count("process_2000_") > 0, deployment == two)
 
-    def check(self, graph, name, options, told):
+    def check(self, graph, name, options, import_options):
         run, trace = self.folder / name, self.folder / f"trace-{name}"
         plan = ("--graph", graph, "--duration", 3, "--warm-up", 0, "--cores", 2)
         self.accepted("simulate", *plan, *options, "--output", run)
         self.accepted("export", "ctf", run, "--output", trace)
         chain, chain_name = self.CHAINS.get(graph, (None, None))
-        facts, output = self.imported(trace, *told, *(("--chain", chain) if chain else ()))
+        facts, output = self.imported(trace, *import_options, *(("--chain", chain) if chain else ()))
         run, recorded = RunFolder(run), self.checked(output / "run")
         self.accepted("check", output / "simulated")
         self.assertEqual(len(facts["tasks"]), len(run.run["tasks"]))
@@ -301,35 +301,35 @@ class Faults(ImportTest):
         self.warned(trace, "discarded at least 17 events", 400)
 
     def test_a_clock_that_jumps(self):
-        trace, made = sensor_and_filter()
-        run_on(trace, made, made["at"] + 60_000 * MS, 100)
+        trace, handles = sensor_and_filter()
+        run_on(trace, handles, handles["at"] + 60_000 * MS, 100)
         facts = self.warned(trace, "no event for 60.0 s from 2.0 s on", 600)
         self.assertNotEqual(facts["self_check"]["light"], "green")
 
     def test_a_clock_that_jumps_by_a_year(self):
-        trace, made = sensor_and_filter()
-        run_on(trace, made, made["at"] + 365 * 24 * 3_600_000 * MS, 100)
+        trace, handles = sensor_and_filter()
+        run_on(trace, handles, handles["at"] + 365 * 24 * 3_600_000 * MS, 100)
         self.refused(2, "the trace's clock jumps, or the trace is damaged", trace.write(self.folder / "trace"))
 
     def test_a_clock_that_jumps_back(self):
-        trace, made = sensor_and_filter()
-        run_on(trace, made, made["at"] - 1000 * MS, 100)
+        trace, handles = sensor_and_filter()
+        run_on(trace, handles, handles["at"] - 1000 * MS, 100)
         self.warned(trace, "breaks off: its clock jumps back after 2.0 s", 400)
 
     def test_two_nodes_of_one_name(self):
-        trace, made = sensor_and_filter(0)
+        trace, handles = sensor_and_filter(0)
         second = trace.timer(3 * MS, trace.node(3 * MS, "sensor"), 10 * MS)
         for i in range(100):
-            run_on(trace, made, made["at"] + 10 * i * MS, 1)
-            trace.job(made["at"] + (10 * i + 6) * MS, made["at"] + (10 * i + 7) * MS, second)
+            run_on(trace, handles, handles["at"] + 10 * i * MS, 1)
+            trace.job(handles["at"] + (10 * i + 6) * MS, handles["at"] + (10 * i + 7) * MS, second)
         facts = self.warned(trace, "several nodes /sensor; one of them is called sensor_2", 300)
         self.assertEqual(
             {t["task"] for t in facts["tasks"]}, {"sensor/timer", "sensor_2/timer", "filter/points"}
         )
 
     def test_a_callback_that_never_ends(self):
-        trace, made = sensor_and_filter()
-        trace.job(made["at"], None, made["timer"])
+        trace, handles = sensor_and_filter()
+        trace.job(handles["at"], None, handles["timer"])
         self.warned(trace, "1 jobs have no end in the trace", 401)
 
     def test_a_trace_that_its_library_does_not_survive(self):
@@ -345,32 +345,32 @@ class Faults(ImportTest):
         self.refused(2, "a name in `ros2:rcl_node_init` is not valid UTF-8", trace)
 
     def test_handles_used_again(self):
-        trace, made = sensor_and_filter(100)
-        timer = trace.timer(made["at"], trace.node(made["at"], "next"), 10 * MS, callback=made["timer"])
+        trace, handles = sensor_and_filter(100)
+        timer = trace.timer(handles["at"], trace.node(handles["at"], "next"), 10 * MS, callback=handles["timer"])
         for i in range(1, 101):
-            trace.job(made["at"] + 10 * i * MS, made["at"] + (10 * i + 1) * MS, timer)
+            trace.job(handles["at"] + 10 * i * MS, handles["at"] + (10 * i + 1) * MS, timer)
         facts = self.warned(trace, "1 addresses of callbacks were used again", 300)
         self.assertEqual({t["task"]: t["jobs"] for t in facts["tasks"]}["next/timer"], 100)
 
     def test_topics_without_publishers(self):
-        trace, made = sensor_and_filter(0)
-        outer = trace.subscription(3 * MS, made["nodes"][1], "/outer")
-        trace.subscription(3 * MS, made["nodes"][1], "/silent")
+        trace, handles = sensor_and_filter(0)
+        outer = trace.subscription(3 * MS, handles["nodes"][1], "/outer")
+        trace.subscription(3 * MS, handles["nodes"][1], "/silent")
         for i in range(100):
-            at = made["at"] + 10 * i * MS
-            run_on(trace, made, at, 1)
+            at = handles["at"] + 10 * i * MS
+            run_on(trace, handles, at, 1)
             trace.job(at + 6 * MS, at + 7 * MS, outer[1], takes=(outer[0], at + 5 * MS))
         facts = self.warned(trace, "/outer is not published by any callback", 300)
         self.assertTrue(any("Nobody published /silent" in w for w in facts["warnings"]))
 
     def test_publications_long_before_the_end(self):
-        trace, made = sensor_and_filter(0)
+        trace, handles = sensor_and_filter(0)
         for i in range(100):
-            at = made["at"] + 10 * i * MS
-            trace.job(at + 20_000, at + 8 * MS, made["timer"], publishes=made["publisher"], after=MS)
-            taken = (made["rmw"], at + 20_000 + MS)
+            at = handles["at"] + 10 * i * MS
+            trace.job(at + 20_000, at + 8 * MS, handles["timer"], publishes=handles["publisher"], after=MS)
+            taken = (handles["rmw"], at + 20_000 + MS)
             trace.thread = 101
-            trace.job(at + 2 * MS, at + 3 * MS, made["subscription"], takes=taken)
+            trace.job(at + 2 * MS, at + 3 * MS, handles["subscription"], takes=taken)
             trace.thread = 100
         trace.events.sort(key=lambda event: event[0])
         facts = self.warned(

@@ -331,7 +331,7 @@ class Replay(LiveTest):
 
 
 class SlowReader(LiveTest):
-    def test_it_holds_up_nobody_and_what_it_may_lose_is_counted(self):
+    def test_a_slow_reader_blocks_nobody_and_its_losses_are_counted(self):
         output = self.folder / "run"
         code, _, err = self.command(
             "simulate", "--executors", "rm-ro", "--duration", 200, "--warm-up", 0, "--output", output

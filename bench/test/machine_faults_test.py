@@ -52,10 +52,10 @@ class Clock(CommandTest):
 
     def test_the_library_steps_the_clock(self):
         self.stepped(3600, after=0)
-        says = [sys.executable, "-c", "import time; print(time.time(), time.monotonic())"]
-        told = subprocess.run(says, env=self.environment, capture_output=True, check=True).stdout.split()
-        self.assertGreater(float(told[0]), time.time() + 3000)
-        self.assertLess(float(told[1]), time.monotonic() + 1)
+        command = [sys.executable, "-c", "import time; print(time.time(), time.monotonic())"]
+        printed = subprocess.run(command, env=self.environment, capture_output=True, check=True).stdout.split()
+        self.assertGreater(float(printed[0]), time.time() + 3000)
+        self.assertLess(float(printed[1]), time.monotonic() + 1)
 
 
 class Memory(CommandTest):

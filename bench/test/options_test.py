@@ -235,7 +235,7 @@ class EveryOptionCounts(OptionTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        made = {
+        runs = {
             "run": ("--executors", "default,rm-ro", "--repetitions", 3, "--phases", "random", "--seed", 5),
             "timers": (
                 "--graph",
@@ -246,8 +246,8 @@ class EveryOptionCounts(OptionTest):
                 "synchronous",
             ),
         }
-        cls.places = {name: cls.folder / name for name in (*made, "sweep", "deployment")}
-        for name, words in made.items():
+        cls.places = {name: cls.folder / name for name in (*runs, "sweep", "deployment")}
+        for name, words in runs.items():
             cls.must("simulate", *words, "--duration", 1, "--warm-up", 0, "--output", cls.places[name])
         cls.must("export", "ctf", cls.places["run"], "--output", cls.folder / "exported")
         cls.places["trace"] = cls.folder / "exported" / "default-0"
@@ -370,7 +370,7 @@ class Contradictions(OptionTest):
                 self.assertRegex(err, r"--[a-z]+: `[^`]*` has an empty item")
                 self.assertIn([w for w in words.split() if w.startswith("--")][0], err)
 
-    def test_what_no_executor_has_is_said(self):
+    def test_an_option_that_no_executor_uses_is_noted(self):
         base = {"--executors": "default", "--output": "out", **BRIEF}
         for words in (
             {"--ties": "fifo"},

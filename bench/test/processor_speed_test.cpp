@@ -206,7 +206,7 @@ TEST(ProcessorSpeed, TheWholeRepetitionIsSlowAgainstOthersOrTheCalibration) {
   expect_one(slow_in(quick.run(), {Host{.pace = 0.78}.run()}), 0s, 30s, 1.28);
 }
 
-TEST(ProcessorSpeed, ChangesOfProcessorsAndWarmUpAreNoneOfIts) {
+TEST(ProcessorSpeed, IgnoresTheWarmUp) {
   const Host host{.begin = 0s, .end = 3s, .factor = 2};
   EXPECT_THAT(slow_in(host.run()), SizeIs(1));
   EXPECT_THAT(slow_in(host.run(), {}, 4s), IsEmpty());

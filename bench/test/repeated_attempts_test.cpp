@@ -71,7 +71,7 @@ TEST_F(Attempts, NothingSlowIsNothingToRepeat) {
   EXPECT_THAT(made, IsEmpty());
 }
 
-TEST_F(Attempts, NeverAreNoAttempts) {
+TEST_F(Attempts, ZeroTimesRepeatNothing) {
   repeat(0, {});
   EXPECT_THAT(made, IsEmpty());
 }

@@ -135,7 +135,7 @@ class SecondHost(CommandTest):
         self.assertNotIn("samples of other programs", self.beside_a_stranger_there())
         self.checked("run")
 
-    def test_with_all_interfaces_it_is(self):
+    def test_with_all_interfaces_a_stranger_is_met(self):
         self.assertIn("samples of other programs", self.beside_a_stranger_there("--all-interfaces"))
 
 

@@ -180,7 +180,7 @@ class Timeline(SimulateTest):
             self.assertGreaterEqual(end["ts"], begun[flow]["ts"])
         return [(begun[flow]["name"], ended[flow]["name"]) for flow in begun]
 
-    def test_perfetto_trace_is_one_whose_flows_follow_the_hot_path(self):
+    def test_perfetto_flows_follow_the_hot_path(self):
         run = self.simulate("--executors", "rm-re,multi", "--cores", 2, "--execution-times", "uniform", *BRIEF)
         hot_path = {
             ("RearLidarDriver", "PointsTransformerRear/RearLidarDriver"),

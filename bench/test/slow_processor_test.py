@@ -75,8 +75,8 @@ class SlowProcessor(CommandTest):
         self.assertEqual(entries[attempt]["attempt_of"], 0)
         self.assertNotIn("replaced_by", entries[attempt])
         self.assertEqual(entries[attempt]["first_timestamps_ms"], entries[0]["first_timestamps_ms"])
-        told = [w for w in run.run["warnings"] if w.startswith("rm-ro, repetition 0:")]
-        self.assertRegex(told[0], rf"slow by a factor of \d.*; repetition {attempt} was measured instead and counts")
+        warnings = [w for w in run.run["warnings"] if w.startswith("rm-ro, repetition 0:")]
+        self.assertRegex(warnings[0], rf"slow by a factor of \d.*; repetition {attempt} was measured instead and counts")
         (executor,) = run.summary()["executors"]
         self.assertEqual(executor["repetitions"], 2)
         self.assertTrue(run.run["complete"])
@@ -94,7 +94,7 @@ class SlowProcessor(CommandTest):
 
 
 class Refused(CommandTest):
-    def test_what_the_durations_of_jobs_do_not_tell(self):
+    def test_repeat_disturbed_warns_without_known_work(self):
         run = self.measure(
             "run", "--transport", "intra_process", "--work", "wall", "--duration", 0.2, "--warm-up", 0,
             "--repeat-disturbed", 1,
@@ -102,7 +102,7 @@ class Refused(CommandTest):
         self.assertIn("--repeat-disturbed had nothing to go by", " ".join(run.run["warnings"]))
         self.assertEqual(run.summary()["executors"][0]["processor_speed"], {"observed": 0, "slow": []})
 
-    def test_repetitions_that_must_follow_each_other(self):
+    def test_repeat_disturbed_excludes_live_alternate(self):
         code, _, err = self.command(
             "run", "--live-alternate", "--repetitions", 4, "--repeat-disturbed", 1, "--output", "never"
         )

@@ -54,7 +54,7 @@ class Starvation(CommandTest):
             self.check_counts(example, "jazzy", self.tasks(run)["multi-jazzy:2"])
             self.assertNotIn("never ran", out)
 
-    def test_waits_are_the_same_made_anew_and_without_a_trace(self):
+    def test_waits_are_the_same_when_recomputed_and_without_a_trace(self):
         run, out = self.simulate(4, "--executors", "multi:2,multi-fair:2")
         waits = {e: [t["longest_wait_ms"] for t in tasks] for e, tasks in self.tasks(run).items()}
         self.assertAlmostEqual(waits["multi:2"][1], 16_500 - 1000.05)

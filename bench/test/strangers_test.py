@@ -7,7 +7,7 @@ import signal
 import subprocess
 import unittest
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest
 from sockets import is_local, sockets_of
 
 STRANGER = os.environ.get("STRANGER", "stranger")
@@ -36,7 +36,7 @@ class Strangers(CommandTest):
         self.assertTrue(run.run["complete"])
         return run
 
-    def test_the_names_of_the_graph_meet_nobody_in_all_partitions(self):
+    def test_publishers_under_the_topic_names_of_the_graph_are_not_matched(self):
         self.assertTrue(self.whole(self.run_beside_strangers("--partition", "*")))
 
     def whole(self, run):

@@ -49,8 +49,8 @@ class SweepTest(CommandTest):
 
 class Sweeps(SweepTest):
     def test_the_table_does_not_depend_on_threads(self):
-        said = self.sweep("one", "--threads", 1)
-        self.assertRegex(said, r"20 cells of `simulate` to do, about .* s on 1 rank\(s\) with 1 thread")
+        out = self.sweep("one", "--threads", 1)
+        self.assertRegex(out, r"20 cells of `simulate` to do, about .* s on 1 rank\(s\) with 1 thread")
         self.sweep("seven", "--threads", 7)
         self.assertEqual(self.table("one"), self.table("seven"))
         rows = self.rows("one")
@@ -83,8 +83,8 @@ class Sweeps(SweepTest):
         self.wait_for(lambda: journal.exists() and journal.stat().st_size > 0, "no cell is done")
         process.send_signal(signal.SIGKILL)
         self.finish(process)
-        said = self.accepted("sweep", "sweep.yaml", "--output", "cut")
-        self.assertRegex(said, r"\d+ of 1200 cells are in cut already")
+        out = self.accepted("sweep", "sweep.yaml", "--output", "cut")
+        self.assertRegex(out, r"\d+ of 1200 cells are in cut already")
         self.assertEqual(self.table("cut"), self.table("whole"))
         self.accepted("sweep", "sweep.yaml", "--output", "cut")  # nothing is left to do
         refused = self.command("sweep", self.sweep_file(), "--output", "cut")
@@ -307,7 +307,7 @@ class TwoBuilds(CommandTest):
         self.assertIn("<testsuite ", (self.folder / "gate.xml").read_text())
         self.assertIn("| measure | old | new |", (self.folder / "gate.md").read_text())
 
-    def test_another_program_that_is_none(self):
+    def test_a_missing_program_is_rejected(self):
         code, _, err = self.command("compare", "--against", "/nonexistent", "--output", "ab")
         self.assertEqual(code, 1)
         self.assertIn("/nonexistent", err)
