@@ -67,10 +67,10 @@ class Advise(CommandTest):
         )
         self.assertEqual(advice["draws"], 1, "nothing is random")
         predicted = {row["name"]: row["median_ms"]["value"] for row in advice["ranking"]}
-        for a in measured:
-            for b in measured:
-                if measured[b] > CLEAR * measured[a]:
-                    self.assertLess(predicted[names[a]], predicted[names[b]], (a, b))
+        pairs = [(a, b) for a in measured for b in measured if measured[b] > CLEAR * measured[a]]
+        self.assertGreater(len(pairs), 5)
+        for a, b in pairs:
+            self.assertLess(predicted[names[a]], predicted[names[b]], (a, b))
 
     def test_finds_chains_and_keeps_requirements(self):
         graph = self.folder / "mine.yaml"

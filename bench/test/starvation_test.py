@@ -31,6 +31,7 @@ class Starvation(CommandTest):
         with REFERENCE.open(newline="", encoding="utf-8") as file:
             rows = [r for r in csv.DictReader(file) if r["ros2"] == ros2 and int(r["example"]) == example]
         self.assertEqual(len(rows), 1)
+        self.assertEqual(len(tasks), sum(1 for name, count in rows[0].items() if name.startswith("timer") and count))
         for number, task in enumerate(tasks, start=1):
             started, real = task["ran"] + task["running"], int(rows[0][f"timer{number}"])
             with self.subTest(example=example, ros2=ros2, task=task["task"]):
