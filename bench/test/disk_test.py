@@ -155,7 +155,7 @@ class PowerLoss(CommandTest):
         self.assertGreater(len(needed), 1)
         for k in needed:
             without = events[:k] + events[k + 1 :]
-            self.assertNotEqual(defects_of(first, without, last), [], f"nobody misses {events[k]}")
+            self.assertNotEqual(defects_of(first, without, last), [], f"the check does not need {events[k]}")
 
     def test_simulate(self):
         self.assert_survives("simulate", "--executors", "default,rm-ro", *SHORT, "--output", self.disk / "a" / "run")

@@ -116,7 +116,7 @@ class OptionTest(unittest.TestCase):
     def check_command(self, command, base, cases):
         """Checks that every option of the command has an effect."""
         options = options_of(self.help_of(command))
-        self.assertEqual(sorted(set(options) - cases.keys()), [], f"{command}: say here what they do")
+        self.assertEqual(sorted(set(options) - cases.keys()), [], f"{command}: list their effect here")
         self.assertEqual(sorted(cases.keys() - set(options)), [], f"{command} has no such options")
         for option in options:
             with self.subTest(command=command, option=option):
@@ -138,7 +138,7 @@ class OptionTest(unittest.TestCase):
         self.assertEqual(without[0], 0, without[3])
         if isinstance(case, Same):
             self.assertEqual(with_it[:2], without[:2], case.reason)
-            self.assertEqual(with_it[2] != without[2], case.recorded, "run.json")
+            self.assertEqual(with_it[2] != without[2], case.recorded, f"{option} in run.json")
             return
         if case.refused:
             self.assertEqual(with_it[0], 2, with_it[3])
@@ -147,7 +147,7 @@ class OptionTest(unittest.TestCase):
         self.assertEqual(with_it[0], 0, f"{option} ends with an error: {with_it[3]}")
         self.assertTrue(self.differs(without, with_it), f"{option} is ignored")
         if without[2]:
-            self.assertNotEqual(with_it[2], without[2], f"run.json does not remember {option}")
+            self.assertNotEqual(with_it[2], without[2], f"run.json does not record {option}")
 
     def differs(self, without, with_it):
         """Whether the results differ, apart from run.json."""

@@ -32,9 +32,9 @@ RUN = {
     "--warm-up": Changes({"--warm-up": 0.1}),
     "--repetitions": Changes({"--repetitions": 2}),
     "--seed": Changes({"--seed": 2}, {"--phases": "random"}),
-    "--repeat-disturbed": Elsewhere("it takes a slow processor", "slow_processor_test.py"),
-    "--time-out": Elsewhere("only what hangs shows it", "process_faults_test.py"),
-    "--stack": Elsewhere("it takes ROS 2", "faults_test.py"),
+    "--repeat-disturbed": Elsewhere("it needs a slow CPU", "slow_processor_test.py"),
+    "--time-out": Elsewhere("it needs a process that hangs", "process_faults_test.py"),
+    "--stack": Elsewhere("it needs ROS 2", "faults_test.py"),
     "--ros2-runner": Refused({"--ros2-runner": "x"}, "--stack"),
     "--transport": Changes(DDS),
     "--processes": Changes({"--processes": 2}, DDS),
@@ -54,9 +54,9 @@ RUN = {
 COMPARE = {
     "--executors": Changes({"--executors": "default,rm-ro"}),
     "--deployments": Changes({"--deployments": "isolated"}),
-    "--against": Elsewhere("it takes another build", "sweep_test.py"),
-    "--junit": Elsewhere("it is of --against", "sweep_test.py"),
-    "--markdown": Elsewhere("it is of --against", "sweep_test.py"),
+    "--against": Elsewhere("it needs another build", "sweep_test.py"),
+    "--junit": Elsewhere("it belongs to --against", "sweep_test.py"),
+    "--markdown": Elsewhere("it belongs to --against", "sweep_test.py"),
 }
 
 

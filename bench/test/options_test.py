@@ -11,7 +11,7 @@ from option_cases import TESTS, Changes, Elsewhere, OptionTest, Refused, Same, o
 
 REFERENCE = TESTS.parents[1] / "reference_system" / "ros2_reference"
 GOLDEN = REFERENCE / "traces" / "timers_only_80.rm-ro.csv"
-THREADS = Same({"--threads": 3}, "threads share the work, and each part is a function of its number")
+THREADS = Same({"--threads": 3}, "results do not depend on the number of threads")
 ELSEWHERE = Changes({"--output": "elsewhere"})
 BRIEF = {"--duration": 1, "--warm-up": 0}
 
@@ -93,7 +93,7 @@ CASES = {
             "--cores": Changes({"--cores": 2}),
             "--costs": Changes({"--costs": "graph"}),
             "--draws": Changes({"--draws": 3}),
-            "--budget": Elsewhere("how many draws a time suffices for depends on the machine", "advise_command_test.py"),
+            "--budget": Elsewhere("the number of draws in a given time depends on the machine", "advise_command_test.py"),
         },
     ),
     "analyze": (
@@ -119,9 +119,9 @@ CASES = {
     "sweep": (
         {"FILE": "{sweep}", "--output": "out"},
         {
-            "--threads": Elsewhere("cells are functions of their numbers, and the estimate is not", "sweep_test.py"),
-            "--rank-time-out": Elsewhere("it takes a rank that dies", "sweep_test.py"),
-            "--yes": Elsewhere("it begins what takes an hour, which sweep_test.py refuses without it"),
+            "--threads": Elsewhere("only the printed estimate depends on it", "sweep_test.py"),
+            "--rank-time-out": Elsewhere("it needs a rank that dies", "sweep_test.py"),
+            "--yes": Elsewhere("it starts a sweep of more than an hour; sweep_test.py tests the rejection without it"),
             "--output": ELSEWHERE,
         },
     ),
@@ -139,10 +139,10 @@ CASES = {
     ),
     "replay": (
         {"RUN": "{run}"},
-        {"--live": Elsewhere("there is nothing to do without it", "live_test.py")} | {
-            option: Elsewhere("what subscribers get of it", "live_test.py")
+        {"--live": Elsewhere("replay does nothing without it", "live_test.py")} | {
+            option: Elsewhere("only subscribers see its effect", "live_test.py")
             for option in ("--executor", "--repetition", "--graph", "--speed", "--start", "--duration", "--domain")
-        } | {"--all-interfaces": Elsewhere("it takes another machine")},
+        } | {"--all-interfaces": Elsewhere("it needs another machine")},
     ),
     "validate": (
         {"RUN": "{run}", "--output": "out"},
@@ -203,7 +203,7 @@ CASES = {
         {
             "--csv": Changes({"--csv": "table.csv"}),
             "--gate": Changes({"--gate": True}),
-            "--across-loads": Elsewhere("it takes runs of two loads", "../hotpath_report/test/test_gate.py"),
+            "--across-loads": Elsewhere("it needs runs of two loads", "../hotpath_report/test/test_gate.py"),
             "--junit": Changes({"--junit": "gate.xml"}, {"--gate": True}),
             "--markdown": Changes({"--markdown": "gate.md"}, {"--gate": True}),
         },
@@ -221,9 +221,9 @@ CASES = {
     ),
     "import caret": (
         {},
-        {option: Elsewhere("it takes CARET's files", "import_files_test.py") for option in ("--stats", "--cores", "--output")},
+        {option: Elsewhere("it needs CARET's files", "import_files_test.py") for option in ("--stats", "--cores", "--output")},
     ),
-    "import irobot": ({}, {"--output": Elsewhere("it takes a topology", "import_files_test.py")}),
+    "import irobot": ({}, {"--output": Elsewhere("it needs a topology", "import_files_test.py")}),
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
     "recover": ({}, {}),
     "check": ({}, {}),
@@ -298,7 +298,7 @@ class EveryOptionCounts(OptionTest):
             self.check_option("simulate", base, "--ties", Changes({"--ties": "lifo"}))
         with self.assertRaisesRegex(AssertionError, "--ties ends with an error"):
             self.check_option("simulate", base, "--ties", Changes({"--ties": "nonsense"}))
-        with self.assertRaisesRegex(AssertionError, "simulate: say here what they do"):
+        with self.assertRaisesRegex(AssertionError, "simulate: list their effect here"):
             self.check_command("simulate", base, {k: v for k, v in cases.items() if k != "--ties"})
         self.assertIn("--ties", options_of(self.help_of("simulate")))
 
