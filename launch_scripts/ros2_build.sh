@@ -78,9 +78,10 @@ build() {
   local local=ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
   [ "$ROS_DISTRO" = humble ] && local=ROS_LOCALHOST_ONLY=1
   # The tests get their own domain, so that they meet no other program's nodes. ros2/sanitizers/
-  # lists the suppressions with their reasons. The system's and ROS 2's libraries are not
-  # instrumented, so their internal errors are not reported. ThreadSanitizer slows rclcpp's own
-  # executors so much that they lose samples and hang: their tests are skipped.
+  # lists the suppressions with their reasons; AddressSanitizer also ignores the sized-delete
+  # mismatch of Fast DDS. The system's and ROS 2's libraries are not instrumented, so their internal
+  # errors are not reported. ThreadSanitizer slows rclcpp's own executors so much that they lose
+  # samples and hang: their tests are skipped.
   [ "$sanitizer" = thread ] && export GTEST_FILTER='-*/single:*/multi:*/events'
   TSAN_OPTIONS="suppressions=$root/ros2/sanitizers/thread.supp ignore_noninstrumented_modules=1" \
     ASAN_OPTIONS="new_delete_type_mismatch=0" \

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked, what is suitable, and that predictions depend on the seed alone.
+// Objectives, candidates, and predictions that depend only on the seed.
 #include <gmock/gmock.h>
 
 #include <map>

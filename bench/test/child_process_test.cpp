@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other programs as child processes: their errors and their ends.
+// Runs other programs as child processes and reports their errors and ends.
 #include "program/child_process.hpp"
 
 #include <gmock/gmock.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A foreign DDS participant. Publishes payloads of any length and content on a topic, under its
 // type's name, until SIGTERM, and prints their number. With --read, it reads reliably and prints
-// `matched` once it has a writer. With
-// --spy, it first waits until discovery reveals the run's name of the topic.
+// `matched` once it has a writer. With --spy, it first waits until discovery reveals the run's name
+// of the topic.
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// telemetry_listener --domain N [--runs N] [--seconds S] [--volatile] [--topic T...] Prints
-// `{"kind": "ready"}`, then one line of JSON for each sample of a live run or a replay. Ends after
-// the last statistics of `--runs` repetitions, or after `--seconds`. With --topic, it also counts
-// the messages of these graph topics, read with best effort once the run's topic prefix is known,
-// and prints the counts at the end.
+// telemetry_listener --domain N [--runs N] [--seconds S] [--volatile] [--topic T...]
+//
+// Prints `{"kind": "ready"}`, then one line of JSON for each sample of a live run or a replay. Ends
+// after the last statistics of `--runs` repetitions, or after `--seconds`. With --topic, it also
+// counts the messages of these graph topics, read with best effort once the run's topic prefix is
+// known, and prints the counts at the end.
 #include <Message4kbPubSubTypes.h>
 #include <TelemetryPubSubTypes.h>
 

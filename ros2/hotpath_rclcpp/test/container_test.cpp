@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// component_container_hotpath through the services of composition_interfaces.
+// Tests component_container_hotpath through the services of composition_interfaces.
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
