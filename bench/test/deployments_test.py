@@ -139,7 +139,7 @@ class Deployments(CommandTest):
         self.assertFalse((self.folder / "none").exists())
 
     def test_callback_isolated_executor_configuration(self):
-        written = self.command("graph", "autoware", "--cie")[1]
+        written = self.accepted("graph", "autoware", "--cie")
         cie = self.folder / "threads.yaml"
         cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
         self.assertIn("callback group", self.refused("graph", "autoware", "--cie", "--deployment", "single"))

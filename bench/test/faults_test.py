@@ -190,7 +190,7 @@ class Machine(FaultTest):
             ["run", *BRIEF, "--timer-policy", "fifo:50", "--output", "run"], "fifo:50", "refused",
             code=FAILURE, user=NOBODY, group=NOBODY,
         )  # fmt: skip
-        self.assertNotIn("ordinary policy", err)
+        self.assertNotIn("SCHED_FIFO was not permitted", err)
         self.assert_nothing_looks_whole("run")
 
     @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")

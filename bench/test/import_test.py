@@ -95,9 +95,9 @@ class Truth(ImportTest):
         ran = sum(task["jobs"] for task in facts["tasks"])
         (jobs,) = run.jobs().values()
         self.assertEqual(sum(job.outcome == "ran" for job in jobs), ran)
-        code, out, err = self.command("summarize", output / "run")
-        self.assertEqual(code, 0, err)
-        self.assertNotIn("does not hold", out)
+        self.accepted("summarize", output / "run")
+        for executor in run.summary()["executors"]:
+            self.assertTrue(executor["loss_equations"]["hold"], executor["loss_equations"])
 
 
 class RoundTrip(ImportTest):
