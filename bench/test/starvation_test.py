@@ -16,7 +16,7 @@ PLAN = ("--cores", 2, "--phases", "given", "--duration", 16.5, "--warm-up", 0)
 
 class Starvation(CommandTest):
     def simulate(self, example, *arguments):
-        """The run and what it printed."""
+        """(run folder, standard output) of a simulation."""
         output = self.folder / f"{example}{'-'.join(arguments)}"
         code, out, err = self.command(
             *("simulate", "--graph", f"starvation_{example}", *PLAN, *arguments, "--output", output)

@@ -70,7 +70,7 @@ class StoredRun(CommandTest):
         timers = [task["task"] for task in other.run["tasks"] if task["kind"] == "timer"]
         self.write_files("rm-ro:first", timers, [task["task"] for task in reversed(other.run["tasks"])])
         runs = {option: self.simulate(option[2:], BASE | use) for option, use in USES.items()}
-        self.write_files("default", timers[::-1], timers[:1])  # what was read must not be read again
+        self.write_files("default", timers[::-1], timers[:1])  # validate must not read these files again
         self.accepted("validate", *(run.path for run in runs.values()), "--output", "validation")
         result = json.loads((self.folder / "validation" / "validation.json").read_text())
         compared = {}
