@@ -10,11 +10,13 @@ namespace hotpath::test {
 namespace {
 
 TEST(DefaultPlatform, RaisesTheReleaserOfThePapersExecutorsOnly) {
+  int raised = 0;
   for (const ExecutorEntry& executor : executors()) {
-    const bool stock = !executor.name.ends_with("-ro") && !executor.name.ends_with("-re");
-    EXPECT_EQ(default_platform(executor).raised_releaser, !stock && !executor.name.starts_with("events"))
-        << executor.name;
+    const bool of_paper = executor.traits.family == Family::priority_events;
+    EXPECT_EQ(default_platform(executor).raised_releaser, of_paper) << executor.name;
+    if (of_paper) ++raised;
   }
+  EXPECT_EQ(raised, 8);  // four policies, each release-only and release-and-execute
 }
 
 TEST(ReleaseCost, SectionVBProlongsTheJobInExecutionByDeltaPerRelease) {
