@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// The candidate that is most like a misspelt `word` (letter case aside); nothing if none is alike.
+/// The candidate most similar to a misspelt `word`, ignoring case; std::nullopt if none is similar.
 [[nodiscard]] std::optional<std::string> nearest(std::string_view word,
                                                  std::span<const std::string> candidates);
 
