@@ -12,7 +12,8 @@ namespace hotpath {
 [[nodiscard]] std::optional<std::string> nearest(std::string_view word,
                                                  std::span<const std::string> candidates);
 
-/// "did you mean `X`?" with the nearest candidate, else "known are: ..." with all of them.
+/// "did you mean `X`?" with the nearest candidate, otherwise "choose one of: ..." with all
+/// candidates.
 [[nodiscard]] std::string suggest(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace hotpath
