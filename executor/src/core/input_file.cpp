@@ -59,7 +59,7 @@ bool LineReader::next() {
     if (in_->eof() || !in_->fail()) break;
     if (buffer_.size() >= kMostBytes) {
       ++line_;
-      fail("the line is longer than 4 MiB", "give a text file");
+      fail("the line has more than 4 MiB", "give a text file");
     }
     buffer_.resize(2 * buffer_.size());
     in_->clear();
