@@ -250,7 +250,7 @@ TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
   EXPECT_THAT(cie_error(imu + "    policy: FIFO\n"), AllOf(HasSubstr(":3: "), HasSubstr("SCHED_FIFO")));
   EXPECT_THAT(cie_error(imu + "    policy: SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n   "
                               " period: 10000000\n"),
-              HasSubstr("not beyond the deadline"));
+              HasSubstr("at most the deadline"));
   EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n    colour: red\n"),
               HasSubstr("unknown key `colour`"));
   EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n" + imu + "    policy: SCHED_OTHER\n"),
@@ -272,7 +272,7 @@ TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
               AllOf(HasSubstr(":3: "), HasSubstr("fifo:100")));
   EXPECT_THAT(error("  - {name: a, policy: deadline, owns: rest}\n"), HasSubstr("is not one of other"));
   EXPECT_THAT(error("  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n"),
-              AllOf(HasSubstr(":3: "), HasSubstr("not beyond the deadline")));
+              AllOf(HasSubstr(":3: "), HasSubstr("at most the deadline")));
   EXPECT_THAT(error("  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n"),
               AllOf(HasSubstr(":3: "), HasSubstr("cannot pin SCHED_DEADLINE threads")));
   EXPECT_THAT(error("  - {name: a, processors: [-1], owns: rest}\n"), HasSubstr(":3: "));
