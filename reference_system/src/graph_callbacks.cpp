@@ -221,20 +221,20 @@ class CallbackParser {
     }
   }
 
-  std::vector<std::uint32_t> inputs_of(const YamlValue& value, const std::string& what) const {
+  std::vector<std::uint32_t> inputs_of(const YamlValue& value, const std::string& subject) const {
     Words topics;
     for (const Input& input : node_.inputs) topics.push_back(input.topic);
     std::vector<std::uint32_t> inputs;
-    for (const YamlValue& item : value.list("an input of " + what)) {
+    for (const YamlValue& item : value.list("an input of " + subject)) {
       const std::string topic = item.topic();
       const auto position = std::find(topics.begin(), topics.end(), topic);
       if (position == topics.end()) {
-        item.fail(what + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
+        item.fail(subject + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
                   suggest(topic, topics));
       }
       const auto index = static_cast<std::uint32_t>(position - topics.begin());
       if (std::find(inputs.begin(), inputs.end(), index) != inputs.end()) {
-        item.fail(what + " names topic " + topic + " twice", "name each input once");
+        item.fail(subject + " names topic " + topic + " twice", "name each input once");
       }
       inputs.push_back(index);
     }

@@ -184,40 +184,42 @@ class Check {
   void chain(std::size_t c) {
     const Chain& chain = graph_.chains[c];
     const ChainLines& lines = source_.chains[c];
-    const std::string what = "chain " + chain.name;
+    const std::string subject = "chain " + chain.name;
     for (std::size_t other = 0; other < c; ++other) {
       if (graph_.chains[other].name == chain.name)
         fail(lines.chain, "there are two chains " + chain.name, "rename one");
     }
     std::set<TaskId> members;
     for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
-      for (const TaskId id : tasks_of(chain.nodes[i], what, lines.nodes[i])) {
+      for (const TaskId id : tasks_of(chain.nodes[i], subject, lines.nodes[i])) {
         if (members.insert(id).second) continue;
-        fail(lines.nodes[i], what + " lists node " + chain.nodes[i] + " twice", "list each node once");
+        fail(lines.nodes[i], subject + " lists node " + chain.nodes[i] + " twice", "list each node once");
       }
     }
     const auto require_member = [&](const std::string& name, int line) {
-      const std::vector<TaskId> named = tasks_of(name, what, line);
+      const std::vector<TaskId> named = tasks_of(name, subject, line);
       if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end())
-        fail(line, "node " + name + " is missing in `nodes` of " + what, "list it there");
+        fail(line, "node " + name + " is missing in `nodes` of " + subject, "list it there");
       return named;
     };
     const std::vector<TaskId> sink = require_member(chain.sink, lines.sink);
     const auto stores_only = [&](TaskId id) { return tasks_.callbacks[id].stores_only; };
     if (std::all_of(sink.begin(), sink.end(), stores_only)) {
-      fail(lines.sink, "sink " + chain.sink + " of " + what + " only stores its samples for other callbacks",
+      fail(lines.sink,
+           "sink " + chain.sink + " of " + subject + " only stores its samples for other callbacks",
            "name the node, or the task that publishes them");
     }
     if (chain.sources.size() > kMaxSources) {
-      fail(lines.sources[kMaxSources], what + " has " + std::to_string(chain.sources.size()) + " sources",
+      fail(lines.sources[kMaxSources], subject + " has " + std::to_string(chain.sources.size()) + " sources",
            "list at most " + std::to_string(kMaxSources));
     }
     for (std::size_t i = 0; i < chain.sources.size(); ++i) {
       const std::string& source = chain.sources[i];
-      const TaskId start = start_of(require_member(source, lines.sources[i]), source, what, lines.sources[i]);
+      const TaskId start =
+          start_of(require_member(source, lines.sources[i]), source, subject, lines.sources[i]);
       if (!reaches(start, sink, members)) {
         fail(lines.sources[i],
-             "sink " + chain.sink + " of " + what + " cannot be reached from source " + source +
+             "sink " + chain.sink + " of " + subject + " cannot be reached from source " + source +
                  " along its nodes",
              "list all nodes between them in `nodes`, or choose another sink");
       }

@@ -204,7 +204,7 @@ TEST(Callbacks, TheLastArrivalCompletesASetAndOnlyItsJobTakesTime) {
   EXPECT_THAT(s.starts("F/P"), ElementsAre(0, 10, 20, 30, 40, 50));
   EXPECT_THAT(s.starts("C/both"), ElementsAre(2, 32)) << "Q completes both sets";
   EXPECT_THAT(s.starts("L/late"), ElementsAre(45))
-      << "a set of its own, not emptied by the other; none at 0 yet";
+      << "a separate set, which the other one does not empty; none at 0 yet";
 }
 
 TEST(Callbacks, LastOfTakesTheNewestSamplesEachOnce) {

@@ -209,12 +209,13 @@ std::ostream& operator<<(std::ostream& out, const Reference& r) { return out << 
 
 class RclcppAutowarePhases : public testing::TestWithParam<Reference> {};
 
-/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation instants of
-/// the timers, 30 s a run of which the first prints are skipped. Medians of the hot-path latency.
+/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation
+/// instants of the timers, 30 s per run without the first prints. Medians of the hot-path latency.
 ///
-/// `rm-ro` and `edf-ro` are the fork's: subscriptions before timers, and of two in its heap the earlier
-/// first. Dispatch costs are those between two jobs of the golden traces; for `multi`, which has none, the
-/// hot path without work (0.966 ms) over its seven callbacks.
+/// `rm-ro` and `edf-ro` are the fork's executors: subscriptions run before timers, and of two
+/// subscriptions the earlier one in the fork's heap runs first. Dispatch costs are the times
+/// between two jobs of the golden traces. `multi` has no golden trace: its cost is the hot path
+/// without work (0.966 ms) divided by its seven callbacks.
 TEST_P(RclcppAutowarePhases, MedianOfTheRealStack) {
   const Reference& reference = GetParam();
   Graph graph = load_graph(find_graph("autoware"));

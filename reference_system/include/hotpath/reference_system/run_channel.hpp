@@ -29,8 +29,8 @@ struct ChannelMessage {
   };
   using Numbers = std::array<std::int64_t, 5>;
 
-  ChannelMessage(Kind what, const Numbers& numbers = {}, const std::string& words = "")
-      : kind(what), number(numbers) {
+  ChannelMessage(Kind message_kind, const Numbers& numbers = {}, const std::string& words = "")
+      : kind(message_kind), number(numbers) {
     set_text(words);
   }
 
