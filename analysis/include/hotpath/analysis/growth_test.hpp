@@ -37,7 +37,7 @@ struct GrowthTest {
 /// Tests `before` against `after`: one value per repetition, equally many on both sides if they are
 /// paired. With Pairing::exact a measure that grew in every pair has grown, and a measure that grew
 /// in no pair has not; if pairs disagree, Student's test decides about the overall growth. If
-/// values do not vary at all, their difference decides. The exception are noisy counts: a few equal
+/// values do not vary at all, their difference decides. Noisy counts are the exception: a few equal
 /// counts do not prove that counts never vary, so they get the variance of rounding. Requires at
 /// least one value per side.
 GrowthTest test_growth(std::span<const double> before, std::span<const double> after, Pairing pairing,

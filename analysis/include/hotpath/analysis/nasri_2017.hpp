@@ -8,13 +8,16 @@
 
 namespace hotpath {
 
+/// Limits of an exploration; it stops when one is reached.
 struct SagLimits {
   std::chrono::milliseconds time{60'000};
   std::size_t memory = std::size_t{1} << 30;  ///< Bytes of simultaneously stored states.
 };
 
+/// Reason for the end of an exploration.
 enum class SagEnd : std::uint8_t { complete, time_limit, memory_limit };
 
+/// Result of an exploration; times in the unit of the jobs.
 struct SagResult {
   struct Finish {
     std::int64_t earliest = 0, latest = 0;

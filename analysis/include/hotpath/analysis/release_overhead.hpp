@@ -28,6 +28,7 @@ enum class ReleaseMode : std::uint8_t { release_only, release_and_execute };
 
 using ResponseTimeAnalysis = std::function<ResponseTimes(const PeriodicTasks&)>;
 
+/// Response time bounds of a task set with the release overhead in its execution times.
 struct OverheadAwareResponse {
   PeriodicTasks tasks;  ///< C_i := C_i + Delta_i, the input of `bounds`.
   ResponseTimes bounds;

@@ -29,8 +29,10 @@ struct Quantiles {
   double max = kNoValue;
   double mean = kNoValue;
 };
+/// Computes the summary; `samples` may be in any order.
 Quantiles quantiles(std::vector<double> samples);
 
+/// A confidence interval.
 struct Interval {
   double low = kNoValue;
   double high = kNoValue;
@@ -42,6 +44,7 @@ struct Estimate {
   std::optional<Interval> interval;
 };
 
+/// Parameters of a bootstrap.
 struct BootstrapOptions {
   std::uint32_t resamples = 2000;
   double confidence = 0.95;  ///< In (0, 1).

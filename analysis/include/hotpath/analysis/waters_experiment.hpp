@@ -28,6 +28,7 @@ constexpr auto enum_texts(WatersMethod) {
                                                 {WatersMethod::davis_guenzel, "davis_guenzel"}});
 }
 
+/// Parameters of the WATERS experiment (paper, Section VII-B).
 struct WatersOptions {
   std::uint64_t seed = 1;
   std::vector<double> utilisations = {0.6, 0.8, 0.9};
@@ -63,6 +64,7 @@ struct WatersSet {
   friend bool operator==(const WatersSet&, const WatersSet&) = default;
 };
 
+/// Results of the experiment, or of a part of it.
 struct WatersResult {
   std::vector<WatersSet> sets;
   std::vector<WatersRow> rows;

@@ -37,6 +37,7 @@ struct WatersHistogram {
   double low = 0, width = 0;
   std::vector<std::uint64_t> count;
 };
+/// One histogram per utilisation and method, in this order.
 std::vector<WatersHistogram> waters_histograms(const WatersOptions& options, const WatersResult& result,
                                                std::size_t bins = 200);
 

@@ -13,6 +13,7 @@ namespace hotpath {
 
 class Link;
 
+/// Parameters of a Crew.
 struct CrewOptions {
   unsigned threads = 0;  ///< Threads per rank; 0: one per available processor.
   /// A rank that is silent for longer counts as lost. Ranks report four times as often.

@@ -22,6 +22,7 @@ namespace hotpath {
 /// few values do not overflow.
 inline constexpr Duration kLongest{std::int64_t{1} << 60};
 
+/// Origin of a CSV file, which determines its layout rules.
 enum class CsvLayout : std::uint8_t {
   written,  ///< By a program: every line is a row, and every character counts.
   by_hand,  ///< Blank lines, and blanks around fields, are ignored.

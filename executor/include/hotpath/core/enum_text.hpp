@@ -23,6 +23,7 @@ concept EnumWithTexts = requires(Enum e) {
   enum_texts(e).front().text;
 };
 
+/// The word of a value; "?" for a value outside of the enumeration.
 template <EnumWithTexts Enum>
 [[nodiscard]] constexpr const char* to_string(Enum value) {
   constexpr auto texts = enum_texts(Enum{});

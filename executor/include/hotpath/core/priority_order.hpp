@@ -8,6 +8,7 @@
 
 namespace hotpath {
 
+/// The order of released jobs.
 enum class Policy : std::uint8_t {
   fifo,  ///< Order of activation (the stock events queue).
   rm,    ///< Rate monotonic: smaller period first.

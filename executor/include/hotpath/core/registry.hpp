@@ -12,6 +12,7 @@
 
 namespace hotpath {
 
+/// Options of an executor's scheduler; each applies to the executors named in its comment.
 struct SchedulerOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;

@@ -107,6 +107,7 @@ struct Turn {
   Decision decision;
   std::uint32_t released = 0;
 };
+/// Calls release_timers() and decide(); the result's `wake` includes both but not `worker` itself.
 Turn take_turn(Scheduler& scheduler, Worker worker, Time now);
 
 }  // namespace hotpath

@@ -11,6 +11,7 @@
 
 namespace hotpath {
 
+/// Parameters of a simulation.
 struct SimulationOptions {
   Platform platform;
   Duration duration = std::chrono::seconds(10);  ///< > 0; the run is [0, duration).

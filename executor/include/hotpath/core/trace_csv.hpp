@@ -19,6 +19,8 @@ extern const std::string kChainsCsvHeader;
 /// Appends one row per job and one per skipped timestamp. Instants are nanoseconds since the epoch
 /// of the run; a field that does not apply is empty. The caller checks the stream for errors.
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace);
+/// Appends one row per chain record; an unknown end-to-end latency is empty. The caller checks the
+/// stream for errors.
 void write_chains_csv(std::ostream& out, const std::vector<std::string>& chain_names, const Trace& trace);
 
 /// Reads jobs.csv back: one trace per (executor, repetition), in order of appearance. Instants are

@@ -8,6 +8,7 @@
 
 namespace hotpath {
 
+/// Parameters of the Fast DDS transport.
 struct FastDdsOptions {
   /// Transport of samples to other processes. Within the process they are always handed over
   /// directly.

@@ -30,6 +30,7 @@ class JobHandler {
   ~JobHandler() = default;
 };
 
+/// Parameters of a live executor.
 struct ExecutorOptions {
   ThreadPolicyRequest executor_threads;
   ThreadPolicyRequest timer_thread;

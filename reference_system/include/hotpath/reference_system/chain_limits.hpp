@@ -11,6 +11,7 @@ struct ChainLimits {
   Duration one_core_per_branch{};  ///< Work of the nodes before the sink on the longest branch.
   Duration one_thread{};           ///< Work of all nodes before the sink.
 };
+/// The limits of a chain of a valid graph.
 ChainLimits chain_limits(const Graph& graph, const Chain& chain);
 
 }  // namespace hotpath

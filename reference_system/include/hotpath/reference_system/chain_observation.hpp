@@ -41,6 +41,7 @@ struct ChainIndex {
     return std::find(sink_tasks.begin(), sink_tasks.end(), id) != sink_tasks.end();
   }
 };
+/// The chains of a valid graph, in its order.
 std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks);
 
 /// The tasks of the node with this name, or the task with this name; empty if neither exists.

@@ -46,6 +46,7 @@ struct DeploymentPreset {
   std::string_view description;
   Deployment (*make)(const Graph&, const GraphTasks&);
 };
+/// All presets, in listing order.
 [[nodiscard]] std::span<const DeploymentPreset> deployment_presets();
 
 /// Throws InputError with the executor's line if Linux cannot pin threads of its policy to

@@ -99,6 +99,7 @@ inline constexpr std::array kPlatformCosts = {
                  "Microseconds from a publication to the arrival of the sample"},
 };
 
+/// A topic to which a node subscribes. In `callbacks` nodes, the Callback has the priority instead.
 struct Input {
   std::string topic;
   std::uint32_t depth = 1;               ///< History depth; upstream: 1, command nodes 10.
@@ -106,6 +107,7 @@ struct Input {
   friend bool operator==(const Input&, const Input&) = default;
 };
 
+/// A node of a graph. The comments name the node types to which a member applies.
 struct Node {
   std::string name;
   NodeType type = NodeType::sensor;
@@ -183,6 +185,7 @@ struct GraphTasks {
   /// whose messages contain its samples.
   [[nodiscard]] std::vector<TaskId> downstream(TaskId id) const;
 };
+/// Expands a valid graph into its tasks.
 [[nodiscard]] GraphTasks make_tasks(const Graph& graph);
 
 /// Steady-state rate of working jobs of each task, per second: for a timer its own rate, for a

@@ -13,6 +13,7 @@
 
 namespace hotpath {
 
+/// The transport between the nodes of a live system.
 enum class TransportKind : std::uint8_t { fastdds, intra_process };
 constexpr auto enum_texts(TransportKind) {
   return std::to_array<EnumText<TransportKind>>(
@@ -29,6 +30,7 @@ struct LiveExecutor {
   ExecutorOptions threads;
 };
 
+/// Parameters of a live system.
 struct LiveOptions {
   std::vector<LiveExecutor> executors;
   std::vector<std::uint32_t> executor_of;  ///< By task; empty: the first executor serves all tasks.

@@ -102,6 +102,7 @@ inline bool is_message_of(const msg::Message4kb& m, TaskId tasks) {
   return instant(m.data()[1]) && instant(m.data()[2]) && m.data()[3] >= 0 && m.data()[3] < tasks;
 }
 
+/// Reads the SampleInfo that complete() wrote.
 inline SampleInfo read_info(const msg::Message4kb& m) {
   return {from_ns(m.data()[1]),
           from_ns(m.data()[2]),

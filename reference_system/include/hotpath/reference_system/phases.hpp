@@ -39,6 +39,7 @@ inline constexpr Duration kEndpointCreation = std::chrono::microseconds(1320);
 [[nodiscard]] std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
                                                       std::optional<Duration> step = std::nullopt);
 
+/// Parameters of make_phases().
 struct PhaseOptions {
   std::optional<Duration> step;  ///< `creation`: uniform time per node instead of the constants above.
   std::uint64_t seed = 1;        ///< `random`: the same seed gives the same phases on every machine.

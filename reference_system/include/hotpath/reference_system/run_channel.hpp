@@ -72,6 +72,7 @@ struct ForkedProcess {
   pid_t id = -1;  ///< Negative: the fork failed; errno has the reason.
   Channel channel;
 };
+/// Forks the process; `work` runs in the copy. Throws std::system_error if there is no socket pair.
 ForkedProcess fork_process(const std::function<int(const Channel&)>& work);
 
 }  // namespace hotpath

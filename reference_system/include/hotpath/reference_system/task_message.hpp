@@ -47,6 +47,7 @@ inline bool is_message_of(const msg::TaskMessage& m, TaskId tasks) {
          std::all_of(m.history().begin(), m.history().end(), known);
 }
 
+/// Reads the SampleInfo; the message must satisfy is_message_of().
 inline SampleInfo read_info(const msg::TaskMessage& m) {
   const msg::Contribution& publisher = m.history().back();
   return {from_ns(m.published()), from_ns(m.deadline()), {publisher.task(), publisher.job()}};

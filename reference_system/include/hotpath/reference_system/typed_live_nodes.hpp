@@ -32,6 +32,7 @@ struct LiveMessages {
   static bool valid(const Message& m, TaskId tasks) { return is_message_of(m, tasks); }
 };
 
+/// LiveNodes with messages of one type.
 template <class Messages>
 class TypedLiveNodes final : public LiveNodes {
  public:
