@@ -86,17 +86,16 @@ struct PlatformCost {
   std::string_view meaning;
 };
 inline constexpr std::array kPlatformCosts = {
-    PlatformCost{"release_cost_us", &GraphPlatform::release_cost, "Microseconds per timer release (delta)"},
-    PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "Microseconds per pass of the releaser (k)"},
+    PlatformCost{"release_cost_us", &GraphPlatform::release_cost, "Cost of releasing a timer (delta)"},
+    PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "Cost of a pass of the releaser (k)"},
     PlatformCost{"dispatch_cost_us", &GraphPlatform::dispatch_cost,
-                 "Microseconds from a decision to the start of its job"},
-    PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "Microseconds per wait of a wait-set executor"},
+                 "Delay from a scheduling decision to the start of the job"},
+    PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "Cost of a wait of a wait-set executor"},
     PlatformCost{"wait_cost_per_entity_us", &GraphPlatform::wait_cost_per_entity,
-                 "Microseconds per entity in a wait; a node has 8 besides its callbacks"},
-    PlatformCost{"wake_up_us", &GraphPlatform::wake_up,
-                 "Microseconds until a woken thread competes for a core"},
+                 "Cost of a wait per entity; a node has 8 besides its callbacks"},
+    PlatformCost{"wake_up_us", &GraphPlatform::wake_up, "Delay until a woken thread competes for a core"},
     PlatformCost{"delivery_delay_us", &GraphPlatform::delivery_delay,
-                 "Microseconds from a publication to the arrival of the sample"},
+                 "Delay from publication to arrival of a sample"},
 };
 
 /// A topic to which a node subscribes. In `callbacks` nodes, the Callback has the priority instead.
