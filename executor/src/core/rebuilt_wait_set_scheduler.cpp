@@ -70,8 +70,8 @@ std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
 
 Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
   Decision decision;
-  decision.job =
-      wait_mutex_.enter(worker) ? wait(now) : pick(now);  // a worker that slept returns from its wait
+  // A worker that slept returns from its wait.
+  decision.job = wait_mutex_.enter(worker) ? wait(now) : pick(now);
   while (!decision.job) {
     if (needs_rebuild_) rebuild();
     decision.waited_for = static_cast<std::uint32_t>(waited_timers_.size() + waited_subscriptions_.size());

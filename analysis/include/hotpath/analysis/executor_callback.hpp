@@ -17,9 +17,8 @@ struct ExecutorCallback {
   std::string name;
   TaskId id = kNoTask;
   TaskKind kind = TaskKind::timer;
-  std::int64_t wcet = 0;  ///< Nanoseconds, >= 0.
-  std::int64_t period =
-      0;  ///< Timers: >= 0; a timer of period 0 is ready at every poll. Subscriptions: unused.
+  std::int64_t wcet = 0;                ///< Nanoseconds, >= 0.
+  std::int64_t period = 0;              ///< Timers: >= 0; 0: ready at every poll. Subscriptions: unused.
   std::uint32_t executor = 0;           ///< Index of the executor; its callbacks are polled together.
   std::uint32_t depth = 1;              ///< Subscriptions: DDS queue depth, >= 1.
   bool asynchronous = false;            ///< Publishing does not delay the publisher.

@@ -52,8 +52,8 @@ enum class Assumption : std::uint32_t {
   late_releases = 1U << 13,  ///< The timer thread waits for the executor thread on the only core.
   delivery_delay = 1U << 14,
   mixed_deadlines = 1U << 15,  ///< A job may run under another deadline than that of its sample.
-  woken_by_jobs =
-      1U << 16,  ///< The end of a job returns its timer to a timer thread, which may have to wake up.
+  /// The end of a job returns its timer to the timer thread, which may have to wake up.
+  woken_by_jobs = 1U << 16,
 };
 
 /// The properties of the system, as bits of Assumption.

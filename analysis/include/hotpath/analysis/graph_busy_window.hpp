@@ -78,13 +78,12 @@ class GraphBusyWindow : public PathBounds {
   const GraphTopology& topology_;
   const GraphOrder order_;
   const GraphOverheads overheads_;
-  std::map<std::int64_t, std::int64_t>
-      release_work_;  ///< By period: total work of one release of each of its timers.
+  /// By period: total work of one release of each of its timers.
+  std::map<std::int64_t, std::int64_t> release_work_;
   const std::unique_ptr<Counting> counting_;
   // Filled on demand.
   mutable std::map<std::int64_t, std::shared_ptr<const BusyLevel>> levels_;
-  mutable std::size_t known_nodes_ =
-      0;  ///< Total nodes of `levels_`, which is cleared when there are too many.
+  mutable std::size_t known_nodes_ = 0;  ///< Number of nodes in `levels_`; too many clear it.
   mutable std::map<TaskId, std::optional<std::vector<DeadlineStep>>> steps_;
   mutable std::map<std::tuple<TaskId, TaskId, bool>, std::optional<std::int64_t>> known_;
   /// By rank, target, whether the target works, and blocker: the start of the first job, where it

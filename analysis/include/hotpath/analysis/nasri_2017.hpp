@@ -23,10 +23,9 @@ struct SagResult {
     std::int64_t earliest = 0, latest = 0;
   };
   SagEnd end = SagEnd::complete;
-  bool schedulable = false;  ///< The exploration is complete and no deadline was missed.
-  std::vector<Finish>
-      finish;  ///< Finish times of the jobs in the given order; final only if `end` is `complete`.
-  std::uint64_t states = 0;  ///< Number after merging, including the initial state.
+  bool schedulable = false;    ///< The exploration is complete and no deadline was missed.
+  std::vector<Finish> finish;  ///< By job, in the given order; final only if `end` is `complete`.
+  std::uint64_t states = 0;    ///< Number after merging, including the initial state.
   std::uint64_t edges = 0;
 };
 

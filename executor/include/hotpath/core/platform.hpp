@@ -25,9 +25,8 @@ struct SimulatedThread {
 /// round robin, and close to Linux's behaviour. A worker that holds its executor's lock inherits
 /// the priority of the workers waiting for it.
 struct Platform {
-  unsigned cores = 1;  ///< >= 1; above 64, further cores have no effect.
-  bool raised_releaser =
-      true;  ///< Whether the timer management worker outranks the executor workers (as in the paper).
+  unsigned cores = 1;           ///< >= 1; above 64, further cores have no effect.
+  bool raised_releaser = true;  ///< Timer management worker outranks executor workers (the paper).
   Duration time_slice = std::chrono::milliseconds(3);  ///< > 0; near Linux's default (EEVDF: 0.7 to 2.8 ms).
 
   /// delta: occupies the releaser's core once per released timer (paper, Section V-B). The releaser
