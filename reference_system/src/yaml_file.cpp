@@ -46,7 +46,7 @@ std::string read_text_file(const std::string& path) {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   const auto bytes = static_cast<std::size_t>(in.gcount());
   if (bytes > kMaxFileBytes) {
-    throw InputError(path, 0, "the file has more than 4 MiB, the limit for YAML files", remedy);
+    throw InputError(path, 0, "the file has more than 4 MiB, the limit for this kind of file", remedy);
   }
   if (in.bad()) throw InputError(path, 0, "the file cannot be read to its end", remedy);
   text.resize(bytes);

@@ -7,7 +7,7 @@
 
 namespace hotpath {
 
-/// Reads a regular file of at most 4 MiB. Throws InputError.
+/// Reads a regular text file of at most 4 MiB. Throws InputError.
 std::string read_text_file(const std::string& path);
 
 /// Parses a text that must be a map. `remedy` describes such a file. Throws InputError.
