@@ -220,7 +220,7 @@ class AnalyzeTest(CommandTest):
             "{name: A, type: callbacks, callbacks: [{timer: a, period_ms: 10, priority: 1, execution_time_ms: 1, publishes: {topic: t, every: 2}}]}",
             "{name: T, type: transform, input: t, execution_time_ms: 4}",
         ]
-        for nodes, why in ((own, "X/A has a priority of its own"), (sparse, "A/a publishes not with every job")):
+        for nodes, why in ((own, "X/A has a priority of its own"), (sparse, "A/a does not publish with every job")):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
             out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertIn(why, out)

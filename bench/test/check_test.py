@@ -107,7 +107,7 @@ class Check(CommandTest):
     def test_a_job_that_is_there_twice(self):
         at = self.started(kind="timer")
         self.rows.insert(at + 1, dict(self.rows[at]))
-        self.assert_found("is there twice", at=at + 1)
+        self.assert_found("occurs twice", at=at + 1)
 
     def test_a_row_that_is_lost(self):
         for outcome in ("ran", "skipped", "overwritten", "queued", "running"):

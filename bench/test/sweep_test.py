@@ -190,7 +190,7 @@ class Sweeps(SweepTest):
         os.kill(int((self.folder / "doomed").read_text()), signal.SIGKILL)
         code, _, err = self.finish(process)
         self.assertEqual(code, 0, err)
-        self.assertRegex(err, r"Rank 1 \(.*\) has not been heard of for 1000 ms; others do its \d+ cells")
+        self.assertRegex(err, r"Rank 1 \(.*\) has been silent for 1000 ms; other ranks compute its \d+ cells")
         self.assertEqual(len(self.rows("ranks")), 600)
 
 
