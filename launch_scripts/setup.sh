@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing on Debian 12. `setup.sh` for building and running, `setup.sh ros` for the ROS 1 bridge and RViz
-# as well, `setup.sh test` for all tests.
+# Installs missing packages on Debian 12: `setup.sh` for building and running, `setup.sh ros` also
+# for the ROS 1 bridge and RViz, `setup.sh test` for all tests.
 set -euo pipefail
 
 packages=(
@@ -37,7 +37,7 @@ done
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "setup.sh: install as root: ${missing[*]}" >&2; exit 1; }
+  command -v sudo >/dev/null || { echo "setup.sh: sudo not found; install as root: ${missing[*]}" >&2; exit 1; }
   as_root=(sudo)
 fi
 echo "Installing ${missing[*]}"

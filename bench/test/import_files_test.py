@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs from files of CARET and iRobot's topologies, and what is said of files that are neither."""
+"""Imports graphs from CARET's files and iRobot's topologies, and rejects other files with a
+message."""
 
 import json
 import pathlib
@@ -32,7 +33,7 @@ TOPOLOGY = {
     ]
 }
 
-# Two nodes in series and one whose timer takes what is newest; CARET could not tell who publishes /c.
+# Three nodes in series, of which CARET could not tell which callback of /second publishes /b.
 ARCHITECTURE = """
 named_paths:
 - path_name: all
@@ -158,7 +159,7 @@ class ImportFiles(CommandTest):
         self.assertIn("cores: 4", graph)
         self.assertIn("name: ns.first\n", graph)
         self.assertIn("execution_time_ms: {min: 1, p50: 2, p95: 3, p99: 4, max: 5}", graph)
-        # The frequency tells that it is not the timer.
+        # The frequency rules the timer out.
         self.assertRegex(graph, r"subscription: a,.* publishes: b}  # guessed: publishes b")
         self.assertRegex(graph, r"name: external .*\n.*\n.*\n.*\n +- {timer: outside, period_ms: 20,")
         self.assertIn("nodes: [ns.first/c0, second/a, third/b]", graph)
@@ -203,7 +204,8 @@ class ImportFiles(CommandTest):
             self.assertRegex(listed, rf"(?m)^{name} ")
 
     def test_autoware_universe_is_predicted_as_caret_measured_it(self):
-        """p50 and p99 of the best case of stats_path.yaml, end to end, with the recorded executors."""
+        """Compares p50 and p99 with the end-to-end best case of stats_path.yaml, under the recorded
+        executors."""
         measured = {
             "component_sensing_0": (83.672, 121.902),
             "component_localization_0": (44.722, 77.603),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The noise floor: what `hotpath machine` says and every result folder carries.
+// The noise floor, which `hotpath machine` prints and every result folder records.
 #include "machine/machine.hpp"
 
 #include <unistd.h>

@@ -158,7 +158,7 @@ TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
   EXPECT_EQ(content(folder / "table.csv"), "header\nzero\none,\"a\"\nfour\n");
 }
 
-/// Adds the cells that are missing, and returns the table and how many were.
+/// Adds the missing cells; returns the table and the number of missing cells.
 std::pair<std::string, std::size_t> finished(SweepJournal& journal) {
   const std::vector<std::uint64_t> missing = journal.missing();
   for (const std::uint64_t cell : missing) journal.add(cell, concat("rows \"of\" ", cell * cell, "\n"));
@@ -167,7 +167,7 @@ std::pair<std::string, std::size_t> finished(SweepJournal& journal) {
   return {content(journal.folder() / "table.csv"), missing.size()};
 }
 
-/// A damaged copy: up to 12 bytes overwritten, some put in, or some taken out, at any place.
+/// A damaged copy: up to 12 bytes overwritten, inserted or removed at a random place.
 std::string damaged(std::string text, std::mt19937_64& random) {
   const std::size_t at = random() % text.size(),
                     n = std::min<std::size_t>(1 + random() % 12, text.size() - at);
@@ -223,12 +223,12 @@ TEST_F(SweepTest, AFolderHasOneSweepAtATime) {
   {
     SweepJournal first(folder_ / "out", d);
     EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
-    // Also before the first has written what it is.
+    // Also before the first sweep has written its description.
     fs::remove(folder_ / "out" / "sweep.json");
     EXPECT_THROW(SweepJournal(folder_ / "out", other), UsageError);
     EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), d.text);
   }
-  SweepJournal(folder_ / "out", other);  // which was never begun
+  SweepJournal(folder_ / "out", other);  // accepted: the first sweep never began
   EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), other.text);
 }
 
@@ -276,7 +276,7 @@ TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
   first.flush();
   fs::remove(folder_ / "out" / "cells.journal");
   fs::create_symlink("/dev/full", folder_ / "out" / "cells.journal");
-  // The file says that it is full when it is written to.
+  // Writes to this file fail with "no space left".
   EXPECT_THROW(
       {
         SweepJournal full(folder_ / "out", d);

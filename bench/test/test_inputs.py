@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One small file of every format that hotpath reads, made by hotpath where it makes such files."""
+"""One small file of every format that hotpath reads, written by hotpath itself where possible."""
 
 import csv
 import json
@@ -32,7 +32,7 @@ FIGURES = [{"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "ti
 
 
 def call(hotpath, folder, *words):
-    """A command that must succeed."""
+    """Standard output of a command that must succeed."""
     environment = dict(os.environ, HOTPATH_FIGURES="none")
     done = subprocess.run(
         [hotpath, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
@@ -42,7 +42,7 @@ def call(hotpath, folder, *words):
 
 
 def make_run(hotpath, folder):
-    """A run, and what refers to its tasks."""
+    """Makes a run, and files that refer to its tasks."""
     brief = ("--executors", "default,rm-ro", "--duration", "1", "--warm-up", "0.1")
     call(hotpath, folder, "simulate", "--graph", "sequences", *brief, "--output", "run")
     facts = json.loads((folder / "run" / "run.json").read_text())
@@ -54,7 +54,7 @@ def make_run(hotpath, folder):
 
 
 def make_inputs(hotpath):
-    """The folder that holds them."""
+    """Makes all inputs and returns their folder."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="hotpath_inputs_"))
     make_run(hotpath, folder)
     shutil.copy(SYSTEM / "graphs" / "sequences.yaml", folder / "graph.yaml")

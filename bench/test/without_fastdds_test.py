@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A build without Fast DDS measures within one process, and says what it lacks."""
+"""A build without Fast DDS measures within one process, and reports its missing features."""
 
 import unittest
 

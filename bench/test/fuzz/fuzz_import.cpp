@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A description of a real system (HOTPATH_FUZZED_IMPORT reads it) becomes a graph and a deployment, which
-// load.
+// Imports a description of a real system with HOTPATH_FUZZED_IMPORT, and loads the resulting graph
+// and deployment.
 #include <iostream>
 
 #include "fuzz.hpp"
@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace hotpath;
   static fuzz::InputFile file;
   static const fuzz::TemporaryFolder folder;
-  std::cout.setstate(std::ios::failbit);  // what was understood is nobody's to read
+  std::cout.setstate(std::ios::failbit);  // discards the import's messages
   return fuzz::read_or_refuse([&] {
     const std::filesystem::path output = folder.path() / "output";
     std::filesystem::remove_all(output);
