@@ -64,7 +64,6 @@ FOLDERS = {
     ("advise", "--output"): ["advise", *LONG],
     ("import ctf", "--output"): ["import", "ctf", "trace"],
     ("import caret", "--output"): ["import", "caret", "architecture.yaml"],
-    ("import irobot", "--output"): ["import", "irobot", "topology.json"],
     ("export ctf", "--output"): ["export", "ctf", "RUN"],
 }
 # The file by which a folder is known that the same command may write again.
@@ -316,7 +315,6 @@ class FolderTargets(OutputTargets):
         super().setUp()
         (self.folder / "sweep.yaml").write_text(SWEEP)
         (self.folder / "architecture.yaml").write_text(CARET)
-        (self.folder / "topology.json").write_text("{}")
         (self.folder / "trace").mkdir()
         (self.folder / "trace" / "metadata").write_text("")
 
