@@ -9,10 +9,10 @@
 
 namespace hotpath {
 
-/// What `run` and `compare` are told on the command line.
+/// The command line of `run` and `compare`.
 struct RunOptions : CommonOptions {
   double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
-  RepetitionPlan plan;     ///< What all repetitions have in common.
+  RepetitionPlan plan;     ///< Common to all repetitions.
   bool all_interfaces = false;
   std::string cpus;
   std::string executor_policy, timer_policy;
