@@ -28,7 +28,7 @@ std::vector<int> parse_cpus(const std::string& option, const std::string& text) 
   const std::vector<int> available = allowed_cpus();
   for (const int cpu : cpus) {
     if (std::ranges::find(available, cpu) != available.end()) continue;
-    refuse("there is no processor ", cpu, " for this process; there are ", joined(available, ","));
+    refuse("this process may not use processor ", cpu, "; it may use ", joined(available, ","));
   }
   return {cpus.begin(), cpus.end()};
 }

@@ -26,8 +26,8 @@ struct RunOptions : CommonOptions {
   bool quick = false;
 };
 
-/// `0,2-3` as a sorted list without duplicates of processors that this process may use. `option` is named in
-/// messages. Throws UsageError.
+/// Parses `0,2-3` into a sorted list of processors without duplicates. Messages name `option`. Throws
+/// UsageError, also for a processor that this process may not use.
 std::vector<int> parse_cpus(const std::string& option, const std::string& text);
 
 /// Runs all repetitions of all executors, interleaved in seeded random order, into one result folder; prints
