@@ -111,12 +111,12 @@ class CtfImport final : public RecordedJobSink {
     jobs_.clear();
     lost_.clear();
     arrange({});
-    found_ = best_interpretation(*recording_, output_created(), kWarmUp);
-    if (found_.best.precedence.contradicting > kSameOrder) {
-      arrange(service_order(system, recording_->graph, found_.best.precedence));
-      const double contradicting = found_.best.precedence.contradicting;
-      found_.best = interpret(*recording_, std::vector(found_.best.labels),
-                              found_.best.graph.platform.timer_thread, output_, kWarmUp);
+    interpretations_ = best_interpretation(*recording_, output_created(), kWarmUp);
+    if (interpretations_.best.precedence.contradicting > kSameOrder) {
+      arrange(service_order(system, recording_->graph, interpretations_.best.precedence));
+      const double contradicting = interpretations_.best.precedence.contradicting;
+      interpretations_.best = interpret(*recording_, std::vector(interpretations_.best.labels),
+                                        interpretations_.best.graph.platform.timer_thread, output_, kWarmUp);
       recording_->graph.notes.push_back(
           text("Nodes and callbacks are in the order in which the executor served them, which in %.0f %% of "
                "pairs is not that of "
@@ -187,11 +187,11 @@ class CtfImport final : public RecordedJobSink {
   }
 
   void append_window() {
-    const Trace& trace = found_.best.trace;
+    const Trace& trace = interpretations_.best.trace;
     Trace rows = trace;
     std::ranges::stable_sort(rows.jobs, {},
                              [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    const Interpretation& best = found_.best;
+    const Interpretation& best = interpretations_.best;
     rows.chains = counted_chains(trace, measured_chains(best.graph, best.tasks), Time{} + kWarmUp);
     folder_->append(best.tasks.set, chain_names(best.graph), rows);
   }
@@ -200,23 +200,24 @@ class CtfImport final : public RecordedJobSink {
   void append() {
     std::ranges::sort(jobs_, {}, &RecordedJob::started);
     Trace rows;
-    rows.executor = found_.best.trace.executor;
+    rows.executor = interpretations_.best.trace.executor;
     rows.epoch = recording_->graph.epoch;
     for (const RecordedJob& job : jobs_)
-      if (recording_->graph.task(job.ref) != kNoTask) rows.jobs.push_back(found_.best.rows->job(job));
+      if (recording_->graph.task(job.ref) != kNoTask)
+        rows.jobs.push_back(interpretations_.best.rows->job(job));
     for (const Recording::Lost& l : lost_)
       if (l.subscription < recording_->graph.task_of.size() &&
           recording_->graph.task_of[l.subscription] != kNoTask)
-        rows.jobs.push_back(found_.best.rows->lost(l.subscription, l.sample, l.queued));
+        rows.jobs.push_back(interpretations_.best.rows->lost(l.subscription, l.sample, l.queued));
     later_jobs_ += jobs_.size();
     jobs_.clear();
     lost_.clear();
-    folder_->append(found_.best.tasks.set, {}, rows);
+    folder_->append(interpretations_.best.tasks.set, {}, rows);
   }
 
   void write() {
     if (!jobs_.empty() || !lost_.empty()) append();
-    const Interpretation& best = found_.best;
+    const Interpretation& best = interpretations_.best;
     const fs::path graph_file = output_ / "graph.yaml";
     write_graph(graph_file, best.graph, import_comments(*recording_, best), write_with_folder);
     write_run(*folder_, graph_file, best.trace, "recorded");
@@ -225,14 +226,14 @@ class CtfImport final : public RecordedJobSink {
       simulated.append(best.tasks.set, chain_names(best.graph), best.check.simulated);
       write_run(simulated, graph_file, best.check.simulated, "simulated");
     }
-    const ImportFacts facts{reading_, *recording_, found_, later_jobs_, options_.trace};
+    const ImportFacts facts{reading_, *recording_, interpretations_, later_jobs_, options_.trace};
     write_whole_file(output_ / "import.json", "--output", import_json(facts));
     draw_figure("import-page", output_);
     tell_import(std::cout, facts, output_);
   }
 
   void write_run(RunFolder& folder, const fs::path& graph_file, const Trace& trace, const char* kind) {
-    const Interpretation& best = found_.best;
+    const Interpretation& best = interpretations_.best;
     CommonOptions common;
     common.graph = graph_file;
     common.phases = Phases::given;
@@ -269,7 +270,7 @@ class CtfImport final : public RecordedJobSink {
   std::vector<Recording::Lost> lost_;
   bool learnt_ = false;
   std::unique_ptr<Recording> recording_;
-  Interpretations found_;
+  Interpretations interpretations_;
   std::unique_ptr<RunFolder> folder_;
   std::uint64_t later_jobs_ = 0;
 };

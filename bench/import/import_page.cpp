@@ -63,7 +63,7 @@ json executors_json(const ImportFacts& facts) {
   json executors = json::array();
   for (std::size_t e = 0; e < facts.recording.executors.executors.size(); ++e) {
     const RecordedExecutor& executor = facts.recording.executors.executors[e];
-    const RecordedCosts& costs = facts.found.best.costs[e];
+    const RecordedCosts& costs = facts.interpretations.best.costs[e];
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
       const RecordedThread& thread = facts.recording.system.threads[t];
@@ -72,7 +72,7 @@ json executors_json(const ImportFacts& facts) {
     }
     executors.push_back({{"name", executor.name},
                          {"process", executor.process},
-                         {"executor", facts.found.best.labels[e]},
+                         {"executor", facts.interpretations.best.labels[e]},
                          {"why", executor.why},
                          {"threads", threads},
                          {"dispatch", cost_json(costs.dispatch)},
@@ -200,9 +200,9 @@ GraphComments import_comments(const Recording& recording, const Interpretation& 
 }
 
 json import_json(const ImportFacts& facts) {
-  const Interpretation& best = facts.found.best;
+  const Interpretation& best = facts.interpretations.best;
   json tried = json::array();
-  for (const auto& [label, similarity] : facts.found.tried)
+  for (const auto& [label, similarity] : facts.interpretations.tried)
     tried.push_back({{"executor", label}, {"similarity", similarity}});
   return {{"trace", facts.trace},
           {"version", HOTPATH_VERSION},
@@ -225,7 +225,7 @@ json import_json(const ImportFacts& facts) {
 }
 
 void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
-  const Interpretation& best = facts.found.best;
+  const Interpretation& best = facts.interpretations.best;
   out << text("%llu events in %.1f s: %zu nodes, %u tasks, %zu jobs; executor %s\n",
               static_cast<unsigned long long>(facts.reading.all_events),
               static_cast<double>(facts.reading.last_ns - facts.reading.first_ns) / 1e9,

@@ -14,7 +14,7 @@ namespace hotpath {
 struct ImportFacts {
   const TraceReading& reading;
   const Recording& recording;
-  const Interpretations& found;
+  const Interpretations& interpretations;
   std::uint64_t later_jobs;  ///< After those from which rules and times are.
   const std::string& trace;
 };

@@ -207,7 +207,7 @@ class BadInput(ImportTest):
         self.refused(2, "holds no CTF trace", self.folder)
 
     def test_formats(self):
-        for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "none of CTF")):
+        for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "is not CTF")):
             (self.folder / "metadata").write_bytes(content)
             self.refused(2, words, self.folder)
 
@@ -241,7 +241,7 @@ class BadInput(ImportTest):
 
     def test_chains(self):
         trace = self.unpacked("sequences_default")
-        for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is no node or task")):
+        for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is not a node or task")):
             self.refused(2, words, trace, "--chain", chain)
 
     def test_a_chain_without_outputs_is_not_green(self):
