@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Periods of the slowest timer without any event that a system does not have.
+/// A gap without events of more periods of the slowest timer is reported.
 constexpr int kGap = 10;
 
 std::string rule_text(const Recording& recording, const InferredRule& rule) {
@@ -83,7 +83,7 @@ json executors_json(const ImportFacts& facts) {
   return executors;
 }
 
-/// Of each task what the trace has of it.
+/// The data of the trace about each task.
 json tasks_json(const ImportFacts& facts) {
   const RecordedGraph& graph = facts.recording.graph;
   std::vector<std::vector<double>> durations(graph.tasks.set.size());
@@ -104,7 +104,7 @@ json tasks_json(const ImportFacts& facts) {
                                          {"threads", seen.threads.size()},
                                          {"published", json::object()}});
     if (!durations[id].empty()) {
-      // Durations that were seen, so that whoever reads the trace by other means finds the same.
+      // Observed durations without interpolation, so that other readers of the trace find the same values.
       const auto ranked = [&](std::size_t percent) {
         return durations[id][std::min(durations[id].size() - 1, durations[id].size() * percent / 100)];
       };
@@ -125,7 +125,7 @@ json tasks_json(const ImportFacts& facts) {
   return tasks;
 }
 
-/// Callbacks that every node has and no graph: how much they ran.
+/// How often and how long callbacks ran that are not in the graph.
 json housekeeping_json(const ImportFacts& facts) {
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
@@ -143,7 +143,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   std::vector<std::string> all;
   const TraceReading& r = facts.reading;
   if (!r.broken_off.empty())
-    all.push_back("The trace breaks off: " + r.broken_off + ". What lies before is used.");
+    all.push_back("The trace breaks off: " + r.broken_off + ". The events before are used.");
   if (r.discarded_events + r.discarded_packets > 0) {
     all.push_back(concat(
         "The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
@@ -155,15 +155,14 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   for (const RecordedCallback& c : system.callbacks) longest_period = std::max(longest_period, c.period);
   if (Duration(r.longest_gap_ns) > kGap * longest_period) {
     all.push_back(text(
-        "The trace has no event for %.1f s from %.1f s on: its clock jumped, or the system stood still. What "
-        "was due "
-        "meanwhile counts as lost, and the self-check is not to be trusted.",
+        "The trace has no event for %.1f s from %.1f s on: its clock jumped, or the system stood still. Jobs "
+        "that were due meanwhile count as lost, and the self-check is not reliable.",
         static_cast<double>(r.longest_gap_ns) / 1e9, static_cast<double>(r.gap_begin_ns - r.first_ns) / 1e9));
   }
   if (system.reused_handles > 0)
     all.push_back(concat(
         system.reused_handles,
-        " addresses of callbacks were used again after their callback had gone; each counts by its time."));
+        " addresses of callbacks were reused after the end of their callback; jobs are told apart by time."));
   if (system.ends_without_start > 0)
     all.push_back(concat(system.ends_without_start, " ends of callbacks have no start."));
   std::uint64_t never_ended = 0;
@@ -185,7 +184,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
 GraphComments import_comments(const Recording& recording, const Interpretation& best) {
   GraphComments comments;
   comments.header = concat(
-      "Imported from a trace of ros2_tracing; import.md says how.\n"
+      "Imported from a trace of ros2_tracing; see import.md.\n"
       "Recorded executor: ",
       best.executor->label, ".");
   for (const InferredRule& rule : recording.graph.rules) {
@@ -224,7 +223,7 @@ json import_json(const ImportFacts& facts) {
           {"self_check", best.check}};
 }
 
-void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
+void print_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
   const Interpretation& best = facts.interpretations.best;
   out << text("%llu events in %.1f s: %zu nodes, %u tasks, %zu jobs; executor %s\n",
               static_cast<unsigned long long>(facts.reading.all_events),

@@ -344,7 +344,7 @@ class Faults(ImportTest):
         timer = trace.timer(made["at"], trace.node(made["at"], "next"), 10 * MS, callback=made["timer"])
         for i in range(1, 101):
             trace.job(made["at"] + 10 * i * MS, made["at"] + (10 * i + 1) * MS, timer)
-        facts = self.warned(trace, "1 addresses of callbacks were used again", 300)
+        facts = self.warned(trace, "1 addresses of callbacks were reused", 300)
         self.assertEqual({t["task"]: t["jobs"] for t in facts["tasks"]}["next/timer"], 100)
 
     def test_topics_without_publishers(self):
@@ -355,7 +355,7 @@ class Faults(ImportTest):
             at = made["at"] + 10 * i * MS
             run_on(trace, made, at, 1)
             trace.job(at + 6 * MS, at + 7 * MS, outer[1], takes=(outer[0], at + 5 * MS))
-        facts = self.warned(trace, "/outer is not published by any callback", 300)
+        facts = self.warned(trace, "No callback of the trace publishes topic /outer", 300)
         self.assertTrue(any("Nobody published /silent" in w for w in facts["warnings"]))
 
     def test_publications_long_before_the_end(self):
