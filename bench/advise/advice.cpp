@@ -26,7 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostChains = 8;
-/// Number of best candidates that are predicted again for the doubts, in addition to the current executor.
+/// Number of best candidates that are predicted again for the doubts, in addition to the current
+/// executor.
 constexpr std::size_t kDoubted = 3;
 /// The ranking's share of the budget; the rest is for the doubts.
 constexpr double kRankingShare = 0.6;
@@ -48,8 +49,8 @@ std::string default_objective(const AdviseOptions& options, const Graph& graph) 
                                                                                 : options.objective;
 }
 
-/// Rejects a graph that does not fit into memory: every candidate has a graph and tasks, and every candidate
-/// under simulation has a trace.
+/// Rejects a graph that does not fit into memory: every candidate has a graph and tasks, and every
+/// candidate under simulation has a trace.
 void check_memory(const AdviseOptions& options, const GraphTasks& tasks) {
   constexpr double kCandidates = 30, kBytesOfTask = 2500;  // measured with 1000 to 20,000 nodes
   const std::size_t at_once =
@@ -216,7 +217,8 @@ class Adviser {
       if (c.spec.deployment && plan.executors.size() > 1)
         write_whole_file(folder / "cie.yaml", FileContent(cie));
     } catch (const std::invalid_argument&) {
-      // CallbackIsolatedExecutor needs an executor for each callback group; here some groups share one.
+      // CallbackIsolatedExecutor needs an executor for each callback group; here some groups share
+      // one.
     }
     return file.string();
   }

@@ -19,9 +19,10 @@ struct AdviseOptions : CommonOptions {
   unsigned threads = 0;
 };
 
-/// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking under
-/// changed assumptions, and writes table, figure, advice and the files of the recommended change. Throws
-/// UsageError, InputError, and RunError for a graph with more work than the cores can do.
+/// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking
+/// under changed assumptions, and writes table, figure, advice and the files of the recommended
+/// change. Throws UsageError, InputError, and RunError for a graph with more work than the cores
+/// can do.
 void advise(const AdviseOptions& options);
 
 }  // namespace hotpath

@@ -29,12 +29,13 @@ struct CandidateOptions {
 };
 
 /// The candidates that suit the graph:
-/// - every executor of the registry, except fixed priorities without priorities in the graph, and deadline
-///   monotonic without deadlines other than the periods; several threads only if there are cores for them;
+/// - every executor of the registry, except fixed priorities without priorities in the graph, and
+///   deadline monotonic without deadlines other than the periods; several threads only if there are
+///   cores for them;
 /// - every deployment preset;
 /// - for the objective's chain, if there is one: fixed priorities with the chain's timers first
-///   (`fp-ro:chain`), a thread above all others for the chain's callback groups (`chain-first`), and a thread
-///   for each callback group with those of the chain above the others (`cie:chain`).
+///   (`fp-ro:chain`), a thread above all others for the chain's callback groups (`chain-first`),
+///   and a thread for each callback group with those of the chain above the others (`cie:chain`).
 /// Throws UsageError, InputError.
 [[nodiscard]] std::vector<Candidate> make_candidates(const Graph& graph, const Objective& objective,
                                                      const CandidateOptions& options);
@@ -42,7 +43,8 @@ struct CandidateOptions {
 /// Updates tasks, threads and overload after a change of the candidate's graph.
 void weigh(Candidate& candidate);
 
-/// The mean work of the graph in percent of one core, with the execution times that its platform sets.
+/// The mean work of the graph in percent of one core, with the execution times that its platform
+/// sets.
 [[nodiscard]] double mean_load_percent(const Graph& graph, const GraphTasks& tasks);
 
 }  // namespace hotpath

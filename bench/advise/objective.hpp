@@ -27,9 +27,9 @@ struct Objective {
   std::string text;  ///< In words, such as `p99 of hot_path`.
 };
 
-/// Parses `hot_path:p99` (also median, worst) for the first chain, `CHAIN:p99` for another chain, a list of
-/// `CHAIN<MS` with commas, `worst_lateness`, or `losses`. Throws UsageError, also if the graph lacks the
-/// chain.
+/// Parses `hot_path:p99` (also median, worst) for the first chain, `CHAIN:p99` for another chain, a
+/// list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. Throws UsageError, also if the
+/// graph lacks the chain.
 [[nodiscard]] Objective parse_objective(const std::string& text, const Graph& graph);
 
 /// How well an objective is met; smaller is better. `tie` decides between equal values.
@@ -41,9 +41,9 @@ struct Score {
 /// Lost timestamps and samples in percent of all.
 [[nodiscard]] double loss_percent(const ExecutorSummary& summary);
 
-/// The value of requirements is the sum by which worst-case latencies exceed their limits, in percent of the
-/// limit. Lateness is in ms (negative: before the deadline), losses in percent, latencies in ms. Without
-/// samples the value is infinite.
+/// The value of requirements is the sum by which worst-case latencies exceed their limits, in
+/// percent of the limit. Lateness is in ms (negative: before the deadline), losses in percent,
+/// latencies in ms. Without samples the value is infinite.
 [[nodiscard]] Score score(const Objective& objective, const ExecutorSummary& summary);
 
 /// The median, p99 or worst case of a latency.

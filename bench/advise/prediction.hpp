@@ -31,9 +31,10 @@ struct Prediction {
   std::string bound_method;
 };
 
-/// Simulates all candidates that can keep up, over draws of phases and execution times; draw i has the same
-/// phases and times for every candidate. Stops after the draw in which the budget ends, or on interruption,
-/// so that all candidates have the same draws, at least one. `progress` gets the number of finished draws.
+/// Simulates all candidates that can keep up, over draws of phases and execution times; draw i has
+/// the same phases and times for every candidate. Stops after the draw in which the budget ends, or
+/// on interruption, so that all candidates have the same draws, at least one. `progress` gets the
+/// number of finished draws.
 [[nodiscard]] std::vector<Prediction> predict(const std::vector<Candidate>& candidates,
                                               const PredictionOptions& options,
                                               const std::function<void(std::uint32_t)>& progress);

@@ -16,13 +16,14 @@ namespace hotpath {
 /// Number of tasks that never ran.
 [[nodiscard]] std::size_t never_ran(const ExecutorSummary& summary);
 
-/// Why a candidate that keeps up cannot be recommended: a task never runs, it loses over one percent more
-/// than the current executor `now` (which may be overloaded), or no deployment file can express it. Empty: it
-/// can.
+/// Why a candidate that keeps up cannot be recommended: a task never runs, it loses over one
+/// percent more than the current executor `now` (which may be overloaded), or no deployment file
+/// can express it. Empty: it can.
 [[nodiscard]] std::string why_not(const Prediction& prediction, const Prediction& now);
 
-/// The best candidate that can be recommended. The current executor is preferred, if it can be recommended,
-/// unless the best one is better beyond noise. nullptr: no candidate can be recommended.
+/// The best candidate that can be recommended. The current executor is preferred, if it can be
+/// recommended, unless the best one is better beyond noise. nullptr: no candidate can be
+/// recommended.
 [[nodiscard]] const Prediction* recommended(const std::vector<const Prediction*>& ranked,
                                             const Prediction& now, const Objective& objective);
 

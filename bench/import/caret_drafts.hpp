@@ -51,8 +51,8 @@ using CaretSteps = std::set<std::tuple<std::string, std::string, std::string>>;
 [[nodiscard]] CaretDrafts make_drafts(const CaretArchitecture& architecture,
                                       const std::map<std::string, CaretStats>& stats);
 
-/// Assigns the publications that CARET names, then those that named paths need, then the rest. An assignment
-/// that would close a cycle is rejected. `measured`: there are statistics.
+/// Assigns the publications that CARET names, then those that named paths need, then the rest. An
+/// assignment that would close a cycle is rejected. `measured`: there are statistics.
 void assign_publications(const CaretArchitecture& architecture, const CaretSteps& on_path, bool measured,
                          CaretDrafts& drafts);
 

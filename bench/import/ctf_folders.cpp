@@ -18,8 +18,9 @@ constexpr std::size_t kMostFiles = 100'000;  // a trace has a few hundred
 
 enum class MetadataFormat { ctf_1, ctf_2, other };
 
-/// CTF 1.8, section 7.1: metadata is text, or packets that begin with a magic number, of which bytes 35 and
-/// 36 are the version. CTF 2: a sequence of JSON texts, each behind a record separator.
+/// CTF 1.8, section 7.1: metadata is text, or packets that begin with a magic number, of which
+/// bytes 35 and 36 are the version. CTF 2: a sequence of JSON texts, each behind a record
+/// separator.
 MetadataFormat format_of(const fs::path& metadata) {
   std::ifstream file(metadata, std::ios::binary);
   std::array<char, 37> head{};

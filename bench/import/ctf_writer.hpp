@@ -38,8 +38,8 @@ struct WrittenTrace {
   std::string process_name;
 };
 
-/// Writes a CTF 1.8 trace with libbabeltrace2 into a new folder: one stream per processor, and LTTng's
-/// contexts vpid, vtid and procname with each event. Throws RunError.
+/// Writes a CTF 1.8 trace with libbabeltrace2 into a new folder: one stream per processor, and
+/// LTTng's contexts vpid, vtid and procname with each event. Throws RunError.
 void write_ctf(const std::filesystem::path& folder, const WrittenTrace& trace);
 
 }  // namespace hotpath

@@ -27,8 +27,8 @@ bool is_jazzy(const ExecutorSpec& executor) {
   return on_rclcpp && on_rclcpp->first >= RosDistro::jazzy;
 }
 
-/// Sets what rclcpp's events say of each thread. A deployment numbers its threads executor by executor; in a
-/// simulation only the deployment knows their processes.
+/// Sets what rclcpp's events say of each thread. A deployment numbers its threads executor by
+/// executor; in a simulation only the deployment knows their processes.
 void set_threads(const ExecutorSpec& executor, bool simulated, ExportedRun& exported) {
   exported.jazzy = std::ranges::any_of(parts(executor), is_jazzy);
   if (!executor.deployment) return exported.polled.assign(kMaxWorkers, has_wait_events(executor));

@@ -20,10 +20,11 @@ struct ImportCaretOptions {
 /// Throws InputError with file and line if the files are not CARET's.
 void import_caret(const ImportCaretOptions& options);
 
-/// The graph that CARET recorded. `stats` may be empty. If CARET does not name the callback that publishes a
-/// topic with subscribers, it is guessed: the callback whose frequency fits the subscribers best; among
-/// equals a callback on a named path, then the one with the longest execution time. A topic without any known
-/// publisher gets a timer of node `external` at the measured frequency.
+/// The graph that CARET recorded. `stats` may be empty. If CARET does not name the callback that
+/// publishes a topic with subscribers, it is guessed: the callback whose frequency fits the
+/// subscribers best; among equals a callback on a named path, then the one with the longest
+/// execution time. A topic without any known publisher gets a timer of node `external` at the
+/// measured frequency.
 [[nodiscard]] ImportedGraph graph_of(const CaretArchitecture& architecture,
                                      const std::map<std::string, CaretStats>& stats);
 

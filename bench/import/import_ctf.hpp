@@ -18,12 +18,13 @@ struct ImportCtfOptions {
   std::uint64_t jobs = 100'000;     ///< Number of first jobs for rules, times, chains and self-check.
 };
 
-/// Reads a trace of ros2_tracing and writes graph, execution times, a run folder, deployment and page; then
-/// simulates the recording and compares. Throws UsageError if the folder holds no readable trace of
-/// ros2_tracing, RunError for other failures.
+/// Reads a trace of ros2_tracing and writes graph, execution times, a run folder, deployment and
+/// page; then simulates the recording and compares. Throws UsageError if the folder holds no
+/// readable trace of ros2_tracing, RunError for other failures.
 void import_ctf(const ImportCtfOptions& options);
 
-/// Writes the run in a folder as a CTF trace with the events of ros2_tracing. Throws UsageError, RunError.
+/// Writes the run in a folder as a CTF trace with the events of ros2_tracing. Throws UsageError,
+/// RunError.
 void export_ctf(const std::string& run, const std::string& output);
 
 }  // namespace hotpath

@@ -22,8 +22,8 @@ struct ImportedGraph {
 /// A sentence with the numbers of nodes, timers, subscriptions, executors and chains.
 [[nodiscard]] std::string counts_of(const ImportedGraph& imported);
 
-/// Writes graph.yaml and, if there are executors, deployment.yaml into the new folder, and prints the notes.
-/// Throws UsageError, InputError.
+/// Writes graph.yaml and, if there are executors, deployment.yaml into the new folder, and prints
+/// the notes. Throws UsageError, InputError.
 void write_import(ImportedGraph imported, const std::string& folder);
 
 }  // namespace hotpath

@@ -161,8 +161,8 @@ class Interpreter {
     }
   }
 
-  /// Whether execution times depend on the previous job of the task, by the first autocorrelation, weighted
-  /// by work. Independent draws would lose this.
+  /// Whether execution times depend on the previous job of the task, by the first autocorrelation,
+  /// weighted by work. Independent draws would lose this.
   bool times_are_correlated() const {
     double correlated = 0, work = 0;
     for (const Callback& callback : result_.tasks.callbacks) {

@@ -31,8 +31,8 @@ struct Recording {
   std::string deployment;  ///< File of the user; empty: none.
 };
 
-/// A recording interpreted under certain executors: timestamps of timers, costs, and how well a simulation
-/// matches.
+/// A recording interpreted under certain executors: timestamps of timers, costs, and how well a
+/// simulation matches.
 struct Interpretation {
   std::vector<std::string> labels;  ///< By executor.
   std::unique_ptr<RecordedTrace> rows;
@@ -47,8 +47,8 @@ struct Interpretation {
   SelfCheck check;
 };
 
-/// `folder`: for a deployment file. `timer_thread`: the priority of timer management threads, which no trace
-/// records. Throws the errors of reading a given deployment.
+/// `folder`: for a deployment file. `timer_thread`: the priority of timer management threads, which
+/// no trace records. Throws the errors of reading a given deployment.
 [[nodiscard]] Interpretation interpret(const Recording& recording, const std::vector<std::string>& labels,
                                        TimerThread timer_thread, const std::filesystem::path& folder,
                                        Duration warm_up);

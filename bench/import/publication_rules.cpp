@@ -68,7 +68,8 @@ class TopicOfNode {
   }
 
  private:
-  /// Among equal rules the larger set wins; a set with an input whose jobs publish other topics loses.
+  /// Among equal rules the larger set wins; a set with an input whose jobs publish other topics
+  /// loses.
   std::ptrdiff_t worth(const InferredRule& rule) const {
     const bool foreign = std::ranges::any_of(
         rule.of, [&](std::uint32_t c) { return has_others_.contains(c) && !contains(publishers_, c); });
@@ -172,8 +173,8 @@ class TopicOfNode {
   std::uint64_t most_ = 0;
 };
 
-/// Stored samples go into the messages that the node's timers publish with every job; without such timers,
-/// into the messages of its other subscriptions.
+/// Stored samples go into the messages that the node's timers publish with every job; without such
+/// timers, into the messages of its other subscriptions.
 void keep_samples(const RecordedSystem& system, const Callbacks& callbacks, std::span<InferredRule> rules) {
   Callbacks kept;
   for (const std::uint32_t c : callbacks) {

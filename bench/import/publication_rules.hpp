@@ -23,12 +23,13 @@ struct InferredRule {
   std::uint64_t most_in_a_job = 1;        ///< Most messages of a job; a rule covers one.
 };
 
-/// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that completes
-/// a set of inputs with new samples. The hypothesis that explains most jobs wins; among equals the largest
-/// set of inputs that publish nothing else, since sets describe best when data is ready, then the simplest
-/// one. Subscriptions that publish nothing and are in no set are assumed to be stored for the messages that
-/// the node's timers, or else its other callbacks, publish with every job (last_of); events do not show this.
-/// `is_task`: by callback. `jobs` are in the order of starts.
+/// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that
+/// completes a set of inputs with new samples. The hypothesis that explains most jobs wins; among
+/// equals the largest set of inputs that publish nothing else, since sets describe best when data
+/// is ready, then the simplest one. Subscriptions that publish nothing and are in no set are
+/// assumed to be stored for the messages that the node's timers, or else its other callbacks,
+/// publish with every job (last_of); events do not show this. `is_task`: by callback. `jobs` are in
+/// the order of starts.
 [[nodiscard]] std::vector<InferredRule> infer_rules(const RecordedSystem& system,
                                                     std::span<const RecordedJob> jobs,
                                                     const std::vector<bool>& is_task);

@@ -51,8 +51,8 @@ struct RecordedWindow {
   std::span<const JobRecord> records;  ///< Parallel to `jobs`; task kNoTask: not in the graph.
 };
 
-/// Preemption between threads. A job that lies within a job of another thread on the same processor preempted
-/// it; a job that became ready during that job and began after it waited for it.
+/// Preemption between threads. A job that lies within a job of another thread on the same processor
+/// preempted it; a job that became ready during that job and began after it waited for it.
 struct Displacement {
   std::vector<Duration> own;  ///< By job: its length without the jobs that preempted it.
   std::vector<int> level;     ///< By thread: relative priority; 0: it may have the ordinary policy.
@@ -62,8 +62,8 @@ struct Displacement {
 [[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
                                            const RecordedExecutor& executor, const ExecutorEntry& entry);
 
-/// How often one task ran before another where the executor's order decided: among tasks of one snapshot, if
-/// the executor's waits are events; among readers of one message, if it queues events.
+/// How often one task ran before another where the executor's order decided: among tasks of one
+/// snapshot, if the executor's waits are events; among readers of one message, if it queues events.
 struct Precedence {
   std::vector<std::vector<std::uint32_t>> before;  ///< By task, by task.
   double contradicting = 0;                        ///< Share of pairs that contradict the order of creation.

@@ -11,7 +11,8 @@
 
 namespace hotpath {
 
-/// The graph of a recorded system, and the mapping between its tasks and the callbacks of the trace.
+/// The graph of a recorded system, and the mapping between its tasks and the callbacks of the
+/// trace.
 struct RecordedGraph {
   Graph graph;  ///< Execution times, chains and platform are not filled in yet.
   GraphTasks tasks;
@@ -35,8 +36,9 @@ struct ServiceOrder {
   std::vector<std::uint32_t> nodes, callbacks;
 };
 
-/// `jobs` are in the order of starts. Callbacks that overlapped, or whose `executor_of` (by callback, kNone:
-/// unknown) differs, are in different callback groups. Throws UsageError if no task is left for a graph.
+/// `jobs` are in the order of starts. Callbacks that overlapped, or whose `executor_of` (by
+/// callback, kNone: unknown) differs, are in different callback groups. Throws UsageError if no
+/// task is left for a graph.
 [[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& system,
                                                 std::span<const RecordedJob> jobs,
                                                 const std::vector<std::uint32_t>& executor_of,

@@ -18,23 +18,25 @@ struct RecordedTimers {
   std::vector<bool> released;  ///< By task: its jobs show that it is not called when they start.
 };
 
-/// `jobs` are in the order of starts. A timer's first release is its creation plus its period. The event of
-/// the creation comes slightly after it; where jobs begin earlier than this event allows, the release moves
-/// earlier by as much. Throws UsageError if the clock of the trace jumps: then timers are due until `end` a
-/// thousand times as often as callbacks ran.
+/// `jobs` are in the order of starts. A timer's first release is its creation plus its period. The
+/// event of the creation comes slightly after it; where jobs begin earlier than this event allows,
+/// the release moves earlier by as much. Throws UsageError if the clock of the trace jumps: then
+/// timers are due until `end` a thousand times as often as callbacks ran.
 [[nodiscard]] RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
                                              std::span<const RecordedJob> jobs, Time end);
 
-/// Converts a recording into the rows of a run. A trace lacks the timestamps of timers. If a releaser's
-/// thread calls timers, the n-th job has the n-th timestamp after those skipped at the beginning. Otherwise a
-/// timer is called when its job starts, and rcl's rule decides which timestamps it skips.
+/// Converts a recording into the rows of a run. A trace lacks the timestamps of timers. If a
+/// releaser's thread calls timers, the n-th job has the n-th timestamp after those skipped at the
+/// beginning. Otherwise a timer is called when its job starts, and rcl's rule decides which
+/// timestamps it skips.
 class RecordedTrace {
  public:
   /// `release_only`: by task. System and graph must outlive it.
   RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph, const RecordedTimers& timers,
                 std::vector<bool> release_only);
 
-  /// The row of a job of the graph; call it in the order of starts. Instants are in the trace's time.
+  /// The row of a job of the graph; call it in the order of starts. Instants are in the trace's
+  /// time.
   [[nodiscard]] JobRecord job(const RecordedJob& job);
   [[nodiscard]] JobRecord lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) const;
   /// Timestamps that are due at the end without a started job.

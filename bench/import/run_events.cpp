@@ -115,8 +115,8 @@ class EventWriter {
   /// Ids of threads are unique in a system.
   static Where main_thread(std::uint16_t process) { return {1000U * (1U + process), 1000U * (1U + process)}; }
 
-  /// Readers merge the streams of processors by time alone. Events of two processors at one instant of
-  /// virtual time get a nanosecond of distance, in the order of cause and effect.
+  /// Readers merge the streams of processors by time alone. Events of two processors at one instant
+  /// of virtual time get a nanosecond of distance, in the order of cause and effect.
   void separate_processors() {
     const WrittenEvent* last = nullptr;
     for (WrittenEvent& e : written_.events) {
@@ -198,7 +198,8 @@ class EventWriter {
     add(created, timer_link_node, where, {address(timer, id), address(node, origin.node)});
   }
 
-  /// Adds jobs in the order of starts, so that at one instant the events of an earlier job come first.
+  /// Adds jobs in the order of starts, so that at one instant the events of an earlier job come
+  /// first.
   void add_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)

@@ -17,9 +17,9 @@ struct ExportedRun {
   unsigned cores = 1;
 };
 
-/// The events that ros2_tracing would have recorded: before the run the initialisation of nodes, publishers,
-/// subscriptions and timers, then takes, callbacks, publications and waits. As in ROS 2, jobs that never
-/// started have no events.
+/// The events that ros2_tracing would have recorded: before the run the initialisation of nodes,
+/// publishers, subscriptions and timers, then takes, callbacks, publications and waits. As in ROS
+/// 2, jobs that never started have no events.
 [[nodiscard]] WrittenTrace run_events(const ExportedRun& run);
 
 }  // namespace hotpath

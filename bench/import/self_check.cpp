@@ -26,9 +26,9 @@ Duration first_start(const Trace& recorded) {
   return std::max(first, Duration::zero());
 }
 
-/// Recorded execution times: a job gets the time of its task's recorded job that is nearest in time. Matching
-/// by number would shift all later times when the simulation has one job more or less, as often happens while
-/// executors begin.
+/// Recorded execution times: a job gets the time of its task's recorded job that is nearest in
+/// time. Matching by number would shift all later times when the simulation has one job more or
+/// less, as often happens while executors begin.
 class TimesOfMoment final : public ExecutionTimes {
  public:
   TimesOfMoment(const TaskSet& set, const Trace& trace) : recorded_(set.size()) {

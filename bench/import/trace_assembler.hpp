@@ -11,10 +11,10 @@
 
 namespace hotpath {
 
-/// Assembles entities and jobs from the events of a trace. A job lasts from the start to the end of a
-/// callback on one thread. Its sample is the last one that the thread took before. The sample comes from the
-/// publication with the same source timestamp; where publications have none (Humble), from the nearest one.
-/// Memory is bounded by entities, open jobs and unread samples.
+/// Assembles entities and jobs from the events of a trace. A job lasts from the start to the end of
+/// a callback on one thread. Its sample is the last one that the thread took before. The sample
+/// comes from the publication with the same source timestamp; where publications have none
+/// (Humble), from the nearest one. Memory is bounded by entities, open jobs and unread samples.
 class TraceAssembler final : public TraceVisitor {
  public:
   explicit TraceAssembler(RecordedJobSink& sink) : sink_(sink) {}

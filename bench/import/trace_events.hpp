@@ -12,8 +12,8 @@
 
 namespace hotpath {
 
-/// The events of ros2_tracing (provider `ros2`, versions 2 to 8) that an import reads, and CARET's event with
-/// the source timestamps that older versions lack.
+/// The events of ros2_tracing (provider `ros2`, versions 2 to 8) that an import reads, and CARET's
+/// event with the source timestamps that older versions lack.
 enum class TraceEventKind : std::uint8_t {
   rcl_init,
   node_init,
@@ -41,8 +41,8 @@ enum class TraceEventKind : std::uint8_t {
   other,  ///< Only counted.
 };
 
-/// The name of an event and the fields to read, in the order of TraceEvent::number and TraceEvent::text. A
-/// field that a trace lacks is 0 or empty.
+/// The name of an event and the fields to read, in the order of TraceEvent::number and
+/// TraceEvent::text. A field that a trace lacks is 0 or empty.
 struct TraceEventFormat {
   std::string_view name;
   TraceEventKind kind;

@@ -29,9 +29,9 @@ bool is_stream(const fs::directory_entry& entry) {
   return entry.is_regular_file() && entry.path().filename() != "metadata";
 }
 
-/// Bytes of a stream file up to the end of its last whole packet. A packet of LTTng 2 begins with magic
-/// number (32 bits), UUID (128), stream (32), instance (64), then its context: first and last time, size of
-/// the content and of the packet in bits (64 each).
+/// Bytes of a stream file up to the end of its last whole packet. A packet of LTTng 2 begins with
+/// magic number (32 bits), UUID (128), stream (32), instance (64), then its context: first and last
+/// time, size of the content and of the packet in bits (64 each).
 std::uintmax_t whole_bytes(const fs::path& stream) {
   constexpr std::uint32_t kMagic = 0xc1fc1fc1;
   constexpr std::size_t kPacketSize = 56;

@@ -7,9 +7,9 @@
 
 namespace hotpath {
 
-/// Folders of CTF traces with complete packets only. libbabeltrace2 rejects a stream file of LTTng that ends
-/// within a packet, as after a power loss or on a full disk. The folders of these files are replaced by
-/// temporary copies without the incomplete packets.
+/// Folders of CTF traces with complete packets only. libbabeltrace2 rejects a stream file of LTTng
+/// that ends within a packet, as after a power loss or on a full disk. The folders of these files
+/// are replaced by temporary copies without the incomplete packets.
 class WholePackets {
  public:
   /// Throws RunError if a copy cannot be written.

@@ -7,8 +7,8 @@
 
 namespace hotpath {
 
-// Rejection of runs that cannot succeed, before any process starts. `plan` is the plan of all repetitions.
-// All throw UsageError.
+// Rejection of runs that cannot succeed, before any process starts. `plan` is the plan of all
+// repetitions. All throw UsageError.
 
 /// Options that hotpath_rclcpp_runner does not support.
 void check_rclcpp_options(const RunOptions& options, const RepetitionPlan& plan);
@@ -20,8 +20,8 @@ void check_network_options(const RunOptions& options, const RepetitionPlan& plan
 void check_fastdds_options(const RunOptions& options, const RepetitionPlan& plan,
                            const std::vector<ExecutorSpec>& executors);
 
-/// A deployment that contradicts the options, or whose processors or policies this process may not use. Also
-/// throws InputError, with the line of the executor.
+/// A deployment that contradicts the options, or whose processors or policies this process may not
+/// use. Also throws InputError, with the line of the executor.
 void check_deployment(const RepetitionPlan& plan, const ExecutorSpec& executor);
 
 }  // namespace hotpath

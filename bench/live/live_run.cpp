@@ -127,7 +127,8 @@ class LiveRun {
   void check() {
     plan_.cpus = parse_cpus("--cpus", options_.cpus);
     plan_.fastdds.loopback_only = !options_.all_interfaces;
-    // They keep other programs out and simultaneous runs apart. Readers of --live receive only the prefix.
+    // They keep other programs out and simultaneous runs apart. Readers of --live receive only the
+    // prefix.
     plan_.fastdds.partition = random_name();
     plan_.fastdds.topic_prefix = random_name() + "/";
     plan_.length = length();
@@ -163,7 +164,8 @@ class LiveRun {
     check_memory();
   }
 
-  /// Rejects a run whose memory would not suffice: traces of all repetitions, and buffers of one repetition.
+  /// Rejects a run whose memory would not suffice: traces of all repetitions, and buffers of one
+  /// repetition.
   void check_memory() const {
     double buffers = 0;
     for (const ExecutorSpec& e : executors_) {
@@ -257,8 +259,8 @@ class LiveRun {
     if (tells_processor_speed(run_)) {
       result.repetition.speed = speed_windows(tasks_.set, trace, counting_.warm_up);
     }
-    // A failed repetition is recorded in run.json only. Rows are stored before the record that names them, so
-    // that a killed run can be recovered.
+    // A failed repetition is recorded in run.json only. Rows are stored before the record that
+    // names them, so that a killed run can be recovered.
     if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
     note(p, result);
     record_attempt(run_["runs"], executor.label, attempt);
@@ -326,8 +328,8 @@ class LiveRun {
     check_throttling(p);
   }
 
-  /// The paper's release-and-execute runs jobs at SCHED_FIFO; above its limit the kernel stops them for the
-  /// rest of each period.
+  /// The paper's release-and-execute runs jobs at SCHED_FIFO; above its limit the kernel stops them
+  /// for the rest of each period.
   void check_throttling(const RepetitionPlan& p) {
     if (told_throttling_ || machine_.rt_runtime_us < 0 || machine_.rt_period_us <= 0) return;
     if (p.executor.deployment) return;

@@ -17,20 +17,23 @@
 
 namespace hotpath {
 
-/// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its end. It
-/// reads the records of the measured processes in `memories` and yields to all other processes (nice 19).
-/// Messages with the coordinator: `matched` when it is ready, then `begin`, then `stop` with the end of the
-/// run, then `done` with the number of lost chain samples. Returns the exit code.
+/// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its
+/// end. It reads the records of the measured processes in `memories` and yields to all other
+/// processes (nice 19). Messages with the coordinator: `matched` when it is ready, then `begin`,
+/// then `stop` with the end of the run, then `done` with the number of lost chain samples. Returns
+/// the exit code.
 int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
                           const Channel& coordinator);
 
-/// The publishing process as the coordinator sees it. The repetition continues when this process fails.
+/// The publishing process as the coordinator sees it. The repetition continues when this process
+/// fails.
 class Publisher {
  public:
   /// `process` runs run_publisher_process().
   explicit Publisher(ForkedProcess process) : process_(std::move(process)) {}
 
-  /// Waits until the process is ready or has failed, so that its set-up does not overlap the measurement.
+  /// Waits until the process is ready or has failed, so that its set-up does not overlap the
+  /// measurement.
   void await_ready(Time limit) { receive(Kind::matched, limit); }
   void begin(Time epoch, Time end) { process_.channel.send({Kind::begin, {to_ns(epoch), to_ns(end)}}); }
   /// Everything is recorded; the run ended at `end`.

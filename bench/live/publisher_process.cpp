@@ -78,7 +78,8 @@ class Sender {
   }
 
  private:
-  /// False when the record of one of the chain's jobs is still missing. `all`: no more records will come.
+  /// False when the record of one of the chain's jobs is still missing. `all`: no more records will
+  /// come.
   bool send(const ChainObservation& observation, bool all) {
     const ChainRecord record = join_.join(observation);
     if (record.end_to_end_latency.count() < 0 && !all) return false;

@@ -9,14 +9,14 @@
 
 namespace hotpath {
 
-/// The repetitions that `--live-alternate` publishes: the 2nd and 3rd of every four, so that a steady drift
-/// affects both sides equally.
+/// The repetitions that `--live-alternate` publishes: the 2nd and 3rd of every four, so that a
+/// steady drift affects both sides equally.
 constexpr bool published_by_turns(std::uint32_t repetition) {
   return repetition % 4 == 1 || repetition % 4 == 2;
 }
 
-/// The effect of publishing on one chain of one executor: the median hot-path latency of the published
-/// repetitions divided by the median of the others.
+/// The effect of publishing on one chain of one executor: the median hot-path latency of the
+/// published repetitions divided by the median of the others.
 struct PublishingEffect {
   std::string executor, chain;
   std::size_t samples_with = 0, samples_without = 0;

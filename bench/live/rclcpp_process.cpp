@@ -26,7 +26,8 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// In the notation of PriorityExecutorOptions: with rule and ties. The number of threads is a separate key.
+/// In the notation of PriorityExecutorOptions: with rule and ties. The number of threads is a
+/// separate key.
 std::string executor_text(const ExecutorSpec& executor) {
   std::string name(executor.entry->name);
   if (executor.entry->traits.family != Family::priority_events) return name;
@@ -105,8 +106,8 @@ void check_on_rclcpp(const ExecutorSpec& executor) {
 
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
   std::vector<std::string> words = {plan.rclcpp.runner, plan_json(plan, memory, coordinator).dump()};
-  // rclcpp has no partitions: the namespace keeps out other programs of this machine, and the runner keeps
-  // out other machines.
+  // rclcpp has no partitions: the namespace keeps out other programs of this machine, and the
+  // runner keeps out other machines.
   setenv("ROS_DOMAIN_ID", std::to_string(plan.fastdds.domain).c_str(), 1);
   execv(words.front().c_str(), argument_list(words).data());
   coordinator.send({ChannelMessage::Kind::failed,

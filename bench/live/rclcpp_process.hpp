@@ -8,16 +8,17 @@
 
 namespace hotpath {
 
-/// The path of hotpath_rclcpp_runner: `given`, else HOTPATH_ROS2_RUNNER, else the program of a sourced ROS 2
-/// workspace (AMENT_PREFIX_PATH). Throws UsageError with a remedy.
+/// The path of hotpath_rclcpp_runner: `given`, else HOTPATH_ROS2_RUNNER, else the program of a
+/// sourced ROS 2 workspace (AMENT_PREFIX_PATH). Throws UsageError with a remedy.
 [[nodiscard]] std::string find_rclcpp_runner(const std::string& given);
 
-/// Rejects an executor that rclcpp lacks, in general or in the sourced ROS 2 (ROS_DISTRO). Throws UsageError
-/// that lists the available executors.
+/// Rejects an executor that rclcpp lacks, in general or in the sourced ROS 2 (ROS_DISTRO). Throws
+/// UsageError that lists the available executors.
 void check_on_rclcpp(const ExecutorSpec& executor);
 
-/// Replaces the calling process by hotpath_rclcpp_runner, which talks to the coordinator like run_process().
-/// Returns only on failure, with the exit code, after reporting the failure to the coordinator.
+/// Replaces the calling process by hotpath_rclcpp_runner, which talks to the coordinator like
+/// run_process(). Returns only on failure, with the exit code, after reporting the failure to the
+/// coordinator.
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator);
 
 }  // namespace hotpath

@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// An attempt at a repetition. The first attempt has the number of its repetition and counts; more attempts
-/// follow where it ran on a slow processor.
+/// An attempt at a repetition. The first attempt has the number of its repetition and counts; more
+/// attempts follow where it ran on a slow processor.
 struct Attempt {
   std::size_t executor = 0;      ///< Index of its ExecutorRuns.
   std::uint32_t repetition = 0;  ///< Number in the plan; it decides the phases.
@@ -29,18 +29,18 @@ struct SpeedCounts {
 /// Judges the repetitions with judge_speed().
 [[nodiscard]] SpeedCounts count_slow(const std::vector<ExecutorRuns>& runs);
 
-/// Measures the repetitions that ran on a slow processor again, at most `times` each. This happens after all
-/// other repetitions, so that the disturbance has time to pass. Of two attempts `runs` keeps the one that
-/// lost less time. `planned`: repetitions of each executor; attempts are numbered from there on. `measure`
-/// returns none if the attempt failed; `replaced` is called when an attempt replaces the counted one, with
-/// the slow periods of the replaced attempt.
+/// Measures the repetitions that ran on a slow processor again, at most `times` each. This happens
+/// after all other repetitions, so that the disturbance has time to pass. Of two attempts `runs`
+/// keeps the one that lost less time. `planned`: repetitions of each executor; attempts are
+/// numbered from there on. `measure` returns none if the attempt failed; `replaced` is called when
+/// an attempt replaces the counted one, with the slow periods of the replaced attempt.
 void repeat_disturbed(
     std::vector<ExecutorRuns>& runs, std::uint32_t planned, std::uint32_t times,
     const std::function<std::optional<Repetition>(const Attempt&)>& measure,
     const std::function<void(const Attempt&, const std::vector<SlowPeriod>& slow)>& replaced);
 
-/// Records in `runs` of run.json, for an attempt other than the counted one, that the counted one replaces
-/// it.
+/// Records in `runs` of run.json, for an attempt other than the counted one, that the counted one
+/// replaces it.
 void record_attempt(nlohmann::json& runs, const std::string& executor, const Attempt& attempt);
 
 /// Records in `runs` of run.json that the attempt replaces the counted one.

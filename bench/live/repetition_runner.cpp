@@ -75,7 +75,8 @@ class Coordinator {
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
       children_.clear();  // closes the channels of the other processes
-      // When memory runs out, Linux kills this process rather than the coordinator, which reports it.
+      // When memory runs out, Linux kills this process rather than the coordinator, which reports
+      // it.
       std::ofstream("/proc/self/oom_score_adj") << 500;
       if (plan_.executor.stack == Stack::rclcpp)
         return become_rclcpp_runner(plan_, memories_[process], coordinator);
@@ -126,7 +127,8 @@ class Coordinator {
     for (const Child& c : children_) c.process.channel.send({kind, numbers});
   }
 
-  /// Waits for `kind` from every process. False after a failure, or an interruption before the run began.
+  /// Waits for `kind` from every process. False after a failure, or an interruption before the run
+  /// began.
   bool await_all(Kind kind, Time limit) {
     for (std::uint32_t p = 0; p < children_.size(); ++p) {
       for (;;) {
@@ -338,8 +340,8 @@ RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
 Duration set_up_limit(const RepetitionPlan& plan) {
   std::size_t endpoints = 0;
   for (const Node& node : plan.graph->nodes) endpoints += node.inputs.size() + node.outputs.size();
-  // Ten times the measured time: 1 us for each pair of endpoints, which Fast DDS matches against each other,
-  // and 100 ms for each process.
+  // Ten times the measured time: 1 us for each pair of endpoints, which Fast DDS matches against
+  // each other, and 100 ms for each process.
   const Duration comparisons = std::chrono::microseconds(10 * endpoints * endpoints);
   const Duration processes = std::chrono::seconds(plan.processes - 1);
   return plan.time_out +

@@ -72,8 +72,8 @@ Duration set_up_limit(const RepetitionPlan& plan);
 /// Capacity of the records of one process.
 RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process);
 
-/// Runs one repetition in fresh processes that share one epoch. The calling process must have one thread
-/// only. `progress(elapsed)` is called about ten times a second.
+/// Runs one repetition in fresh processes that share one epoch. The calling process must have one
+/// thread only. `progress(elapsed)` is called about ten times a second.
 RepetitionResult run_repetition(const RepetitionPlan& plan, const std::function<void(Duration)>& progress);
 
 }  // namespace hotpath

@@ -85,8 +85,8 @@ void settle(const GraphTasks& tasks, std::deque<RunMemory>& memories, const Live
 int run_process(const RepetitionPlan& plan, std::uint32_t process,
                 const std::vector<std::uint32_t>& process_of_node, std::deque<RunMemory>& memories,
                 const Channel& coordinator) {
-  // The coordinator handles the terminal's signals. If it is killed, its channel closes and this process ends
-  // in order, so that Fast DDS removes its files.
+  // The coordinator handles the terminal's signals. If it is killed, its channel closes and this
+  // process ends in order, so that Fast DDS removes its files.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
 

@@ -20,7 +20,8 @@
 namespace hotpath {
 namespace {
 
-/// `n` tasks with the periods and relative execution times of WATERS and a utilisation of about 0.8.
+/// `n` tasks with the periods and relative execution times of WATERS and a utilisation of about
+/// 0.8.
 PeriodicTasks tasks_of_size(std::size_t n) {
   RandomStream random(1, {n});
   PeriodicTasks tasks;
@@ -70,7 +71,8 @@ BENCHMARK(schedule_abstraction)
     ->ArgNames({"utilisation", "edf"})
     ->Unit(benchmark::kMillisecond);
 
-/// Section VII-B: 3 x 1000 task sets with all chains. Argument 0: the paper's method, 1: all methods.
+/// Section VII-B: 3 x 1000 task sets with all chains. Argument 0: the paper's method, 1: all
+/// methods.
 void waters(benchmark::State& state) {
   WatersOptions options;
   if (state.range(0) == 1) {
@@ -108,7 +110,8 @@ void two_roads(benchmark::State& state) {
 }
 BENCHMARK(two_roads)->Iterations(1'000'000)->Unit(benchmark::kMicrosecond);
 
-/// `n` tasks in six layers: timers in the first, and a fusion of two tasks at every fifth task of the others.
+/// `n` tasks in six layers: timers in the first, and a fusion of two tasks at every fifth task of
+/// the others.
 CallbackGraph graph_of_size(TaskId n) {
   constexpr std::array kPeriods_ms = {10, 20, 50, 100, 200, 500};
   RandomStream random(1, {n});

@@ -96,8 +96,8 @@ class ParkedWorker {
   std::thread thread_{[this] { work(); }};
 };
 
-/// Passes of the timer management thread with `due` timers each: its turn under the lock, then the wake-up of
-/// a sleeping executor thread.
+/// Passes of the timer management thread with `due` timers each: its turn under the lock, then the
+/// wake-up of a sleeping executor thread.
 Measurement release_passes(const ExecutorEntry& entry, std::uint32_t due, bool wake, int passes) {
   TaskSet set = staggered_timers(due, 1ms);
   for (Task& t : set.tasks) t.phase = Duration{};
@@ -156,8 +156,8 @@ Measurement live_releases(const ExecutorEntry& entry, bool executor_busy, Durati
 double since_release(const JobRecord& r) { return ns(r.start - r.job.release); }
 double since_timestamp(const JobRecord& r) { return ns(r.start - r.job.timestamp); }
 
-/// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so that their
-/// release_to_start excludes the wake-up; compare executors by their lateness.
+/// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so
+/// that their release_to_start excludes the wake-up; compare executors by their lateness.
 Measurement dispatch_timers(const ExecutorSpec& executor, Duration length) {
   LiveRun live(staggered_timers(1, 1ms), executor);
   live.run(length);
@@ -180,7 +180,8 @@ Measurement dispatch_samples(const ExecutorSpec& executor, Duration length) {
   return Measurement{}.add_samples("arrival_to_start", live.of_jobs(since_timestamp));
 }
 
-/// The yardstick of dispatch_samples(): a value from one thread to another with a condition variable.
+/// The yardstick of dispatch_samples(): a value from one thread to another with a condition
+/// variable.
 Measurement hand_over(Duration length) {
   std::mutex mutex;
   std::condition_variable arrived;
@@ -212,7 +213,8 @@ Measurement hand_over(Duration length) {
   return Measurement{}.add_samples("arrival_to_start", std::move(latencies));
 }
 
-/// Lateness of a bare loop of absolute sleeps, in a thread with this policy and minimal timer slack.
+/// Lateness of a bare loop of absolute sleeps, in a thread with this policy and minimal timer
+/// slack.
 std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
   std::vector<double> late;
   late.reserve(100'000);
@@ -226,8 +228,8 @@ std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
   return warm(std::move(late));
 }
 
-/// Default options with this policy for the timer thread. Executors throw ThreadSetupError if it is not
-/// permitted.
+/// Default options with this policy for the timer thread. Executors throw ThreadSetupError if it is
+/// not permitted.
 ExecutorOptions with_timer_policy(const std::string& policy) {
   ExecutorOptions options;
   options.timer_thread = {parse_thread_policy(policy), true};

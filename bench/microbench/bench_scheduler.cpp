@@ -12,13 +12,13 @@
 namespace hotpath::gbench {
 namespace {
 
-/// Jobs of one timed block: enough to hide the cost of reading the clock, and few enough to hardly change the
-/// ready queue.
+/// Jobs of one timed block: enough to hide the cost of reading the clock, and few enough to hardly
+/// change the ready queue.
 constexpr std::int64_t kBlock = 50;
 
-/// Time: mean of release, decision and finish of one job. Counters: the median of each over blocks, which is
-/// robust against the interruption of a block. `ready` jobs wait all the time, limited by the number of
-/// tasks.
+/// Time: mean of release, decision and finish of one job. Counters: the median of each over blocks,
+/// which is robust against the interruption of a block. `ready` jobs wait all the time, limited by
+/// the number of tasks.
 template <class Cycle>
 void cycle(benchmark::State& state, const ExecutorEntry& executor, std::int64_t ready) {
   const std::int64_t tasks = state.range(0), block = std::min(kBlock, tasks / 2);
@@ -101,8 +101,8 @@ void register_all(bool quick) {
   add_cycles.operator()<SampleCycle>("sample_cycle", samples);
   for (const char* name : timers) {
     const ExecutorEntry& e = *find_executor(name);
-    // Wait sets erase from the front of their snapshot, which is quadratic: the largest set would take a
-    // minute.
+    // Wait sets erase from the front of their snapshot, which is quadratic: the largest set would
+    // take a minute.
     const bool wait_set = e.traits.family == Family::wait_set;
     grow(benchmark::RegisterBenchmark(("drain/" + std::string(name) + "/tasks").c_str(),
                                       [&e](benchmark::State& s) { drain(s, e); }),

@@ -142,7 +142,8 @@ class RawSide {
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
 };
 
-/// Publishes the plan's messages at its rate; returns the CPU time that the process used after the warm-up.
+/// Publishes the plan's messages at its rate; returns the CPU time that the process used after the
+/// warm-up.
 template <class Side>
 Duration publish_all(Side& side, const Plan& plan, const std::function<void()>& warm) {
   minimise_timer_slack();

@@ -19,7 +19,8 @@ inline void sleep_until(Time instant) {
   }
 }
 
-/// A bare loop of absolute sleeps: calls `tick` with each instant from `first` every `period`, before `end`.
+/// A bare loop of absolute sleeps: calls `tick` with each instant from `first` every `period`,
+/// before `end`.
 void every(Duration period, Time first, Time end, auto tick) {
   for (Time next = first; next < end; next += period) {
     sleep_until(next);
@@ -50,8 +51,8 @@ class LiveRun {
 
   Executor& executor() { return executor_; }
 
-  /// Runs the executor for `length` from an epoch shortly after the call. Returns the CPU time of the process
-  /// from the epoch to the end.
+  /// Runs the executor for `length` from an epoch shortly after the call. Returns the CPU time of
+  /// the process from the epoch to the end.
   Duration run(Duration length) {
     const Time epoch = now() + 20ms;
     warm_ = epoch + length / 10;
@@ -62,8 +63,8 @@ class LiveRun {
     return process_cpu_time() - before;
   }
 
-  /// `value` of every job that ran, except jobs that started in the first tenth of the run. Call it after
-  /// run().
+  /// `value` of every job that ran, except jobs that started in the first tenth of the run. Call it
+  /// after run().
   template <class Value>
   std::vector<double> of_jobs(Value value) const {
     std::vector<double> values;

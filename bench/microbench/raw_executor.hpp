@@ -19,7 +19,8 @@
 
 namespace hotpath::gbench {
 
-/// Borrows a message from `writer`, with uninitialised contents. Throws std::runtime_error if there is none.
+/// Borrows a message from `writer`, with uninitialised contents. Throws std::runtime_error if there
+/// is none.
 inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
   void* message = nullptr;
   writer.loan_sample(message,
@@ -28,9 +29,9 @@ inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
   return message;
 }
 
-/// The yardstick of executor and transport: Fast DDS with loaned samples and the threads of a live executor.
-/// A listener passes each sample to one thread, which handles samples and timers in order. FastDdsParticipant
-/// sets up participant and endpoints, so that all settings are the same.
+/// The yardstick of executor and transport: Fast DDS with loaned samples and the threads of a live
+/// executor. A listener passes each sample to one thread, which handles samples and timers in
+/// order. FastDdsParticipant sets up participant and endpoints, so that all settings are the same.
 template <class Message>
 class RawExecutor {
  public:

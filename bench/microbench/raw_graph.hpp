@@ -15,8 +15,9 @@
 
 namespace hotpath::gbench {
 
-/// The yardstick of a whole graph without work: its topics, timers and message sizes over Fast DDS alone,
-/// with the threads of a live executor. Nodes only forward data, as messages with uninitialised contents.
+/// The yardstick of a whole graph without work: its topics, timers and message sizes over Fast DDS
+/// alone, with the threads of a live executor. Nodes only forward data, as messages with
+/// uninitialised contents.
 class RawGraph {
  public:
   /// First timestamps are the phases in `tasks`, relative to `epoch`. Throws TransportError.

@@ -79,8 +79,9 @@ class TimerCycle : public Cycle {
   }
 };
 
-/// Samples arrive for random subscriptions without a sample; `ready` subscriptions always hold one. EDF uses
-/// the deadline of the sample, and the other policies the priority of the graph (policy fp).
+/// Samples arrive for random subscriptions without a sample; `ready` subscriptions always hold one.
+/// EDF uses the deadline of the sample, and the other policies the priority of the graph (policy
+/// fp).
 class SampleCycle : public Cycle {
  public:
   SampleCycle(const ExecutorEntry& executor, std::int64_t tasks, std::int64_t ready)
@@ -120,8 +121,8 @@ struct KeyedJob {
 
 inline PriorityKey key_of(const Job& job) { return {to_ns(job.deadline), job.task}; }
 
-/// The experiment for the queues and their yardstick: the first of `ready` jobs leaves and returns with a
-/// later deadline.
+/// The experiment for the queues and their yardstick: the first of `ready` jobs leaves and returns
+/// with a later deadline.
 template <class Queue>
 void hold(benchmark::State& state, Queue queue) {
   // Random distances from one deadline of a task to the next.
@@ -156,8 +157,8 @@ struct StandardQueueOfJobs {
   }
 };
 
-/// Events queues of up to `most` jobs, with std::priority_queue as yardstick. `min_time`: seconds per
-/// benchmark.
+/// Events queues of up to `most` jobs, with std::priority_queue as yardstick. `min_time`: seconds
+/// per benchmark.
 inline void register_queues(std::int64_t most, double min_time) {
   const auto add = [=](const std::string& name, auto make_queue) {
     benchmark::RegisterBenchmark(("push_pop/" + name + "/ready").c_str(),

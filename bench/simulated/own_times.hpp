@@ -13,31 +13,33 @@ namespace hotpath {
 /// Prefix of the run folder in `--execution-times replay:RUN`.
 inline constexpr std::string_view kReplay = "replay:";
 
-/// Returns the measured trace with finish - start replaced by the time that each job had a core, for
-/// replaying jobs of fixed work. This is the measured CPU time. Where that is missing, it is estimated: while
-/// more jobs are running than there are cores, jobs of the raised timer management thread (`raised`) have a
-/// core each, and the others share the remaining cores.
+/// Returns the measured trace with finish - start replaced by the time that each job had a core,
+/// for replaying jobs of fixed work. This is the measured CPU time. Where that is missing, it is
+/// estimated: while more jobs are running than there are cores, jobs of the raised timer management
+/// thread (`raised`) have a core each, and the others share the remaining cores.
 [[nodiscard]] Trace with_own_times(Trace trace, unsigned cores, bool raised);
 
 /// Overheads of the threads of a live run; zero without evidence.
 struct OwnCosts {
   Duration dispatch{};  ///< Mean time from the end of a job to the start of the next one that was due.
-  /// Median time from the timestamp of a job for which a thread slept to its start, without `dispatch`.
+  /// Median time from the timestamp of a job for which a thread slept to its start, without
+  /// `dispatch`.
   Duration wake_up{};
 };
-/// On one core the costs are those of all threads together, otherwise of each thread. The trace's jobs must
-/// be in the order of their starts.
+/// On one core the costs are those of all threads together, otherwise of each thread. The trace's
+/// jobs must be in the order of their starts.
 [[nodiscard]] OwnCosts own_costs(const Trace& trace, unsigned cores);
 
-/// The execution times that `run`, which must be loaded, measured under one executor in one repetition.
-/// Throws UsageError if that repetition is missing, or if it ran a deployment without CPU times of its jobs.
+/// The execution times that `run`, which must be loaded, measured under one executor in one
+/// repetition. Throws UsageError if that repetition is missing, or if it ran a deployment without
+/// CPU times of its jobs.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const GraphTasks& tasks,
                                                              const std::string& executor,
                                                              std::uint32_t repetition);
 
-/// The execution times for repeating a repetition of `run`, which must be loaded, on its `system`. A
-/// simulation gets its own times again, unless it replayed a run that no longer exists; all others as
-/// replayed_times().
+/// The execution times for repeating a repetition of `run`, which must be loaded, on its `system`.
+/// A simulation gets its own times again, unless it replayed a run that no longer exists; all
+/// others as replayed_times().
 [[nodiscard]] std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSystem& system,
                                                           const GraphTasks& tasks,
                                                           const std::string& executor,

@@ -25,9 +25,9 @@ struct SimulationPlan {
   std::uint64_t max_backlog = 100 * static_cast<std::uint64_t>(tasks.set.size());
 };
 
-/// Returns trace, accounts, and the chain records after the warm-up. With `totals`, made for this plan, jobs
-/// are counted there instead of kept, and end-to-end latencies are unknown. Throws SimulationError,
-/// InputError.
+/// Returns trace, accounts, and the chain records after the warm-up. With `totals`, made for this
+/// plan, jobs are counted there instead of kept, and end-to-end latencies are unknown. Throws
+/// SimulationError, InputError.
 [[nodiscard]] Repetition simulate_repetition(const SimulationPlan& plan, RunTotals* totals = nullptr);
 
 /// The execution times that the graph's platform sets.

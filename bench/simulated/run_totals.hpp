@@ -12,7 +12,8 @@
 
 namespace hotpath {
 
-/// The data of a summary for a simulation that keeps no jobs. Its size does not depend on the number of jobs.
+/// The data of a summary for a simulation that keeps no jobs. Its size does not depend on the
+/// number of jobs.
 class RunTotals final : public JobSink {
  public:
   /// Jobs after the instant `counted_from` count; the run ends at `end`.

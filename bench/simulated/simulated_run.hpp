@@ -15,9 +15,10 @@ struct SimulateOptions : CommonOptions, PlatformOptions {
   bool no_trace = false;
 };
 
-/// Simulates all repetitions of all executors, then writes one result folder, prints the table and draws the
-/// figure. The same options give the same files, byte by byte. Throws UsageError, InputError, RunError, and
-/// OverloadError if a simulation does not reach its end; then it writes nothing.
+/// Simulates all repetitions of all executors, then writes one result folder, prints the table and
+/// draws the figure. The same options give the same files, byte by byte. Throws UsageError,
+/// InputError, RunError, and OverloadError if a simulation does not reach its end; then it writes
+/// nothing.
 void run_simulated(const SimulateOptions& options);
 
 /// The summary of run_simulated(), without writing or printing. Throws as run_simulated().

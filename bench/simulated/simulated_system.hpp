@@ -12,8 +12,8 @@ namespace hotpath {
 /// The executors of one simulation of a graph, with the same threads as in a live run.
 class SimulatedSystem {
  public:
-  /// Throws UsageError, or InputError with the line of the deployment, if the simulated machine lacks a
-  /// processor or a policy.
+  /// Throws UsageError, or InputError with the line of the deployment, if the simulated machine
+  /// lacks a processor or a policy.
   SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks);
 
   [[nodiscard]] std::span<const SimulatedExecutor> executors() const { return executors_; }

@@ -24,12 +24,13 @@ struct Capacity {
   std::map<std::size_t, std::string> tried;  ///< Why each tried level failed; empty: the requirement held.
   /// The requirement held at this level and at every tried level below; none: it held nowhere.
   std::optional<std::size_t> highest;
-  /// Levels above a failed level at which the requirement holds again: it is not monotone in the level.
+  /// Levels above a failed level at which the requirement holds again: it is not monotone in the
+  /// level.
   [[nodiscard]] std::vector<std::size_t> again() const;
 };
 
-/// Tries `coarse` levels spread over the range, then bisects between the first level that fails and the level
-/// before it. `failure` returns why a level fails, empty if it holds.
+/// Tries `coarse` levels spread over the range, then bisects between the first level that fails and
+/// the level before it. `failure` returns why a level fails, empty if it holds.
 [[nodiscard]] Capacity find_capacity(const Levels& levels, std::size_t coarse,
                                      const std::function<std::string(double level)>& failure);
 

@@ -29,8 +29,8 @@ struct SweepAxis {
   [[nodiscard]] std::uint64_t size() const;
   /// The i-th value, from 0.
   [[nodiscard]] std::string value(std::uint64_t i) const;
-  /// Values with which to check that the command accepts the axis: all listed ones, or the ends of a range
-  /// and its first step.
+  /// Values with which to check that the command accepts the axis: all listed ones, or the ends of
+  /// a range and its first step.
   [[nodiscard]] std::vector<std::string> examples() const;
   /// A value as the axis writes it, `20` for `20.0`; empty: the axis has no such value.
   [[nodiscard]] std::string named(const std::string& wanted) const;
@@ -38,8 +38,8 @@ struct SweepAxis {
   [[nodiscard]] bool values_differ() const;
 };
 
-/// The content of a sweep file: the cells, and how each is computed. A cell is a point of the axes and a
-/// repetition; both follow from its number.
+/// The content of a sweep file: the cells, and how each is computed. A cell is a point of the axes
+/// and a repetition; both follow from its number.
 struct SweepDesign {
   std::string file, text;
   std::string command;  ///< simulate, run or analyze.
@@ -58,8 +58,8 @@ struct SweepDesign {
   }
   /// The values of the axes, in their order.
   [[nodiscard]] std::vector<SweepOption> coordinates(std::uint64_t cell) const;
-  /// The seed of a cell, from its coordinates and repetition. Executor and deployment do not enter, so that
-  /// all of them meet the same phases and execution times.
+  /// The seed of a cell, from its coordinates and repetition. Executor and deployment do not enter,
+  /// so that all of them meet the same phases and execution times.
   [[nodiscard]] std::uint64_t seed_of(std::uint64_t cell) const;
   [[nodiscard]] bool keeps(std::uint64_t cell) const;
 };
@@ -70,8 +70,8 @@ inline constexpr std::uint64_t kMostCells = 100'000'000;
 /// Whether an option sets executors or deployments.
 [[nodiscard]] bool names_executor(const std::string& option);
 
-/// Throws InputError with file and line for unknown keys and for axes that contradict each other. It does not
-/// check that the command has the options.
+/// Throws InputError with file and line for unknown keys and for axes that contradict each other.
+/// It does not check that the command has the options.
 [[nodiscard]] SweepDesign load_sweep(const std::string& file);
 
 }  // namespace hotpath

@@ -91,7 +91,8 @@ SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
       fail_damaged();
     }
     read_back();
-    // Syncs the name of a new journal. A new sweep.json is synced below, and the journal's name with it.
+    // Syncs the name of a new journal. A new sweep.json is synced below, and the journal's name
+    // with it.
     if (const std::error_code error = await_disk(folder_)) {
       errno = error.value();
       fail();

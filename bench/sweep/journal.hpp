@@ -11,14 +11,15 @@
 
 namespace hotpath {
 
-/// The folder of a running sweep. Each cell's rows are on disk soon after they were computed, so that a sweep
-/// continues after a kill or a full disk. Files: sweep.yaml (a copy), sweep.json (version, build, cells),
-/// cells.journal (a line with a checksum for each finished cell), table.csv (once all cells are finished).
-/// The journal is locked: a folder has one sweep at a time. Damaged lines are ignored.
+/// The folder of a running sweep. Each cell's rows are on disk soon after they were computed, so
+/// that a sweep continues after a kill or a full disk. Files: sweep.yaml (a copy), sweep.json
+/// (version, build, cells), cells.journal (a line with a checksum for each finished cell),
+/// table.csv (once all cells are finished). The journal is locked: a folder has one sweep at a
+/// time. Damaged lines are ignored.
 class SweepJournal {
  public:
-  /// Creates the folder, or continues the sweep in it. Throws UsageError if the folder belongs to another
-  /// sweep file, to another build, or to a running process.
+  /// Creates the folder, or continues the sweep in it. Throws UsageError if the folder belongs to
+  /// another sweep file, to another build, or to a running process.
   SweepJournal(std::filesystem::path folder, const SweepDesign& design);
   ~SweepJournal();
   SweepJournal(const SweepJournal&) = delete;
@@ -41,7 +42,8 @@ class SweepJournal {
   void write_table(const std::string& header);
 
  private:
-  /// The public constructor delegates to it, so that the destructor unlocks even if that one throws.
+  /// The public constructor delegates to it, so that the destructor unlocks even if that one
+  /// throws.
   SweepJournal(std::filesystem::path folder, std::uint64_t cells);
   void open();
   void read_back();

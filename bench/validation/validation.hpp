@@ -18,8 +18,9 @@
 #include "results/schedule.hpp"
 #include "setup/run_setup.hpp"
 
-/// The comparisons of `hotpath validate`; the template validation.txt.j2 of hotpath_report explains their
-/// quality and limits. The functions throw UsageError and InputError for files that cannot be read.
+/// The comparisons of `hotpath validate`; the template validation.txt.j2 of hotpath_report explains
+/// their quality and limits. The functions throw UsageError and InputError for files that cannot be
+/// read.
 namespace hotpath {
 
 /// One of two runs of a task set, until the shorter one's last start.
@@ -43,7 +44,8 @@ struct ScheduleComparison {
   };
   std::optional<Difference> first_difference;
   double largest_loss_difference_percent = 0;  ///< Over all timers.
-  /// Order of jobs and losses agree within the tolerances for the simulator against the golden traces.
+  /// Order of jobs and losses agree within the tolerances for the simulator against the golden
+  /// traces.
   bool agrees = false;
   ScheduleSide measured, other;
 };
@@ -60,8 +62,8 @@ struct SimulatedOutcome {
 SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
                          const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up);
 
-/// Simulates timers whose jobs work until an instant of the clock, as in the golden programs and the authors'
-/// nodes.
+/// Simulates timers whose jobs work until an instant of the clock, as in the golden programs and
+/// the authors' nodes.
 Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
                         Duration duration);
 
@@ -103,8 +105,8 @@ struct TimersOnlyRanges {
   Range response_authors_p50_ms = kNoRange, response_authors_p99_ms = kNoRange;
 };
 
-/// Lost jobs and the authors' response times of the real stack's longer runs. The phases of those runs are
-/// unknown: predictions are ranges over creation steps.
+/// Lost jobs and the authors' response times of the real stack's longer runs. The phases of those
+/// runs are unknown: predictions are ranges over creation steps.
 struct TimersOnlyValidation {
   std::string set, executor;
   TimersOnlyRanges measured, simulated;
@@ -141,14 +143,16 @@ std::optional<RunAgainstGolden> against_golden(const std::filesystem::path& refe
 /// A run's hot-path latencies, after the warm-up.
 struct RunLatencies {
   LatencyQuantiles measured_ms, simulated_ms;
-  /// Only for Autoware at the same load: the real stack's latencies, and the largest difference of phases.
+  /// Only for Autoware at the same load: the real stack's latencies, and the largest difference of
+  /// phases.
   std::optional<LatencyQuantiles> real_ms;
   std::optional<double> phases_differ_ms;
   bool agrees = false;  ///< The medians of run and simulation agree.
 };
 
-/// One executor and repetition of a stored run, live or simulated, compared with a simulation of its phases,
-/// measured execution times and costs, and with the real stack on the same graph, where the reference has it.
+/// One executor and repetition of a stored run, live or simulated, compared with a simulation of
+/// its phases, measured execution times and costs, and with the real stack on the same graph, where
+/// the reference has it.
 struct RunValidation {
   std::string run, executor;  ///< Folder, label.
   std::uint32_t repetition = 0;
