@@ -26,8 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostChains = 8;
-/// Number of best candidates that are predicted again for the doubts, in addition to the current
-/// executor.
+/// Number of best candidates in the doubts, in addition to the current executor.
 constexpr std::size_t kDoubted = 3;
 /// The ranking's share of the budget; the rest is for the doubts.
 constexpr double kRankingShare = 0.6;
@@ -217,8 +216,7 @@ class Adviser {
       if (c.spec.deployment && plan.executors.size() > 1)
         write_whole_file(folder / "cie.yaml", FileContent(cie));
     } catch (const std::invalid_argument&) {
-      // CallbackIsolatedExecutor needs an executor for each callback group; here some groups share
-      // one.
+      // CallbackIsolatedExecutor has an executor for each callback group; here some groups share.
     }
     return file.string();
   }

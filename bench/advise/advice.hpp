@@ -21,8 +21,7 @@ struct AdviseOptions : CommonOptions {
 
 /// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking
 /// under changed assumptions, and writes table, figure, advice and the files of the recommended
-/// change. Throws UsageError, InputError, and RunError for a graph with more work than the cores
-/// can do.
+/// change. Throws UsageError, InputError, and RunError for an overloaded graph.
 void advise(const AdviseOptions& options);
 
 }  // namespace hotpath

@@ -71,8 +71,7 @@ TextTable ranking_table(const Advice& advice) {
   return table;
 }
 
-/// Lists the overloaded candidates, and those ahead of the recommended one that cannot be
-/// recommended.
+/// Lists overloaded candidates, and candidates with better scores that cannot be recommended.
 void write_excluded(std::ostream& out, const Advice& advice) {
   std::map<std::string, std::vector<std::string>> overloaded;
   for (const Prediction* p : advice.ranked) {

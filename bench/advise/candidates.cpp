@@ -105,8 +105,7 @@ class Candidates {
     c.name = spec.label;
     c.description = std::move(description);
     if (options_.reference_costs) {
-      // The simulator has one machine for all executors: a deployment has the costs of its first
-      // one.
+      // The simulator has one machine for all: a deployment has the costs of its first executor.
       const ReferenceCosts& costs = parts(spec).front().entry->traits.reference;
       graph.platform.dispatch_cost = costs.dispatch;
       graph.platform.wait_cost = costs.wait;

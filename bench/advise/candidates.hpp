@@ -43,8 +43,7 @@ struct CandidateOptions {
 /// Updates tasks, threads and overload after a change of the candidate's graph.
 void weigh(Candidate& candidate);
 
-/// The mean work of the graph in percent of one core, with the execution times that its platform
-/// sets.
+/// The mean work of the graph in percent of one core, with its platform's execution times.
 [[nodiscard]] double mean_load_percent(const Graph& graph, const GraphTasks& tasks);
 
 }  // namespace hotpath

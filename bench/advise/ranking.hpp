@@ -22,8 +22,7 @@ namespace hotpath {
 [[nodiscard]] std::string why_not(const Prediction& prediction, const Prediction& now);
 
 /// The best candidate that can be recommended. The current executor is preferred, if it can be
-/// recommended, unless the best one is better beyond noise. nullptr: no candidate can be
-/// recommended.
+/// recommended, unless the best one is better beyond noise. nullptr: there is none.
 [[nodiscard]] const Prediction* recommended(const std::vector<const Prediction*>& ranked,
                                             const Prediction& now, const Objective& objective);
 

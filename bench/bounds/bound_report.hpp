@@ -21,7 +21,7 @@ namespace hotpath {
 /// Nanoseconds as milliseconds; `-` for none.
 inline std::string in_ms(std::optional<std::int64_t> ns) { return ns ? fixed(to_ms(Duration(*ns)), 3) : "-"; }
 
-/// The response times and end-to-end latencies of a run, by kind (`task` or `chain`), executor and
+/// Response times and end-to-end latencies of a run, by kind (`task` or `chain`), executor and
 /// name.
 class Observed {
  public:

@@ -32,8 +32,7 @@ class Paths {
       append(*publisher);
     }
     if (along.empty()) return "it names no topic";
-    // A callback that only stores its sample cannot end a chain: the callback that uses the sample
-    // does.
+    // A callback that only stores its sample cannot end a chain; the user of the sample does.
     if (tasks_.callbacks[along.back()].stores_only) append(tasks_.downstream(along.back()).front());
     for (std::size_t i = 1; i < along.size(); ++i) {
       const std::vector<TaskId> next = tasks_.downstream(along[i - 1]);

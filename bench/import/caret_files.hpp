@@ -11,8 +11,7 @@
 
 namespace hotpath {
 
-/// CARET's architecture.yaml, with the names of the file. The name UNDEFINED (unknown to CARET) is
-/// empty.
+/// CARET's architecture.yaml, with its names. The name UNDEFINED (unknown to CARET) is empty.
 struct CaretCallback {
   std::string name;
   std::optional<std::string> topic;  ///< Subscriptions.
@@ -67,8 +66,7 @@ struct CaretStats {
   std::vector<DurationQuantile> times;  ///< Start to end, preemption included; none: it did not run.
 };
 
-/// Reads all stats_node files (*.yaml) of a folder, by callback. Throws InputError with file and
-/// line.
+/// Reads stats_node files (*.yaml) of a folder, by callback. Throws InputError with file and line.
 [[nodiscard]] std::map<std::string, CaretStats> read_caret_stats(const std::string& folder);
 
 }  // namespace hotpath

@@ -126,8 +126,7 @@ class Source {
     return address;
   }
 
-  /// Emits the beginnings of streams and packets before their first event. nullptr: no message is
-  /// left.
+  /// Emits beginnings of streams and packets before their first event. nullptr: the end.
   const bt_message* next_message(bt_self_message_iterator* iterator) {
     if (begun_ < streams_.size())
       return bt_message_stream_beginning_create(iterator, streams_[begun_++].stream);

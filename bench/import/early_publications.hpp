@@ -15,8 +15,7 @@ struct EarlyPublication {
   double share = 0;       ///< Median share of a job before its last message, 0 to 1.
 };
 
-/// The tasks that publish over a tenth of the job and over 0.1 ms before its end, the longest time
-/// first.
+/// Tasks that publish over a tenth of the job and over 0.1 ms before its end, the earliest first.
 [[nodiscard]] std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
                                                                std::span<const RecordedJob> jobs);
 

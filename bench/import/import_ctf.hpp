@@ -23,8 +23,7 @@ struct ImportCtfOptions {
 /// readable trace of ros2_tracing, RunError for other failures.
 void import_ctf(const ImportCtfOptions& options);
 
-/// Writes the run in a folder as a CTF trace with the events of ros2_tracing. Throws UsageError,
-/// RunError.
+/// Writes a stored run as a CTF trace with the events of ros2_tracing. Throws UsageError, RunError.
 void export_ctf(const std::string& run, const std::string& output);
 
 }  // namespace hotpath

@@ -104,8 +104,7 @@ json tasks_json(const ImportFacts& facts) {
                                          {"threads", seen.threads.size()},
                                          {"published", json::object()}});
     if (!durations[id].empty()) {
-      // Observed durations without interpolation, so that other readers of the trace find the same
-      // values.
+      // Observed durations without interpolation: other readers of the trace find the same.
       const auto ranked = [&](std::size_t percent) {
         return durations[id][std::min(durations[id].size() - 1, durations[id].size() * percent / 100)];
       };

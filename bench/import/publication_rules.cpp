@@ -68,8 +68,7 @@ class TopicOfNode {
   }
 
  private:
-  /// Among equal rules the larger set wins; a set with an input whose jobs publish other topics
-  /// loses.
+  /// Among equal rules the larger set wins; a set with an input that publishes other topics loses.
   std::ptrdiff_t worth(const InferredRule& rule) const {
     const bool foreign = std::ranges::any_of(
         rule.of, [&](std::uint32_t c) { return has_others_.contains(c) && !contains(publishers_, c); });

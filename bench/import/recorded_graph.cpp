@@ -121,8 +121,7 @@ class Builder {
       std::erase_if(rule.of, [&](std::uint32_t c) { return !is_task_[c]; });
   }
 
-  /// Finds callbacks of one node that ran at the same time: they cannot share a mutually exclusive
-  /// group.
+  /// Finds callbacks of one node that overlapped: they cannot share a mutually exclusive group.
   void find_overlaps() {
     overlaps_.assign(system_.callbacks.size(), false);
     reentrant_.assign(system_.callbacks.size(), false);
@@ -200,8 +199,7 @@ class Builder {
     }
   }
 
-  /// Puts all callbacks of a node into one group, rclcpp's default, unless the trace contradicts
-  /// it.
+  /// Puts all callbacks of a node into one group, rclcpp's default, unless the trace contradicts.
   void group(std::uint32_t c, Node& node, std::map<std::string, std::uint32_t>& groups,
              Callback& member) const {
     std::set<std::uint32_t> executors;
@@ -220,8 +218,7 @@ class Builder {
     node.group_names.push_back(key.empty() ? "default" : key);
   }
 
-  /// Adds a timer without work, at the rate of the samples, for each topic that no callback
-  /// publishes.
+  /// Adds a timer without work for each topic without a publisher, at the rate of its samples.
   void add_outside() {
     if (outside_.empty()) return;
     Node node;

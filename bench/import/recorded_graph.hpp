@@ -11,8 +11,7 @@
 
 namespace hotpath {
 
-/// The graph of a recorded system, and the mapping between its tasks and the callbacks of the
-/// trace.
+/// The graph of a recorded system, with the mapping between tasks and callbacks of the trace.
 struct RecordedGraph {
   Graph graph;  ///< Execution times, chains and platform are not filled in yet.
   GraphTasks tasks;

@@ -104,8 +104,7 @@ class RecordedJobSink {
  public:
   virtual ~RecordedJobSink() = default;
   virtual void ended(RecordedJob&& job) = 0;
-  /// A sample of that subscription that was never taken; `queued`: it was unread at the end of the
-  /// trace.
+  /// A sample of that subscription that was never taken; `queued`: unread at the end of the trace.
   virtual void lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) = 0;
 };
 

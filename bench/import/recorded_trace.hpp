@@ -35,8 +35,7 @@ class RecordedTrace {
   RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph, const RecordedTimers& timers,
                 std::vector<bool> release_only);
 
-  /// The row of a job of the graph; call it in the order of starts. Instants are in the trace's
-  /// time.
+  /// The row of a job of the graph, in the trace's time; call it in the order of starts.
   [[nodiscard]] JobRecord job(const RecordedJob& job);
   [[nodiscard]] JobRecord lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) const;
   /// Timestamps that are due at the end without a started job.

@@ -198,8 +198,7 @@ class EventWriter {
     add(created, timer_link_node, where, {address(timer, id), address(node, origin.node)});
   }
 
-  /// Adds jobs in the order of starts, so that at one instant the events of an earlier job come
-  /// first.
+  /// Adds jobs in the order of starts: at one instant the events of an earlier job come first.
   void add_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)

@@ -11,8 +11,7 @@ void TraceAssembler::publish(const TraceEvent& e, bool intra_process) {
   const auto known = publishers_.find({e.process, e.number[0]});
   if (known == publishers_.end()) return;
   Thread& thread = threads_[thread_index(e)];
-  // A call of publish() that serves both is one publication: first within the process, then between
-  // them.
+  // A call of publish() for both is one publication: first within the process, then between them.
   const bool continued = !intra_process && thread.intra_published && thread.publisher == e.number[0];
   thread.intra_published = intra_process;
   thread.message = e.number[1];

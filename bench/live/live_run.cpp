@@ -127,8 +127,7 @@ class LiveRun {
   void check() {
     plan_.cpus = parse_cpus("--cpus", options_.cpus);
     plan_.fastdds.loopback_only = !options_.all_interfaces;
-    // They keep other programs out and simultaneous runs apart. Readers of --live receive only the
-    // prefix.
+    // Keep out other programs and simultaneous runs. Readers of --live receive only the prefix.
     plan_.fastdds.partition = random_name();
     plan_.fastdds.topic_prefix = random_name() + "/";
     plan_.length = length();
@@ -164,8 +163,7 @@ class LiveRun {
     check_memory();
   }
 
-  /// Rejects a run whose memory would not suffice: traces of all repetitions, and buffers of one
-  /// repetition.
+  /// Rejects a run without memory for the traces of all repetitions and the buffers of one.
   void check_memory() const {
     double buffers = 0;
     for (const ExecutorSpec& e : executors_) {

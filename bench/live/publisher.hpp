@@ -25,15 +25,13 @@ namespace hotpath {
 int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
                           const Channel& coordinator);
 
-/// The publishing process as the coordinator sees it. The repetition continues when this process
-/// fails.
+/// The coordinator's side of the publishing process, whose failure does not end the repetition.
 class Publisher {
  public:
   /// `process` runs run_publisher_process().
   explicit Publisher(ForkedProcess process) : process_(std::move(process)) {}
 
-  /// Waits until the process is ready or has failed, so that its set-up does not overlap the
-  /// measurement.
+  /// Waits until the process is ready or has failed: its set-up must not overlap the measurement.
   void await_ready(Time limit) { receive(Kind::matched, limit); }
   void begin(Time epoch, Time end) { process_.channel.send({Kind::begin, {to_ns(epoch), to_ns(end)}}); }
   /// Everything is recorded; the run ended at `end`.

@@ -78,8 +78,7 @@ class Sender {
   }
 
  private:
-  /// False when the record of one of the chain's jobs is still missing. `all`: no more records will
-  /// come.
+  /// False if the record of a job of the chain is still missing. `all`: no more records will come.
   bool send(const ChainObservation& observation, bool all) {
     const ChainRecord record = join_.join(observation);
     if (record.end_to_end_latency.count() < 0 && !all) return false;

@@ -26,8 +26,7 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// In the notation of PriorityExecutorOptions: with rule and ties. The number of threads is a
-/// separate key.
+/// In the notation of PriorityExecutorOptions, with rule and ties; `threads` is a separate key.
 std::string executor_text(const ExecutorSpec& executor) {
   std::string name(executor.entry->name);
   if (executor.entry->traits.family != Family::priority_events) return name;

@@ -17,8 +17,7 @@ namespace hotpath {
 void check_on_rclcpp(const ExecutorSpec& executor);
 
 /// Replaces the calling process by hotpath_rclcpp_runner, which talks to the coordinator like
-/// run_process(). Returns only on failure, with the exit code, after reporting the failure to the
-/// coordinator.
+/// run_process(). Returns only on failure, which it reports to the coordinator, with the exit code.
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator);
 
 }  // namespace hotpath

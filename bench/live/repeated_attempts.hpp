@@ -39,8 +39,7 @@ void repeat_disturbed(
     const std::function<std::optional<Repetition>(const Attempt&)>& measure,
     const std::function<void(const Attempt&, const std::vector<SlowPeriod>& slow)>& replaced);
 
-/// Records in `runs` of run.json, for an attempt other than the counted one, that the counted one
-/// replaces it.
+/// Records in `runs` of run.json that the counted attempt replaces this one, if it is another.
 void record_attempt(nlohmann::json& runs, const std::string& executor, const Attempt& attempt);
 
 /// Records in `runs` of run.json that the attempt replaces the counted one.

@@ -75,8 +75,7 @@ class Coordinator {
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
       children_.clear();  // closes the channels of the other processes
-      // When memory runs out, Linux kills this process rather than the coordinator, which reports
-      // it.
+      // When memory runs out, Linux kills this process; the coordinator survives and reports it.
       std::ofstream("/proc/self/oom_score_adj") << 500;
       if (plan_.executor.stack == Stack::rclcpp)
         return become_rclcpp_runner(plan_, memories_[process], coordinator);
@@ -127,7 +126,7 @@ class Coordinator {
     for (const Child& c : children_) c.process.channel.send({kind, numbers});
   }
 
-  /// Waits for `kind` from every process. False after a failure, or an interruption before the run
+  /// Waits for `kind` from every process. False: a failure, or an interruption before the run
   /// began.
   bool await_all(Kind kind, Time limit) {
     for (std::uint32_t p = 0; p < children_.size(); ++p) {

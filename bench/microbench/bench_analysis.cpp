@@ -71,8 +71,7 @@ BENCHMARK(schedule_abstraction)
     ->ArgNames({"utilisation", "edf"})
     ->Unit(benchmark::kMillisecond);
 
-/// Section VII-B: 3 x 1000 task sets with all chains. Argument 0: the paper's method, 1: all
-/// methods.
+/// Section VII-B: 3 x 1000 task sets with all chains; 0: the paper's method, 1: all methods.
 void waters(benchmark::State& state) {
   WatersOptions options;
   if (state.range(0) == 1) {

@@ -180,8 +180,7 @@ Measurement dispatch_samples(const ExecutorSpec& executor, Duration length) {
   return Measurement{}.add_samples("arrival_to_start", live.of_jobs(since_timestamp));
 }
 
-/// The yardstick of dispatch_samples(): a value from one thread to another with a condition
-/// variable.
+/// Yardstick of dispatch_samples(): a value from one thread to another with a condition variable.
 Measurement hand_over(Duration length) {
   std::mutex mutex;
   std::condition_variable arrived;
@@ -228,8 +227,7 @@ std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
   return warm(std::move(late));
 }
 
-/// Default options with this policy for the timer thread. Executors throw ThreadSetupError if it is
-/// not permitted.
+/// Default options with this policy for the timer thread, which must be permitted.
 ExecutorOptions with_timer_policy(const std::string& policy) {
   ExecutorOptions options;
   options.timer_thread = {parse_thread_policy(policy), true};

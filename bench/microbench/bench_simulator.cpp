@@ -70,8 +70,7 @@ void growing_set(benchmark::State& state, const ExecutorEntry& executor) {
 
 /// A graph of the size of Autoware.Universe 2022.12 as launched (the public report of
 /// tier4/caret_report): 131 nodes with 66 timers, mostly of 100 ms and 1 s, and 216 subscriptions,
-/// each callback in its own group. The launched system had some 3500 jobs a second of 1 ms on
-/// average.
+/// each callback in its own group. It had some 3500 jobs a second of 1 ms on average.
 Graph universe() {
   Graph graph;
   for (std::uint32_t n = 0; n < 131; ++n) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One-way latency (publication to start of the callback) and CPU time per message of every transport. The
-// yardstick of each path over Fast DDS is Fast DDS alone with the same threads. Then the same for a whole
-// graph.
+// yardstick of each path over Fast DDS is Fast DDS alone with the same threads. Then a whole graph.
 #include <PayloadPubSubTypes.h>
 #include <sys/wait.h>
 

@@ -19,8 +19,7 @@ inline void sleep_until(Time instant) {
   }
 }
 
-/// A bare loop of absolute sleeps: calls `tick` with each instant from `first` every `period`,
-/// before `end`.
+/// A bare loop of absolute sleeps: calls `tick` every `period` from `first` on, before `end`.
 void every(Duration period, Time first, Time end, auto tick) {
   for (Time next = first; next < end; next += period) {
     sleep_until(next);
@@ -63,8 +62,7 @@ class LiveRun {
     return process_cpu_time() - before;
   }
 
-  /// `value` of every job that ran, except jobs that started in the first tenth of the run. Call it
-  /// after run().
+  /// `value` of every job that ran and started after the first tenth. Call it after run().
   template <class Value>
   std::vector<double> of_jobs(Value value) const {
     std::vector<double> values;

@@ -19,8 +19,7 @@
 
 namespace hotpath::gbench {
 
-/// Borrows a message from `writer`, with uninitialised contents. Throws std::runtime_error if there
-/// is none.
+/// Borrows an uninitialised message from `writer`. Throws std::runtime_error if there is none.
 inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
   void* message = nullptr;
   writer.loan_sample(message,

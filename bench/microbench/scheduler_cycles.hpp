@@ -158,7 +158,7 @@ struct StandardQueueOfJobs {
 };
 
 /// Events queues of up to `most` jobs, with std::priority_queue as yardstick. `min_time`: seconds
-/// per benchmark.
+/// each.
 inline void register_queues(std::int64_t most, double min_time) {
   const auto add = [=](const std::string& name, auto make_queue) {
     benchmark::RegisterBenchmark(("push_pop/" + name + "/ready").c_str(),

@@ -22,8 +22,7 @@ inline constexpr std::string_view kReplay = "replay:";
 /// Overheads of the threads of a live run; zero without evidence.
 struct OwnCosts {
   Duration dispatch{};  ///< Mean time from the end of a job to the start of the next one that was due.
-  /// Median time from the timestamp of a job for which a thread slept to its start, without
-  /// `dispatch`.
+  /// Median time from a job's timestamp to its start on a thread that slept, without `dispatch`.
   Duration wake_up{};
 };
 /// On one core the costs are those of all threads together, otherwise of each thread. The trace's

@@ -24,8 +24,7 @@ struct Capacity {
   std::map<std::size_t, std::string> tried;  ///< Why each tried level failed; empty: the requirement held.
   /// The requirement held at this level and at every tried level below; none: it held nowhere.
   std::optional<std::size_t> highest;
-  /// Levels above a failed level at which the requirement holds again: it is not monotone in the
-  /// level.
+  /// Levels above a failed one at which the requirement holds: it is not monotone in the level.
   [[nodiscard]] std::vector<std::size_t> again() const;
 };
 

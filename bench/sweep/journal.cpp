@@ -91,8 +91,7 @@ SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
       fail_damaged();
     }
     read_back();
-    // Syncs the name of a new journal. A new sweep.json is synced below, and the journal's name
-    // with it.
+    // Syncs the name of a new journal. Below, writing a new sweep.json syncs both names.
     if (const std::error_code error = await_disk(folder_)) {
       errno = error.value();
       fail();

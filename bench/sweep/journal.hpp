@@ -42,8 +42,7 @@ class SweepJournal {
   void write_table(const std::string& header);
 
  private:
-  /// The public constructor delegates to it, so that the destructor unlocks even if that one
-  /// throws.
+  /// The public constructor delegates to it, so that the destructor unlocks if it throws.
   SweepJournal(std::filesystem::path folder, std::uint64_t cells);
   void open();
   void read_back();

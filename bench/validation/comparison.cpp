@@ -32,8 +32,7 @@ double lost_percent(const JobOrder& tasks, const Task& task, TaskId id, Time unt
   return 100 * std::max(0.0, 1 - static_cast<double>(executed) / static_cast<double>(timestamps));
 }
 
-/// One side of the comparison up to `until`. The phases in `set` decide which timestamps were
-/// reached.
+/// One side of the comparison up to `until`. The phases in `set` decide the timestamps.
 ScheduleSide side_of(const Schedule& schedule, const JobOrder& order, const TaskSet& set, Time until) {
   std::vector<double> late, responses, as_authors;
   for (const ExecutedJob& job : schedule.jobs) {

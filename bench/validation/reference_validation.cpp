@@ -127,8 +127,7 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
     options.platform = reference_platform(*executor.entry, static_cast<std::uint32_t>(graph.nodes.size()));
     options.duration = 30s;
     const WorstCaseTimes times(tasks.set);
-    // The six outputs of a hyperperiod (600 ms) differ, so the warm-up is a whole number of
-    // hyperperiods.
+    // The six outputs of a hyperperiod (600 ms) differ: whole hyperperiods are counted.
     const SimulatedOutcome p = predict(graph, tasks, executor, times, options, 1200ms);
     AutowareValidation v{label, real_latencies(row), latency_quantiles(p.latencies_ms.at(0))};
     v.agrees =

@@ -33,8 +33,7 @@ std::vector<double> latencies_ms(const Trace& trace) {
   return latencies;
 }
 
-/// Compares one run's folder with simulations of its phases and execution times, and with the
-/// reference.
+/// Compares a run with simulations of its phases and execution times, and with the reference.
 class ValidatedRun {
  public:
   ValidatedRun(const fs::path& run, const fs::path& reference)

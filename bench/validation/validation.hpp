@@ -19,8 +19,7 @@
 #include "setup/run_setup.hpp"
 
 /// The comparisons of `hotpath validate`; the template validation.txt.j2 of hotpath_report explains
-/// their quality and limits. The functions throw UsageError and InputError for files that cannot be
-/// read.
+/// their quality and limits. The functions throw UsageError and InputError for unreadable files.
 namespace hotpath {
 
 /// One of two runs of a task set, until the shorter one's last start.
@@ -44,8 +43,7 @@ struct ScheduleComparison {
   };
   std::optional<Difference> first_difference;
   double largest_loss_difference_percent = 0;  ///< Over all timers.
-  /// Order of jobs and losses agree within the tolerances for the simulator against the golden
-  /// traces.
+  /// Order of jobs and losses agree within the simulator's tolerances for golden traces.
   bool agrees = false;
   ScheduleSide measured, other;
 };
@@ -143,8 +141,7 @@ std::optional<RunAgainstGolden> against_golden(const std::filesystem::path& refe
 /// A run's hot-path latencies, after the warm-up.
 struct RunLatencies {
   LatencyQuantiles measured_ms, simulated_ms;
-  /// Only for Autoware at the same load: the real stack's latencies, and the largest difference of
-  /// phases.
+  /// Only for Autoware at the same load: latencies of the real stack, largest difference of phases.
   std::optional<LatencyQuantiles> real_ms;
   std::optional<double> phases_differ_ms;
   bool agrees = false;  ///< The medians of run and simulation agree.
