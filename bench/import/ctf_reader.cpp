@@ -240,25 +240,25 @@ class Reader {
     }
   }
 
-  void visit(const bt_event* event, const EventClass& known, TraceEvent& seen) {
+  void visit(const bt_event* event, const EventClass& known, TraceEvent& out) {
     const bt_field* const context = bt_event_borrow_common_context_field_const(event);
     const bt_field* const payload = bt_event_borrow_payload_field_const(event);
     const bt_packet* const packet = bt_event_borrow_packet_const(event);
-    seen.kind = known.format->kind;
-    seen.process = static_cast<std::uint32_t>(number_in(member(context, known.process)));
-    seen.thread = static_cast<std::uint32_t>(number_in(member(context, known.thread)));
+    out.kind = known.format->kind;
+    out.process = static_cast<std::uint32_t>(number_in(member(context, known.process)));
+    out.thread = static_cast<std::uint32_t>(number_in(member(context, known.thread)));
     if (packet != nullptr && known.processor != kNoField) {
       const bt_field* const at = member(bt_packet_borrow_context_field_const(packet), known.processor);
-      seen.processor = static_cast<std::int32_t>(number_in(at));
+      out.processor = static_cast<std::int32_t>(number_in(at));
     }
     for (std::size_t i = 0; i < known.numbers.size(); ++i)
-      if (known.numbers[i] != kNoField) seen.number[i] = number_in(member(payload, known.numbers[i]));
+      if (known.numbers[i] != kNoField) out.number[i] = number_in(member(payload, known.numbers[i]));
     for (std::size_t i = 0; i < known.texts.size(); ++i) {
       if (known.texts[i] == kNoField) continue;
-      seen.text[i] = string_in(member(payload, known.texts[i]));
-      check_name(seen.text[i], known.format->name);
+      out.text[i] = string_in(member(payload, known.texts[i]));
+      check_name(out.text[i], known.format->name);
     }
-    visitor_.visit(seen);
+    visitor_.visit(out);
   }
 
   void check_name(std::string_view name, std::string_view where) const {

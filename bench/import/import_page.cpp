@@ -94,14 +94,14 @@ json tasks_json(const ImportFacts& facts) {
   json tasks = json::array();
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
-    const RecordedCallback& seen = facts.recording.system.callbacks[graph.callback_of[id]];
+    const RecordedCallback& callback = facts.recording.system.callbacks[graph.callback_of[id]];
     std::ranges::sort(durations[id]);
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
-                                         {"node", facts.recording.system.nodes[seen.node].name},
-                                         {"jobs", seen.jobs},
-                                         {"never_ended", seen.never_ended},
-                                         {"threads", seen.threads.size()},
+                                         {"node", facts.recording.system.nodes[callback.node].name},
+                                         {"jobs", callback.jobs},
+                                         {"never_ended", callback.never_ended},
+                                         {"threads", callback.threads.size()},
                                          {"published", json::object()}});
     if (!durations[id].empty()) {
       // Observed durations without interpolation: other readers of the trace find the same.
@@ -111,15 +111,15 @@ json tasks_json(const ImportFacts& facts) {
       task["duration_us"] = {
           {"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
     }
-    for (const auto& [topic, messages] : seen.published)
+    for (const auto& [topic, messages] : callback.published)
       task["published"][facts.recording.system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {
-      task["period_ms"] = to_ms(seen.period);
-      task["created_ns"] = to_ns(seen.created);
+      task["period_ms"] = to_ms(callback.period);
+      task["created_ns"] = to_ns(callback.created);
     } else {
-      task["topic"] = facts.recording.system.topics[seen.topic].name;
-      task["samples"] = seen.samples;
-      task["strangers"] = seen.strangers;
+      task["topic"] = facts.recording.system.topics[callback.topic].name;
+      task["samples"] = callback.samples;
+      task["strangers"] = callback.strangers;
     }
   }
   return tasks;
@@ -130,11 +130,11 @@ json housekeeping_json(const ImportFacts& facts) {
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
   for (std::uint32_t c = 0; c < facts.recording.system.callbacks.size(); ++c) {
-    const RecordedCallback& seen = facts.recording.system.callbacks[c];
+    const RecordedCallback& callback = facts.recording.system.callbacks[c];
     if (c < facts.recording.graph.task_of.size() && facts.recording.graph.task_of[c] != kNoTask) continue;
     ++callbacks;
-    jobs += seen.jobs;
-    busy += seen.busy;
+    jobs += callback.jobs;
+    busy += callback.busy;
   }
   return {{"callbacks", callbacks}, {"jobs", jobs}, {"busy_ms", to_ms(busy)}};
 }

@@ -69,17 +69,18 @@ class Builder {
     std::uint64_t unknown = 0, jobs_of_unknown = 0;
     std::set<std::pair<std::uint32_t, std::uint32_t>> subscribed;
     for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
-      const RecordedCallback& seen = callback(c);
-      if (seen.kind == RecordedKind::unknown || (seen.kind != RecordedKind::service && seen.node == kNone)) {
+      const RecordedCallback& recorded = callback(c);
+      if (recorded.kind == RecordedKind::unknown ||
+          (recorded.kind != RecordedKind::service && recorded.node == kNone)) {
         ++unknown;
-        jobs_of_unknown += seen.jobs;
+        jobs_of_unknown += recorded.jobs;
         continue;
       }
-      if (seen.kind == RecordedKind::service) continue;
-      if (seen.kind == RecordedKind::subscription) {
+      if (recorded.kind == RecordedKind::service) continue;
+      if (recorded.kind == RecordedKind::subscription) {
         if (is_housekeeping(topic_of(c))) continue;
-        if (!subscribed.emplace(seen.node, seen.topic).second) {
-          note("Node ", result_.node_names[seen.node], " subscribes to ", topic_of(c),
+        if (!subscribed.emplace(recorded.node, recorded.topic).second) {
+          note("Node ", result_.node_names[recorded.node], " subscribes to ", topic_of(c),
                " twice; one of the two is left out.");
           continue;
         }

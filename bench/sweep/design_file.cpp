@@ -44,10 +44,10 @@ void parse_range(const YamlValue& value, bool random, SweepAxis& axis) {
 }
 
 /// A value, or a list of values that a cell uses together.
-std::string option_text(const YamlValue& value, const std::string& what) {
+std::string option_text(const YamlValue& value, const std::string& item_name) {
   if (!value.is_list()) return value.text();
   std::vector<std::string> words;
-  for (const YamlValue& item : value.list(what)) words.push_back(item.text());
+  for (const YamlValue& item : value.list(item_name)) words.push_back(item.text());
   return joined(words, ",");
 }
 
