@@ -15,7 +15,6 @@ namespace hotpath {
 struct RecordedGraph {
   Graph graph;  ///< Execution times, chains and platform are not filled in yet.
   GraphTasks tasks;
-  GraphComments comments;
   std::vector<TaskId> task_of;             ///< By callback; kNoTask: not in the graph.
   std::vector<std::uint32_t> callback_of;  ///< By task; kNone: a timer for publications outside of callbacks.
   std::vector<InferredRule> rules;

@@ -18,7 +18,6 @@ enum class RecordedKind : std::uint8_t { timer, subscription, service, unknown }
 
 /// A created node; two nodes of one name are two entries.
 struct RecordedNode {
-  std::uint32_t process = 0;
   std::string name;  ///< With its namespace: `/perception/filter`.
 };
 
@@ -42,9 +41,6 @@ struct RecordedCallback {
 struct RecordedTopic {
   std::string name;
   std::vector<std::uint32_t> subscriptions;  ///< Callbacks.
-  std::set<std::uint32_t> publishers;        ///< Nodes.
-  std::uint64_t published = 0;               ///< Messages.
-  std::uint64_t outside = 0;                 ///< Of these, not by a callback.
 };
 
 struct RecordedThread {

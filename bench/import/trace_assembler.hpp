@@ -41,9 +41,6 @@ class TraceAssembler final : public TraceVisitor {
   };
   template <class T>
   using ByHandle = std::unordered_map<Handle, T, Hash>;
-  struct Publisher {
-    std::uint32_t node = kNone, topic = kNone;
-  };
   struct Timer {
     Duration period{};
     Time created{};
@@ -102,7 +99,7 @@ class TraceAssembler final : public TraceVisitor {
   ByHandle<std::uint32_t> nodes_, subscriptions_, rmw_subscriptions_, callbacks_;
   ByHandle<Handle> rclcpp_subscriptions_;  // to the handle of rcl
   ByHandle<std::uint64_t> ipb_of_buffer_, subscription_of_ipb_;
-  ByHandle<Publisher> publishers_;
+  ByHandle<std::uint32_t> publishers_;  // to topics
   ByHandle<Timer> timers_;
   std::unordered_map<std::string, std::uint32_t> topics_;
   ByHandle<std::uint32_t> thread_indices_;  // by process and id

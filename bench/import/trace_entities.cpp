@@ -65,14 +65,12 @@ void TraceAssembler::node(const TraceEvent& e) {
   if (!name.ends_with('/')) name += '/';
   name += e.text[0];
   nodes_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(system_.nodes.size());
-  system_.nodes.push_back({e.process, std::move(name)});
+  system_.nodes.emplace_back().name = std::move(name);
   system_.processes.insert(e.process);
 }
 
 void TraceAssembler::publisher(const TraceEvent& e) {
-  const Publisher publisher{node_of({e.process, e.number[1]}), topic_named(e.text[0])};
-  publishers_[{e.process, e.number[0]}] = publisher;
-  if (publisher.node != kNone) system_.topics[publisher.topic].publishers.insert(publisher.node);
+  publishers_[{e.process, e.number[0]}] = topic_named(e.text[0]);
 }
 
 void TraceAssembler::subscription(const TraceEvent& e) {

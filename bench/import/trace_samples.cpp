@@ -18,12 +18,8 @@ void TraceAssembler::publish(const TraceEvent& e, bool intra_process) {
   if (!continued) {
     thread.publisher = e.number[0];
     thread.publication = ++publications_;
-    thread.topic = known->second.topic;
-    RecordedTopic& topic = system_.topics[thread.topic];
-    ++topic.published;
-    if (thread.open.empty()) {
-      ++topic.outside;
-    } else {
+    thread.topic = known->second;
+    if (!thread.open.empty()) {
       thread.open.back().published.push_back({thread.topic, from_ns(e.at_ns), events_});
     }
   }
