@@ -156,7 +156,7 @@ class Candidates {
   void add_chain_first(const std::set<std::uint32_t>& groups, const std::string& name) {
     Deployment d;
     d.name = "chain-first";
-    d.description = concat("callback groups of ", name, " on a thread of their own above all others");
+    d.description = concat("callback groups of ", name, " on a separate thread above all others");
     const ThreadPolicy above{ThreadPolicy::Class::fifo, kChainPriority};
     d.executors.push_back({"chain", std::string(kBaselineExecutor), above, {}, 0});
     d.executors.push_back({"rest", std::string(kBaselineExecutor), {}, {}, 0});

@@ -29,7 +29,7 @@ std::string rule_text(const Recording& recording, const InferredRule& rule) {
     case PublishRule::always:
       return "with every job";
     case PublishRule::every:
-      return concat("with every ", rule.n, ". job");
+      return concat("with one in ", rule.n, " jobs");
     case PublishRule::all_new:
       return "when all are new: " + topics();
     case PublishRule::last_of:
@@ -147,7 +147,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   if (r.discarded_events + r.discarded_packets > 0) {
     all.push_back(concat(
         "The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
-        " packets; jobs, messages and losses are too few or do not fit together. Record with larger buffers "
+        " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
         "(`--subbuf-size`, `--num-subbuf`)."));
   }
   const RecordedSystem& system = facts.recording.system;

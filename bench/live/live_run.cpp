@@ -183,7 +183,7 @@ class LiveRun {
   void check_publishing() {
     publisher_cpus_ = parse_cpus("--live-cpus", options_.live_cpus);
     if (!publisher_cpus_.empty() && !options_.live && !options_.live_alternate) {
-      throw UsageError("--live-cpus sets where to publish; add --live");
+      throw UsageError("--live-cpus sets the processors of --live; add --live");
     }
     if (options_.live_alternate && options_.repetitions < 2) {
       throw UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
