@@ -51,7 +51,7 @@ void write_publishing_effects(std::ostream& out, const std::vector<PublishingEff
       out << text("%+.2f %% [%+.2f, %+.2f], 95 %% interval over repetitions\n", change,
                   percent(interval->low), percent(interval->high));
     } else if (std::isnan(change)) {
-      out << "no samples with or without publishing; measure longer\n";
+      out << "one side has no samples; measure longer\n";
     } else {
       out << text("%+.2f %%; an interval needs at least four repetitions\n", change);
     }
