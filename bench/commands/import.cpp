@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/import_caret.hpp"
 #include "import/import_ctf.hpp"
-#include "import/import_irobot.hpp"
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
@@ -44,14 +43,6 @@ void add_import_caret_command(CLI::App& import) {
   add_number(caret, "--cores", o.cores, {1, kMaxWorkers}, "N", "CPU cores of the recorded system");
 }
 
-void add_import_irobot_command(CLI::App& import) {
-  auto [irobot, o] = add_command<ImportIrobotOptions>(
-      import, "irobot", "Import a topology of irobot-ros/ros2-performance (JSON)",
-      "hotpath import irobot mont_blanc.json", import_irobot);
-  add_text(irobot, "TOPOLOGY", o.file, "FILE", "Topology file")->required();
-  add_text(irobot, "--output", o.output, "FOLDER", "New folder for the graph; by default imports/TOPOLOGY");
-}
-
 void add_export_ctf_command(CLI::App& parent) {
   struct Options {
     std::string run, output;
@@ -72,7 +63,6 @@ void add_import_command(CLI::App& app) {
   import.require_subcommand(1);
   add_import_ctf_command(import);
   add_import_caret_command(import);
-  add_import_irobot_command(import);
 }
 
 void add_export_command(CLI::App& app) {

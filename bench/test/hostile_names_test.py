@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 from ctf_trace import sensor_and_filter
 from hotpath_command import CommandTest
-from import_files_test import ARCHITECTURE, TOPOLOGY
+from import_files_test import ARCHITECTURE
 
 # Clears the screen, rings, overwrites the line, reverses the text; a script, a table cell, code, a
 # link, a formula.
@@ -53,7 +53,7 @@ class HostileNames(CommandTest):
             ("simulate", "--entity-order", NAME), (f"--{NAME}",), ("check", NAME), ("summarize", NAME), ("sweep", NAME),
             ("summarize", "--golden", NAME), ("recover", NAME), ("report", NAME), ("compare-results", NAME, NAME),
             ("timeline", NAME), ("bench", "--compare", NAME, NAME), ("bench", "--only", NAME), ("validate", NAME),
-            ("import", "ctf", NAME), ("import", "caret", NAME), ("import", "irobot", NAME), ("export", "ctf", NAME),
+            ("import", "ctf", NAME), ("import", "caret", NAME), ("export", "ctf", NAME),
             ("advise", NAME), ("advise", "--for", NAME), ("analyze", NAME), ("analyze", "--trace", NAME),
             ("capacity", "--require", NAME), ("capacity", "--executors", NAME), ("timeline", LINES),
         ):  # fmt: skip
@@ -118,7 +118,7 @@ class HostileNames(CommandTest):
         self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "imported"), 1)
 
-    def test_files_of_caret_and_irobot(self):
+    def test_files_of_caret(self):
         source = self.folder / "architecture.yaml"
         text = ARCHITECTURE
         for word in ("/ns/first", "/second", "/third", "/a", "/b", "g0", "c0", "all", "executor_0"):
@@ -127,11 +127,6 @@ class HostileNames(CommandTest):
         self.printed("import", "caret", source, "--output", "caret")
         if (self.folder / "caret").exists():
             self.printed("graph", "caret/graph.yaml", codes=(0,))
-        topology = json.dumps(TOPOLOGY).replace('"talker"', json.dumps("talker" + LINES))
-        source = self.folder / "topology.json"
-        source.write_text(topology)
-        self.printed("import", "irobot", source, "--output", "irobot", codes=(0,))
-        self.printed("graph", "irobot/graph.yaml", codes=(0,))
 
     def test_a_page_of_capacities(self):
         (self.folder / "x<script>.csv").write_text("task,first_release_ms\nnobody,0\n")

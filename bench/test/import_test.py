@@ -212,7 +212,7 @@ class BadInput(ImportTest):
         self.refused(2, "holds no CTF trace", self.folder)
 
     def test_formats(self):
-        for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "none of CTF")):
+        for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "is not CTF")):
             (self.folder / "metadata").write_bytes(content)
             self.refused(2, words, self.folder)
 
@@ -246,7 +246,7 @@ class BadInput(ImportTest):
 
     def test_chains(self):
         trace = self.unpacked("sequences_default")
-        for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is no node or task")):
+        for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is not a node or task")):
             self.refused(2, words, trace, "--chain", chain)
 
     def test_a_chain_without_outputs_is_not_green(self):
@@ -349,7 +349,7 @@ class Faults(ImportTest):
         timer = trace.timer(handles["at"], trace.node(handles["at"], "next"), 10 * MS, callback=handles["timer"])
         for i in range(1, 101):
             trace.job(handles["at"] + 10 * i * MS, handles["at"] + (10 * i + 1) * MS, timer)
-        facts = self.warned(trace, "1 addresses of callbacks were used again", 300)
+        facts = self.warned(trace, "1 addresses of callbacks were reused", 300)
         self.assertEqual({t["task"]: t["jobs"] for t in facts["tasks"]}["next/timer"], 100)
 
     def test_topics_without_publishers(self):
@@ -360,7 +360,7 @@ class Faults(ImportTest):
             at = handles["at"] + 10 * i * MS
             run_on(trace, handles, at, 1)
             trace.job(at + 6 * MS, at + 7 * MS, outer[1], takes=(outer[0], at + 5 * MS))
-        facts = self.warned(trace, "/outer is not published by any callback", 300)
+        facts = self.warned(trace, "No callback of the trace publishes topic /outer", 300)
         self.assertTrue(any("Nobody published /silent" in w for w in facts["warnings"]))
 
     def test_publications_long_before_the_end(self):

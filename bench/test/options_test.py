@@ -223,7 +223,6 @@ CASES = {
         {},
         {option: Elsewhere("it needs CARET's files", "import_files_test.py") for option in ("--stats", "--cores", "--output")},
     ),
-    "import irobot": ({}, {"--output": Elsewhere("it needs a topology", "import_files_test.py")}),
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
     "recover": ({}, {}),
     "check": ({}, {}),

@@ -65,7 +65,6 @@ FOLDERS = {
     ("advise", "--output"): ["advise", *LONG],
     ("import ctf", "--output"): ["import", "ctf", "trace"],
     ("import caret", "--output"): ["import", "caret", "architecture.yaml"],
-    ("import irobot", "--output"): ["import", "irobot", "topology.json"],
     ("export ctf", "--output"): ["export", "ctf", "RUN"],
 }
 # The file that marks a folder as replaceable by the same command.
@@ -320,7 +319,6 @@ class FolderTargets(OutputTargets):
         super().setUp()
         (self.folder / "sweep.yaml").write_text(SWEEP)
         (self.folder / "architecture.yaml").write_text(CARET)
-        (self.folder / "topology.json").write_text("{}")
         (self.folder / "trace").mkdir()
         (self.folder / "trace" / "metadata").write_text("")
 

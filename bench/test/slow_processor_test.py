@@ -99,7 +99,7 @@ class Refused(CommandTest):
             "run", "--transport", "intra_process", "--work", "wall", "--duration", 0.2, "--warm-up", 0,
             "--repeat-disturbed", 1,
         )  # fmt: skip
-        self.assertIn("--repeat-disturbed had nothing to go by", " ".join(run.run["warnings"]))
+        self.assertIn("--repeat-disturbed has no effect", " ".join(run.run["warnings"]))
         self.assertEqual(run.summary()["executors"][0]["processor_speed"], {"observed": 0, "slow": []})
 
     def test_repeat_disturbed_excludes_live_alternate(self):

@@ -107,15 +107,16 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
               HasSubstr("sweep.yaml:4: axis deployments contradicts axis executors"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 1]}\n"), HasSubstr("has 1 twice"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2}}\n"), HasSubstr("has no step"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0}}\n"), HasSubstr("no grid"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0}}\n"),
+              HasSubstr("too small for a grid"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 1e-12}}\n"),
-              HasSubstr("no grid"))
+              HasSubstr("too small for a grid"))
       << "values that read the same";
-  EXPECT_THAT(refusal("command: simulate\naxes: {output: [a]}\n"), HasSubstr("decides itself"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {output: [a]}\n"), HasSubstr("sets itself"));
   EXPECT_THAT(refusal("command: fly\naxes: {load: [1]}\n"), HasSubstr("simulate"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 9e5, step: 1}, rate: {from: 1, to: 9e5, "
                       "step: 1}}\n"),
-              HasSubstr("100 million are the most"));
+              HasSubstr("the limit is 100 million"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 2]}\nkeep: [{load: 3}]\n"),
               HasSubstr("no value `3`"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0.25}}\nkeep: [{load: 1.3}]\n"),
@@ -200,7 +201,7 @@ TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
       ASSERT_GT(notes, 0U) << "seed " << seed;
     }
     for (const std::string& note : journal.notes()) {
-      ++(note.find("run again") != std::string::npos && note.find("were cut") != std::string::npos
+      ++(note.find("run again") != std::string::npos && note.find("were removed") != std::string::npos
              ? at_the_end
              : in_the_middle);
     }

@@ -120,7 +120,7 @@ class Sweeps(SweepTest):
         before = journal.read_bytes()
         code, out, err = self.command("sweep", "sweep.yaml", "--output", "out")
         self.assertEqual((code, out), (2, ""))
-        self.assertIn("another process works on the sweep in out; wait until it ends", err)
+        self.assertIn("another process runs the sweep in out; wait until it ends", err)
         self.assertEqual(journal.read_bytes(), before)
         process.send_signal(signal.SIGCONT)
         self.assertEqual(self.finish(process)[0], 0)

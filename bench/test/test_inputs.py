@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 
 from bench_command_test import Report
-from import_files_test import ARCHITECTURE, STATISTICS, TOPOLOGY
+from import_files_test import ARCHITECTURE, STATISTICS
 
 SYSTEM = pathlib.Path(__file__).resolve().parents[2] / "reference_system"
 GOLDEN = SYSTEM / "ros2_reference" / "traces" / "timers_only_60.default.csv"
@@ -61,7 +61,6 @@ def make_inputs(hotpath):
     texts = {
         "callbacks.yaml": CALLBACKS,
         "times.csv": "execution_time_ms\n4.2\n4.5\n",
-        "topology.json": json.dumps(TOPOLOGY),
         "caret/architecture.yaml": ARCHITECTURE,
         "caret/stats/stats.yaml": "".join(STATISTICS.values()),
         "golden.csv": "".join(GOLDEN.read_text().splitlines(keepends=True)[:GOLDEN_LINES]),
@@ -76,7 +75,8 @@ def make_inputs(hotpath):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--cie"))
-    call(hotpath, folder, "import", "irobot", "topology.json", "--output", "imported")
+    caret = ("caret/architecture.yaml", "--stats", "caret/stats", "--cores", "4")
+    call(hotpath, folder, "import", "caret", *caret, "--output", "imported")
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
     call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
     call(hotpath, folder, "advise", "sequences", "--output", "advice", "--draws", "1", "--duration", "1")
