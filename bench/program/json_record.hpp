@@ -98,9 +98,7 @@ class JsonReader {
   }
   /// A number from 0 to `most`.
   void up_to(double most, const char* key, double& value) { value = number_up_to(most, object_, key); }
-  void ms(const char* key, Duration& value) {
-    value = from_ms(number_up_to(to_ms(kLongest), object_, key));
-  }
+  void ms(const char* key, Duration& value) { value = from_ms(number_up_to(to_ms(kLongest), object_, key)); }
   void ms(const char* key, std::map<std::string, Duration>& values) {
     const nlohmann::json& stored = object_.at(key);
     for (const auto& [name, value] : stored.items()) {
@@ -110,7 +108,9 @@ class JsonReader {
   void us(const char* key, Duration& value) {
     value = from_ms(number_up_to(to_us(kLongest), object_, key) / 1000);
   }
-  void ns(const char* key, Duration& value) { value = Duration(number_up_to(kLongest.count(), object_, key)); }
+  void ns(const char* key, Duration& value) {
+    value = Duration(number_up_to(kLongest.count(), object_, key));
+  }
 
  private:
   bool present(const char* key) const {
@@ -123,7 +123,9 @@ class JsonReader {
 
 /// A type with `fields()`.
 template <class T>
-concept JsonRecord = requires(JsonWriter& writer, const T& value) { fields(writer, value); };
+concept JsonRecord = requires(JsonWriter& writer, const T& value) {
+  fields(writer, value);
+};
 
 template <JsonRecord T>
 void to_json(nlohmann::json& j, const T& value) {

@@ -86,7 +86,7 @@ void fields(auto& visit, MaybeConst<RepetitionRecord> auto& repetition) {
   visit("lost_records", repetition.lost_records);
   visit("failure", repetition.failure);
   visit.if_any("thread_policies", repetition.thread_policies);
-  visit.if_any("live", repetition.live);
+  visit.if_any("live", repetition.published);
   visit.if_any("attempt_of", repetition.attempt_of);
   visit.if_any("replaced_by", repetition.replaced_by);
 }

@@ -78,7 +78,7 @@ struct RepetitionRecord {
   std::string failure;  ///< One sentence; empty: none.
   /// Live: the thread policy that each worker obtained, and whether the repetition was published.
   std::optional<std::vector<std::string>> thread_policies;
-  std::optional<bool> live;
+  std::optional<bool> published;
   /// Of a repetition that was measured again (--repeat-disturbed): the planned repetition whose phases this
   /// attempt has, and the attempt that counts in place of this one.
   std::optional<std::uint32_t> attempt_of, replaced_by;
@@ -118,9 +118,9 @@ struct LiveRecord {
 /// needs. Every command reads and writes run.json through this type.
 struct RunRecord {
   RunKind kind = RunKind::simulated;
-  std::string version;    ///< Of hotpath.
-  bool complete = false;  ///< All repetitions are stored, and none failed.
-  bool partial = false;   ///< Interrupted, or recovered after a kill.
+  std::string version;               ///< Of hotpath.
+  bool complete = false;             ///< All repetitions are stored, and none failed.
+  bool partial = false;              ///< Interrupted, or recovered after a kill.
   std::vector<std::string> command;  ///< As given, without what changes no result; empty: imported.
 
   GraphRecord graph;
@@ -165,8 +165,8 @@ struct RunRecord {
   }
 };
 
-/// The second throws nlohmann's exceptions or std::out_of_range for what is no run.json. What an older version
-/// did not write has the value that this version had.
+/// The second throws nlohmann's exceptions or std::out_of_range for what is no run.json. What an older
+/// version did not write has the value that this version had.
 void to_json(nlohmann::json& j, const RunRecord& record);
 void from_json(const nlohmann::json& j, RunRecord& record);
 

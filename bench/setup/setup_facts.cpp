@@ -96,7 +96,8 @@ std::vector<std::string> idle_options(const CommonOptions& options,
   return sentences;
 }
 
-std::vector<BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors) {
+std::vector<BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& tasks,
+                                      const std::vector<ExecutorSpec>& executors) {
   std::vector<BoundRecord> bounds;
   if (!timers_only(tasks.set)) return bounds;
   const CallbackGraph callbacks = callback_graph(graph, tasks, false);

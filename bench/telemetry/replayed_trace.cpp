@@ -15,8 +15,8 @@ namespace {
 Time end_of(const StoredRun& run, const Trace& trace) {
   const Time planned = Time{} + run.length();
   const RepetitionRecord& last = run.record().runs.back();
-  const bool interrupted = run.record().partial && last.executor == trace.executor &&
-                           last.repetition == trace.repetition;
+  const bool interrupted =
+      run.record().partial && last.executor == trace.executor && last.repetition == trace.repetition;
   if (!interrupted) return planned;
   Time end{};
   for (const JobRecord& r : trace.jobs) end = std::max({end, r.start, r.finish, r.job.timestamp});

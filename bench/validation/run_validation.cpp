@@ -54,8 +54,8 @@ class ValidatedRun {
   /// For a live run, the platform has its number of processors and the costs seen in its gaps.
   Graph graph_of(const Trace& trace) const {
     Graph graph = system_.graph;
-    if (measured_.facts().contains("platform")) return graph;
-    graph.platform.cores = measured_.cores();
+    if (measured_.record().simulation) return graph;
+    graph.platform.cores = measured_.record().cores();
     const OwnCosts costs = own_costs(trace, graph.platform.cores);
     graph.platform.dispatch_cost = costs.dispatch;
     graph.platform.wake_up = costs.wake_up;
