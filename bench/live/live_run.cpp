@@ -24,6 +24,7 @@
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 #include "results/run_folder.hpp"
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
@@ -106,7 +107,9 @@ class LiveRun {
     for (const std::string& text : options_.stacks) {
       const bool on_rclcpp = parse<Stack>(text) == Stack::rclcpp;
       for (const std::string& name : options_.executors) {
-        labels.push_back(on_rclcpp ? concat(name, kOnRclcpp) : name);
+        ExecutorLabel label(name);
+        if (on_rclcpp) label.stack = kRclcppStack;
+        labels.push_back(label.text());
       }
       if (!on_rclcpp) continue;
       plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),

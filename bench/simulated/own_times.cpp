@@ -10,6 +10,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 #include "simulated/repetition.hpp"
 
 namespace hotpath {
@@ -93,7 +94,7 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
   if (run.record().work == WorkMode::wall) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
-  const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find_first_of(":@")));
+  const ExecutorEntry* const entry = find_executor(ExecutorLabel(executor).name);
   const auto lacks_cpu_time = [](const JobRecord& r) {
     return r.outcome == Outcome::ran && r.cpu_time < Duration{};
   };

@@ -7,6 +7,7 @@
 #include "hotpath/reference_system/phases.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 #include "setup/stored_system.hpp"
@@ -117,7 +118,7 @@ class ValidatedRun {
       const bool subscriptions_first = name.ends_with(" (first)");
       if (subscriptions_first) name.resize(name.find(' '));
       const bool ours_first = label.ends_with(":first") || system_.options.rule == SubscriptionRule::first;
-      if (label.substr(0, label.find(':')) != name || subscriptions_first != ours_first) continue;
+      if (ExecutorLabel(label).name != name || subscriptions_first != ours_first) continue;
       latencies.real_ms = real_latencies(row);
       latencies.phases_differ_ms =
           largest_phase_difference_ms(set, read_phases(file, graph, reference_label));
