@@ -22,10 +22,9 @@ constexpr auto enum_texts(Stack) {
   return std::to_array<EnumText<Stack>>({{Stack::native, "native"}, {Stack::rclcpp, "rclcpp"}});
 }
 
-/// An executor, or a deployment of several executors. A user names an executor `NAME` or
-/// its ExecutorLabel. Variants:
-/// `inherit`, `first` (rule for subscriptions), `lifo`, `fifo` (ties), or the number of threads of
-/// a multi-threaded executor.
+/// An executor, or a deployment of several executors. A user names an executor by its
+/// ExecutorLabel. Variants: `inherit`, `first` (rule for subscriptions), `lifo`, `fifo` (ties), or
+/// the number of threads of a multi-threaded executor.
 struct ExecutorSpec {
   std::string label;                     ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.
