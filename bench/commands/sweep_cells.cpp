@@ -8,7 +8,6 @@
 #include "commands/option_helpers.hpp"
 #include "guarantees/analyze.hpp"
 #include "hotpath/core/input_error.hpp"
-#include "live/live_run.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "simulated/simulated_run.hpp"
