@@ -168,17 +168,19 @@ class Run:
         return executors
 
     def timer_counts(self) -> pd.DataFrame:
-        """Timers after the warm-up: executor, task, COUNTS, deadline_ms, bound_ms."""
+        """Timers after the warm-up: executor, task, COUNTS, deadline_ms, response_max_ms, bound_ms."""
         bounds = {(b["executor"], b["task"]): b["ms"] for b in self.facts.get("bounds", [])}
         rows = [
             t
             | t["after_warm_up"]
             | {"executor": e["executor"], "bound_ms": bounds.get((e["executor"], t["task"]))}
+            | {"response_max_ms": (t.get("response_ms") or {}).get("max")}
             for e in self.summary()
             for t in e["tasks"]
             if "after_warm_up" in t
         ]
-        return pd.DataFrame(rows, columns=["executor", "task", *COUNTS, "deadline_ms", "bound_ms"])
+        columns = ["executor", "task", *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"]
+        return pd.DataFrame(rows, columns=columns).astype({"response_max_ms": float})
 
     def command(self, without: str = "") -> str:
         """Command line that repeats the run (a recorded run: its simulation), omitting `without`."""

@@ -70,7 +70,7 @@ class TimerRuns:
             setting = run.setting() if number == 1 else f"{run.setting()} ({number})"
             key = {"setting": setting, "source": run.source}
             responses.append(run.responses().assign(**key))
-            counts.append(run.timer_counts().assign(**key, repetition=0, response_max_ms=np.nan))
+            counts.append(run.timer_counts().assign(**key, repetition=0))
             if not counts[-1]["reached"].sum():
                 raise InputError(f"{run.folder / 'jobs.csv'}: no row of a timer, there is nothing to draw")
         return cls(pd.concat(counts), pd.concat(responses))

@@ -128,10 +128,7 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         if cell.study.startswith("timers"):
             keys["setting"] = cell.load_percent
             responses = run.responses().assign(**keys)  # rewrites the summary
-            of_task = responses.groupby(["executor", "task"], as_index=False)["response_ms"].max()
-            worst = of_task.rename(columns={"response_ms": "response_max_ms"})
-            counts = run.timer_counts().merge(worst, how="left", on=["executor", "task"])
-            frames["timers"].append(counts.assign(**keys | {"repetition": cell.repetition}))
+            frames["timers"].append(run.timer_counts().assign(**keys | {"repetition": cell.repetition}))
             frames["responses"].append(responses)
         else:
             frame = run.latencies().assign(load_percent=cell.load_percent, **keys)
