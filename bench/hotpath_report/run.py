@@ -186,12 +186,8 @@ class Run:
         """Command line that repeats the run (a recorded run: its simulation), omitting `without`."""
         if "command" in self.facts:
             return shlex.join(["hotpath", *(word for word in self["command"] if word != without)])
-        words = [
-            "hotpath",
-            "simulate" if self.simulated or self.recorded else "compare",
-            "--graph",
-            self["graph.file"],
-        ]
+        command = "simulate" if self.simulated or self.recorded else "compare"
+        words = ["hotpath", command, "--graph", self["graph.file"]]
         words += ["--executors", ",".join(self.executors), "--phases", self["phases"]]
         for option, key in (("load", "load_percent"), ("duration", "duration_s"), ("warm-up", "warm_up_s")):
             words += [f"--{option}", f"{self[key]:g}"]

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Client of the C++ statistics library.
-
-The library resamples whole repetitions, because the samples of one repetition are not independent.
-A single live repetition is split into blocks of consecutive samples; a single exact repetition
-stays whole.
-"""
+"""Client of the C++ statistics library. The library resamples whole repetitions, because the
+samples of one repetition are not independent. A single live repetition is split into blocks of
+consecutive samples; a single exact repetition stays whole."""
 
 import bisect
 import ctypes

@@ -9,16 +9,9 @@ from typing import Any
 
 import pandas as pd
 
+from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import gate as judge
-from hotpath_report.comparison.sides import (
-    KEYS,
-    NOTHING_MS,
-    Key,
-    nothing_in_common,
-    read,
-    regardless_of_load,
-    with_keys,
-)
+from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key
 from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
 from hotpath_report.tables import read_json, read_table, text_table, write_output
@@ -55,7 +48,7 @@ def drop_rates(folder: Path) -> pd.Series:
     path = folder / "data" / TIMERS_FILE
     if not path.exists():
         return pd.Series(dtype=float)
-    rows = with_keys(read_table(path).rename(columns=IN_FRAMES), "")
+    rows = sides.with_keys(read_table(path).rename(columns=IN_FRAMES), "")
     sums = rows.groupby(KEYS[1:])[["skipped", "reached"]].sum()
     return (100 * sums["skipped"] / sums["reached"]).dropna()
 
@@ -93,12 +86,12 @@ def compare_results(
     if gate:
         return judge(old, new, across_loads, outputs)
     folders = Path(old), Path(new)
-    before, after = map(read, folders)
+    before, after = map(sides.read, folders)
     if across_loads:
-        before, after = regardless_of_load(before, after)
+        before, after = sides.regardless_of_load(before, after)
     rows = compare(before, after)
     if rows.empty:
-        raise nothing_in_common(old, new, before, after)
+        raise sides.nothing_in_common(old, new, before, after)
     if csv:
         write_output(Path(csv), "--csv", rows.to_csv(index=False))
     print(*table_of(rows), *other_differences(*folders), sep="\n")

@@ -93,13 +93,8 @@ def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> 
     judgements = judge(before, after, lost, interleaved(*folders))
     if not judgements:
         raise sides.nothing_in_common(old, new, before, after)
-    print(
-        text_table(HEADER, [j.cells() for j in judgements]),
-        "",
-        verdict(judgements),
-        power(judgements),
-        sep="\n",
-    )
+    print(text_table(HEADER, [j.cells() for j in judgements]), end="\n\n")
+    print(verdict(judgements), power(judgements), sep="\n")
     if outputs.get("junit"):
         write_output(Path(outputs["junit"]), "--junit", junit(judgements))
     if outputs.get("markdown"):

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether latencies and losses became worse beyond noise.
-
-The unit is the repetition: its mean, median and p99 latency and its losses are compared by the
-tests of hotpath/analysis/growth_test.hpp. Simulated repetitions with equal seeds are pairs without
-noise. Live repetitions are pairs if both builds took turns; all others are independent. Holm's
-correction keeps the probability of any false alarm below ALARM_RATE.
-"""
+"""Whether latencies and losses became worse beyond noise. The unit is the repetition: its mean,
+median and p99 latency and its losses are compared by the tests of hotpath/analysis/growth_test.hpp.
+Simulated repetitions with equal seeds are pairs without noise. Live repetitions are pairs if both
+builds took turns; all others are independent. Holm's correction keeps the probability of any false
+alarm below ALARM_RATE."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

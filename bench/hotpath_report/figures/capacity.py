@@ -49,20 +49,13 @@ def draw(folder: str) -> None:
     for y, executor in enumerate(executors):
         draw_row(axes, y, executor, rows[rows["executor"] == executor], over)
     axes.set_xlim(left=0)
-    style.add_key(
-        figure,
-        [
-            style.patch("capacity", alpha=0.3),
-            style.dot("passes", color=FAINT),
-            style.dot("fails", "x", color=WARNING),
-            style.dot("largest level that an analysis accepts", "^"),
-        ],
-        4,
-    )
+    marks = [style.patch("capacity", alpha=0.3), style.dot("passes", color=FAINT)]
+    marks += [
+        style.dot("fails", "x", color=WARNING),
+        style.dot("largest level that an analysis accepts", "^"),
+    ]
+    style.add_key(figure, marks, 4)
     source = "live" if (rows["source"] == "live").any() else "simulated"
-    style.add_title(
-        figure,
-        f"Highest {over} that each executor sustains",
-        f"{source}; each mark is a tried level",
-    )
+    title = f"Highest {over} that each executor sustains"
+    style.add_title(figure, title, f"{source}; each mark is a tried level")
     style.save(figure, folder, "capacity")

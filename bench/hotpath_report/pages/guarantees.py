@@ -63,9 +63,7 @@ def write(folder: str) -> None:
     found: dict[str, Any] = read_json(Path(folder) / "bounds.json", MADE_BY)
     rows = read_table(Path(folder) / "bounds.csv", TEXTS, [*NUMBERS, "tightness", "dominated_by"])
     if rows.empty:
-        raise InputError(
-            f"{folder}: no method bounds this graph under these executors, there is nothing to draw"
-        )
+        raise InputError(f"{folder}: nothing to draw: no method bounds this graph under these executors")
     sections = []
     for executor, of_executor in rows.groupby("executor", sort=False):
         name, best = str(executor), tightest(of_executor)

@@ -100,9 +100,7 @@ def write(folders: Sequence[str], folder: Path) -> None:
     runs = [ReportedRun(name) for name in folders]
     made = sections(runs)
     if not made:
-        raise InputError(
-            f"{folders[0]}: no chain and no timer has samples after the warm-up, there is nothing to report"
-        )
+        raise InputError(f"{folders[0]}: nothing to report: no samples of chains or timers after the warm-up")
     graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
     facts = [run.facts() for run in runs]
     tables = losses(runs) + disturbances(runs)

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cells of a reproduction, from cells.toml: each is one invocation of `hotpath` with a fixed
-seed and its own folder.
-
-A live cell is one repetition in a fresh process. The order of live cells is drawn once from the
-seed and kept in the plan.
-"""
+seed and its own folder. A live cell is one repetition in a fresh process. The order of live cells
+is drawn once from the seed and kept in the plan."""
 
 import random
 import tomllib

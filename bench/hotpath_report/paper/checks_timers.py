@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks of Section VII-A: dropped jobs, deadline overruns, bounds and response times of the
-timers-only sets.
-
-A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack) and the
-options of its claim. It returns a finding, or raises Missing without data.
-"""
+timers-only sets. A check takes the evidence, a source (simulated, live, or real: the real ROS 2
+stack) and the options of its claim. It returns a finding, or raises Missing without data."""
 
 import itertools
 

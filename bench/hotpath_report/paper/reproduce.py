@@ -68,15 +68,11 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     if options.publish and options.only:
         raise InputError("--publish needs a complete reproduction; omit --only")
     if options.publish and (problem := publish.problem_with(options.output, options.publish)):
-        raise InputError(
-            f"--publish {options.publish} {problem}; name a new folder, or the folder of an earlier publication"
-        )
+        raise InputError(f"--publish {options.publish} {problem}; name a new folder or a publication")
     # On most machines the last processors get the fewest interrupts.
     options.cpus = sorted(os.sched_getaffinity(0), reverse=True)
     if not 1 <= options.jobs <= len(options.cpus):
-        raise InputError(
-            f"--jobs {options.jobs}: choose from 1 to {len(options.cpus)}, the number of usable processors"
-        )
+        raise InputError(f"--jobs {options.jobs}: choose 1 to {len(options.cpus)}, the usable processors")
     return options
 
 
@@ -102,15 +98,15 @@ def build_of(hotpath: str) -> str:
             digest = hashlib.file_digest(file, "sha256").hexdigest()[:12]
         return f"{hotpath_command.output_of('--version').strip()} ({digest})"
     except (OSError, RunError) as error:
-        raise InputError(
-            f"--hotpath {hotpath}: cannot run ({error}); build it with launch_scripts/build.sh"
-        ) from None
+        hint = "build it with launch_scripts/build.sh"
+        raise InputError(f"--hotpath {hotpath}: cannot run ({error}); {hint}") from None
 
 
 def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
     """Writes the plan at the first start and rejects a different plan later. The open file locks
     the folder: another process would remove running measurements. Raises InputError."""
     folder, path = options.output, options.output / "plan.json"
+    where = f"--output {folder}"
     plan = {"mode": options.mode.name, "seed": SEED, "order": [c.name for c in cells]}
     try:
         make_folder(folder / "cells")
@@ -120,20 +116,14 @@ def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
         if not before:
             write_json(path, plan)
     except BlockingIOError:
-        raise InputError(
-            f"--output {folder}: another reproduction uses this folder; wait for it, or name another folder"
-        ) from None
+        raise InputError(f"{where}: another reproduction runs there; wait, or name another folder") from None
     except OSError as error:
-        raise InputError(f"--output {folder}: cannot be written ({error.strerror})") from None
+        raise InputError(f"{where}: cannot be written ({error.strerror})") from None
     mode = before.get("mode")
     if before and mode != plan["mode"]:
-        raise InputError(
-            f"--output {folder} holds a reproduction in mode `{mode}`; use this mode, or name another folder"
-        )
+        raise InputError(f"{where} holds a reproduction in mode `{mode}`; use this mode or another folder")
     if before and before.get("order") != plan["order"]:
-        raise InputError(
-            f"--output {folder} holds a reproduction by another version of this script; name another folder"
-        )
+        raise InputError(f"{where} holds results of another version of this script; name another folder")
     return file
 
 
@@ -163,9 +153,8 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
         tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
-    before = [
-        facts["build"] for c in todo if c.source == "live" and (facts := runner.facts(c)).get("complete")
-    ]
+    live = [runner.facts(c) for c in todo if c.source == "live"]
+    before = [facts["build"] for facts in live if facts.get("complete")]
     elsewhere = before.count(runner.build)
     for count, how in (
         (len(before) - elsewhere, f"by another build than {runner.build}"),
@@ -205,9 +194,8 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
     if options.publish:
         missing = len(set(wanted) - set(complete))
         if missing:
-            raise RunError(
-                f"--publish: {missing} of {len(wanted)} cells are missing; nothing was copied; run the command again"
-            )
+            why = f"{missing} of {len(wanted)} cells are missing"
+            raise RunError(f"--publish: {why}; nothing was copied; run the command again")
         publish.publish(options.output, options.publish)
     for v in verdicts:
         text = next((f.text for f in reversed(list(v.findings.values())) if f is not None), "")
