@@ -119,7 +119,8 @@ class Run:
         path = self.folder / "jobs.csv"
         if not path.exists():
             why = "the run kept no jobs (--no-trace), or the file was removed"
-            raise InputError(f"{path}: {why}; repeat it: {self.command(without='--no-trace')}")
+            again = self.command(without="--no-trace")
+            raise InputError(f"{path}: {why}" + (f"; repeat it: {again}" if again else ""))
         return path
 
     def jobs(self, executor: str, repetition: int, begin: float, end: float) -> pd.DataFrame:
@@ -183,15 +184,6 @@ class Run:
         return pd.DataFrame(rows, columns=columns).astype({"response_max_ms": float})
 
     def command(self, without: str = "") -> str:
-        """Command line that repeats the run (a recorded run: its simulation), omitting `without`."""
-        if "command" in self.facts:
-            return shlex.join(["hotpath", *(word for word in self["command"] if word != without)])
-        command = "simulate" if self.simulated or self.recorded else "compare"
-        words = ["hotpath", command, "--graph", self["graph.file"]]
-        words += ["--executors", ",".join(self.executors), "--phases", self["phases"]]
-        for option, key in (("load", "load_percent"), ("duration", "duration_s"), ("warm-up", "warm_up_s")):
-            words += [f"--{option}", f"{self[key]:g}"]
-        words += ["--repetitions", str(self["repetitions"]), "--seed", str(self["seed"])]
-        if not (self.simulated or self.recorded):
-            words += ["--transport", self["transport"], "--cpus", ",".join(map(str, self["cpus"]))]
-        return shlex.join(words)
+        """Command line that repeats the run, omitting `without`; empty: imported, or an older version."""
+        words = [word for word in self.facts.get("command", []) if word != without]
+        return shlex.join(["hotpath", *words]) if words else ""

@@ -83,7 +83,7 @@ def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
 
 def sections(runs: Sequence[ReportedRun]) -> list[Section]:
     """A section per chain and timer."""
-    commands, made = [run.run.command() for run in runs], []
+    commands, made = [c for c in (run.run.command() for run in runs) if c], []
     for key in dict.fromkeys(key for run in runs for key in run.samples):
         label, text = CHAIN if key[0] == "Chain" else TIMER
         title = " ".join(key)
