@@ -32,7 +32,7 @@ def draw(folder: str) -> None:
     worst = max(row["worst_ms"]["value"] for row in rows)
     axes.set_xlim(0, 1.05 * worst)
     marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
-    style.add_key(figure, marks, 3)
+    style.add_key(figure, [*marks, style.patch("95 % interval", facecolor=INK, alpha=0.45)], 4)
     subtitle = (
         f"{advice['chain']} of {advice['graph']}, best first by {advice['objective']}; "
         f"{advice['draws']} draws of {advice['seconds']:g} s, {advice['cores']} cores"

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 
 from hotpath_report import style
 from hotpath_report.bench_data import SPEC, Bench
+from hotpath_report.hotpath_command import executor_named
 from hotpath_report.style import SERIES
 
 
@@ -14,7 +15,8 @@ def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
     for (name, x, *who), value in bench.matching(pattern, metric).items():
         label = name.removeprefix("fastdds_") + (" (raw)" if who == ["raw_fastdds"] else "")
         lines.setdefault(label, []).append((int(x), value))
-    for colour, (label, points) in zip(SERIES, sorted(lines.items())):
+    for series, (label, points) in zip(SERIES, sorted(lines.items())):
+        colour = style.colour_of(label) if executor_named(label) else series
         axes.loglog(*zip(*sorted(points)), "o-", color=colour, label=label, markersize=4)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")

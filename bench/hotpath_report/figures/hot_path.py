@@ -40,7 +40,7 @@ def with_ratios(rows: list[Row], baseline: str = BASELINE) -> list[Row]:
 
 
 def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:
-    """Dashed lines at lower limits of any executor, with their names above the panel."""
+    """Dashed lines at the computation on the path, with their names above the panel."""
     for number, limit in enumerate(limits):
         axes.axvline(limit["ms"], color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
         left = number == 0 and len(limits) > 1
