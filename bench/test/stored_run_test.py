@@ -85,6 +85,8 @@ class StoredRun(CommandTest):
         timers = [task["task"] for task in other.run["tasks"] if task["kind"] == "timer"]
         self.write_files("rm-ro:first", timers, [task["task"] for task in reversed(other.run["tasks"])])
         runs = {option: self.simulate(option[2:], BASE | use) for option, use in USES.items()}
+        for option, run in runs.items():
+            self.check_command(option, run)
         self.write_files("default", timers[::-1], timers[:1])  # validate must not read these files again
         self.accepted("validate", *(run.path for run in runs.values()), "--output", "validation")
         result = json.loads((self.folder / "validation" / "validation.json").read_text())
@@ -101,6 +103,14 @@ class StoredRun(CommandTest):
                 if entry["latencies"]:
                     self.assertEqual(entry["latencies"]["measured_ms"], entry["latencies"]["simulated_ms"])
         self.assertEqual(compared, {option: len(run.run["runs"]) for option, run in runs.items()})
+
+    def check_command(self, option: str, run: RunFolder) -> None:
+        """The command that run.json stores makes the same files again."""
+        again = self.folder / f"again{option}"
+        self.accepted(*run.run["command"], "--output", again)
+        for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
+            with self.subTest(option=option, file=name):
+                self.assertEqual((again / name).read_bytes(), (run.path / name).read_bytes())
 
     def test_the_command_is_stored_without_what_changes_no_result(self) -> None:
         run = self.simulate("run", {"--executor": "rm-ro", "--rate": 110, "--duration": 1, "--threads": 1})
