@@ -48,13 +48,13 @@ RunFolder::RunFolder(const fs::path& path)
 }
 
 RunFolder::~RunFolder() {
-  if (lock_ >= 0) close(lock_);
+  if (lock_ >= 0) ::close(lock_);
 }
 
 int RunFolder::lock(const fs::path& path) {
   const int descriptor = open((path / "jobs.csv.part").c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
-  close(descriptor);
+  ::close(descriptor);
   return -1;
 }
 

@@ -95,7 +95,7 @@ struct RepetitionRecord {
 struct SimulationRecord {
   GraphPlatform platform;       ///< Without the model of execution times.
   std::string execution_times;  ///< A word of ExecutionTimeModel, `replay:RUN` or `recorded`.
-  std::optional<std::uint64_t> max_backlog;
+  std::optional<std::uint64_t> max_backlog = {};
   bool no_trace = false;
 };
 
