@@ -221,10 +221,10 @@ class AnalyzeTest(CommandTest):
         )
         self.assertRegex(
             err,
-            r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --graph",
+            r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --executors=rm-ro --graph=sequences",
         )
         reproduce = err.strip().split("reproduces it: hotpath ")[1].split()
-        self.assertIn("--dispatch-cost-us", reproduce)
+        self.assertIn("--dispatch-cost-us=20", reproduce)
         self.accepted(*reproduce, "--output", self.folder / "again")
 
     def test_a_live_run_may_exceed_bounds_unless_strict(self) -> None:

@@ -122,7 +122,7 @@ class WrongUse(FaultTest):
             ("run", "--executor", "rm-ro:last"): ["`last`", "inherit"],
             ("run", "--executor", "multi:0"): ["between 1 and"],
             ("compare", "--executors", "rm-ro,rm-ro"): ["`rm-ro`", "twice"],
-            ("run", "--cpus", "4000"): ["--cpus", "no processor 4000"],
+            ("run", "--cpus", "4000"): ["--cpus", "may not use processor 4000"],
             ("run", "--cpus", "1-"): ["--cpus", "`1-`"],
             ("run", "--timer-policy", "fifo"): ["`fifo`", "fifo:N"],
             ("run", "--processes", 2, "--transport", "intra_process"): ["--processes", "fastdds"],
@@ -185,7 +185,7 @@ class Machine(FaultTest):
         self.assert_refused(run, "setup.bash", "ros2_build.sh")
         self.environment["AMENT_PREFIX_PATH"] = "/no/where"
         self.assert_refused(run, "hotpath_rclcpp_system", "--ros2-runner")
-        self.assert_refused((*run, "--ros2-runner", "/no/where"), "no program /no/where")
+        self.assert_refused((*run, "--ros2-runner", "/no/where"), "no executable program /no/where")
         self.assert_refused(("run", "--stack", "ros"), "--stack", "native")
 
     def test_what_a_run_on_ros2_does_not_do(self) -> None:

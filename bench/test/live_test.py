@@ -243,7 +243,7 @@ class Faults(LiveTest):
         self.measure("run", "--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
         for arguments, parts in {
             ("run", "--live-cpus", 0): ["--live-cpus", "--live"],
-            ("run", "--live", "--live-cpus", 4000): ["--live-cpus", "no processor 4000"],
+            ("run", "--live", "--live-cpus", 4000): ["--live-cpus", "may not use processor 4000"],
             ("run", "--live-alternate"): ["--repetitions"],
             ("run", "--live", "--live-alternate"): ["--live"],
             ("replay", "run"): ["--live"],

@@ -307,7 +307,7 @@ class Validate(SimulateTest):
             self.assertEqual(entry["comparison"]["similarity"], 1, entry["executor"])
             self.assertIsNone(entry["comparison"]["first_difference"])
             self.assertEqual(entry["latencies"]["measured_ms"], entry["latencies"]["simulated_ms"])
-        self.assertIn("which the fork leaves to its heap", out)
+        self.assertIn("which depends on the fork's heap", out)
 
     def test_a_run_with_the_phases_of_a_golden_trace_is_shown_beside_it(self) -> None:
         trace = TRACES / "timers_only_80.edf-ro.csv"
@@ -331,7 +331,7 @@ class Validate(SimulateTest):
         )
         same, other = runs[0]["golden"], runs[2]["golden"]
         self.assertEqual((same["phases_differ_ms"], same["comparison"]["similarity"]), (0, 1))
-        self.assertIn("order 1.000 alike, lost jobs within 0.0 points.", out)
+        self.assertIn("similarity of order 1.000, lost jobs within 0.0 points.", out)
         for quantity in ("start_lateness_ms", "response_ms", "response_authors_ms"):
             real, live = (same["comparison"][side][quantity]["p50"] for side in ("measured", "other"))
             self.assertAlmostEqual(real, live, delta=0.5)
