@@ -8,6 +8,7 @@
 
 #include "bounds/bound_report.hpp"
 #include "bounds/bounds.hpp"
+#include "bounds/exact_worst_cases.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
@@ -25,6 +26,8 @@
 namespace hotpath {
 
 namespace {
+
+constexpr std::size_t kMostStates = 1'000'000;
 
 struct AnalyzeOptions : CommonOptions, PlatformOptions {
   std::string trace, csv, page, phases_of;
@@ -159,7 +162,13 @@ class Analysis {
     bool any = false;
     const BoundedSystem system = bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system);
-    if (options_.exact) all.push_back(exact_bounds(system));
+    if (options_.exact) {
+      GraphTasks tasks = tasks_;
+      tasks.set = callbacks.set;
+      all.push_back(callbacks.phases_known
+                        ? exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, kMostStates)
+                        : exact_bounds(system));
+    }
     for (const GraphBounds& bounds : all) {
       if (!bounds.refusal.empty()) {
         refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";

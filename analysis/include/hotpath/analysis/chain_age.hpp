@@ -20,6 +20,8 @@ struct ChainAge {
   TaskId sink = kNoTask;
   TaskId waited_at = kNoTask;  ///< The last task at which the oldest data waited; none: nowhere.
   PathParts parts;             ///< Of `response`.
+  /// Start of the sink's job minus the latest start of a source job in its data; none: not bounded.
+  std::optional<std::int64_t> hot_path;
 };
 
 /// Largest age of a chain's data (docs/analysis.md, "Age of data"). None when the sinks never have data of a

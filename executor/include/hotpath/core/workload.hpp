@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "hotpath/core/state_words.hpp"
 #include "hotpath/core/trace.hpp"
 
 namespace hotpath {
@@ -34,6 +35,12 @@ class Workload {
     static_cast<void>(sequence);
     static_cast<void>(parent);
   }
+
+  /// For exploration.hpp. A copy in the same state, which may share what it observes with this one; none: it
+  /// is not explored.
+  [[nodiscard]] virtual std::unique_ptr<Workload> clone() const { return nullptr; }
+  /// Adds all that its later answers depend on, with the data that they hand on.
+  virtual void describe(StateWords& words) const { static_cast<void>(words); }
 
   /// Message `sequence` of `subscription` gives way, untaken, to the one whose delivery is reported next.
   virtual void overwritten(TaskId subscription, std::uint64_t sequence) {

@@ -42,6 +42,11 @@ class GraphWorkload final : public Workload {
   std::span<const TaskId> finish(const Job& job, const Task& task, Time now) override;
   void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override;
   void overwritten(TaskId subscription, std::uint64_t sequence) override;
+  /// The copy appends to the same observations.
+  [[nodiscard]] std::unique_ptr<Workload> clone() const override {
+    return std::make_unique<GraphWorkload>(*this);
+  }
+  void describe(StateWords& words) const override;
 
  private:
   struct OnTheWay {
@@ -59,6 +64,7 @@ class GraphWorkload final : public Workload {
   std::span<const TaskId> complete(const Task& task, Activation<SimulatedMessages>& job);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
+  void describe(const SimulatedSample& sample, const std::vector<TaskId>& sources, StateWords& words) const;
 
   static const SimulatedHistory kHistory;
 
@@ -66,9 +72,11 @@ class GraphWorkload final : public Workload {
   const ExecutionTimes& times_;
   std::vector<ChainObservation>* const observations_;
   const std::vector<ChainIndex> chains_;
-  SimulatedMessagePool pool_;  // before all that holds messages
+  std::shared_ptr<SimulatedMessagePool> pool_ = std::make_shared<SimulatedMessagePool>();  // first: all samples are in it
   std::deque<NodeLogic<SimulatedMessages>> nodes_;
   std::vector<std::vector<std::uint32_t>> ends_;  // per task: chains
+  std::vector<std::vector<TaskId>> sources_;      // per task: of chains whose sinks its data can reach
+  std::vector<std::vector<TaskId>> sources_of_nodes_;
   std::vector<std::vector<Unread>> unread_;       // per subscription, oldest first; as many as its depth
   std::vector<Activation<SimulatedMessages>> running_;  // the first busy_; the others are clear
   std::size_t busy_ = 0;
