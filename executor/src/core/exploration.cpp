@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <deque>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <queue>
 #include <string>
+#include <utility>
 
 #include "simulation.hpp"
 #include "zone.hpp"

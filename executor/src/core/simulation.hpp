@@ -100,7 +100,6 @@ class Simulation {
   /// Adds what decides its future besides its schedulers and its workload, and besides the end of the step
   /// and of the time slice of worker 0.
   void describe(StateWords& words) const {
-    using Step = SimulatedWorkers::Step;
     for (Worker w = 0; w < workers_.size(); ++w) {
       const SimulatedWorkers::State& worker = workers_[w];
       words.add(static_cast<std::int64_t>(worker.step));
