@@ -13,8 +13,9 @@ add_compile_options($<$<CONFIG:RelWithDebInfo>:-g1>)
 option(HOTPATH_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(BUILD_TESTING "Build the tests" ON)
 option(HOTPATH_FUZZ "Build the fuzz targets: needs clang, and the flags of the preset `fuzz`" OFF)
-# The transport fastdds and what publishes over it. Off where Fast DDS or its generator is missing, as on Ubuntu with
-# ROS 2, whose own Fast DDS must not meet another one in a process.
+# The transport fastdds and everything that publishes over it. Off where Fast DDS or its generator
+# is missing, for example on Ubuntu with ROS 2: a process must never load a second Fast DDS beside
+# the one of ROS 2.
 if(NOT DEFINED HOTPATH_FASTDDS)
   find_program(FASTDDSGEN fastddsgen)
   find_package(fastrtps 2.9 QUIET)
@@ -28,14 +29,15 @@ if(NOT DEFINED HOTPATH_FASTDDS)
 endif()
 option(HOTPATH_FASTDDS "Build the transport fastdds" ${fastdds_found})
 
-# hotpath_final_run_path(): links the programs of this folder with the run path of their installation. That of a build
-# tree ends with a colon where it shall be replaced, and the loader then takes libraries from the current folder.
+# hotpath_final_run_path(): links the programs of this folder with their installed run path. CMake
+# pads the run path of a build tree with colons, which it replaces on installation; a trailing colon
+# makes the loader search the current folder.
 macro(hotpath_final_run_path)
   set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
   set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 endmacro()
 
-# Warnings for our own code only: generated code is compiled without this.
+# Warnings for the project's own code; generated code is compiled without them.
 function(hotpath_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion)
   if(HOTPATH_WARNINGS_AS_ERRORS)
@@ -43,7 +45,8 @@ function(hotpath_warnings target)
   endif()
 endfunction()
 
-# hotpath_add_library(name sources...): target hotpath_<package>_<name>, alias and export hotpath_<package>::<name>.
+# hotpath_add_library(name sources...): target hotpath_<package>_<name>, alias and export
+# hotpath_<package>::<name>.
 function(hotpath_add_library name)
   set(target ${PROJECT_NAME}_${name})
   add_library(${target} STATIC ${ARGN})
@@ -52,7 +55,8 @@ function(hotpath_add_library name)
   install(TARGETS ${target} EXPORT ${PROJECT_NAME} ARCHIVE DESTINATION lib)
 endfunction()
 
-# hotpath_library(name sources...): such a library of the package's own code.
+# hotpath_library(name sources...): hotpath_add_library with the package's include/ folder and the
+# project's warnings.
 function(hotpath_library name)
   hotpath_add_library(${name} ${ARGN})
   set(target ${PROJECT_NAME}_${name})
@@ -62,8 +66,8 @@ function(hotpath_library name)
   hotpath_warnings(${target})
 endfunction()
 
-# hotpath_idl_library(name file.idl): such a library of what fastddsgen makes of the file's types; its headers
-# are good for C++17. Generated code is not ours to warn about.
+# hotpath_idl_library(name file.idl): hotpath_add_library with the code that fastddsgen generates
+# from the file, without warnings. The headers compile as C++17.
 function(hotpath_idl_library name file)
   find_package(fastcdr REQUIRED)
   find_package(fastrtps 2.9 REQUIRED)
@@ -89,7 +93,8 @@ function(hotpath_idl_library name file)
   install(FILES ${headers} DESTINATION include)
 endfunction()
 
-# hotpath_export(dependencies...): headers, targets and a CMake config that finds the dependencies again.
+# hotpath_export(dependencies...): headers, targets and a CMake config that finds the dependencies
+# again.
 function(hotpath_export)
   install(DIRECTORY include/ DESTINATION include)
   install(EXPORT ${PROJECT_NAME} NAMESPACE ${PROJECT_NAME}:: FILE ${PROJECT_NAME}Targets.cmake
@@ -105,17 +110,17 @@ function(hotpath_export)
   install(FILES package.xml DESTINATION share/${PROJECT_NAME})
 endfunction()
 
-# hotpath_test(name LIBRARIES libs... [LABELS labels...]): test program <name> from test/<name>.cpp, GoogleTest.
-# Each program is one test of ctest. gtest_discover_tests would start a process for each of its hundreds of
-# cases, of which many take a millisecond, and run the costly fixtures of others once a case; `--gtest_filter`
-# chooses among them.
+# hotpath_test(name LIBRARIES libs... [LABELS labels...]): test program <name> from test/<name>.cpp,
+# GoogleTest. Each program is one ctest test. gtest_discover_tests would start a process for each of
+# hundreds of millisecond cases, and would repeat costly fixtures for each case. `--gtest_filter`
+# selects cases.
 function(hotpath_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "LIBRARIES;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   set(target ${PROJECT_NAME}_${name})
   add_executable(${target} ${PROJECT_SOURCE_DIR}/test/${name}.cpp)
   target_link_libraries(${target} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
-  # Compiled in less time: what takes long in a test is in the libraries.
+  # -O1 compiles faster and costs little: the libraries do the slow work of a test.
   target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
   hotpath_warnings(${target})
   if(NOT arg_TIMEOUT)
@@ -125,7 +130,8 @@ function(hotpath_test name)
   set_tests_properties(${target} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
 endfunction()
 
-# hotpath_fuzz_target(name source libraries...): libFuzzer program fuzz_<name>, one of the target `fuzzers`.
+# hotpath_fuzz_target(name source libraries...): libFuzzer program fuzz_<name>, one of the target
+# `fuzzers`.
 function(hotpath_fuzz_target name source)
   add_executable(fuzz_${name} ${source})
   target_include_directories(fuzz_${name} PRIVATE ${CMAKE_SOURCE_DIR}/bench ${CMAKE_SOURCE_DIR}/analysis/include)

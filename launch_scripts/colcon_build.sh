@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# `colcon build` of all packages, into build_colcon/ and install/. The root CMakeLists.txt, which is for people without
-# colcon, hides the packages from a bare `colcon build`; base paths show them. With --bench-target TARGET first, of the
-# package hotpath_bench that target alone. Further arguments go to CMake.
+# colcon_build.sh [--bench-target TARGET] [CMAKE ARGUMENTS...]: builds all packages with colcon into
+# build_colcon/ and install/. The root CMakeLists.txt hides the packages from a bare `colcon build`,
+# so the script passes base paths. With --bench-target, it builds only TARGET of the package
+# hotpath_bench.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
@@ -11,14 +12,16 @@ packages=()
 for folder in campaign executor reference_system analysis bench ros1_bridge; do
   [ -f "$folder/package.xml" ] && packages+=("$folder")
 done
-# A package.xml that colcon cannot read silently loses its dependencies; `ros.cmake` shows that it could.
+# colcon silently ignores the dependencies of a package.xml that it cannot read; type `ros.cmake`
+# shows that it read it.
 found=$(colcon --log-base build_colcon/log list --base-paths "${packages[@]}")
 if [ "$(grep -c 'ros.cmake' <<<"$found")" -ne ${#packages[@]} ]; then
   echo "colcon_build.sh: colcon does not read every package.xml:" >&2
   echo "$found" >&2
   exit 1
 fi
-# build FOLDERS -- OPTIONS: the packages in these folders; what they need has been built before.
+# build FOLDERS -- OPTIONS: builds the packages in these folders; their dependencies must be built
+# already.
 build() {
   local folders=()
   while [ "$1" != -- ]; do folders+=("$1") && shift; done
@@ -32,7 +35,7 @@ if [ "${1:-}" = --bench-target ]; then
   others=()
   for folder in "${packages[@]}"; do [ "$folder" = bench ] || others+=("$folder"); done
   build "${others[@]}" -- --cmake-args "$@"
-  set +u  # colcon's script asks for variables that may not be set
+  set +u  # colcon's script reads unset variables
   . install/local_setup.bash
   set -u
   build bench -- --cmake-target "$target" --cmake-args "$@"

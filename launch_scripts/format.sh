@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Formats the C++ and Python sources; with --check only says which are not formatted, and checks style and types of the
-# Python sources. Tools for Python that are not installed are left out (`setup.sh test` installs them).
+# Formats the C++ and Python sources. With --check, changes nothing: lists unformatted files, and
+# checks style and types of the Python sources. Skips Python tools that are not installed (`setup.sh
+# test` installs them).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mode=(-i) python=()

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# fuzz.sh [MINUTES] [--replay] [--publish] [--seed N] [--only TARGET,...]: builds the fuzz targets and runs them on all processors,
-# for MINUTES altogether (default: 1). Exit code 1 after a finding; see tools/fuzz.py.
+# fuzz.sh [MINUTES] [--replay] [--publish] [--seed N] [--only TARGET,...]: builds the fuzz targets
+# and runs them on all CPUs for MINUTES in total (default: 1). Exit code 1 after a finding; see
+# tools/fuzz.py.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"

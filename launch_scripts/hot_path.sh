@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From nothing to the hot-path benchmark: installs what is missing, builds, compares the paper's executors live on the
-# Autoware reference system. `--all` takes all executors; further options go to `hotpath compare`.
+# The hot-path benchmark from scratch: installs missing packages, builds, and compares the paper's
+# executors live on the Autoware reference system. `--all` compares all executors; further options
+# go to `hotpath compare`.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 launch_scripts/setup.sh
-echo "Building (some minutes the first time)"
+echo "Building (the first build takes some minutes)"
 HOTPATH_TARGET=hotpath launch_scripts/build.sh -DBUILD_TESTING=OFF
 
 options=()
-# default OPTION VALUE: unless the user gives that option.
+# default OPTION VALUE: adds the option unless the user gave it.
 default() {
   case " $given " in
     *" $1 "* | *" $1="*) ;;
@@ -27,9 +28,10 @@ default --executors "$executors"
 default --repetitions 3
 default --duration 8
 default --warm-up 1
-# One processor, as in the paper's uniprocessor model; the last one has the fewest interrupts on most machines.
+# One CPU, as in the paper's uniprocessor model; the last CPU has the fewest interrupts on most
+# machines.
 default --cpus $(($(nproc --all) - 1))
 default --repeat-disturbed 2
 output=${HOTPATH_OUTPUT:-runs/hot_path-$(date +%Y%m%d-%H%M%S)}
 build/bench/hotpath compare "${options[@]}" --output "$output" "$@"
-echo "The picture: $output/hot_path.png (and .svg); every job: $output/jobs.csv; the table: $output/summary.json"
+echo "Figure: $output/hot_path.png (and .svg); all jobs: $output/jobs.csv; summary: $output/summary.json"

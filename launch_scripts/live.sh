@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# A benchmark that ROS 1 watches, without roslaunch: starts roscore if there is none, the bridge, RViz and rosbag if asked
-# for, and the benchmark; ends what it has started with the benchmark or with Ctrl-C.
+# Shows a benchmark in ROS 1 without roslaunch: starts roscore if none is running, the bridge, RViz
+# and rosbag on request, and the benchmark. When the benchmark ends, or on Ctrl-C, ends all programs
+# that it started.
 set -euo pipefail
 
 usage="usage: live.sh [--domain N] [--rviz] [--record FILE] [options of \`hotpath run\`]"
@@ -26,7 +27,7 @@ export PATH="/usr/bin:$PATH" ROS_MASTER_URI=${ROS_MASTER_URI:-http://localhost:1
 started=()
 end_all() {
   trap '' INT TERM
-  # The last first: rosbag closes its file before its master goes.
+  # In reverse order, so that rosbag closes its file before the master ends.
   for ((i = ${#started[@]} - 1; i >= 0; --i)); do
     kill -INT "${started[i]}" 2>/dev/null || true
     wait "${started[i]}" 2>/dev/null || true
@@ -35,7 +36,8 @@ end_all() {
 trap end_all EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
-# Each in a separate process group, which Ctrl-C does not reach: they end in our order.
+# Each program gets its own process group, which Ctrl-C does not reach, so that end_all sets the
+# order.
 set -m
 start() {
   "$@" &

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From nothing to the paper's evaluation: installs what is missing, builds, simulates everything and, with --live,
-# measures it; writes one page. See --help and --list.
+# The paper's evaluation from scratch: installs missing packages, builds, simulates every experiment
+# and, with --live, measures it. Writes one page. See --help and --list.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,7 +9,7 @@ launch_scripts/setup.sh
 case " $* " in
   *" --list "* | *" --help "* | *" -h "*) ;;
   *)
-    [ -t 2 ] && echo "Building (some minutes the first time)" >&2
+    [ -t 2 ] && echo "Building (the first build takes some minutes)" >&2
     HOTPATH_TARGET=hotpath launch_scripts/build.sh -DBUILD_TESTING=OFF
     ;;
 esac

@@ -1,18 +1,20 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What hotpath_rclcpp promises, measured on the real stack: repetitions of rclcpp's executors and ours by turns on one
-# processor, about 22 minutes, into the folder given first. Then tools/ros2_bars.py, with the further options, says what
-# is met. Of a ROS 2 that is sourced, with the workspace of ros2_build.sh; by default Jazzy in /opt/ros.
+# ros2_bars.sh [FOLDER] [OPTIONS...]: measures the performance targets of hotpath_rclcpp on the real
+# ROS 2 stack. Alternates repetitions of rclcpp's executors and hotpath's on one CPU, for about 22
+# minutes, and writes the runs into FOLDER. Then tools/ros2_bars.py, with OPTIONS, reports which
+# targets are met. Uses the sourced ROS 2 (default: Jazzy in /opt/ros) and the workspace of
+# ros2_build.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 output=${1:-runs/ros2_bars-$(date +%Y%m%d-%H%M%S)}
 
-set +u  # ROS 2's scripts ask for variables that may not be set
+set +u  # ROS 2's scripts read unset variables
 [ -n "${AMENT_PREFIX_PATH:-}" ] || . /opt/ros/jazzy/setup.bash
 . "build_ros2/${ROS_DISTRO:-jazzy}/install/local_setup.bash"
 set -u
 
-# The last processor has the fewest interrupts on most machines.
+# The last CPU has the fewest interrupts on most machines.
 cpu=$(($(nproc --all) - 1))
 compare() {
   build/bench/hotpath compare --stack rclcpp --cpus "$cpu" --warm-up 2 --output "$output/$1" "${@:2}"

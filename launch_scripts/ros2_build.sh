@@ -1,9 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the packages of ros2/ and what they need with colcon, into build_ros2/DISTRO/: for the ROS 2 that is sourced, or,
-# if none is, for each in /opt/ros. With --test first, also their tests, which it runs; with --sanitize thread or
-# --sanitize address (and undefined behaviour), the tests under that sanitizer, in build_ros2/DISTRO-SANITIZER/.
-# --distro NAME: that one. Further arguments go to CMake.
+# ros2_build.sh [--test] [--sanitize thread|address] [--distro NAME] [CMAKE ARGUMENTS...]: builds
+# the packages of ros2/ and their dependencies with colcon into build_ros2/DISTRO/, for the sourced
+# ROS 2 or, without one, for each in /opt/ros.
+#   --test      also builds and runs the tests
+#   --sanitize  builds and runs the tests under that sanitizer in build_ros2/DISTRO-SANITIZER/;
+#               `address` includes undefined behaviour
+#   --distro    builds for this distribution; may be repeated
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD
@@ -43,7 +46,7 @@ case $sanitizer in
 esac
 [ -n "$sanitizer" ] && test=ON
 
-# build DISTRO: in a subshell, since each distribution has an environment of its own.
+# build DISTRO: call it in a subshell, since each distribution sets its own environment.
 build() {
   local base=build_ros2/$1${sanitizer:+-$sanitizer}
   mkdir -p "$base/log"
@@ -61,7 +64,8 @@ build() {
       --base-paths "${folders[@]}" --executor sequential --event-handlers console_direct+ \
       "${cmake[@]}" -DBUILD_TESTING="$testing" "$@" >"$base/log/output" 2>&1 || { tail -60 "$base/log/output" >&2; exit 1; }
   }
-  # Under a sanitizer hotpath_rclcpp builds what it needs of the first two along.
+  # Under a sanitizer, hotpath_rclcpp compiles the parts of executor and reference_system that it
+  # needs itself.
   local before=(ros2/hotpath_rclcpp_interfaces)
   [ -n "$sanitizer" ] || before+=(executor reference_system)
   run OFF "${before[@]}" -- "$@"
@@ -73,9 +77,11 @@ build() {
   . "$base/install/local_setup.bash"
   local local=ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
   [ "$ROS_DISTRO" = humble ] && local=ROS_LOCALHOST_ONLY=1
-  # A domain of their own, so that no other program's nodes are among them.
-  # Under a sanitizer: ros2/sanitizers/ says what is let pass, and why. Debian's and ROS 2's libraries are not built for
-  # it; what they alone do is not reported. As slow as under ThreadSanitizer rclcpp's own executors lose and hang.
+  # The tests get their own domain, so that they meet no other program's nodes. ros2/sanitizers/
+  # lists the suppressions with their reasons; AddressSanitizer also ignores the sized-delete
+  # mismatch of Fast DDS. The system's and ROS 2's libraries are not instrumented, so their internal
+  # errors are not reported. ThreadSanitizer slows rclcpp's own executors so much that they lose
+  # samples and hang: their tests are skipped.
   [ "$sanitizer" = thread ] && export GTEST_FILTER='-*/single:*/multi:*/events'
   TSAN_OPTIONS="suppressions=$root/ros2/sanitizers/thread.supp ignore_noninstrumented_modules=1" \
     ASAN_OPTIONS="new_delete_type_mismatch=0" \
@@ -86,7 +92,7 @@ build() {
 for distro in "${distros[@]}"; do
   echo "== ROS 2 $distro"
   (
-    set +u  # ROS 2's scripts ask for variables that may not be set
+    set +u  # ROS 2's scripts read unset variables
     case ":${AMENT_PREFIX_PATH:-}:" in
       *:/opt/ros/"$distro":*) ;;
       *) . "/opt/ros/$distro/setup.bash" ;;

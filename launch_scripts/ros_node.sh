@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# ros_node.sh PROGRAM IGNORED ARGUMENTS...: runs a program of this tree, wherever it was built, as roslaunch wants it.
-# roslaunch finds programs only in ROS packages that are installed or in ROS_PACKAGE_PATH. The launch files therefore name
-# a program that every roslaunch has, and put this script in front of it (launch-prefix), which runs ours instead.
+# ros_node.sh PROGRAM IGNORED ARGUMENTS...: lets roslaunch run a program of this tree, wherever it
+# was built. roslaunch finds programs only in installed ROS packages or in ROS_PACKAGE_PATH. The
+# launch files therefore name a program that every ROS 1 has (IGNORED) and set this script as its
+# launch-prefix; the script runs PROGRAM instead.
 set -euo pipefail
 program=$1
 shift 2
@@ -16,12 +17,12 @@ esac
 for place in ${HOTPATH_PROGRAMS:-} "${places[@]}"; do
   if [ -x "$place/$program" ]; then
     arguments=("$@")
-    if [ "$program" = hotpath ]; then  # no ROS node: roslaunch's own arguments are not for it
+    if [ "$program" = hotpath ]; then  # not a ROS node: drop roslaunch's __name:= and __log:= arguments
       arguments=()
       for argument in "$@"; do [[ $argument == __*:=* ]] || arguments+=("$argument"); done
     fi
     exec "$place/$program" "${arguments[@]}"
   fi
 done
-echo "ros_node.sh: $program is not built: launch_scripts/setup.sh ros, then launch_scripts/build.sh" >&2
+echo "ros_node.sh: $program is not built; run launch_scripts/setup.sh ros, then launch_scripts/build.sh" >&2
 exit 2

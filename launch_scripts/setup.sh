@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing on Debian 12. `setup.sh` for building and running, `setup.sh ros` for the ROS 1 bridge and RViz
-# as well, `setup.sh test` for all tests.
+# Installs missing packages on Debian 12: `setup.sh` for building and running, `setup.sh ros` also
+# for the ROS 1 bridge and RViz, `setup.sh test` for all tests.
 set -euo pipefail
 
 packages=(
@@ -25,6 +25,7 @@ elif [ "${1:-}" = test ]; then
   packages+=(
     libgtest-dev libgmock-dev libbenchmark-dev clang clang-format libclang-rt-14-dev black flake8 mypy chromium
     colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
+    libbenchmark-tools
   )
 fi
 
@@ -36,7 +37,7 @@ done
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "setup.sh: install as root: ${missing[*]}" >&2; exit 1; }
+  command -v sudo >/dev/null || { echo "setup.sh: sudo not found; install as root: ${missing[*]}" >&2; exit 1; }
   as_root=(sudo)
 fi
 echo "Installing ${missing[*]}"

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Says what the pages (*.md) name that is not there: targets of links, and the functions and files of docs/tour.md."""
+"""Reports links in *.md, and functions and files in docs/tour.md, that do not exist."""
 
 import re
 import sys
@@ -56,7 +56,7 @@ def lost_hops(tour: Path, root: Path) -> Iterator[str]:
 
 
 def complaints(root: Path) -> Iterator[str]:
-    """All of them, each a line."""
+    """All complaints, a line each."""
     for page in pages(root):
         yield from (f"{page.relative_to(root)}: {what}" for what in broken_links(page))
     yield from (f"docs/tour.md: {what}" for what in lost_hops(root / "docs/tour.md", root))

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""How often `hotpath compare-results --gate` fires: on the same build measured twice (A/A), and when something became
-slower by 3, 5, 10 or 20 %. Live: each repetition has the samples of a measured one of the same executor (DATA, of a
-published reproduction), moved by noise as large as that between the measured repetitions, and one executor is slower.
-Simulated: Autoware at random phases under two executors; for A/A with other seeds, else with the same ones and with so
-much more load. Exit code 1 if any A/A fires more often than --most-alarms, or if a simulated load of 5 % more is found
-less often than --least-found."""
+"""Counts how often `hotpath compare-results --gate` fires, with and without a slowdown.
 
-import argparse
-import subprocess
+The builds are the same (A/A), or one is slower by 3, 5, 10 or 20 %. Live: each repetition has the
+samples of a measured repetition of the same executor (DATA, of a published reproduction), scaled
+by noise as large as the noise between the measured repetitions; one executor is slower. Simulated:
+Autoware at random phases under two executors, with other seeds for A/A, otherwise with the same
+seeds and more load. Exit code 1 if an A/A comparison fires more often than --most-alarms, or if 5 %
+more simulated load is found less often than --least-found.
+"""
+
 import sys
 import tempfile
 from collections.abc import Callable, Mapping
@@ -16,20 +17,17 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "bench"))
-
-from hotpath_report import hotpath_command  # noqa: E402
-from hotpath_report.pages.compare import Key, losses, read, regardless_of_load  # noqa: E402
-from hotpath_report.pages.judgement import judge  # noqa: E402
-from hotpath_report.statistics import Samples  # noqa: E402
+from evidence import RESULTS, hotpath, parser
+from hotpath_report.pages.compare import Key, losses, read, regardless_of_load
+from hotpath_report.pages.judgement import judge
+from hotpath_report.statistics import Samples
 
 SLOWER = (1.0, 1.03, 1.05, 1.10, 1.20)  # the first is A/A
 LOADS = (20, 40, 60, 80)
 
 
 class Noise:
-    """Repetitions like those that were measured of one executor."""
+    """Draws repetitions like the measured repetitions of one executor."""
 
     def __init__(self, measured: Samples) -> None:
         self.repetitions = measured.repetitions
@@ -37,7 +35,7 @@ class Noise:
         self.centre, self.deviation = float(np.mean(medians)), float(np.std(medians, ddof=1))
 
     def draw(self, random: np.random.Generator, repetitions: int, factor: float = 1.0) -> Samples:
-        """New repetitions, all `factor` times as long."""
+        """New repetitions, with all latencies times `factor`."""
         made = []
         for k in random.integers(len(self.repetitions), size=repetitions):
             shape = self.repetitions[k] / np.median(self.repetitions[k])
@@ -46,7 +44,7 @@ class Noise:
 
 
 class Live:
-    """Builds that differ by noise like that of measured repetitions."""
+    """Builds that differ by the noise between measured repetitions."""
 
     def __init__(self, data: Path, repetitions: int, random: np.random.Generator) -> None:
         self.noise = {
@@ -62,7 +60,7 @@ class Live:
         return {k: dict(enumerate(self.random.choice(c, self.repetitions))) for k, c in self.lost.items()}
 
     def fires(self, run: int, factor: float) -> bool:
-        """Whether the gate finds the executor that is slower, or anything where none is."""
+        """Whether the gate finds the slower executor; for A/A, whether it finds anything."""
         slower = list(self.noise)[run % len(self.noise)]
         old = {k: n.draw(self.random, self.repetitions) for k, n in self.noise.items()}
         new = {
@@ -74,18 +72,13 @@ class Live:
 
 
 def simulated_fires(repetitions: int, folder: Path, run: int, factor: float) -> bool:
-    """Whether the gate fires between two simulations: of other seeds, or of the same and `factor` times the load."""
+    """Whether the gate fires between simulations with new seeds, or `factor` times the load."""
     load, seed, sides = LOADS[run % len(LOADS)], 1 + 2 * run * repetitions, []
-    for name, work, first in (
-        ("old", load, seed),
-        ("new", load * factor, seed + (factor == 1) * repetitions),
-    ):
+    new_seed = seed + (factor == 1) * repetitions
+    for name, work, first in (("old", load, seed), ("new", load * factor, new_seed)):
         output = folder / f"{run}-{factor}-{name}"
-        words = (
-            f"--executors default,rm-ro --phases random --duration 5 --load {work:g} --seed {first}".split()
-        )
-        program = [str(hotpath_command.program()), "simulate", *words, f"--repetitions={repetitions}"]
-        subprocess.run([*program, f"--output={output}"], check=True, stdout=subprocess.DEVNULL)
+        words = f"simulate --executors default,rm-ro --phases random --duration 5 --load {work:g}".split()
+        hotpath(*words, "--seed", first, "--repetitions", repetitions, "--output", output)
         found = {key: samples for key, samples in read(output).items() if key[0] == "hot path"}
         sides.append((found, losses(output)))
     latencies, lost = (regardless_of_load(*pair) for pair in zip(*sides))
@@ -94,14 +87,14 @@ def simulated_fires(repetitions: int, folder: Path, run: int, factor: float) -> 
 
 def main() -> int:
     """Exit code."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("data", nargs="?", type=Path, default=ROOT / "results" / "paper", metavar="DATA")
-    parser.add_argument("--runs", type=int, default=200)
-    parser.add_argument("--repetitions", type=int, default=5, help="of each build")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--most-alarms", type=float, default=0.01, help="share of the A/A runs")
-    parser.add_argument("--least-found", type=float, default=1.0, help="share of the loads")
-    o = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("data", nargs="?", type=Path, default=RESULTS / "paper", metavar="DATA")
+    arguments.add_argument("--runs", type=int, default=200)
+    arguments.add_argument("--repetitions", type=int, default=5, help="of each build")
+    arguments.add_argument("--seed", type=int, default=1)
+    arguments.add_argument("--most-alarms", type=float, default=0.01, help="share of the A/A runs")
+    arguments.add_argument("--least-found", type=float, default=1.0, help="share of the loads")
+    o = arguments.parse_args()
     live = Live(o.data, o.repetitions, np.random.default_rng(o.seed))
     for key, n in live.noise.items():
         print(f"{' '.join(filter(None, key))}: repetitions' medians differ by {100 * n.deviation:.1f} %")

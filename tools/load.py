@@ -1,69 +1,59 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs large graphs live, each by itself, and holds every schedule against `hotpath check`.
+"""Runs large graphs live, one after the other, and checks every schedule with `hotpath check`.
 
-5000 nodes in one process, 10,000 tasks, 100 processes, 1000 publications a second on one topic; and half a day in
-virtual time, in which sequence numbers, and instants in microseconds, pass 32 bits. With --publish the figures are
-written to results/reliability/load.json. Exit code 1 when a run fails or its schedule is not legal.
+The graphs: 5000 nodes in one process, 10,000 tasks, 100 processes, 1000 publications a second on
+one topic. A simulation of half a day takes sequence numbers, and instants in microseconds, beyond
+32 bits. Exit code 1 if a run fails or its schedule is not legal.
 """
 
-import argparse
 import json
-import os
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
-HOTPATH = os.environ.get("HOTPATH", str(ROOT / "build/bench/hotpath"))
+from evidence import hotpath, parser, publish
+from hotpath_report.run import Run
+
+RESULT = "reliability/load.json"
 DURATION_S = 10
 HALF_A_DAY_S = 43200
+# The timer skips 99 of its 100 timestamps.
+LATE_TIMER = """name: late_timer
+nodes:
+  - {name: Sensor, type: sensor, period_ms: 0.01, execution_time_ms: 0.9}
+  - {name: Reader, type: transform, input: Sensor, execution_time_ms: 0.1}
+"""
 NUMBERS = "numbers"
 
 
 def chains(nodes: int, length: int, period_ms: float) -> str:
     """A graph of chains: a sensor and `length` - 1 transforms, one after the other."""
-
-    def lines() -> Iterator[str]:
-        for chain in range(nodes // length):
-            before = f"Sensor{chain}"
-            yield f"{{name: {before}, type: sensor, period_ms: {period_ms}}}"
-            for place in range(1, length):
-                name = f"Transform{chain}_{place}"
-                yield f"{{name: {name}, type: transform, input: {before}, execution_time_ms: 0.001}}"
-                before = name
-
-    return "name: chains\nnodes:\n" + "".join(f"  - {line}\n" for line in lines())
+    lines = []
+    for chain in range(nodes // length):
+        before = f"Sensor{chain}"
+        lines.append(f"{{name: {before}, type: sensor, period_ms: {period_ms}}}")
+        for place in range(1, length):
+            name = f"Transform{chain}_{place}"
+            lines.append(f"{{name: {name}, type: transform, input: {before}, execution_time_ms: 0.001}}")
+            before = name
+    return "name: chains\nnodes:\n" + "".join(f"  - {line}\n" for line in lines)
 
 
 def one_topic(readers: int, period_ms: float) -> str:
-    """A sensor whose topic so many nodes read."""
-    transforms = "".join(
-        f"  - {{name: Reader{i}, type: transform, input: Sensor, execution_time_ms: 0.001}}\n"
-        for i in range(readers)
-    )
-    return (
-        f"name: one_topic\nnodes:\n  - {{name: Sensor, type: sensor, period_ms: {period_ms}}}\n{transforms}"
-    )
-
-
-def late_timer() -> str:
-    """A timer that skips 99 of its 100 timestamps, and a reader."""
-    return (
-        "name: late_timer\nnodes:\n"
-        "  - {name: Sensor, type: sensor, period_ms: 0.01, execution_time_ms: 0.9}\n"
-        "  - {name: Reader, type: transform, input: Sensor, execution_time_ms: 0.1}\n"
-    )
+    """A sensor whose topic `readers` nodes read."""
+    sensor = f"  - {{name: Sensor, type: sensor, period_ms: {period_ms}}}\n"
+    reader = "  - {{name: Reader{}, type: transform, input: Sensor, execution_time_ms: 0.001}}\n"
+    return "name: one_topic\nnodes:\n" + sensor + "".join(map(reader.format, range(readers)))
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is run live."""
+    """A live run."""
 
     title: str
     graph: Callable[[], str]
@@ -82,29 +72,16 @@ CASES = {
 }
 
 
-def output_of(*command: str) -> str:
-    """What a command prints; one that fails ends this program."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(
-            f"load.py: {' '.join(command)} ended with exit code {done.returncode}: {done.stderr.strip()}"
-        )
-    return done.stdout
-
-
 def measured(case: Case, folder: Path) -> dict[str, Any]:
     """The figures of one case."""
     graph, run = folder / "graph.yaml", folder / "run"
     graph.write_text(case.graph(), encoding="utf-8")
+    words = ["run", "--graph", graph, "--executor", "rm-ro", "--duration", DURATION_S, "--warm-up", 0]
     began = time.monotonic()
-    output_of(
-        *(HOTPATH, "run", "--graph", str(graph), "--executor", "rm-ro", "--duration", str(DURATION_S)),
-        *("--warm-up", "0", *case.options, "--output", str(run)),
-    )
+    hotpath(*words, *case.options, "--output", run)
     took = time.monotonic() - began
-    print(output_of(HOTPATH, "check", str(run)), end="")
-    facts = json.loads((run / "run.json").read_text(encoding="utf-8"))
-    executor = json.loads((run / "summary.json").read_text(encoding="utf-8"))["executors"][0]
+    print(hotpath("check", run), end="")
+    facts, executor = Run(run).facts, Run(run).summary()[0]
     return {
         "title": case.title,
         "tasks": len(facts["tasks"]),
@@ -115,29 +92,16 @@ def measured(case: Case, folder: Path) -> dict[str, Any]:
         "overwritten": executor["overwritten"],
         "machine": {key: facts["machine"][key] for key in ("cpu_model", "kernel", "compiler")},
         "cpus": len(facts["cpus"]),
-        "date": facts["date"][:10],
     }
 
 
 def counted_in_virtual_time(folder: Path) -> dict[str, Any]:
-    """How far numbers went in half a day."""
+    """The counts of half a day."""
     graph, run = folder / "graph.yaml", folder / "run"
-    graph.write_text(late_timer(), encoding="utf-8")
-    output_of(
-        *(
-            HOTPATH,
-            "simulate",
-            "--graph",
-            str(graph),
-            "--executors",
-            "default",
-            "--no-trace",
-            "--warm-up",
-            "0",
-        ),
-        *("--duration", str(HALF_A_DAY_S), "--output", str(run)),
-    )
-    executor = json.loads((run / "summary.json").read_text(encoding="utf-8"))["executors"][0]
+    graph.write_text(LATE_TIMER, encoding="utf-8")
+    words = ["simulate", "--graph", graph, "--executors", "default", "--no-trace", "--warm-up", 0]
+    hotpath(*words, "--duration", HALF_A_DAY_S, "--output", run)
+    executor = Run(run).summary()[0]
     if not executor["loss_equations"]["hold"]:
         sys.exit("load.py: the loss equations of half a day do not hold")
     return {
@@ -149,23 +113,17 @@ def counted_in_virtual_time(folder: Path) -> dict[str, Any]:
 
 def main() -> int:
     """The exit code."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument(
-        "--only", choices=[*CASES, NUMBERS], action="append", help="may be given several times"
-    )
-    parser.add_argument("--publish", action="store_true", help="write results/reliability/load.json")
-    options = parser.parse_args()
-    file = ROOT / "results/reliability/load.json"
-    published = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-    for name in options.only or [*CASES, NUMBERS]:
+    arguments = parser(__doc__, RESULT)
+    names = [*CASES, NUMBERS]
+    arguments.add_argument("--only", choices=names, action="append", help="may be given several times")
+    options = arguments.parse_args()
+    for name in options.only or names:
         with tempfile.TemporaryDirectory(prefix="hotpath_load_") as folder:
-            if name == NUMBERS:
-                published[name] = counted_in_virtual_time(Path(folder))
-            else:
-                published[name] = measured(CASES[name], Path(folder))
-        print(json.dumps(published[name], indent=2))
+            case = CASES.get(name)
+            facts = measured(case, Path(folder)) if case else counted_in_virtual_time(Path(folder))
+        print(json.dumps(facts, indent=2))
         if options.publish:
-            file.write_text(json.dumps(published, indent=2) + "\n", encoding="utf-8")
+            publish(RESULT, facts, name)
     return 0
 
 

@@ -1,16 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""What strangers on the DDS domain, who publish nonsense on another processor, do to the hot path.
+"""Measures how other participants of the DDS domain, publishing on another CPU, delay the hot path.
 
-Live runs of Autoware under rm-ro on the last processor, by turns: alone, alone again, beside strangers who take the
-graph's names in all partitions, and beside strangers who read the run's own names in the traffic of discovery, so that
-its readers match them. Medians are compared with those of the first. With --publish the figures go to
-results/reliability/neighbour.json. Exit code 1: strangers whom nobody matches move the median by more than a run
-against
-itself does.
+Live runs of Autoware under rm-ro on the last CPU alternate between: alone, alone again, beside
+participants that take the graph's names in all partitions, and beside participants that read the
+run's own names in the discovery traffic, so that its readers match them. Medians are compared with
+the first. Exit code 1: unmatched participants move the median by more than a repeated run does.
 """
 
-import argparse
 import json
 import os
 import signal
@@ -22,14 +19,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "bench"))
+from evidence import ROOT, hotpath, parser, publish
+from hotpath_report.run import Run
+from hotpath_report.statistics import Samples, ratio
 
-# pylint: disable=wrong-import-position
-from hotpath_report.run import Run  # noqa: E402
-from hotpath_report.statistics import Samples, ratio  # noqa: E402
-
-HOTPATH = os.environ.get("HOTPATH", str(ROOT / "build/bench/hotpath"))
+RESULT = "reliability/neighbour.json"
 STRANGER = os.environ.get("STRANGER", str(ROOT / "build/bench/test/stranger"))
 DOMAIN = 97
 TOPICS = ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")
@@ -39,7 +33,7 @@ OPTIONS = {UNMATCHED: ["--partition", "*"], MATCHED: ["--spy"]}
 
 @contextmanager
 def strangers(options: list[str] | None, processor: int) -> Iterator[list[int]]:
-    """Lets them publish on that processor; the list has, once they ended, how many samples each wrote."""
+    """Starts the publishers on a CPU; at their end the list gets the number of samples of each."""
     written: list[int] = []
     words = [STRANGER, "--domain", str(DOMAIN), *(options or []), "--topic"]
     began = [
@@ -55,42 +49,37 @@ def strangers(options: list[str] | None, processor: int) -> Iterator[list[int]]:
 
 
 def measured(kind: str, seconds: float, processors: list[int]) -> tuple[list[float], int]:
-    """Latencies of the hot path (ms), and how many samples strangers wrote meanwhile."""
+    """Latencies of the hot path (ms), and the number of samples the strangers wrote meanwhile."""
     with tempfile.TemporaryDirectory(prefix="hotpath_neighbour_") as scratch:
         folder = Path(scratch) / "run"
-        words = [HOTPATH, "run", "--executor", "rm-ro", "--load", "80", "--warm-up", "1"]
-        words += ["--duration", f"{seconds:g}", "--cpus", str(processors[-1]), "--domain", str(DOMAIN)]
+        words = ["run", "--executor", "rm-ro", "--load", 80, "--warm-up", 1, "--duration", f"{seconds:g}"]
+        words += ["--cpus", processors[-1], "--domain", DOMAIN, "--output", folder]
         with strangers(OPTIONS.get(kind), processors[0]) as written:
-            done = subprocess.run([*words, "--output", folder], capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            sys.exit(f"neighbour.py: {kind}: exit code {done.returncode}: {done.stderr.strip()}")
+            hotpath(*words)
         latencies = Run(folder).latencies()
         of_hot_path = list(latencies[latencies["chain"] == "hot_path"]["hot_path_ms"])
         if not of_hot_path:
-            sys.exit(
-                f"neighbour.py: {kind}: the hot path never ended; --seconds longer, on a machine that is idle"
-            )
+            sys.exit(f"neighbour.py: {kind}: no hot-path latency; use longer --seconds on an idle machine")
         return of_hot_path, sum(written)
 
 
 def compared(samples: dict[str, Samples], first: Samples) -> dict[str, Any]:
-    """Medians over that of the first, with their 95 % intervals."""
+    """Medians divided by the first one's, with 95 % intervals."""
     found = {kind: ratio(of, first, 0.5) for kind, of in samples.items()}
     return {kind: [round(v, 4) for v in (r.value, r.low, r.high)] for kind, r in found.items()}
 
 
 def main() -> int:
     """The exit code."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument("--rounds", type=int, default=10)
-    parser.add_argument("--seconds", type=float, default=8, help="of each run")
-    parser.add_argument("--publish", action="store_true")
-    options = parser.parse_args()
+    arguments = parser(__doc__, RESULT)
+    arguments.add_argument("--rounds", type=int, default=10)
+    arguments.add_argument("--seconds", type=float, default=8, help="of each run")
+    options = arguments.parse_args()
     processors = sorted(os.sched_getaffinity(0))
     if len(processors) < 2:
         sys.exit("neighbour.py: the neighbour needs a processor that is not the run's; there is only one")
     if options.rounds < 2 or options.seconds <= 0:
-        parser.error("--rounds: at least 2; --seconds: a positive number")
+        arguments.error("--rounds: at least 2; --seconds: a positive number")
     kinds = [ALONE, AGAIN, UNMATCHED, MATCHED]
     latencies: dict[str, list[list[float]]] = {kind: [] for kind in kinds}
     written = dict.fromkeys(kinds, 0)
@@ -114,8 +103,7 @@ def main() -> int:
     value, low, high = told["over_alone"][AGAIN]
     moved = abs(told["over_alone"][UNMATCHED][0] - 1) > max(abs(1 - value), 1 - low, high - 1)
     if options.publish and not moved:
-        file = ROOT / "results/reliability/neighbour.json"
-        file.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+        publish(RESULT, told)
     return int(moved)
 
 

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Says which bars of hotpath_rclcpp the runs of launch_scripts/ros2_bars.sh meet.
+"""Reports which performance targets of hotpath_rclcpp the runs of launch_scripts/ros2_bars.sh meet.
 
-Counts the wake-ups of an idle component_container_hotpath, too, which the sourced workspace must have. With --publish
-the figures go to results/ros2/bars.json. Exit code 1: a bar is not met.
+Also counts the wake-ups of an idle component_container_hotpath of the sourced workspace. Exit code
+1 if a target is missed.
 """
 
-import argparse
 import json
 import os
 import signal
@@ -18,16 +17,17 @@ import time
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
-HOTPATH = os.environ.get("HOTPATH", str(ROOT / "build/bench/hotpath"))
+from evidence import hotpath, parser, publish
+from hotpath_report.run import Run
+
+RESULT = "ros2/bars.json"
 CRUNCHES_MS = 5 * 0.8 / 190 * 1000  # on one thread, at 80 % and 190 crunches a second
 IDLE_S = 10
 
 
 def executors(folder: Path) -> dict[str, Any]:
-    """What summary.json has of each executor, by its name without the stack."""
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    return {e["executor"].split("@")[0]: e for e in summary["executors"]}
+    """The summaries of the executors, by name without the stack."""
+    return {e["executor"].split("@")[0]: e for e in Run(folder).summary()}
 
 
 def hot_path(executor: dict[str, Any]) -> dict[str, Any]:
@@ -35,13 +35,13 @@ def hot_path(executor: dict[str, Any]) -> dict[str, Any]:
 
 
 def worst_loss(executor: dict[str, Any]) -> float:
-    """Share of the timestamps of a task, in percent, for which nothing ran: the largest."""
+    """The largest share of a timer's timestamps without a job, in percent."""
     timers = [t["after_warm_up"] for t in executor["tasks"] if t["kind"] == "timer"]
     return max(t["dropped_percent"] for t in timers)
 
 
 def voluntary_switches(process: int) -> int:
-    """Of the threads of an executor: the one that spins, and that of its timers."""
+    """Of the threads of an executor: the spinning thread and the timer thread."""
     count = 0
     for task in Path(f"/proc/{process}/task").iterdir():
         name = (task / "comm").read_text(encoding="utf-8").strip()
@@ -54,14 +54,12 @@ def voluntary_switches(process: int) -> int:
 
 
 def idle_wakeups() -> int:
-    """Of an executor whose node has nothing to do, in IDLE_S seconds."""
+    """Wake-ups in IDLE_S seconds of an executor whose node has nothing to do."""
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(":")
     found = [Path(p) / "lib/hotpath_rclcpp/component_container_hotpath" for p in prefixes]
     program = next((p for p in found if p.exists()), None)
     if program is None:
-        sys.exit(
-            "ros2_bars.py: no sourced workspace has hotpath_rclcpp; build it with launch_scripts/ros2_build.sh"
-        )
+        sys.exit("ros2_bars.py: no sourced workspace has hotpath_rclcpp; run launch_scripts/ros2_build.sh")
     with subprocess.Popen([program], stderr=subprocess.DEVNULL) as container:
         time.sleep(3)
         before = voluntary_switches(container.pid)
@@ -72,17 +70,16 @@ def idle_wakeups() -> int:
 
 
 def stolen(folder: Path, name: str) -> str:
-    """ms that the host of a virtual machine took from each repetition of Autoware."""
-    runs = json.loads((folder / "autoware/run.json").read_text(encoding="utf-8"))["runs"]
-    return ", ".join(f"{r['usage']['stolen_ms']:.0f}" for r in runs if r["executor"].split("@")[0] == name)
+    """Stolen time (ms) in each repetition of Autoware."""
+    runs = [r for r in Run(folder / "autoware")["runs"] if r["executor"].split("@")[0] == name]
+    return ", ".join(f"{r['usage']['stolen_ms']:.0f}" for r in runs)
 
 
 def similarities(run: Path) -> dict[str, list[float]]:
-    """How alike the order of jobs is to the simulator's: by executor, of each repetition in rising order."""
+    """By executor: similarity of job orders to the simulator's, of each repetition, sorted."""
     with tempfile.TemporaryDirectory(prefix="hotpath_bars_") as scratch:
         output = Path(scratch) / "validation"
-        words = [HOTPATH, "validate", str(run), "--output", str(output)]
-        subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+        hotpath("validate", run, "--output", output)
         validation = json.loads((output / "validation.json").read_text(encoding="utf-8"))
     found: dict[str, list[float]] = {}
     for compared in validation["runs"]:
@@ -91,10 +88,9 @@ def similarities(run: Path) -> dict[str, list[float]]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument("folder", type=Path, help="of launch_scripts/ros2_bars.sh")
-    parser.add_argument("--publish", action="store_true")
-    options = parser.parse_args()
+    arguments = parser(__doc__, RESULT)
+    arguments.add_argument("folder", type=Path, help="of launch_scripts/ros2_bars.sh")
+    options = arguments.parse_args()
     folder: Path = options.folder
     autoware, no_work, timers = (executors(folder / name) for name in ("autoware", "no_work", "timers"))
     ours, default = hot_path(autoware["rm-ro"]), hot_path(autoware["default"])
@@ -130,12 +126,9 @@ def main() -> int:
         )
     print("CPU of a callback without work, us: " + ", ".join(f"{n} {v:.1f}" for n, v in cpu.items()))
     if options.publish:
-        run = json.loads((folder / "autoware/run.json").read_text(encoding="utf-8"))
+        run = Run(folder / "autoware")
         facts = {"bars": told, "default_lost_percent": round(worst_loss(timers["default"]), 1)}
-        facts |= {"date": run["date"][:10], "machine": run["machine"]["cpu_model"]}
-        file = ROOT / "results/ros2/bars.json"
-        file.parent.mkdir(exist_ok=True)
-        file.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
+        publish(RESULT, facts | {"date": run["date"][:10], "machine": run["machine"]["cpu_model"]})
     return int(not all(row["met"] for row in told))
 
 

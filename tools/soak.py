@@ -1,73 +1,61 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Live runs of hours, one for each executor and all at the same time: each must end well, keep its loss equations, and
-its processes' private memory, files and threads must not grow after start-up, and `hotpath check` must find its
-schedule legal. With --publish the counts go to soak.json in that folder. Exit code 1 if a run fails or its memory
-grows by more than --most-growth."""
+"""Runs executors live for hours, all at the same time, and checks their memory, files and threads.
 
-import argparse
+Each run must end well, keep its loss equations and pass `hotpath check`; its processes' private
+memory, open files and threads must not grow after start-up. Exit code 1 if a run fails or its
+memory grows by more than --most-growth.
+"""
+
+import contextlib
 import json
 import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
+from evidence import ROOT, parser, publish
+
 SAMPLES = 720  # of memory, in each run
 
 
-@dataclass
-class Usage:
-    """What the processes of a run hold at an instant."""
-
-    private_kib: int = 0
-    files: int = 0
-    threads: int = 0
-
-    def add(self, process: Path) -> None:
-        """Counts another process in."""
-        status = dict(line.split(":", 1) for line in (process / "status").read_text().splitlines())
-        self.private_kib += int(status["RssAnon"].split()[0])
-        self.threads += int(status["Threads"])
-        self.files += sum(1 for _ in (process / "fd").iterdir())
-
-
-def usage_of(session: int) -> Usage:
-    """Of all processes of a session."""
-    usage = Usage()
+def usage_of(session: int) -> Counter[str]:
+    """Private memory, open files and threads of all processes of a session."""
+    usage: Counter[str] = Counter()
     for process in Path("/proc").glob("[0-9]*"):
-        try:
+        with contextlib.suppress(OSError, KeyError):  # the process has ended meanwhile
             if int((process / "stat").read_text().rpartition(")")[2].split()[3]) == session:
-                usage.add(process)
-        except (OSError, KeyError):  # it has ended meanwhile
-            pass
+                status = dict(line.split(":", 1) for line in (process / "status").read_text().splitlines())
+                usage.update(private_kib=int(status["RssAnon"].split()[0]), threads=int(status["Threads"]))
+                usage.update(files=sum(1 for _ in (process / "fd").iterdir()))
     return usage
 
 
 @dataclass
 class Soak:
-    """A run that goes on."""
+    """A run in progress."""
 
     hotpath: str
     executor: str
     folder: Path
     process: subprocess.Popen[str]
-    samples: list[Usage] = field(default_factory=list)
+    samples: list[Counter[str]] = field(default_factory=list)
 
     def grown_percent(self, what: str) -> float:
-        """From the second tenth of the run to its last tenth, on average."""
+        """Growth of the average from the second tenth of the run to its last tenth."""
         tenth = max(1, len(self.samples) // 10)
         early, late = (
-            sum(getattr(u, what) for u in part) / len(part)
+            sum(usage[what] for usage in part) / len(part)
             for part in (self.samples[tenth : 2 * tenth], self.samples[-tenth:])
         )
         return 100 * (late / early - 1)
 
     def result(self, hours: float) -> dict[str, Any]:
-        """Waits for the end. Throws RuntimeError if the run failed."""
+        """Waits for the end. Raises RuntimeError if the run failed."""
         out, err = self.process.communicate()
         if self.process.returncode != 0 or "Loss equations hold" not in out:
             raise RuntimeError(f"{self.executor}: exit code {self.process.returncode}\n{out}{err}")
@@ -78,7 +66,7 @@ class Soak:
         return {
             "hours": hours,
             "jobs": count,
-            "private_mib": round(self.samples[-1].private_kib / 1024, 1),
+            "private_mib": round(self.samples[-1]["private_kib"] / 1024, 1),
             "growth_percent": round(self.grown_percent("private_kib"), 3),
             "files_grown": self.grown_percent("files") > 0.01,
             "threads_grown": self.grown_percent("threads") > 0.01,
@@ -86,7 +74,7 @@ class Soak:
 
 
 def watch(soaks: list[Soak], seconds: float) -> None:
-    """Samples what they hold, until just before they end."""
+    """Samples their usage until just before they end."""
     begin = time.monotonic()
     for k in range(1, SAMPLES):
         time.sleep(max(0.0, begin + seconds * k / SAMPLES - time.monotonic()))
@@ -101,17 +89,17 @@ def watch(soaks: list[Soak], seconds: float) -> None:
 
 def main() -> int:
     """Exit code."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--hours", type=float, default=2)
-    parser.add_argument("--executors", default="default,rm-ro,cbg:2", help="one run for each of them")
-    parser.add_argument("--load", default="10", help="work of Autoware's nodes in percent of a core")
-    parser.add_argument("--cpus", help="processors to run on, as in 1 or 0,2-3; by default all")
-    parser.add_argument("--most-growth", type=float, default=1, metavar="PERCENT")
-    parser.add_argument("--hotpath", default=str(ROOT / "build/bench/hotpath"), metavar="PROGRAM")
-    parser.add_argument("--publish", type=Path, metavar="FOLDER")
-    o = parser.parse_args()
+    arguments = parser(__doc__)
+    arguments.add_argument("--hours", type=float, default=2)
+    arguments.add_argument("--executors", default="default,rm-ro,cbg:2", help="one run for each of them")
+    arguments.add_argument("--load", default="10", help="work of Autoware's nodes in percent of a core")
+    arguments.add_argument("--cpus", help="processors to run on, as in 1 or 0,2-3; by default all")
+    arguments.add_argument("--most-growth", type=float, default=1, metavar="PERCENT")
+    arguments.add_argument("--hotpath", default=str(ROOT / "build/bench/hotpath"), metavar="PROGRAM")
+    arguments.add_argument("--publish", type=Path, metavar="FOLDER", help="write the counts to its soak.json")
+    o = arguments.parse_args()
     if o.hours <= 0:
-        parser.error("--hours: a positive number")
+        arguments.error("--hours: a positive number")
     seconds = o.hours * 3600
     with tempfile.TemporaryDirectory(prefix="hotpath_soak_") as scratch:
         soaks = []
@@ -139,7 +127,8 @@ def main() -> int:
         for r in results.values()
     )
     if not grown and o.publish:
-        (o.publish / "soak.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+        for executor, result in results.items():
+            publish(o.publish.resolve() / "soak.json", result, executor)
     return int(grown)
 
 

@@ -58,7 +58,7 @@ void BusyLevel::add_task(TaskId id) {
   timers[timers_of[id]].nodes.push_back(own);
 }
 
-/// The place of a join whose inputs in the level have theirs already.
+/// Returns the position of a join; its inputs in the level have positions already.
 std::size_t BusyLevel::join_at(std::size_t index) {
   Node join{.join = index, .work = topology_.join_work(index)};
   for (const TaskId input : topology_.graph().joins[index].inputs) {
@@ -96,7 +96,7 @@ void BusyLevel::add_up() {
   }
 }
 
-/// Of those with the same effect the longest.
+/// The longest of the blockers with the same effect.
 std::vector<Blocker> BusyLevel::all_blockers() const {
   std::map<std::vector<TaskId>, Blocker> longest = {{{}, Blocker{kNoTask, kNoTask, overheads_.wake_up}}};
   for (TaskId id = 0; id < topology_.size(); ++id) {
@@ -116,7 +116,7 @@ std::vector<Blocker> BusyLevel::all_blockers() const {
   return all;
 }
 
-/// By node; where joins are on its way, at most.
+/// By node: the effect of one more job; an upper limit if joins are downstream.
 std::vector<BusyLevel::Effect> BusyLevel::effects() const {
   std::vector<Effect> of(nodes.size());
   for (std::size_t n = nodes.size(); n-- > 0;) {
@@ -128,7 +128,8 @@ std::vector<BusyLevel::Effect> BusyLevel::effects() const {
   return of;
 }
 
-/// Drops those that delay nothing more than another one does. What is exact delays everything by its sum.
+/// Drops blockers that never delay more than another one. An exact effect delays everything by its
+/// sum.
 void BusyLevel::drop_dominated() {
   const std::vector<Effect> effect = effects();
   const auto total = [&](const Blocker& blocker) {

@@ -11,30 +11,31 @@
 
 namespace hotpath {
 
-/// What may run when a window begins: a job outside of its level.
+/// A job outside of the level that may run when a window begins.
 struct Blocker {
-  TaskId task = kNoTask;     ///< None: none that activates something in the window.
-  TaskId longest = kNoTask;  ///< Whose `work` it is; none: no job's.
+  TaskId task = kNoTask;     ///< kNoTask: it activates no task in the window.
+  TaskId longest = kNoTask;  ///< The task with this `work`; kNoTask: not the work of a job.
   std::int64_t work = 0;
 };
 
-/// The jobs of a rank and of those before it: what the windows of that rank are made of, laid out for
-/// GraphBusyWindow to count them again and again.
+/// The jobs of a rank and of all smaller ranks, which make up that rank's windows. Laid out so that
+/// GraphBusyWindow can count them repeatedly.
 struct BusyLevel {
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
-  /// A task of the level, or a join that has some input in it: it has a job for each time that it fires.
+  /// A task of the level, or a join with some input in the level; a join has one job each time it
+  /// fires.
   struct Node {
-    TaskId id = kNoTask;       ///< None: a join.
-    std::size_t join = kNone;  ///< Of a join: its index in the graph.
-    bool joined = false;       ///< A task that is an input of a join.
-    bool complete = true;      ///< Of a join: all its inputs are in the level.
-    std::int64_t work = 0;     ///< Of each job; of a join's inputs without that of the jobs that complete it.
-    std::vector<std::size_t> inputs{};  ///< Of a join.
-    std::vector<std::size_t>
-        feeds{};  ///< A job of it brings one to each of these; of a join's input: the join.
+    TaskId id = kNoTask;       ///< kNoTask: a join.
+    std::size_t join = kNone;  ///< For a join: its index in the graph.
+    bool joined = false;       ///< Whether the task is an input of a join.
+    bool complete = true;      ///< For a join: whether all its inputs are in the level.
+    std::int64_t work = 0;  ///< Work of each job; for inputs of a join, without the work of completing jobs.
+    std::vector<std::size_t> inputs{};  ///< For a join.
+    /// Nodes that receive one job per job of this one; for an input of a join: the join.
+    std::vector<std::size_t> feeds{};
   };
-  /// Timers with equally many jobs in any window.
+  /// Timers with the same number of jobs in any window.
   struct Timers {
     std::int64_t period, deadline;
     std::vector<std::size_t> nodes;
@@ -47,15 +48,15 @@ struct BusyLevel {
 
   std::int64_t rank;
   std::vector<Timers> timers;
-  std::vector<Node> nodes;             ///< Each behind those that feed it.
-  std::vector<std::size_t> node_of;    ///< By task; kNone: it is outside.
-  std::vector<std::size_t> timers_of;  ///< By task: the index in `timers`; kNone: it is none of them.
-  std::vector<Blocker> blockers;       ///< Each delays something more than all others; empty above 1.
-  double utilisation = 0;              ///< Long-run work of its jobs per time.
-  std::optional<std::int64_t> window;  ///< Its longest window, for GraphBusyWindow; none: it has no end.
+  std::vector<Node> nodes;             ///< Every node follows the nodes that feed it.
+  std::vector<std::size_t> node_of;    ///< By task; kNone: outside the level.
+  std::vector<std::size_t> timers_of;  ///< By task: the index in `timers`; kNone: not in `timers`.
+  std::vector<Blocker> blockers;       ///< None is dominated by another; empty if `utilisation` > 1.
+  double utilisation = 0;              ///< Long-run work of the jobs per unit of time.
+  std::optional<std::int64_t> window;  ///< The longest window, for GraphBusyWindow; std::nullopt: unbounded.
 
  private:
-  /// What one more job adds to the work of the level: all of it, or at most.
+  /// The work that one more job adds to the level: exact, or an upper limit.
   struct Effect {
     std::int64_t work = 0;
     bool exact = true;

@@ -21,7 +21,8 @@ GraphTopology::GraphTopology(const CallbackGraph& graph)
       join_work_[j] = std::max(join_work_[j], set()[input].wcet.count());
     }
   }
-  // All inputs of a join come before what it feeds: they all are among the publishers.
+  // All inputs of a join precede the tasks that it feeds, because all inputs are among the
+  // publishers.
   for (TaskId id = 0; id < size(); ++id) {
     open[id] = publishers_[id].size();
     if (open[id] == 0) order_.push_back(id);
@@ -68,8 +69,8 @@ std::int64_t GraphTopology::least_until_start(TaskId root, TaskId to) const {
       if (start[id] != kNone) reached.emplace_back(id, start[id]);
     }
   }
-  const auto found = std::ranges::lower_bound(reached, to, {}, &std::pair<TaskId, std::int64_t>::first);
-  return found == reached.end() || found->first != to ? 0 : found->second;
+  const auto target = std::ranges::lower_bound(reached, to, {}, &std::pair<TaskId, std::int64_t>::first);
+  return target == reached.end() || target->first != to ? 0 : target->second;
 }
 
 bool GraphTopology::alone(TaskId root, TaskId to) const {

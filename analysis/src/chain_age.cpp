@@ -15,8 +15,8 @@ namespace {
 
 using exact::add, exact::multiply, exact::subtract;
 
-/// How much older than the timestamp of a timer the data of a job that it leads to can be; none: the job has
-/// no data of a source.
+/// The age of a job's data at the timestamp of the timer that leads to the job; std::nullopt if the
+/// job has no data of a source.
 using Delay = std::optional<std::int64_t>;
 
 class Ages {
@@ -42,11 +42,11 @@ class Ages {
   }
 
  private:
-  using Pair = std::pair<TaskId, TaskId>;  // a timer, a task to which it leads
+  using Pair = std::pair<TaskId, TaskId>;  // a timer and a task that it leads to
 
   [[noreturn]] void fail(TaskId root, TaskId to) const {
     throw AnalysisError("from " + topology_.set()[root].name + " to " + topology_.set()[to].name +
-                        " there is no bound: what may run before takes all processor time");
+                        " there is no bound: the work that may come before can use all processor time");
   }
 
   using Bound = std::optional<std::int64_t> (PathBounds::*)(TaskId, TaskId) const;
@@ -54,15 +54,15 @@ class Ages {
   std::int64_t known(std::map<Pair, std::int64_t>& all, Bound bound, TaskId root, TaskId to) const {
     const auto [entry, is_new] = all.try_emplace({root, to});
     if (!is_new) return entry->second;
-    const std::optional<std::int64_t> found = (paths_.*bound)(root, to);
-    if (!found) fail(root, to);
-    return entry->second = *found;
+    const std::optional<std::int64_t> value = (paths_.*bound)(root, to);
+    if (!value) fail(root, to);
+    return entry->second = *value;
   }
 
   std::int64_t finish(TaskId root, TaskId to) { return known(finish_, &PathBounds::until_finish, root, to); }
   std::int64_t start(TaskId root, TaskId to) { return known(start_, &PathBounds::until_start, root, to); }
 
-  /// The last task on the way whose message is older than the sample that it took.
+  /// The last task on the path whose message is older than the sample that it took.
   TaskId waited_at(TaskId root, TaskId id) {
     const Delay sample = sample_delay(root, id);
     const Delay message = message_delay(root, id);
@@ -73,10 +73,10 @@ class Ages {
     return kNoTask;
   }
 
-  /// The end of a job that may or may not complete its join.
+  /// Bound on the end of a job, whether or not it completes its join.
   std::int64_t latest(TaskId root, TaskId to) { return std::max(start(root, to), finish(root, to)); }
 
-  /// Of the sample that a job takes.
+  /// The age of the sample that a job takes.
   Delay sample_delay(TaskId root, TaskId id) {
     if (id == root) {
       const bool source = std::find(chain_.sources.begin(), chain_.sources.end(), id) != chain_.sources.end();
@@ -90,7 +90,8 @@ class Ages {
     return largest;
   }
 
-  /// Of what a job publishes: of its own sample, and of those that waited for it.
+  /// The age of the data that a job publishes: of its own sample, and of the samples that waited
+  /// for it.
   Delay message_delay(TaskId root, TaskId id) {
     const auto [entry, is_new] = message_.try_emplace({root, id});
     if (!is_new) {
@@ -104,7 +105,7 @@ class Ages {
     const auto waited = [&](TaskId input, std::int64_t longest) {
       const Delay age = stored_age(input);
       if (!age) return;
-      // It was the newest of its input, so that the next one came later.
+      // The sample was the newest of its input, so the next one came later.
       const std::int64_t newest = subtract(gap(input, &Ages::start), topology_.least_until_start(root, id));
       largest = std::max(largest, Delay(add(*age, std::min(longest, newest))));
     };
@@ -113,13 +114,13 @@ class Ages {
         if (other != id) waited(other, join_wait(root, id, other));
       }
     }
-    // Read at the end of each job: since the one before.
+    // A job reads these inputs at its end, so their samples came after the previous job.
     for (const TaskId input : graph_.reads[id]) waited(input, read_wait(root, id, input));
     open_.erase({root, id});
     return message_[{root, id}] = largest;
   }
 
-  /// Largest age of the data of an input at the start of its job, which stores it.
+  /// Largest age of an input's data at the start of its job, which stores the data.
   Delay stored_age(TaskId input) {
     Delay largest;
     for (const TaskId root : topology_.roots(input)) {
@@ -129,8 +130,8 @@ class Ages {
     return largest;
   }
 
-  /// From the storing of a sample of `other` to the timestamp of `root` whose data completes the join at
-  /// input `id`. No job of this input started in between.
+  /// Time from the storing of a sample of `other` to the timestamp of `root` whose data completes
+  /// the join at input `id`. No job of this input started in between.
   std::int64_t join_wait(TaskId root, TaskId id, TaskId other) {
     const std::int64_t least = topology_.least_until_start(root, id);
     const bool each_arrives = topology_.alone(root, id) && start(root, id) <= period(root);
@@ -138,15 +139,15 @@ class Ages {
     return add(subtract(longest, least), first_wait(id, other, least));
   }
 
-  /// From the storing of a sample of `input` to the timestamp of `root` whose job reads it: the job before
-  /// has not.
+  /// Time from the storing of a sample of `input` to the timestamp of `root` whose job reads it;
+  /// the previous job has not read it.
   std::int64_t read_wait(TaskId root, TaskId id, TaskId input) {
     return add(id == root ? period(id) : gap(id, &Ages::latest), first_wait(id, input, 0));
   }
 
-  /// By how much a job of `id` can come later than that behind a sample of `other`, where it is the first
-  /// one: as if each timer had had a job one period before its first, of which `least` is not known, since it
-  /// did not run.
+  /// Additional wait for the first job of `id` after a sample of `other`: as if each timer had had
+  /// a job one period before its first. The lower bound `least` does not apply to that job, because
+  /// it did not run.
   std::int64_t first_wait(TaskId id, TaskId other, std::int64_t least) const {
     std::int64_t earliest = std::numeric_limits<std::int64_t>::max(), shortest = earliest;
     for (const TaskId timer : topology_.roots(other)) {
@@ -164,13 +165,12 @@ class Ages {
 
   std::int64_t period(TaskId timer) const { return topology_.set()[timer].period.count(); }
 
-  /// Longest distance of two jobs' starts or ends without one between.
-  /// It follows from that of the publications on the way to it that are borders: of timers, joins, and where
-  /// several tasks publish.
+  /// Longest time between the starts or ends of two consecutive jobs. It follows from the gaps
+  /// between publications at borders on the path: timers, joins, and tasks with several publishers.
   std::int64_t gap(TaskId id, std::int64_t (Ages::*until)(TaskId, TaskId)) {
     std::map<TaskId, std::int64_t>& known = until == &Ages::start ? start_gap_ : end_gap_;
-    const auto found = known.find(id);
-    return found != known.end() ? found->second : known[id] = find_gap(id, until);
+    const auto entry = known.find(id);
+    return entry != known.end() ? entry->second : known[id] = find_gap(id, until);
   }
 
   std::int64_t find_gap(TaskId id, std::int64_t (Ages::*until)(TaskId, TaskId)) {
@@ -189,11 +189,11 @@ class Ages {
       const std::int64_t longest = add(publication_gap(p), after_publication(p, id, until));
       shortest = shortest ? std::min(*shortest, longest) : longest;
     }
-    if (!shortest) throw AnalysisError("nobody publishes to " + topology_.set()[id].name);
+    if (!shortest) throw AnalysisError("no task publishes to " + topology_.set()[id].name);
     return *shortest;
   }
 
-  /// From a publication of `p`, or of its join, to the job of `id` that it leads to.
+  /// Longest time from a publication of `p`, or of its join, to the job of `id` that it leads to.
   std::int64_t after_publication(TaskId p, TaskId id, std::int64_t (Ages::*until)(TaskId, TaskId)) {
     const auto* join = topology_.join_of(p);
     std::int64_t longest = 0;

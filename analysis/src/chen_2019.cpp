@@ -18,7 +18,7 @@ ResponseTimes chen_2019(const SequenceTasks& tasks) {
   ResponseTimes bounds;
   for (std::size_t k = 0; k < tasks.size(); ++k) {
     const SequenceTask& s = tasks[k];
-    // Jitter R_h - C_h needs a bound for every task of higher priority.
+    // The jitter R_h - C_h requires a bound for every task of higher priority.
     if (k > 0 && !bounds.back()) {
       bounds.push_back(std::nullopt);
       continue;

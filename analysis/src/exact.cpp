@@ -32,7 +32,7 @@ void report_overflow() {
 void report_slow_convergence() {
   throw AnalysisError(
       "a fixed point was not reached within " + std::to_string(kMaxSteps) +
-      " steps because the utilisation is next to 1; lower it, or round the periods to a common divisor");
+      " steps because the utilisation is close to 1; lower it, or round the periods to a common divisor");
 }
 
 std::int64_t lcm(std::int64_t a, std::int64_t b) { return multiply(a / std::gcd(a, b), b); }
@@ -49,7 +49,7 @@ int Utilisation::compare_to_one() const {
   if (upper_ < kOne) return -1;
   if (lower_ > kOne) return 1;
   if (lower_ == kOne && upper_ == kOne) return 0;
-  // Next to 1: the exact sum as a reduced fraction.
+  // Close to 1: compute the exact sum as a reduced fraction.
   Wide numerator = 0, denominator = 1;
   for (const Fraction& f : terms_) {
     const Wide common = wide_gcd(denominator, f.period);

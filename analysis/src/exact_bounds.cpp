@@ -12,18 +12,19 @@ namespace {
 
 using A = Assumption;
 
-/// A timer and the subscriptions behind it, one after the other.
+/// A timer followed by its subscriptions in order.
 struct Sequence {
   std::vector<TaskId> tasks;
 };
 
-[[noreturn]] void refuse(const std::string& task, const char* what) {
-  throw AnalysisError("the schedule-abstraction graph takes sequences of subscriptions alone, and " + task +
-                      " " + what);
+[[noreturn]] void refuse(const std::string& task, const char* problem) {
+  throw AnalysisError("the schedule-abstraction graph covers only sequences of subscriptions, and " + task +
+                      " " + problem);
 }
 
-/// Where a subscription inherits its level, or goes first, no job of its timer starts while it is pending: no
-/// sample is overwritten, and never are two subscriptions of one level pending.
+/// If a subscription inherits its level, or goes first, no job of its timer starts while it is
+/// pending. Therefore no sample is overwritten, and two subscriptions of one level are never
+/// pending together.
 std::vector<Sequence> sequences(const GraphTopology& topology) {
   std::vector<Sequence> all;
   for (const TaskId timer : topology.timers()) {
@@ -34,7 +35,7 @@ std::vector<Sequence> sequences(const GraphTopology& topology) {
       if (topology.join_of(id) != nullptr || feeds.size() > 1 || topology.publishers(id).size() > 1) {
         refuse(task.name, "feeds, or is fed by, more than one task");
       }
-      if (topology.graph().every[id] > 1) refuse(task.name, "publishes not with every job");
+      if (topology.graph().every[id] > 1) refuse(task.name, "does not publish with every job");
       if (id != timer && task.priority) refuse(task.name, "has a priority of its own");
       if (feeds.empty()) break;
       id = feeds.front();
@@ -45,8 +46,8 @@ std::vector<Sequence> sequences(const GraphTopology& topology) {
   return all;
 }
 
-/// The jobs of timers get successors. Each stage of a sequence has a number of its own, subscriptions before
-/// timers as at equal priority.
+/// Adds the successors of the timers' jobs. Each stage of a sequence has its own task number,
+/// subscriptions before timers as at equal priority.
 std::vector<SagJob> with_subscriptions(const std::vector<SagJob>& timers, const std::vector<Sequence>& of,
                                        const BoundedSystem& system) {
   const TaskSet& set = system.graph.set;
@@ -73,7 +74,7 @@ std::vector<SagJob> with_subscriptions(const std::vector<SagJob>& timers, const 
   return jobs;
 }
 
-/// One task for each sequence, so that hyperperiod and utilisation are those of all.
+/// One task per sequence, so that hyperperiod and utilisation include all jobs.
 PeriodicTasks whole_sequences(const std::vector<Sequence>& all, const TaskSet& set) {
   PeriodicTasks tasks;
   for (const Sequence& sequence : all) {
@@ -105,7 +106,7 @@ void explore(const BoundedSystem& system, GraphBounds& out) {
   for (const TaskId timer : topology.timers()) out.tasks[timer] = response[set.size() + timer];
   for (const CallbackGraph::DataChain& chain : system.graph.chains) {
     std::optional<ChainAge>& age = out.chains.emplace_back();
-    out.no_chain_bound.emplace_back("its data does not come along one sequence");
+    out.no_chain_bound.emplace_back("its data does not come from a single sequence");
     if (chain.sources.size() != 1 || chain.sinks.size() != 1) continue;
     const TaskId source = chain.sources.front(), sink = chain.sinks.front();
     if (topology.roots(sink) != chain.sources || sink == source || !system.graph.reads[sink].empty())

@@ -24,20 +24,21 @@ ExecutorCallbacks executor_callbacks(const TaskSet& set) {
 }
 
 void check_callbacks(const ExecutorCallbacks& callbacks, const TaskChain& chain, std::string_view method) {
-  const auto refuse = [&](const std::string& what) {
-    throw AnalysisError(std::string(method) + ": " + what);
+  const auto refuse = [&](const std::string& problem) {
+    throw AnalysisError(std::string(method) + ": " + problem);
   };
   if (callbacks.empty()) refuse("there are no callbacks");
   for (const ExecutorCallback& c : callbacks) {
-    const std::string who = "callback '" + c.name + "': ";
-    if (c.wcet < 0) refuse(who + "worst-case execution time " + std::to_string(c.wcet) + " ns is negative");
-    if (c.period < 0) refuse(who + "period " + std::to_string(c.period) + " ns is negative");
-    if (c.depth == 0) refuse(who + "queue depth is 0; it must be 1 or more");
+    const std::string callback = "callback '" + c.name + "': ";
+    if (c.wcet < 0)
+      refuse(callback + "worst-case execution time " + std::to_string(c.wcet) + " ns is negative");
+    if (c.period < 0) refuse(callback + "period " + std::to_string(c.period) + " ns is negative");
+    if (c.depth == 0) refuse(callback + "queue depth is 0; it must be 1 or more");
     for (const DdsDelivery& d : c.deliveries) {
-      if (d.latency < 0) refuse(who + "DDS latency " + std::to_string(d.latency) + " ns is negative");
+      if (d.latency < 0) refuse(callback + "DDS latency " + std::to_string(d.latency) + " ns is negative");
       if (d.to >= callbacks.size() || callbacks[d.to].kind != TaskKind::subscription ||
           callbacks[d.to].executor == c.executor) {
-        refuse(who + "a DDS delivery must lead to a subscription on another executor");
+        refuse(callback + "a DDS delivery must lead to a subscription on another executor");
       }
     }
   }

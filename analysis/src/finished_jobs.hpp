@@ -6,11 +6,11 @@
 
 namespace hotpath {
 
-/// A set of jobs, numbered by release. Work-conserving schedules finish jobs nearly in that order, so that a
-/// length of the unbroken front and the bits behind it suffice.
+/// A set of jobs, numbered by release. Work-conserving schedules finish jobs nearly in that order;
+/// the set therefore stores the length of the unbroken front and a bit for each job after it.
 class FinishedJobs {
  public:
-  /// All jobs below are in the set; this one is not.
+  /// All jobs below this one are in the set; this one is not.
   std::uint32_t first_missing() const { return front_; }
 
   bool contains(std::uint32_t job) const {

@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace {
 
-/// The jobs that can block others at an instant: those of tasks whose relative deadline lies behind it.
+/// The jobs that can block at an instant: jobs of tasks with a relative deadline after it.
 class BlockingJobs {
  public:
   explicit BlockingJobs(PeriodicTasks tasks) : by_deadline_(std::move(tasks)) {
@@ -23,7 +23,7 @@ class BlockingJobs {
     }
   }
 
-  /// The longest one's execution time at `t`, which never decreases from call to call.
+  /// The execution time of the longest at `t`; `t` must not decrease between calls.
   std::int64_t longest(std::int64_t t) {
     while (passed_ < by_deadline_.size() && by_deadline_[passed_].deadline <= t) ++passed_;
     return longest_from_[passed_];
@@ -53,8 +53,9 @@ DemandTest george_1996(const PeriodicTasks& tasks, TimeModel model) {
   }
   if (utilisation.compare_to_one() > 0) return {};
 
-  // A violation at or behind the end of the busy period without blocking implies one that much earlier. From
-  // D_max on there is no blocking, and with D >= T demand never exceeds U * t.
+  // A violation at or after the end of the busy period without blocking implies an earlier one, by
+  // the length of that period. From D_max on there is no blocking, and with D >= T demand never
+  // exceeds U * t.
   std::int64_t end = long_deadlines ? latest_deadline : std::numeric_limits<std::int64_t>::max();
   if (const auto busy = exact::least_fixed_point(
           all.once(), [&](std::int64_t t) { return all.before(t); }, end)) {
@@ -68,7 +69,7 @@ DemandTest george_1996(const PeriodicTasks& tasks, TimeModel model) {
   DemandTest result{true, std::numeric_limits<std::int64_t>::max(), 0};
   std::int64_t demand = 0;
   BlockingJobs blocking_jobs(tasks);
-  // The earliest deadline is always a point, so that there is a slack to report.
+  // The earliest deadline is always tested, so that there is a slack to report.
   for (std::uint64_t step = 0; step == 0 || points.top().first < end; ++step) {
     if (step == exact::kMaxSteps) exact::report_slow_convergence();
     const std::int64_t t = points.top().first;

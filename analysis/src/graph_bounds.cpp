@@ -69,9 +69,9 @@ bool equal_timers(const TaskSet& set, Policy policy) {
   return false;
 }
 
-/// An event takes the oldest sample, which need not be the one that brought it: with the order `first` no
-/// event has its sample's deadline, and where samples with deadlines of several timers queue, they are
-/// exchanged.
+/// An event takes the oldest sample, not necessarily the one that raised it. Under the rule `first`
+/// no event has its sample's deadline; if samples with deadlines of several timers queue, they may
+/// be swapped.
 bool mixes_deadlines(const BoundedSystem& system) {
   if (system.executor.traits.policy != Policy::edf) return false;
   if (system.scheduling.rule == SubscriptionRule::first) return true;
@@ -139,7 +139,7 @@ void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBo
 }
 
 struct Method {
-  const char* name;  ///< Author and year, or what docs/analysis.md calls it.
+  const char* name;  ///< Author and year, or the name in docs/analysis.md.
   std::uint32_t covers;
   void (*bound)(const BoundedSystem&, GraphBounds&);
 };

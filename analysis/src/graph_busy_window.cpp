@@ -15,17 +15,17 @@ using exact::add, exact::ceil_div, exact::floor_div, exact::multiply, exact::sub
 
 namespace {
 
-/// Windows with more jobs of their timer, or steps to their end, count as endless: the utilisation is next to
-/// 1.
+/// Windows with more jobs of their timer, or more steps to their end, count as endless: the
+/// utilisation is close to 1.
 constexpr std::uint64_t kMaxSteps = 10'000;
-/// Of levels that are remembered; each has 150 bytes or so.
+/// Limit of nodes in cached levels; each node needs about 150 bytes.
 constexpr std::size_t kMostKnownNodes = 1'000'000;
 constexpr std::int64_t kEndless = std::int64_t{1} << 60;
-/// Above so many steps of a deadline several are taken together.
+/// With more steps than this, several steps of a deadline are combined.
 constexpr std::size_t kMaxDeadlineSteps = 32;
 constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
 
-/// Jobs of one of the timers released from 0 on whose deadlines are not later.
+/// Number of jobs of one timer, released from 0 on, with deadlines up to `deadline`.
 std::int64_t urgent_jobs(const BusyLevel::Timers& timer, std::int64_t deadline) {
   const std::int64_t latest = deadline - timer.deadline;
   return latest < 0 ? 0 : latest / timer.period + 1;
@@ -37,34 +37,34 @@ GraphOrder any_order(const TaskSet& set) {
   return {std::vector<std::int64_t>(set.size(), 0), false, false, false};
 }
 
-/// What is looked for in the windows of a level.
+/// A search in the windows of a level.
 struct GraphBusyWindow::Query {
   std::shared_ptr<const BusyLevel> level;
   Blocker blocker;
-  TaskId root = kNoTask, target = kNoTask;  ///< None: the window itself.
-  bool works = true;                        ///< The target's job completes its join, if it has one.
-  bool later_root_jobs = true;              ///< Jobs of `root` behind the one looked at may precede.
-  std::int64_t root_jobs = 0;               ///< Of `root`, up to the one looked at.
-  bool closed = true;                       ///< What is released at the end of an interval counts.
-  std::optional<std::int64_t> deadline;     ///< Behind the window's start: later ones do not precede.
-  /// For work(): the level's rank, then jobs of each of its timers.
+  TaskId root = kNoTask, target = kNoTask;  ///< kNoTask: the window itself.
+  bool works = true;                        ///< Whether the target's job completes its join, if it has one.
+  bool later_root_jobs = true;           ///< Whether later jobs of `root` than the analysed one may precede.
+  std::int64_t root_jobs = 0;            ///< Number of jobs of `root` up to the analysed one.
+  bool closed = true;                    ///< Whether jobs released at the end of an interval count.
+  std::optional<std::int64_t> deadline;  ///< Relative to the window's start; later deadlines do not precede.
+  /// Argument of work(): the level's rank, then the number of jobs of each of its timers.
   std::vector<std::int64_t> timers;
 };
 
-/// Timestamps of a root behind the window's start, and the longest job with a later deadline that may have
-/// started before.
+/// A range of timestamps of a root, relative to the window's start, and the longest job with a
+/// later deadline that may have started before.
 struct GraphBusyWindow::DeadlineStep {
   std::int64_t first, last;
   Blocker blocker;
-  std::int64_t end;  ///< At which all that precedes or equals these deadlines is done.
+  std::int64_t end;  ///< When all jobs with these or earlier deadlines are done.
 };
 
-/// What work() needs again and again.
+/// Reusable state of work().
 struct GraphBusyWindow::Counting {
   explicit Counting(std::size_t nodes) : change(nodes) {}
   KnownCounts known;
   JobChange change;
-  const JobCounts* all = nullptr;  ///< To which `change` applies.
+  const JobCounts* all = nullptr;  ///< The counts to which `change` applies.
 };
 
 GraphBusyWindow::GraphBusyWindow(const GraphTopology& topology, GraphOrder order,
@@ -94,7 +94,8 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
   std::int64_t largest = 0;
   for (const TaskId p : topology_.publishers(subscription)) {
     for (const TaskId root : topology_.roots(p)) {
-      // Of a job that completes its join, and of one that does not, behind others that do.
+      // Bounds for a job that completes its join, and for a job that does not and follows
+      // completing ones.
       const auto finish = until_finish(root, subscription);
       const auto start = until_start(root, subscription);
       if (!finish || !start) return std::nullopt;
@@ -103,12 +104,12 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
       largest = std::max(largest, subtract(std::max(*start, *finish), published));
     }
   }
-  // It is pending in a window of its own rank.
+  // The subscription is pending in a window of its own rank.
   const std::optional<std::int64_t> own = level(order_.rank[subscription])->window;
   return own ? std::min(largest, *own) : largest;
 }
 
-/// Of the tasks on any way from `root` to `to`.
+/// Largest rank of the tasks on any path from `root` to `to`.
 std::int64_t GraphBusyWindow::largest_rank(TaskId root, TaskId to) const {
   std::vector<std::int64_t> largest(topology_.size(), kNoRank);
   largest[root] = order_.rank[root];
@@ -126,25 +127,25 @@ std::int64_t GraphBusyWindow::job_work(TaskId id) const {
 
 std::shared_ptr<const BusyLevel> GraphBusyWindow::level(std::int64_t rank) const {
   if (const auto known = levels_.find(rank); known != levels_.end()) return known->second;
-  const auto made = std::make_shared<BusyLevel>(topology_, order_, overheads_, rank);
-  // All levels of a large graph would have as many nodes as it has ranks times tasks.
-  known_nodes_ += made->nodes.size();
+  const auto created = std::make_shared<BusyLevel>(topology_, order_, overheads_, rank);
+  // The number of nodes in all levels of a large graph is its number of ranks times tasks.
+  known_nodes_ += created->nodes.size();
   if (known_nodes_ > kMostKnownNodes) {
     levels_.clear();
-    known_nodes_ = made->nodes.size();
+    known_nodes_ = created->nodes.size();
   }
-  levels_[rank] = made;
-  if (made->utilisation > 1) return made;
+  levels_[rank] = created;
+  if (created->utilisation > 1) return created;
   std::optional<std::int64_t> longest = 0;
-  for (const Blocker& blocker : made->blockers) {
+  for (const Blocker& blocker : created->blockers) {
     Query window;
-    window.level = made;
+    window.level = created;
     window.blocker = blocker;
     longest = end_of_work(window, *longest);
     if (!longest) break;
   }
-  made->window = longest;
-  return made;
+  created->window = longest;
+  return created;
 }
 
 std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed) const {
@@ -158,7 +159,8 @@ std::int64_t GraphBusyWindow::releases_work(std::int64_t t) const {
   return sum;
 }
 
-/// Into query.timers: the jobs of the level's timers that are released within `t` of the window's start.
+/// Writes into query.timers the number of jobs of the level's timers released within `t` of the
+/// window's start.
 void GraphBusyWindow::count_timers(Query& q, std::int64_t t) const {
   q.timers.assign(1, q.level->rank);
   for (const BusyLevel::Timers& some : q.level->timers) {
@@ -167,14 +169,14 @@ void GraphBusyWindow::count_timers(Query& q, std::int64_t t) const {
   }
 }
 
-/// Of the blocker and of all jobs of the window that are released within `t` of its start, without the
-/// target's own.
+/// Work of the blocker and of all jobs of the window released within `t` of its start, without the
+/// target's job.
 std::int64_t GraphBusyWindow::work(Query& q, std::int64_t t) const {
   count_timers(q, t);
   return add(releases_work(t), work_of_jobs(q));
 }
 
-/// Of the blocker and of the jobs that follow from query.timers.
+/// Work of the blocker and of the jobs resulting from query.timers.
 std::int64_t GraphBusyWindow::work_of_jobs(const Query& q) const {
   const BusyLevel& in = *q.level;
   JobChange& change = counting_->change;
@@ -197,7 +199,7 @@ std::int64_t GraphBusyWindow::work_of_jobs(const Query& q) const {
   return add(add(q.blocker.work, all.work), change.finish(in, all, target, q.works));
 }
 
-/// Least t >= `from` at which all work released before is done; none if that takes for ever.
+/// Least t >= `from` at which all work released before is done; std::nullopt if there is none.
 std::optional<std::int64_t> GraphBusyWindow::end_of_work(Query& q, std::int64_t from) const {
   std::uint64_t steps = 0;
   std::vector<std::int64_t> counted;
@@ -211,8 +213,8 @@ std::optional<std::int64_t> GraphBusyWindow::end_of_work(Query& q, std::int64_t 
   return exact::least_fixed_point(from, next, kEndless - 1);
 }
 
-/// The latest start of the target's job. `starts`: the latest ones found with other blockers, job by job;
-/// where this one's is no later, theirs is returned.
+/// The latest start of the target's job. `starts` holds the latest starts found with other
+/// blockers, by job; if this one's start is not later, returns that of `starts`.
 std::optional<std::int64_t> GraphBusyWindow::start_of(Query& q, std::int64_t from,
                                                       std::vector<std::int64_t>& starts) const {
   const auto job = static_cast<std::size_t>(q.root_jobs - 1);
@@ -236,16 +238,18 @@ std::int64_t GraphBusyWindow::own_work(const Query& q) const {
   return waits ? overheads_.job : job_work(q.target);
 }
 
-/// From a timestamp `released` behind the window's start to the end of the target's job that starts there.
+/// Time from a timestamp `released` after the window's start to the end of the target's job that
+/// begins at `start`.
 std::int64_t GraphBusyWindow::response_to(const Query& q, std::int64_t start, std::int64_t released) const {
-  // Releases interrupt the job itself as well.
+  // Releases also interrupt the job itself.
   const std::int64_t work = add(subtract(start, releases_work(start)), own_work(q));
   const std::int64_t finish = *exact::least_fixed_point(
       add(start, own_work(q)), [&](std::int64_t t) { return add(work, releases_work(t)); });
   return add(subtract(finish, released), overheads_.lateness);
 }
 
-/// The longest job that may have started with a later deadline than one `deadline` behind the window's start.
+/// The longest job that may have started with a deadline later than `deadline` after the window's
+/// start.
 Blocker GraphBusyWindow::blocker_behind(std::int64_t deadline) const {
   Blocker longest{kNoTask, kNoTask, overheads_.wake_up};
   for (TaskId id = 0; id < topology_.size(); ++id) {
@@ -257,15 +261,15 @@ Blocker GraphBusyWindow::blocker_behind(std::int64_t deadline) const {
   return longest;
 }
 
-/// Of `root`; none when the window has no end. A step begins where the root's deadline is that of another
-/// timer's job; where there are many, one stands for several.
+/// The deadline steps of `root`; std::nullopt if the window has no end. A step begins where the
+/// root's deadline equals the deadline of another timer's job; many steps are combined.
 const std::optional<std::vector<GraphBusyWindow::DeadlineStep>>& GraphBusyWindow::deadline_steps(
     TaskId root) const {
   const auto [entry, is_new] = steps_.try_emplace(root);
   if (!is_new) return entry->second;
   Query whole;
   whole.level = level(order_.rank[root]);
-  // A window behind the longest job is no longer than one with that job in it twice.
+  // A window after the longest job is no longer than a window that contains that job twice.
   whole.blocker = blocker_behind(-overheads_.lateness - 1);
   const auto until = whole.level->window ? end_of_work(whole, 0) : std::nullopt;
   if (!until) return entry->second;
@@ -284,7 +288,8 @@ const std::optional<std::vector<GraphBusyWindow::DeadlineStep>>& GraphBusyWindow
   return entry->second;
 }
 
-/// Timestamps of `root` behind the window's start at which its deadline is that of another timer's job.
+/// Timestamps of `root`, after the window's start, at which its deadline equals the deadline of
+/// another timer's job.
 std::vector<std::int64_t> GraphBusyWindow::deadline_starts(TaskId root, std::int64_t until) const {
   std::vector<std::int64_t> all = {0};
   const std::int64_t own = topology_.set()[root].deadline.count();
@@ -303,7 +308,7 @@ std::vector<std::int64_t> GraphBusyWindow::deadline_starts(TaskId root, std::int
   return all;
 }
 
-/// For the jobs of `root` that are released in the step.
+/// The query for the jobs of `root` released in the step.
 GraphBusyWindow::Query GraphBusyWindow::query(TaskId root, const DeadlineStep& step) const {
   const Task& task = topology_.set()[root];
   Query q;
@@ -317,7 +322,7 @@ GraphBusyWindow::Query GraphBusyWindow::query(TaskId root, const DeadlineStep& s
   return q;
 }
 
-/// As Spuri 1996 for timers: only jobs whose deadlines are not later than that of the path precede it.
+/// Like Spuri 1996 for timers: only jobs with deadlines up to the path's deadline precede it.
 std::optional<std::int64_t> GraphBusyWindow::bound_by_deadline(TaskId root, TaskId to, bool works,
                                                                PathParts* parts) const {
   const auto& steps = deadline_steps(root);
@@ -341,8 +346,8 @@ std::optional<std::int64_t> GraphBusyWindow::bound_by_deadline(TaskId root, Task
   return largest;
 }
 
-/// Whether all is done by `next`, when the next job of query.root is released; it is in the same window
-/// otherwise.
+/// Whether all work is done by `next`, when the next job of query.root is released; otherwise that
+/// job belongs to the same window.
 bool GraphBusyWindow::window_ends_by(const Query& q, std::int64_t next) const {
   const auto [entry, is_new] = ends_.try_emplace({q.level->rank, q.root, q.blocker.task, q.root_jobs});
   if (is_new) {
@@ -354,7 +359,8 @@ bool GraphBusyWindow::window_ends_by(const Query& q, std::int64_t next) const {
   return entry->second;
 }
 
-/// Largest time from a timestamp of query.root to the target's end, over all its jobs in the window.
+/// Largest time from a timestamp of query.root to the target's end, over all jobs of query.root in
+/// the window.
 std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::int64_t>& starts,
                                                    PathParts* parts) const {
   const std::int64_t period = topology_.set()[q.root].period.count();
@@ -377,7 +383,7 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::in
   return std::nullopt;
 }
 
-/// Of the jobs that work() has counted last.
+/// The parts of the jobs that work() counted last.
 PathParts GraphBusyWindow::parts_of(const Query& q) const {
   PathParts parts;
   parts.blocking = q.blocker.work;
@@ -437,10 +443,10 @@ std::optional<std::int64_t> GraphBusyWindow::find_bound(TaskId root, TaskId to, 
     q.later_root_jobs = !(order_.timers_behind_equals && order_.rank[root] == rank);
     q.closed = blocker.work == 0 || !order_.releases_first;
     PathParts of_blocker;
-    const auto found = bound(q, starts, parts ? &of_blocker : nullptr);
-    if (!found) return std::nullopt;
-    if (parts != nullptr && *found > largest) *parts = of_blocker;
-    largest = std::max(largest, *found);
+    const auto response = bound(q, starts, parts ? &of_blocker : nullptr);
+    if (!response) return std::nullopt;
+    if (parts != nullptr && *response > largest) *parts = of_blocker;
+    largest = std::max(largest, *response);
   }
   return largest;
 }

@@ -13,14 +13,15 @@ namespace {
 
 using StudentsT = boost::math::students_t;
 
-/// Differences below it are rounding: of logarithms 1e-9 is a billionth, counts are whole numbers.
+/// Differences below this are rounding: for logarithms 1e-9 is a billionth; counts are whole
+/// numbers.
 constexpr double kRounding = 1e-9;
 constexpr double kTail = 0.025;
-/// Of whole numbers that stand for all values half a unit around them.
+/// Variance of whole numbers that represent all values half a unit around them.
 constexpr double kLeastCountVariance = 1.0 / 12;
 
 struct Moments {
-  double n = 0, mean = 0, variance = 0;  ///< The variance of the sample, 0 for one value.
+  double n = 0, mean = 0, variance = 0;  ///< Sample variance; 0 for a single value.
 };
 
 Moments moments(const std::vector<double>& values, double least_variance) {
@@ -53,7 +54,7 @@ Spread spread_of_two(const Moments& a, const Moments& b) {
   return {std::sqrt(both), both * both / denominator};
 }
 
-/// Whether pairs without noise need no test, because they agree.
+/// Whether pairs without noise agree, so that no test is needed.
 bool agree(const std::vector<double>& differences) {
   const auto grew = std::ranges::count_if(differences, [](double d) { return d > kRounding; });
   return grew == 0 || grew == static_cast<std::ptrdiff_t>(differences.size());

@@ -8,9 +8,9 @@
 
 namespace hotpath {
 
-/// Work that a growing set of tasks can release, tasks of equal period and jitter added up. Task sets have
-/// few distinct periods (WATERS: nine), so that an evaluation costs few divisions however many tasks there
-/// are.
+/// The work that a growing set of tasks can release. Tasks of equal period and jitter are combined:
+/// task sets have few distinct periods (WATERS: nine), so an evaluation needs few divisions for any
+/// number of tasks.
 class Interference {
  public:
   void add(std::int64_t wcet, std::int64_t period, std::int64_t jitter) {

@@ -13,7 +13,7 @@ using exact::add, exact::multiply;
 
 namespace {
 
-/// Windows kept: tens of MB for the largest graphs.
+/// Number of cached windows: tens of MB for the largest graphs.
 constexpr std::size_t kMaxKnown = 1000;
 
 }  // namespace
@@ -31,8 +31,8 @@ void JobChange::add(std::size_t node, std::int64_t jobs) {
   changed_.push_back(node);
 }
 
-/// Most jobs of the join's inputs that complete it: at the start of the window one of them has no sample, the
-/// others may have one.
+/// Largest number of input jobs that complete the join: at the start of the window one of its
+/// inputs has no sample, and the others may have one.
 std::int64_t JobChange::outputs(const BusyLevel::Node& join, const JobCounts& from) const {
   std::int64_t least = join.complete ? std::numeric_limits<std::int64_t>::max() - 1 : 0, most = 0;
   for (const std::size_t input : join.inputs) {

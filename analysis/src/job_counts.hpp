@@ -10,43 +10,45 @@
 
 namespace hotpath {
 
-/// How many jobs of each node of a level run in a window, and what they work together.
+/// The number of jobs of each node of a level in a window, and their total work.
 struct JobCounts {
   std::vector<std::int64_t> jobs;
   std::int64_t work = 0;
 };
 
-/// What changes in the counts of a level when some nodes have more or fewer jobs. Only what is behind these
-/// is looked at, in the level's order.
+/// The change of a level's counts when some nodes have more or fewer jobs. Visits only nodes
+/// downstream of these, in the level's order.
 class JobChange {
  public:
-  /// `nodes`: of the largest level.
+  /// `nodes`: number of nodes of the largest level.
   explicit JobChange(std::size_t nodes) : change_(nodes, 0), open_((nodes + 63) / 64, 0) {}
 
   void start();
   void add(std::size_t node, std::int64_t jobs);
-  /// The work added to that of `from`. `target`: one job of it does not count, nor what it feeds; of a join's
-  /// input the join completed by it loses one job in addition, if `target_completes`. kNone: no target.
+  /// Returns the work added to `from`. One job of `target`, and the jobs that it feeds, do not
+  /// count; if `target` is an input of a join and `target_completes`, the join also loses one job.
+  /// kNone: no target.
   std::int64_t finish(const BusyLevel& level, const JobCounts& from, std::size_t target,
                       bool target_completes);
 
-  /// By node, after finish().
+  /// The change of one node; valid after finish().
   [[nodiscard]] std::int64_t of(std::size_t node) const { return change_[node]; }
-  /// Makes `counts`, from which it was finished, those with the change.
+  /// Applies the change to the counts that were passed to finish().
   void apply(JobCounts& counts, std::int64_t work) const;
 
  private:
   [[nodiscard]] std::int64_t outputs(const BusyLevel::Node& join, const JobCounts& from) const;
 
   std::vector<std::int64_t> change_;
-  std::vector<std::uint64_t> open_;  ///< By node, a bit: to be looked at.
+  std::vector<std::uint64_t> open_;  ///< One bit per node: still to visit.
   std::vector<std::size_t> changed_;
 };
 
-/// The counts of windows without a blocker or a target, found from those of similar windows.
+/// A cache of the counts of windows without blocker or target; computes new ones from similar
+/// windows.
 class KnownCounts {
  public:
-  /// `timers`: the rank of the level, then how many jobs each of `level.timers` has.
+  /// `timers`: the level's rank, then the number of jobs of each of `level.timers`.
   const JobCounts& at(const BusyLevel& level, const std::vector<std::int64_t>& timers, JobChange& scratch);
 
  private:

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::int64_t kNoTime = std::numeric_limits<std::int64_t>::max();
 
-/// The processor becomes available within [earliest, latest], `finished` being done.
+/// A state: the jobs in `finished` are done, and the processor becomes available within [earliest,
+/// latest].
 struct State {
   FinishedJobs finished;
   std::int64_t earliest = 0, latest = 0;
@@ -37,7 +38,7 @@ class Exploration {
       if (r > 0 && !by_priority(ranked[r - 1], ranked[r])) {
         throw AnalysisError("two jobs have the number " + std::to_string(jobs[ranked[r]].job) + " of task " +
                             std::to_string(jobs[ranked[r]].task) +
-                            " and equal priorities; number a task's jobs apart");
+                            " and equal priorities; give the jobs of a task distinct numbers");
       }
       rank[ranked[r]] = static_cast<std::uint32_t>(r);
     }
@@ -95,10 +96,10 @@ class Exploration {
   struct RankedJob {
     SagJob job;
     std::uint32_t rank;
-    std::optional<std::uint32_t> predecessor;  // in the same order
+    std::optional<std::uint32_t> predecessor;  // position in the same order
   };
 
-  /// What has a predecessor has arrived by the time the processor is available, or not at all.
+  /// A job with a predecessor has arrived when the processor becomes available, or not at all.
   std::int64_t arrival_min(const RankedJob& j, const State& s) const {
     return j.predecessor ? s.earliest : j.job.arrival_min;
   }
@@ -106,9 +107,9 @@ class Exploration {
     return j.predecessor ? s.earliest : j.job.arrival_max;
   }
 
-  /// Section IV of the paper: which jobs can start next, and when.
+  /// Section IV of Nasri and Brandenburg: the jobs that can start next, and when.
   void expand(const State& s, std::vector<State>& successors) {
-    // The processor is idle for no longer than until some job has certainly arrived.
+    // The processor idles at most until some job has certainly arrived.
     std::int64_t certain = kNoTime;
     candidates_.clear();
     for (std::uint32_t i = s.finished.first_missing(); i < jobs_.size(); ++i) {
@@ -121,7 +122,7 @@ class Exploration {
     const std::int64_t latest_idle = std::max(s.latest, certain);
     std::sort(candidates_.begin(), candidates_.end(),
               [&](std::uint32_t a, std::uint32_t b) { return jobs_[a].rank < jobs_[b].rank; });
-    std::int64_t higher_arrived = kNoTime;  // when some higher-priority job certainly has
+    std::int64_t higher_arrived = kNoTime;  // when some higher-priority job has certainly arrived
     for (const std::uint32_t i : candidates_) {
       const SagJob& j = jobs_[i].job;
       const std::int64_t earliest_start = std::max(s.earliest, arrival_min(jobs_[i], s));
@@ -137,7 +138,7 @@ class Exploration {
     }
   }
 
-  /// Joins states with the same finished jobs and intersecting intervals.
+  /// Merges states with the same finished jobs and intersecting intervals.
   static void merge(std::vector<State>& states) {
     std::sort(states.begin(), states.end(), [](const State& a, const State& b) {
       return std::pair(a.finished.hash(), a.earliest) < std::pair(b.finished.hash(), b.earliest);
@@ -157,7 +158,7 @@ class Exploration {
 
   SagLimits limits_;
   std::vector<std::size_t> order_;  // by release
-  std::vector<RankedJob> jobs_;     // in that order
+  std::vector<RankedJob> jobs_;     // in the order of `order_`
   std::vector<SagResult::Finish> finish_;
   std::vector<std::uint32_t> candidates_;
 };
@@ -173,7 +174,7 @@ SagResult nasri_2017(const std::vector<SagJob>& jobs, const SagLimits& limits) {
     }
     if (j.predecessor && *j.predecessor >= jobs.size()) {
       throw AnalysisError("nasri_2017: the predecessor of job " + std::to_string(j.job) + " of task " +
-                          std::to_string(j.task) + " is none of the jobs");
+                          std::to_string(j.task) + " does not exist; give the position of a job");
     }
   }
   return Exploration(jobs, limits).run();

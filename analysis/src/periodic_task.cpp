@@ -12,9 +12,9 @@ namespace hotpath {
 namespace {
 
 [[noreturn]] void refuse(const PeriodicTasks& tasks, std::size_t position, const MethodScope& scope,
-                         const std::string& what, bool another_method_helps) {
-  std::string message =
-      task_label(tasks, position) + ": " + what + ", which " + std::string(scope.method) + " does not allow";
+                         const std::string& problem, bool another_method_helps) {
+  std::string message = task_label(tasks, position) + ": " + problem + ", which " +
+                        std::string(scope.method) + " does not allow";
   if (another_method_helps) message += "; " + std::string(scope.instead) + " would";
   throw AnalysisError(message);
 }

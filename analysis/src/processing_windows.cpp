@@ -24,14 +24,15 @@ ProcessingWindows::ProcessingWindows(const GraphTopology& topology, const std::v
   whole_ = add(overheads_.wait, work(0, sequence_.size(), topology.graph().joins.size()));
 }
 
-/// Of a join's input: of the longest job that completes it.
+/// Work of a job; for a join's input: of the longest job that completes the join.
 std::int64_t ProcessingWindows::job_work(TaskId id) const {
   const bool joins = topology_.join_of(id) != nullptr;
   const std::int64_t wcet = topology_.set()[id].wcet.count();
   return add(joins ? topology_.join_work(topology_.join_index(id)) : wcet, overheads_.job);
 }
 
-/// Of the tasks at these positions, each once; a join works once, and `without_join` not at all.
+/// Work of the tasks at these positions, each counted once; a join works once, and `without_join`
+/// not at all.
 std::int64_t ProcessingWindows::work(std::size_t from, std::size_t to, std::size_t without_join) const {
   const std::size_t joins = topology_.graph().joins.size();
   std::vector<bool> counted(joins + 1, false);
@@ -48,17 +49,18 @@ std::int64_t ProcessingWindows::work(std::size_t from, std::size_t to, std::size
   return sum;
 }
 
-/// From a poll that finds the task ready to the start of its job, which completes its join, if it has one.
+/// Time from a poll that finds the task ready to the start of its job, which completes its join, if
+/// any.
 std::int64_t ProcessingWindows::ahead(TaskId id) const {
   return add(overheads_.wait, work(0, position_[id], topology_.join_index(id)));
 }
 
-/// From the end of the task's job to the next poll.
+/// Time from the end of the task's job to the next poll.
 std::int64_t ProcessingWindows::behind(TaskId id) const {
   return work(position_[id] + 1, sequence_.size(), topology_.join_index(id));
 }
 
-/// From a publication to the end of the subscription's job that takes the sample.
+/// Time from a publication to the end of the subscription's job that takes the sample.
 std::int64_t ProcessingWindows::hop(TaskId publisher, TaskId subscription) const {
   const std::int64_t own = job_work(subscription);
   const Task& task = topology_.set()[subscription];
@@ -66,7 +68,7 @@ std::int64_t ProcessingWindows::hop(TaskId publisher, TaskId subscription) const
   if (no_queue && overheads_.delivery == 0) {
     return add(behind(publisher), add(ahead(subscription), own));  // Lemma VI.5
   }
-  // Lemma VI.4: one sample a window.
+  // Lemma VI.4: one sample per window.
   const std::int64_t windows = multiply(task.depth, whole_);
   return add(add(overheads_.delivery, overheads_.wake_up), add(windows, add(ahead(subscription), own)));
 }
@@ -77,8 +79,8 @@ const std::vector<std::int64_t>& ProcessingWindows::ends(TaskId root) const {
   std::vector<std::int64_t>& end = entry->second;
   if (!is_new) return end;
   end.assign(topology_.size(), kUnreached);
-  // A timestamp that leads to a job falls into a window without the timer, or behind the decision for the
-  // timer's job in it, which may be in front of the wait.
+  // A timestamp that leads to a job falls into a window without the timer, or after the decision
+  // for the timer's job in the window, which may precede the wait.
   end[root] =
       add(add(whole_, overheads_.wake_up), std::max(ahead(root), add(job_work(root), overheads_.wait)));
   for (const TaskId id : topology_.order()) {
@@ -110,7 +112,7 @@ PathParts ProcessingWindows::parts(TaskId root, TaskId to) const {
 }
 
 std::optional<std::int64_t> ProcessingWindows::until_start(TaskId root, TaskId to) const {
-  return until_finish(root, to);  // a job that waits may start behind one of its join that works
+  return until_finish(root, to);  // a waiting job may start after a working job of its join
 }
 
 std::optional<std::int64_t> ProcessingWindows::response(TaskId subscription) const {

@@ -19,7 +19,7 @@ void check_delta(std::int64_t delta) {
 
 void inflate(PeriodicTask& task, std::int64_t overhead) { task.wcet = exact::add(task.wcet, overhead); }
 
-/// Conditions C1 and C2 of Section V-A hold when no job spans two timestamps of another task.
+/// Conditions C1 and C2 of Section V-A hold if no job spans two timestamps of another task.
 void check_no_skips(const PeriodicTasks& tasks) {
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     for (std::size_t j = 0; j < tasks.size(); ++j) {

@@ -43,7 +43,7 @@ void write_sag_csv(std::ostream& out, const std::vector<SagJob>& jobs) {
 }
 
 std::vector<SagJob> read_sag_csv(std::istream& in, const std::string& file_name) {
-  // The tools skip the first line; so may a file without a header begin with a job.
+  // The SAG tools skip the first line; accept a file that begins with a job as well.
   CsvReader rows(in, file_name, kColumns, CsvLayout::by_hand);
   if (rows.header().size() < kColumns.size()) {
     rows.fail("the header names " + std::to_string(rows.header().size()) + " columns instead of " +
@@ -53,7 +53,7 @@ std::vector<SagJob> read_sag_csv(std::istream& in, const std::string& file_name)
   std::vector<SagJob> jobs;
   while (rows.next()) jobs.push_back(read_job(rows));
   if (jobs.empty())
-    throw InputError(file_name, 0, "no jobs", "give a line for each, in the columns of the header");
+    throw InputError(file_name, 0, "no jobs", "give one line per job, with the columns of the header");
   return jobs;
 }
 

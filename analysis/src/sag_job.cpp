@@ -10,8 +10,8 @@ namespace hotpath {
 
 namespace {
 
-/// How far back the jobs may have been released that are still to run when another is released: the longest
-/// busy window and the largest jitter. 0 without jitter, since everything then repeats with the hyperperiod.
+/// The largest age of unfinished jobs at a release: the longest busy window plus the largest
+/// jitter. 0 without jitter, because then everything repeats with the hyperperiod.
 std::int64_t busy_window_with_jitter(const PeriodicTasks& tasks) {
   Interference all;
   exact::Utilisation utilisation;
@@ -23,7 +23,9 @@ std::int64_t busy_window_with_jitter(const PeriodicTasks& tasks) {
   }
   if (largest == 0) return 0;
   if (utilisation.compare_to_one() == 0) {
-    throw AnalysisError("with a utilisation of 1 and release jitter no number of hyperperiods is enough");
+    throw AnalysisError(
+        "with a utilisation of 1 and release jitter no number of hyperperiods suffices; lower the "
+        "utilisation or remove the jitter");
   }
   return exact::add(largest,
                     *exact::least_fixed_point(all.once(), [&](std::int64_t t) { return all.before(t); }));

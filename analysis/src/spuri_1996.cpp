@@ -11,7 +11,7 @@ namespace {
 
 using exact::add, exact::ceil_div, exact::floor_div, exact::multiply, exact::subtract;
 
-/// Tasks of equal period and deadline, which differ in nothing but their execution times.
+/// Tasks of equal period and deadline; they differ only in their execution times.
 struct Group {
   std::int64_t period, deadline, wcet, longest;
 };
@@ -19,20 +19,20 @@ struct Group {
 std::vector<Group> group(const PeriodicTasks& tasks) {
   std::vector<Group> groups;
   for (const PeriodicTask& t : tasks) {
-    const auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
+    const auto existing = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
       return g.period == t.period && g.deadline == t.deadline;
     });
-    if (found == groups.end()) {
+    if (existing == groups.end()) {
       groups.push_back({t.period, t.deadline, t.wcet, t.wcet});
     } else {
-      found->wcet = add(found->wcet, t.wcet);
-      found->longest = std::max(found->longest, t.wcet);
+      existing->wcet = add(existing->wcet, t.wcet);
+      existing->longest = std::max(existing->longest, t.wcet);
     }
   }
   return groups;
 }
 
-/// Start of the job of `task` released at `a`, in the worst deadline busy period that begins at 0.
+/// Start of the job of `task` released at `a`, in the worst deadline busy period beginning at 0.
 std::int64_t latest_start(const std::vector<Group>& groups, const PeriodicTask& task, std::int64_t a,
                           TimeModel model) {
   const std::int64_t d = add(a, task.deadline);
@@ -58,8 +58,8 @@ std::int64_t latest_start(const std::vector<Group>& groups, const PeriodicTask& 
   return *exact::least_fixed_point(work(0), work);
 }
 
-/// Releases at which the response time can be largest: those that give the job the deadline of another one
-/// released in step with the start of the busy period.
+/// Releases at which the response time can be largest: they give the job the same deadline as
+/// another job released in step with the start of the busy period.
 std::vector<std::int64_t> candidates(const std::vector<Group>& groups, const PeriodicTask& task,
                                      std::int64_t end) {
   std::vector<std::int64_t> releases = {0};
@@ -93,9 +93,9 @@ ResponseTimes spuri_1996(const PeriodicTasks& tasks, TimeModel model) {
     latest_deadline = std::max(latest_deadline, t.deadline);
     longest = std::max(longest, t.wcet);
   }
-  // Behind a blocking job a busy period lasts no longer than `blocked_busy`, which is finite below full
-  // utilisation. Without one it ends by `busy`, and with one the job's deadline is before the latest relative
-  // deadline.
+  // After a blocking job a busy period lasts at most `blocked_busy`, which is finite below full
+  // utilisation. Without a blocking job it ends by `busy`; with one, the job's deadline is before
+  // the latest relative deadline.
   std::int64_t blocked_busy = std::numeric_limits<std::int64_t>::max(), busy = blocked_busy;
   if (utilisation.compare_to_one() < 0) {
     blocked_busy = *exact::least_fixed_point(add(longest, all.once()),

@@ -11,7 +11,7 @@
 namespace hotpath {
 namespace {
 
-/// The two order statistics around a quantile, from 0, and the share of the upper one.
+/// The two order statistics around a quantile, counted from 0, and the weight of the upper one.
 struct Position {
   std::uint64_t lower = 0;
   double share = 0;
@@ -26,7 +26,7 @@ Position position(std::uint64_t n, double probability) {
 
 double interpolate(double low, double high, double share) { return low + share * (high - low); }
 
-/// Draws how often each repetition occurs in a resample.
+/// Draws the number of occurrences of each repetition in a resample.
 class Resampler {
  public:
   explicit Resampler(std::uint64_t seed) : random_(seed) {}
@@ -178,7 +178,8 @@ Estimate difference_of_quantiles(const RepeatedSamples& a, const RepeatedSamples
 
 namespace {
 
-/// Pairs in which the sample of `a` is smaller minus those in which it is larger; both ascend.
+/// Number of pairs in which the sample of `a` is smaller, minus the number in which it is larger;
+/// both ascending.
 double wins(const std::vector<double>& a, const std::vector<double>& b) {
   double difference = 0;
   auto smaller = b.begin(), not_larger = b.begin();
@@ -190,7 +191,7 @@ double wins(const std::vector<double>& a, const std::vector<double>& b) {
   return difference;
 }
 
-/// Cliff's delta of resamples, from the wins of each pair of repetitions.
+/// Cliff's delta of resamples, from the pair counts of each two repetitions.
 class PairwiseWins {
  public:
   PairwiseWins(const RepeatedSamples& a, const RepeatedSamples& b) : columns_(b.repetitions()) {

@@ -9,15 +9,15 @@ TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> na
   if (names.empty()) throw AnalysisError("the chain is empty; name at least one task");
   TaskChain chain;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto found =
+    const auto entry =
         std::find_if(tasks.begin(), tasks.end(), [&](const PeriodicTask& t) { return t.name == names[i]; });
     const std::string where = "element " + std::to_string(i + 1) + " of the chain";
-    if (found == tasks.end()) {
+    if (entry == tasks.end()) {
       std::string known;
       for (const PeriodicTask& t : tasks) known.append(known.empty() ? "" : ", ").append(t.name);
       throw AnalysisError(where + " names the unknown task '" + names[i] + "'; the tasks are " + known);
     }
-    const auto position = static_cast<std::size_t>(found - tasks.begin());
+    const auto position = static_cast<std::size_t>(entry - tasks.begin());
     if (repetition == Revisits::forbidden && std::find(chain.begin(), chain.end(), position) != chain.end()) {
       throw AnalysisError(where + " repeats the task '" + names[i] +
                           "'; every task may appear in it only once");

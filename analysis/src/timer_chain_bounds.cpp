@@ -21,7 +21,7 @@ using A = Assumption;
 constexpr std::uint32_t kCosts = bits({A::costs});
 constexpr std::uint32_t kAnyPhases = bits({A::unknown_phases, A::shifted_phases});
 
-/// A response time analysis that the methods for chains take.
+/// A response time analysis that the chain methods accept.
 struct Response {
   const char* name;
   std::uint32_t covers;
@@ -63,7 +63,7 @@ const std::array kEndToEnd = {
              }},
 };
 
-/// What `find` says, unless something is missing.
+/// The result of `find`, unless an assumption is missing.
 template <typename Find>
 TimerChainBound attempt(std::string method, std::uint32_t missing, Find&& find) {
   TimerChainBound bound{std::move(method), std::nullopt, {}};

@@ -16,18 +16,20 @@ constexpr std::uint32_t bits(std::initializer_list<Assumption> all) {
   return sum;
 }
 
-/// Why a method does not apply that leaves `missing`.
+/// The reason why a method does not apply: the uncovered assumptions `missing`.
 std::string not_covered(std::uint32_t missing);
 
-/// What `bound` fills in; nothing but the reason where something is missing or it throws AnalysisError.
+/// The bounds that `bound` fills in; only the reason if an assumption is missing or `bound` throws
+/// AnalysisError.
 GraphBounds attempt(const char* method, std::uint32_t missing,
                     const std::function<void(GraphBounds&)>& bound);
 
-/// Ranks of the paper's priority order (priority, then subscriptions before timers, then timers by task).
-/// Under policies without fixed priorities all levels are equal.
+/// Ranks of the paper's priority order (priority, then subscriptions before timers, then timers by
+/// task). Without fixed priorities all levels are equal.
 GraphOrder priority_ranks(const BoundedSystem& system);
 
-/// `analysis` on a system of timers alone, with what dispatches and releases cost. Throws AnalysisError.
+/// Applies `analysis` to a system of timers only, with the costs of dispatches and releases. Throws
+/// AnalysisError.
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis);
 
 }  // namespace hotpath

@@ -60,7 +60,7 @@ PeriodicTask waters_runnable(RandomStream& random) {
 
 PeriodicTasks waters_task_set(double utilisation, RandomStream& random) {
   if (!(utilisation > 0 && utilisation < 1)) {
-    throw AnalysisError("a WATERS task set cannot have the utilisation " + std::to_string(utilisation) +
+    throw AnalysisError("a WATERS task set cannot have a utilisation of " + std::to_string(utilisation) +
                         "; give a number between 0 and 1");
   }
   PeriodicTasks tasks;
@@ -79,7 +79,7 @@ PeriodicTasks waters_task_set(double utilisation, RandomStream& random) {
 std::vector<TaskChain> waters_chains(const PeriodicTasks& tasks, RandomStream& random) {
   static constexpr std::array kPatterns = {0.7, 0.9, 1.0};
   static constexpr std::array kTasksPerPattern = {0.3, 0.7, 0.9, 1.0};
-  // Positions of each period; the tasks are sorted by period.
+  // Positions by period; the tasks are sorted by period.
   std::vector<std::pair<std::size_t, std::size_t>> groups;
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     if (i == 0 || tasks[i].period != tasks[i - 1].period) groups.push_back({i, i});

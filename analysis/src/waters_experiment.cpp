@@ -20,8 +20,8 @@ namespace hotpath {
 
 namespace {
 
-/// Streams of one task set; the phases have their own, so that no other draw depends on whether they are
-/// needed.
+/// Random streams of one task set. The phases have a separate stream, so that other draws do not
+/// depend on whether phases are needed.
 enum Stream : std::uint64_t { kTasksAndChains, kPhases };
 
 std::int64_t end_to_end(WatersMethod method, const PeriodicTasks& tasks, const PeriodicTasks& phased,
@@ -40,9 +40,10 @@ std::int64_t end_to_end(WatersMethod method, const PeriodicTasks& tasks, const P
   return 0;
 }
 
-/// One task set.
+/// Analyses one task set.
 WatersResult evaluate(const WatersOptions& options, std::uint32_t level, std::uint32_t index) {
-  // The utilisation itself, not its position, so that a level's sets are the same whichever others are run.
+  // Seeded by the utilisation, not its position, so that a level's sets do not depend on the other
+  // levels.
   const double utilisation = options.utilisations[level];
   const auto place = static_cast<std::uint64_t>(std::llround(utilisation * 1e9));
   RandomStream random(options.seed, {place, index, kTasksAndChains});
@@ -95,7 +96,7 @@ WatersResult evaluate(const WatersOptions& options, std::uint32_t level, std::ui
   return one;
 }
 
-/// What ranks must agree on.
+/// Identifies the experiment; all ranks must agree.
 std::string name_of(const WatersOptions& options) {
   std::ostringstream name;
   name << "waters " << options.seed << " " << options.sets;

@@ -15,7 +15,7 @@ constexpr double kZ = 1.959963984540054;  // 97.5 % of the normal distribution
 /// Reductions in percent, with the limits of each task set's chains.
 struct Clustered {
   std::vector<double> value;
-  std::vector<std::size_t> begin;  // of each cluster, and the end
+  std::vector<std::size_t> begin;  // start of each cluster, and the end
 
   std::size_t clusters() const { return begin.size() - 1; }
 };
@@ -33,7 +33,7 @@ Clustered reductions(const WatersResult& result, std::uint32_t level, std::size_
   return c;
 }
 
-/// Half width of the interval of the mean of f over all chains, whose mean is `mean`.
+/// Half width of the confidence interval of f's mean, `mean`, over all chains.
 template <typename Function>
 double clustered_half_width(const Clustered& c, double mean, Function&& f) {
   if (c.clusters() < 2) return kNoValue;
@@ -47,7 +47,8 @@ double clustered_half_width(const Clustered& c, double mean, Function&& f) {
   return kZ * std::sqrt(squares * clusters / (clusters - 1)) / static_cast<double>(c.value.size());
 }
 
-/// Woodruff: the interval of the share of chains below the quantile, carried over to quantiles.
+/// Woodruff interval: the interval of the share of chains below the quantile, translated to
+/// quantiles.
 ClusteredEstimate quantile_estimate(const Clustered& c, const std::vector<double>& sorted, double p) {
   const double q = quantile(sorted, p);
   if (c.clusters() < 2) return {q, kNoValue, kNoValue};

@@ -59,7 +59,7 @@ WatersResult unpack_waters(const std::string& bytes) {
   if (head[0] != kMagic || head[1] > body / sizeof(WatersSet) || head[2] > body / sizeof(WatersRow) ||
       body != head[1] * sizeof(WatersSet) + head[2] * sizeof(WatersRow)) {
     throw AnalysisError("these " + std::to_string(bytes.size()) +
-                        " bytes are no share of a WATERS experiment; all ranks must run the same program");
+                        " bytes are not part of a WATERS experiment; run the same program on all ranks");
   }
   WatersResult share;
   share.sets.resize(head[1]);

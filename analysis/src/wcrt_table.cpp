@@ -22,7 +22,7 @@ std::array<WcrtColumn, 3> wcrt_table(std::int64_t delta) {
                                    {.utilisation_percent = 80, .printed_ms = {16.67, 75.66, 149.50}},
                                    {.utilisation_percent = 90, .printed_ms = {18.67, 83.66, 167.33}}}};
   for (WcrtColumn& column : table) {
-    // The table is computed with Equation (3) alone; tightening would change nothing at n * delta.
+    // The table uses Equation (3) alone; tightening with n * delta would change nothing.
     PeriodicTasks tasks = paper_timers_only(column.utilisation_percent);
     const PeriodicTasks bare = tasks;
     for (std::size_t i = 0; i < tasks.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a user can get wrong, and the sentence that says so.
+// Messages for invalid input.
 #include <gmock/gmock.h>
 
 #include <functional>
@@ -57,7 +57,7 @@ TEST(BadInput, TimesOutOfRangeNameTheTask) {
   EXPECT_THAT(refusal([] { davis_2007({}); }), HasSubstr("empty"));
 }
 
-TEST(BadInput, ADeadlineBeyondThePeriodNamesTheMethodThatWouldTakeIt) {
+TEST(BadInput, ADeadlineBeyondThePeriodNamesAMethodThatAcceptsIt) {
   PeriodicTasks tasks = named();
   tasks[1].deadline = 21;
   EXPECT_THAT(refusal([&] { brueggen_2015(tasks); }), AllOf(HasSubstr("'lidar'"), HasSubstr("Theorem 1"),
@@ -127,7 +127,7 @@ TEST(BadInput, TimesThatOverflowAreReported) {
               HasSubstr("64-bit nanoseconds"));
 }
 
-TEST(BadInput, SubscriptionsAreNoPeriodicTasks) {
+TEST(BadInput, SubscriptionsAreNotPeriodicTasks) {
   TaskSet set;
   set.tasks.resize(1);
   set.tasks[0].name = "planner/map";

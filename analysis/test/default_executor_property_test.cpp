@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The default executor's bounds against the default executor itself: hotpath's wait set scheduler in virtual
-// time.
+// Compares the default executor's bounds with the default executor itself: hotpath's wait set
+// scheduler in virtual time.
 #include <gtest/gtest.h>
 
 #include "hotpath/analysis/teper_2022.hpp"
@@ -15,7 +15,7 @@ struct Ran {
   std::int64_t timestamp = 0, start = 0, finish = 0;
 };
 
-/// Every job of each task, in order of start, until `end`; execution times drawn from [bcet, wcet].
+/// All jobs of each task until `end`, in order of start; execution times drawn from [bcet, wcet].
 std::vector<std::vector<Ran>> run_default_executor(const TaskSet& set, std::int64_t end,
                                                    RandomStream& random) {
   WaitSetScheduler scheduler(set, 1);
@@ -44,14 +44,14 @@ std::vector<std::vector<Ran>> run_default_executor(const TaskSet& set, std::int6
   return ran;
 }
 
-/// Random timers, some of which start sequences of subscriptions; creation order is random.
+/// Random timers, some of which start sequences of subscriptions, in random order of creation.
 TaskSet random_set(RandomStream& random, bool subscriptions) {
-  RandomSet what;
-  what.max_tasks = 5;
-  what.phases = true;
-  what.shorter_runs = true;
-  what.max_wcet_share = random.below(2) == 0 ? 0.3 : 0.9;
-  PeriodicTasks tasks = random_tasks(random, what);
+  RandomSet parameters;
+  parameters.max_tasks = 5;
+  parameters.phases = true;
+  parameters.shorter_runs = true;
+  parameters.max_wcet_share = random.below(2) == 0 ? 0.3 : 0.9;
+  PeriodicTasks tasks = random_tasks(random, parameters);
   random.shuffle(std::span(tasks));
   TaskSet set;
   for (const PeriodicTask& p : tasks) {
@@ -87,8 +87,8 @@ std::string as_text(const TaskSet& set) {
   return text;
 }
 
-/// Largest time from right after the start of a job of the first task to the finish of the first output that
-/// knows of it.
+/// Largest time from right after the start of a job of the first task to the finish of the first
+/// output that depends on it.
 std::int64_t largest_reaction(const std::vector<std::vector<Ran>>& ran, const std::vector<TaskId>& chain) {
   std::int64_t largest = 0;
   const auto& first = ran[chain.front()];
@@ -107,7 +107,7 @@ std::int64_t largest_reaction(const std::vector<std::vector<Ran>>& ran, const st
   return largest;
 }
 
-/// Random walk: behind a task that feeds one comes that subscription, else any timer.
+/// A random walk: after a task that feeds another one comes that subscription, otherwise any timer.
 std::vector<TaskId> random_chain(const TaskSet& set, RandomStream& random) {
   const auto any_timer = [&] {
     TaskId id = static_cast<TaskId>(random.below(set.size()));

@@ -31,9 +31,9 @@ TEST(Teper2024, PaperTaskSetsWithoutOverhead) {
 TEST(Teper2024, GeneralLemmasReduceToTheTimersForm) {
   RandomStream random(3, {0});
   for (int i = 0; i < 500; ++i) {
-    RandomSet what;
-    what.max_wcet_share = 2;
-    const PeriodicTasks tasks = random_tasks(random, what);
+    RandomSet parameters;
+    parameters.max_wcet_share = 2;
+    const PeriodicTasks tasks = random_tasks(random, parameters);
     ExecutorCallbacks callbacks;
     TaskChain chain;
     for (const PeriodicTask& t : tasks) {
@@ -47,7 +47,7 @@ TEST(Teper2024, GeneralLemmasReduceToTheTimersForm) {
   }
 }
 
-/// indy.yaml of the RTAS 2024 artifact: one node on each executor; nanoseconds.
+/// indy.yaml of the RTAS 2024 artifact: one node per executor; nanoseconds.
 struct Indy {
   std::int64_t tracking_period = 50'000'000, planner_period = 75'000'000;
   bool subscriptions_first = false;
@@ -112,7 +112,7 @@ TEST(Teper2024, IndyBaseline) {
   EXPECT_DOUBLE_EQ(rounded_ms(indy.latency()), 835.837);
   std::vector<std::int64_t> totals;
   for (const ElementBound& e : indy.elements) totals.push_back(e.total());
-  // The facts list these to 1 ns, rounded from binary fractions of a second.
+  // Expected values to 1 ns, rounded from binary fractions of a second.
   EXPECT_THAT(totals, ElementsAre(21'075'248, 18'689'154, 22'143'364, 81'749'916, 114'518'494, 114'518'494,
                                   220'320'734, 220'320'734, 8'331'624, 14'169'312));
 }
@@ -129,7 +129,7 @@ TEST(Teper2024, IndyTimersOfPeriodZero) {
 TEST(Teper2024, IndyAsynchronousPublishing) {
   const std::int64_t all = Indy{.asynchronous = true, .elements = {}}.latency();
   EXPECT_DOUBLE_EQ(rounded_ms(all), 700.207);
-  // The artifact's printed value leaves out the finish of the last element.
+  // The value printed by the artifact omits the finish of the last element.
   EXPECT_DOUBLE_EQ(rounded_ms(all - 4'162'312), 696.045);
 }
 
@@ -173,12 +173,12 @@ constexpr Rtss2022Element kSub{};
 
 Rtss2022Element timer(std::int64_t wcet, std::int64_t period) { return {Kind::timer, period, wcet, 0}; }
 
-/// Two sensors with filters, a fusion and a second stage, each triggered by a subscription (S) or a timer
-/// (T); tenths of a millisecond. `w` is the sum of all execution times.
+/// Two sensors with filters, a fusion and a second stage, each triggered by a subscription (S) or a
+/// timer (T); tenths of a millisecond. `w` is the sum of all execution times.
 struct Rtss2022Case {
   const char* name;
   std::int64_t w, sensor, fusion_timer,
-      stage_timer;  // timers: 0 where the stage is triggered by a subscription
+      stage_timer;  // timers: 0 if a subscription triggers the stage
   std::int64_t chain1, chain2;
 };
 
@@ -198,7 +198,7 @@ TEST(Teper2022, UpperBoundsOfTheArtifact) {
       chain1.push_back(timer(300, c.fusion_timer));
       chain2.push_back(timer(300, c.fusion_timer));
     } else {
-      // Chain 2 waits for the trigger on chain 1: behind the sensor come the filter and the trigger.
+      // Chain 2 waits for the trigger on chain 1: after the sensor come the filter and the trigger.
       chain2.push_back({Kind::passive_trigger, c.sensor, 100, 2});
     }
     for (auto* chain : {&chain1, &chain2}) {

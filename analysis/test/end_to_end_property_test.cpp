@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// End-to-end bounds against each other and against reaction times and data ages read off simulated schedules.
+// Compares end-to-end bounds with each other and with the reaction times and data ages of simulated
+// schedules.
 #include <gtest/gtest.h>
 
 #include "hotpath/analysis/davare_2007.hpp"
@@ -24,9 +25,10 @@ struct Latency {
   std::int64_t reaction = 0, age = 0, reduced_age = 0;
 };
 
-/// Jobs read at their start and write at their finish. An event right after a read is processed by the next
-/// job of the first task, and from there by the first job of each task that starts at or after the finish
-/// before it. Data age lasts until the next output. Only what begins at `from` or later counts.
+/// Jobs read at their start and write at their finish. An event right after a read is processed by
+/// the next job of the first task, and from there by the first job of each task that starts at or
+/// after the previous finish. Data age lasts until the next output. Only events and data from
+/// `from` on count.
 Latency measure(const std::vector<std::vector<SimulatedJob>>& jobs, const TaskChain& chain,
                 std::int64_t from) {
   Latency latency;
@@ -94,12 +96,12 @@ void check_set(const PeriodicTasks& tasks, const ResponseTimes& bounds, Prioriti
 }
 
 RandomSet small_set(RandomStream& random) {
-  RandomSet what;
-  what.max_tasks = 4;
-  what.periods = {4, 5, 8, 10, 20};
-  what.phases = random.below(2) == 0;
-  what.shorter_runs = random.below(2) == 0;
-  return what;
+  RandomSet parameters;
+  parameters.max_tasks = 4;
+  parameters.periods = {4, 5, 8, 10, 20};
+  parameters.phases = random.below(2) == 0;
+  parameters.shorter_runs = random.below(2) == 0;
+  return parameters;
 }
 
 TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpFp) {
@@ -135,9 +137,9 @@ TEST(EndToEnd, JitterKeepsTheBoundsSafe) {
   RandomStream random(23, {0});
   int compared = 0;
   for (int set = 0; set < 3000; ++set) {
-    RandomSet what = small_set(random);
-    what.jitter = true;
-    const PeriodicTasks tasks = random_tasks(random, what);
+    RandomSet parameters = small_set(random);
+    parameters.jitter = true;
+    const PeriodicTasks tasks = random_tasks(random, parameters);
     const ResponseTimes bounds = davis_2007(tasks, TimeModel::discrete);
     if (!schedulable(tasks, bounds)) continue;
     ++compared;

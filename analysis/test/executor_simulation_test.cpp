@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Section V: the bounds against hotpath's own schedulers in virtual time, with the cost of releases.
+// Section V: compares the bounds with hotpath's own schedulers in virtual time, with the cost of
+// releases.
 #include <gtest/gtest.h>
 
 #include "hotpath/analysis/bedarkar_2022.hpp"
@@ -15,10 +16,10 @@ namespace {
 
 /// Timers of a few milliseconds in random order of creation.
 TaskSet random_timers(RandomStream& random) {
-  RandomSet what;
-  what.phases = random.below(2) == 0;
-  what.shorter_runs = random.below(2) == 0;
-  PeriodicTasks tasks = random_tasks(random, what);
+  RandomSet parameters;
+  parameters.phases = random.below(2) == 0;
+  parameters.shorter_runs = random.below(2) == 0;
+  PeriodicTasks tasks = random_tasks(random, parameters);
   random.shuffle(std::span(tasks));
   TaskSet set;
   for (const PeriodicTask& p : tasks) {
@@ -45,7 +46,7 @@ Trace simulated(const TaskSet& set, const char* executor, Duration delta, std::u
   return simulate_trace(set, *entry, {}, workload, options);
 }
 
-/// Every job that ran kept the bound of its task, and no timestamp was skipped.
+/// Checks that every finished job met the bound of its task and that no timestamp was skipped.
 void expect_within(const Trace& trace, const TaskSet& set, const PeriodicTasks& tasks,
                    const ResponseTimes& bounds) {
   std::vector<std::int64_t> bound(set.size());
@@ -79,7 +80,7 @@ TEST_P(SectionV, BoundsWithReleaseOverheadHoldForTheSimulatedExecutor) {
     try {
       response = with_release_overhead(tasks, delta.count(), c.mode, c.analysis);
     } catch (const AnalysisError&) {
-      continue;  // condition C1 or the utilisation
+      continue;  // violates condition C1 or the utilisation limit
     }
     if (!schedulable(response.tasks, response.bounds)) continue;
     ++compared;
@@ -118,7 +119,7 @@ TEST(Fifo, BoundHoldsForTheStockEventsExecutorWhereItSkipsNothing) {
     ExecutorEntry stock = *find_executor("events-ro");
     SimulationOptions options;
     options.platform = default_platform(stock);
-    options.platform.raised_releaser = true;  // else a late releaser skips timestamps
+    options.platform.raised_releaser = true;  // otherwise a late releaser skips timestamps
     options.duration = std::chrono::milliseconds(500);
     const WorstCaseTimes longest(set);
     PublishingWorkload workload(longest);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every reachable schedule of small sporadic sets in integer time: the exact analyses must be exact.
+// Explores every reachable schedule of small sporadic sets in integer time: the exact analyses must
+// be exact.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -17,15 +18,15 @@ namespace {
 
 constexpr std::size_t kMost = 3;
 
-/// Sporadic non-preemptive scheduling as a finite automaton, one step a time unit. At each instant any task
-/// whose last release is at least T ago may release a job; a free processor then starts the first job by the
-/// rule, ties either way, for any execution time in [1, C].
+/// Sporadic non-preemptive scheduling as a finite automaton with one step per time unit. At each
+/// instant any task whose last release is at least T ago may release a job. A free processor then
+/// starts the first job by the rule, with ties either way, for any execution time in [1, C].
 class Automaton {
  public:
   Automaton(const PeriodicTasks& tasks, Rule rule) : tasks_(tasks), rule_(rule) {}
 
-  /// Whether no job finishes later than `limit` of its task after its release; then `largest` are the largest
-  /// response times.
+  /// Whether every job finishes at most its task's `limit` after its release; `largest` then holds
+  /// the largest response times.
   bool explore(const std::vector<std::int64_t>& limit, std::vector<std::int64_t>& largest) {
     largest.assign(tasks_.size(), 0);
     std::unordered_set<std::uint64_t> seen;
@@ -49,7 +50,7 @@ class Automaton {
  private:
   struct Slot {
     std::int8_t wait = 0;  // until the next release is allowed
-    std::int8_t age = -1;  // of the unfinished job; -1: none
+    std::int8_t age = -1;  // of the unfinished job; -1: no job
   };
   struct State {
     std::array<Slot, kMost> slot;
@@ -103,7 +104,7 @@ class Automaton {
     return started;
   }
 
-  /// One time unit; false when a job is late.
+  /// Advances by one time unit; false if a job is late.
   bool pass(State& s, const std::vector<std::int64_t>& limit, std::vector<std::int64_t>& largest) const {
     for (std::size_t i = 0; i < tasks_.size(); ++i) {
       if (s.slot[i].wait > 0) --s.slot[i].wait;
@@ -134,12 +135,12 @@ std::vector<std::int64_t> deadlines(const PeriodicTasks& tasks) {
 }
 
 RandomSet tiny(RandomStream& random) {
-  RandomSet what;
-  what.max_tasks = kMost;
-  what.periods = {2, 3, 4, 5, 6, 7, 8, 9, 10};
-  what.max_wcet_share = 0.6;
-  what.constrained = random.below(2) == 0;
-  return what;
+  RandomSet parameters;
+  parameters.max_tasks = kMost;
+  parameters.periods = {2, 3, 4, 5, 6, 7, 8, 9, 10};
+  parameters.max_wcet_share = 0.6;
+  parameters.constrained = random.below(2) == 0;
+  return parameters;
 }
 
 constexpr int kSets = 1500;
@@ -239,7 +240,7 @@ TEST(Exhaustive, FifoBoundIsReached) {
     const PeriodicTasks tasks = random_tasks(random, tiny(random));
     if (utilisation(tasks) > 0.999) continue;
     const std::int64_t bound = bedarkar_2022(tasks);
-    if (bound > tasks.front().period) continue;  // the automaton holds one job of each task
+    if (bound > tasks.front().period) continue;  // the automaton represents at most one job of each task
     ++compared;
     std::vector<std::int64_t> largest;
     ASSERT_TRUE(Automaton(tasks, Rule::fifo).explore(std::vector<std::int64_t>(tasks.size(), bound), largest))

@@ -21,7 +21,7 @@ GrowthTest differences(const Values& before, const Values& after, Pairing pairin
   return test_growth(before, after, pairing, Scale::difference);
 }
 
-TEST(GrowthTest, WelchAsScipyHasIt) {
+TEST(GrowthTest, WelchEqualsScipy) {
   // scipy.stats.ttest_ind(after, before, equal_var=False, alternative="greater")
   const GrowthTest t =
       differences({20.4, 24.2, 15.4, 21.4, 20.2}, {19.4, 27.2, 27.3, 25.9}, Pairing::independent);
@@ -32,7 +32,7 @@ TEST(GrowthTest, WelchAsScipyHasIt) {
   EXPECT_NEAR(t.interval.high, 10.40231912, 1e-6);
 }
 
-TEST(GrowthTest, PairsAsScipyHasThem) {
+TEST(GrowthTest, PairsEqualScipy) {
   // scipy.stats.ttest_rel(after, before, alternative="greater")
   const Values before = {100, 200, 300, 400}, after = {106, 202, 311, 409};
   EXPECT_NEAR(differences(before, after, Pairing::paired).p_value, 0.01870577931, 1e-9);
@@ -88,8 +88,8 @@ TEST(GrowthTest, FewEqualCountsDoNotShowThatCountsNeverVary) {
   EXPECT_EQ(differences(before, before, Pairing::exact).p_value, 1);
 }
 
-/// Share of 4000 comparisons of five normal repetitions a side that are alarms at 1 %; `shared` is the part
-/// of the noise that both repetitions of a pair have in common.
+/// Share of 4000 comparisons that are alarms at 1 %, with five normal repetitions per side;
+/// `shared` is the part of the noise common to both repetitions of a pair.
 double alarms(Pairing pairing, double growth, double shared, double noise, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -117,7 +117,7 @@ TEST(GrowthTest, PairsFindWhatTheirCommonNoiseHides) {
   EXPECT_GT(alarms(Pairing::paired, 0.05, 0.2, 0.005, 2), 0.99);
 }
 
-TEST(GrowthTest, WhatIsDetectableIsDetectedSoOften) {
+TEST(GrowthTest, DetectableGrowthIsDetectedAtTheGivenRate) {
   const double noise = 0.02;
   for (const auto& [pairing, degrees] : {std::pair{Pairing::independent, 8}, std::pair{Pairing::paired, 4}}) {
     GrowthTest t;

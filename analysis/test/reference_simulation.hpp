@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A deliberately simple simulation of one processor without overhead, which shares no code with schedulers or
-// analyses.
+// A deliberately simple simulation of one processor without overhead. It shares no code with
+// schedulers or analyses.
 #pragma once
 
 #include <tuple>
@@ -14,7 +14,7 @@ enum class Rule : std::uint8_t { fixed_priority, edf, fifo };
 struct SimulatedJob {
   std::size_t task = 0;
   std::int64_t nominal = 0;             ///< Nominal release.
-  std::int64_t ready = 0;               ///< When it (or its next segment) can start.
+  std::int64_t ready = 0;               ///< When the job (or its next segment) can start.
   std::int64_t deadline = 0;            ///< Absolute.
   std::vector<std::int64_t> runs = {};  ///< Execution times of its segments.
   std::vector<std::int64_t> gaps = {};  ///< Delays between segments; empty: none.
@@ -23,8 +23,8 @@ struct SimulatedJob {
   std::int64_t start = -1, finish = -1;
 };
 
-/// Runs all jobs: whenever the processor is free, the first ready one by `rule` runs its next segment to the
-/// end.
+/// Runs all jobs: whenever the processor is free, the first ready job by `rule` runs its next
+/// segment to completion.
 inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
   const auto key = [&](const SimulatedJob& j) {
     const auto task = static_cast<std::int64_t>(j.task);
@@ -59,8 +59,8 @@ inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
   }
 }
 
-/// Jobs of periodic tasks with releases before `horizon`; execution times and release jitter drawn, the
-/// extremes often.
+/// Jobs of periodic tasks with releases before `horizon`; execution times and release jitter are
+/// random and often extreme.
 inline std::vector<SimulatedJob> draw_jobs(const PeriodicTasks& tasks, std::int64_t horizon,
                                            RandomStream& random) {
   const auto draw = [&](std::int64_t low, std::int64_t high) {

@@ -39,7 +39,7 @@ TEST(SectionVB, ReleaseOnlyDivergesWhenReleasesAloneFillTheProcessor) {
 }
 
 TEST(SectionVB, TighteningNeedsAScheduleProvenWithTheUntightenedOverhead) {
-  // Task 2 runs through two releases of task 1, which thus costs 2 delta, and its own release.
+  // Task 2 spans two releases of task 1, which cost 2 delta, and its own release.
   const PeriodicTasks schedulable_set = {task(1, 20), task(18, 100)};
   const auto tight = with_release_overhead(
       schedulable_set, 1, ReleaseMode::release_only,

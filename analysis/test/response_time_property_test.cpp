@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two roads to each response time: analysis, exploration and simulation of thousands of random sets.
+// Compares analysis, exploration and simulation of thousands of random sets.
 #include <gtest/gtest.h>
 
 #include "hotpath/analysis/bedarkar_2022.hpp"
@@ -19,10 +19,10 @@ namespace {
 constexpr int kSets = 2000;
 
 RandomSet every_kind(RandomStream& random) {
-  RandomSet what;
-  what.shorter_runs = random.below(2) == 0;
-  what.constrained = random.below(2) == 0;
-  return what;
+  RandomSet parameters;
+  parameters.shorter_runs = random.below(2) == 0;
+  parameters.constrained = random.below(2) == 0;
+  return parameters;
 }
 
 std::int64_t period_lcm(const PeriodicTasks& tasks) { return hyperperiod(tasks, "test", "test"); }
@@ -72,9 +72,9 @@ TEST(NonPreemptiveFp, ExactWithJitterAndOverrunDeadlinesBoundsSagBoundsSimulatio
   RandomStream random(2, {0});
   int compared = 0;
   for (int set = 0; set < kSets; ++set) {
-    RandomSet what = every_kind(random);
-    what.jitter = true;
-    const PeriodicTasks tasks = random_tasks(random, what);
+    RandomSet parameters = every_kind(random);
+    parameters.jitter = true;
+    const PeriodicTasks tasks = random_tasks(random, parameters);
     const ResponseTimes integer = davis_2007(tasks, TimeModel::discrete);
     if (!integer.back()) continue;
     ++compared;
@@ -95,9 +95,9 @@ TEST(TimeModel, ContinuousIsTheLimitOfEverFinerDiscreteTime) {
   constexpr std::int64_t kFine = 1000;
   RandomStream random(3, {0});
   for (int set = 0; set < kSets; ++set) {
-    RandomSet what;
-    what.jitter = random.below(2) == 0;
-    const PeriodicTasks tasks = random_tasks(random, what);
+    RandomSet parameters;
+    parameters.jitter = random.below(2) == 0;
+    const PeriodicTasks tasks = random_tasks(random, parameters);
     PeriodicTasks fine = tasks;
     for (PeriodicTask& t : fine) {
       t.wcet *= kFine, t.bcet *= kFine, t.period *= kFine, t.deadline *= kFine, t.jitter *= kFine;
@@ -109,7 +109,7 @@ TEST(TimeModel, ContinuousIsTheLimitOfEverFinerDiscreteTime) {
       const std::int64_t blocked = k + 1 < tasks.size() ? 1 : 0;
       ASSERT_EQ(*limit[k] * kFine - blocked, *near[k]) << "task " << k << as_graph(tasks);
     }
-    if (what.jitter || utilisation(tasks) > 1) continue;
+    if (parameters.jitter || utilisation(tasks) > 1) continue;
     const ResponseTimes edf = spuri_1996(tasks), edf_near = spuri_1996(fine, TimeModel::discrete);
     for (std::size_t k = 0; k < tasks.size(); ++k) {
       ASSERT_GE(*edf[k] * kFine, *edf_near[k]) << "task " << k << as_graph(tasks);
@@ -154,9 +154,9 @@ TEST(NonPreemptiveEdf, WcrtBoundsSagBoundsSimulationAndDecidesAsTheDemandTest) {
 TEST(Fifo, BoundHoldsForEveryPhase) {
   RandomStream random(5, {0});
   for (int set = 0; set < kSets; ++set) {
-    RandomSet what = every_kind(random);
-    what.phases = true;
-    const PeriodicTasks tasks = random_tasks(random, what);
+    RandomSet parameters = every_kind(random);
+    parameters.phases = true;
+    const PeriodicTasks tasks = random_tasks(random, parameters);
     if (utilisation(tasks) > 0.999) continue;
     const std::int64_t bound = bedarkar_2022(tasks);
     for (const std::int64_t largest : simulated(tasks, Rule::fifo, random))
@@ -166,10 +166,10 @@ TEST(Fifo, BoundHoldsForEveryPhase) {
 
 /// A random set whose jobs are split into segments.
 SequenceTasks random_sequences(RandomStream& random, std::int64_t longest_delay) {
-  RandomSet what;
-  what.max_tasks = 4;
+  RandomSet parameters;
+  parameters.max_tasks = 4;
   SequenceTasks sequences;
-  for (const PeriodicTask& t : random_tasks(random, what)) {
+  for (const PeriodicTask& t : random_tasks(random, parameters)) {
     SequenceTask s{.name = "s", .segments = {}, .period = t.period, .deadline = t.deadline};
     for (std::int64_t left = t.wcet; left > 0; left -= s.segments.back()) {
       s.segments.push_back(1 + static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(left))));

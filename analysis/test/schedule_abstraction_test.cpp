@@ -125,7 +125,7 @@ TEST(SagJobs, ReleasesStartAtThePhaseAndCoverTwoHyperperiodsBehindIt) {
   EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 8U + 4U);  // releases below 5 + 2 * 12
   tasks[1].jitter = 1;
   const auto jobs = sag_jobs(tasks, SagPolicy::edf);
-  EXPECT_EQ(jobs.size(), 11U + 6U);  // and one hyperperiod more, as far as the busy window reaches back
+  EXPECT_EQ(jobs.size(), 11U + 6U);  // plus one hyperperiod, the reach of the busy window
   EXPECT_EQ(jobs[2].arrival_min, 5);
   EXPECT_EQ(jobs[2].arrival_max, 6);
   EXPECT_EQ(jobs[2].priority, 11);

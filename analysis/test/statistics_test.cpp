@@ -100,8 +100,8 @@ TEST(RepeatedSamples, LeaveOutRepetitionsWithoutSamples) {
   EXPECT_THAT(sut.pooled(), testing::ElementsAre(1.0, 2.0));
 }
 
-// Two repetitions of one sample each: the pools {1,1}, {1,3}, {3,1}, {3,3} are equally likely, so that the
-// median is 1, 2 or 3 with probabilities 1/4, 1/2, 1/4.
+// Two repetitions of one sample each: the pools {1,1}, {1,3}, {3,1}, {3,3} are equally likely, so
+// the median is 1, 2 or 3 with probabilities 1/4, 1/2, 1/4.
 TEST(Bootstrap, ResamplesWholeRepetitionsWithReplacement) {
   const RepeatedSamples samples(Repetitions{{1.0}, {3.0}});
   const std::array median = {0.5};
@@ -152,9 +152,9 @@ TEST(Bootstrap, SeedDecidesTheInterval) {
   EXPECT_NE(low(1), low(2));
 }
 
-// Samples of one repetition share that repetition's shift; an interval from resampled single samples would be
-// about seven times too narrow and hardly ever hold the true median.
-TEST(Bootstrap, IntervalHoldsTheTrueMedianAboutAsOftenAsItSays) {
+// Samples of one repetition share that repetition's shift; an interval from resampled single
+// samples would be about seven times too narrow and would rarely contain the true median.
+TEST(Bootstrap, IntervalContainsTheTrueMedianAtAboutItsConfidence) {
   std::mt19937_64 random(11);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
   const std::array median = {0.5};

@@ -18,7 +18,8 @@ inline PeriodicTask task(std::int64_t wcet, std::int64_t period, std::int64_t de
 
 using Bounds = ResponseTimes;
 
-/// A task set as a graph file, one millisecond a unit, so that a failing one can be fed to the command line.
+/// Prints a task set as a graph file, one millisecond per unit, so that a failing set can be passed
+/// to the command line.
 inline std::string as_graph(const PeriodicTasks& tasks) {
   std::ostringstream out;
   out << "\nname: counterexample\nnodes:\n";
@@ -49,20 +50,20 @@ struct RandomSet {
   bool shorter_runs = false;  // bcet below wcet
 };
 
-/// A random task set in rate-monotonic order, of integer times.
-inline PeriodicTasks random_tasks(RandomStream& random, const RandomSet& what) {
+/// A random task set in rate-monotonic order, with integer times.
+inline PeriodicTasks random_tasks(RandomStream& random, const RandomSet& parameters) {
   const auto in = [&](std::int64_t low, std::int64_t high) {
     return low + static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(high - low + 1)));
   };
-  PeriodicTasks tasks(what.min_tasks + random.below(what.max_tasks - what.min_tasks + 1));
+  PeriodicTasks tasks(parameters.min_tasks + random.below(parameters.max_tasks - parameters.min_tasks + 1));
   for (PeriodicTask& t : tasks) {
-    t.period = what.periods[random.below(what.periods.size())];
-    t.wcet = in(1, std::max<std::int64_t>(
-                       1, static_cast<std::int64_t>(what.max_wcet_share * static_cast<double>(t.period))));
-    t.bcet = what.shorter_runs ? in(0, t.wcet) : t.wcet;
-    t.deadline = what.constrained ? in(t.wcet, t.period) : t.period;
-    t.phase = what.phases ? in(0, t.period - 1) : 0;
-    t.jitter = what.jitter ? in(0, t.period / 3) : 0;
+    t.period = parameters.periods[random.below(parameters.periods.size())];
+    t.wcet = in(1, std::max<std::int64_t>(1, static_cast<std::int64_t>(parameters.max_wcet_share *
+                                                                       static_cast<double>(t.period))));
+    t.bcet = parameters.shorter_runs ? in(0, t.wcet) : t.wcet;
+    t.deadline = parameters.constrained ? in(t.wcet, t.period) : t.period;
+    t.phase = parameters.phases ? in(0, t.period - 1) : 0;
+    t.jitter = parameters.jitter ? in(0, t.period / 3) : 0;
   }
   std::stable_sort(tasks.begin(), tasks.end(),
                    [](const PeriodicTask& a, const PeriodicTask& b) { return a.period < b.period; });

@@ -25,7 +25,7 @@ TEST(Waters2015, SharesOfTheTableLeaveFifteenPercentAngleSynchronous) {
 TEST(Waters2015, RunnablesHaveSharesAndMeanExecutionTimesOfTheFacts) {
   constexpr int kRunnables = 300'000;
   RandomStream random(9, {0});
-  std::map<std::int64_t, std::pair<int, double>> wcet_us;  // period in ms: number, sum
+  std::map<std::int64_t, std::pair<int, double>> wcet_us;  // by period in ms: count, sum
   PeriodicTasks all;
   for (int i = 0; i < kRunnables; ++i) {
     all.push_back(waters_runnable(random));
@@ -82,7 +82,8 @@ TEST(Waters2015, ChainsFollowTheAuthorsProcedure) {
       ++length[chain.size()];
     }
   }
-  // Attempts with more patterns are dropped more often, so one pattern is above its 70 %.
+  // Attempts with more patterns are dropped more often, so the share of one pattern exceeds its 70
+  // %.
   EXPECT_GT(patterns[1], 0.7 * chains_in_all);
   EXPECT_GT(patterns[2], patterns[3]);
   EXPECT_GT(patterns[3], 0);
@@ -119,7 +120,7 @@ TEST(WatersExperiment, PartsInAnyOrderJoinToTheWhole) {
   for (const WatersRow& row : whole.rows) parts[2 - row.set % 3].rows.push_back(row);
   for (WatersResult& part : parts) part = unpack_waters(pack_waters(part));
   EXPECT_TRUE(join_waters(parts) == whole);
-  EXPECT_THROW(unpack_waters("no share"), AnalysisError);
+  EXPECT_THROW(unpack_waters("not a part"), AnalysisError);
   EXPECT_THROW(unpack_waters(pack_waters(parts[0]) + "x"), AnalysisError);
 }
 
@@ -145,8 +146,8 @@ TEST(WatersExperiment, EachMethodIsAtLeastAsTightAsTheOneBefore) {
   }
 }
 
-/// Half width at which two independent runs of `ours` and `theirs` task sets differ by chance once in a
-/// thousand.
+/// Half width beyond which two independent runs of `ours` and `theirs` task sets differ by chance
+/// once in a thousand times.
 double allowance(const ClusteredEstimate& e, double ours, double theirs) {
   const double standard_error = (e.high - e.low) / 2 / 1.96;
   return 3.3 * standard_error * std::sqrt(1 + ours / theirs);

@@ -26,9 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostChains = 8;
-/// How many of the best are doubted, beside what runs now.
+/// Number of best candidates in the doubts, in addition to the current executor.
 constexpr std::size_t kDoubted = 3;
-/// Of the budget, the share that the ranking has; the rest is for doubts.
+/// The ranking's share of the budget; the rest is for the doubts.
 constexpr double kRankingShare = 0.6;
 
 Graph graph_of(const AdviseOptions& options) {
@@ -48,8 +48,8 @@ std::string default_objective(const AdviseOptions& options, const Graph& graph) 
                                                                                 : options.objective;
 }
 
-/// Refuses what does not fit: the candidates, of which each has a graph and tasks, and the traces of those
-/// that are simulated at the same time.
+/// Rejects a graph that does not fit into memory: every candidate has a graph and tasks, and every
+/// candidate under simulation has a trace.
 void check_memory(const AdviseOptions& options, const GraphTasks& tasks) {
   constexpr double kCandidates = 30, kBytesOfTask = 2500;  // measured with 1000 to 20,000 nodes
   const std::size_t at_once =
@@ -58,14 +58,15 @@ void check_memory(const AdviseOptions& options, const GraphTasks& tasks) {
                      "a shorter --duration, fewer --threads, or a part of the graph");
 }
 
-/// Says what would be enough.
+/// Throws RunError with the number of cores that would suffice.
 void check_load(const Graph& graph, const GraphTasks& tasks) {
   const double load = mean_load_percent(graph, tasks);
   if (load < 100.0 * graph.platform.cores) return;
-  throw RunError(concat("overload: the callbacks of ", graph.name, " have ", fixed(load, 0),
-                        " % of one core of work, and there are ", graph.platform.cores,
-                        graph.platform.cores == 1 ? " core" : " cores", ": no executor can keep up; give it ",
-                        std::floor(load / 100) + 1, " cores or more (--cores), or less work (--load)"));
+  throw RunError(concat("overload: the callbacks of ", graph.name, " need ", fixed(load, 0),
+                        " % of one core, and there are ", graph.platform.cores,
+                        graph.platform.cores == 1 ? " core" : " cores",
+                        ": no executor can keep up; give the graph ", std::floor(load / 100) + 1,
+                        " cores or more (--cores), or less work (--load)"));
 }
 
 class Adviser {
@@ -115,20 +116,20 @@ class Adviser {
     return o;
   }
 
-  /// A deployment has the name that its file gives it.
+  /// A deployment from a file has the name in the file, and is the last candidate.
   std::string now_name(const std::vector<Candidate>& candidates) const {
-    const auto found = std::ranges::find(candidates, options_.now, &Candidate::name);
-    return found == candidates.end() ? candidates.back().name : found->name;
+    const auto now = std::ranges::find(candidates, options_.now, &Candidate::name);
+    return now == candidates.end() ? candidates.back().name : now->name;
   }
 
-  /// Without anything random one draw tells all.
+  /// One draw suffices if nothing is random.
   std::uint32_t draws() const {
     const bool random =
         options_.phases == Phases::random || graph_.platform.execution_times != ExecutionTimeModel::worst;
     return random ? options_.draws : 1;
   }
 
-  std::vector<Prediction> predicted(const std::string& what, const std::vector<Candidate>& candidates,
+  std::vector<Prediction> predicted(const std::string& title, const std::vector<Candidate>& candidates,
                                     double budget_s) const {
     PredictionOptions o;
     o.common = options_;
@@ -136,7 +137,7 @@ class Adviser {
     o.budget = seconds(budget_s);
     o.threads = options_.threads;
     Progress progress(1, o.budget);
-    progress.begin(what);
+    progress.begin(title);
     const auto begin = std::chrono::steady_clock::now();
     return predict(candidates, o, [&](std::uint32_t) {
       progress.update(std::chrono::steady_clock::now() - begin, o.budget);
@@ -167,15 +168,15 @@ class Adviser {
                 const std::vector<Candidate>& candidates) const {
     const std::vector<Prediction> predictions =
         predicted(assumption, candidates, options_.budget_s * (1 - kRankingShare) / 2);
-    Doubt doubt{.assumption = assumption, .order = {}, .tells = {}};
+    Doubt doubt{.assumption = assumption, .order = {}, .values = {}};
     for (const Prediction* p : ranked(predictions, objective_)) {
       const std::string& name = p->candidate->name;
       doubt.order.push_back(name);
-      doubt.tells.push_back(p->overload.empty() ? concat(name, " ", value_text(objective_, *p))
-                                                : name + " cannot keep up");
+      doubt.values.push_back(p->overload.empty() ? concat(name, " ", value_text(objective_, *p))
+                                                 : name + " cannot keep up");
     }
-    // Those that cannot be recommended may have been before it already.
-    std::vector<std::string> before, now_before;
+    // Candidates that cannot be recommended may have been ahead before.
+    std::vector<std::string> before;
     const std::string& best = advice.best->candidate->name;
     for (const Prediction* p : advice.ranked) {
       if (p == advice.best) break;
@@ -188,7 +189,7 @@ class Adviser {
     return doubt;
   }
 
-  /// The recommended executors as files. Returns the first.
+  /// Writes the recommended executors as files and returns the first.
   std::string write_change(const Advice& advice, const fs::path& folder) const {
     if (advice.best == nullptr || advice.best == advice.now) return "";
     const Candidate& c = *advice.best->candidate;
@@ -215,12 +216,12 @@ class Adviser {
       if (c.spec.deployment && plan.executors.size() > 1)
         write_whole_file(folder / "cie.yaml", FileContent(cie));
     } catch (const std::invalid_argument&) {
-      // Not of CIE's kind: some group shares its executor.
+      // CallbackIsolatedExecutor has an executor for each callback group; here some groups share.
     }
     return file.string();
   }
 
-  /// As a deployment's file says it.
+  /// The executor's name in a deployment file.
   static std::string executor_text(const Candidate& c) {
     return c.sets_priorities ? std::string(c.spec.entry->name) : c.name;
   }

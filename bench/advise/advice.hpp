@@ -8,10 +8,10 @@
 
 namespace hotpath {
 
-/// What `hotpath advise` is told on the command line.
+/// The command line of `hotpath advise`.
 struct AdviseOptions : CommonOptions {
   std::string objective = "hot_path:p99";
-  std::string now = "default";  ///< What the system has today.
+  std::string now = "default";  ///< The system's current executor or deployment.
   std::string costs = "reference";
   std::optional<unsigned> cores;
   std::uint32_t draws = 20;
@@ -19,9 +19,9 @@ struct AdviseOptions : CommonOptions {
   unsigned threads = 0;
 };
 
-/// Predicts what every suitable executor and deployment would make of the graph, ranks them, doubts the
-/// ranking, and writes table, figure, advice and the change that it asks for. Throws UsageError, InputError,
-/// and RunError for a graph that has more work than there are cores.
+/// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking
+/// under changed assumptions, and writes table, figure, advice and the files of the recommended
+/// change. Throws UsageError, InputError, and RunError for an overloaded graph.
 void advise(const AdviseOptions& options);
 
 }  // namespace hotpath

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Timers of which some job waited for longer than a period.
+/// Number of tasks that never ran, and timers with a job that waited longer than a period.
 std::size_t waited_long(const ExecutorSummary& summary) {
   return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, [](const TaskSummary& t) {
     return t.never_ran() || (t.period > Duration::zero() && t.longest_wait > t.period);
@@ -60,27 +60,28 @@ TextTable ranking_table(const Advice& advice) {
       p99 = with_interval(l.quantiles.p99, l.p99);
       worst = with_interval(l.quantiles.max, l.max);
     }
-    const std::size_t silent = never_ran(p->summary);
+    const std::size_t never_started = never_ran(p->summary);
     table.add_row({p->candidate->name, median, p99, worst,
                    lateness ? fixed(score(advice.objective, p->summary).value, 1) : "",
                    fixed(loss_percent(p->summary), 1), std::to_string(waited_long(p->summary)),
-                   silent > 0 ? std::to_string(silent) : "", std::to_string(p->candidate->threads),
-                   fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
+                   never_started > 0 ? std::to_string(never_started) : "",
+                   std::to_string(p->candidate->threads), fixed(p->cores_used, 2),
+                   p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
   }
   return table;
 }
 
-/// Who cannot keep up, and who is ahead of the recommended one for nothing.
+/// Lists overloaded candidates, and candidates with better scores that cannot be recommended.
 void write_excluded(std::ostream& out, const Advice& advice) {
   std::map<std::string, std::vector<std::string>> overloaded;
   for (const Prediction* p : advice.ranked) {
     if (!p->overload.empty()) overloaded[p->overload].push_back(p->candidate->name);
   }
-  for (const auto& [why, names] : overloaded) out << joined(names) << " cannot keep up: " << why << "\n";
+  for (const auto& [cause, names] : overloaded) out << joined(names) << " cannot keep up: " << cause << "\n";
   for (const Prediction* p : advice.ranked) {
     if (p == advice.best || !p->overload.empty()) break;
-    const std::string why = why_not(*p, *advice.now);
-    if (!why.empty()) out << p->candidate->name << " is not recommended: " << why << "\n";
+    const std::string cause = why_not(*p, *advice.now);
+    if (!cause.empty()) out << p->candidate->name << " is not recommended: " << cause << "\n";
   }
 }
 
@@ -92,7 +93,7 @@ void write_ranking(std::ostream& out, const Advice& advice) {
   out << "\n";
   for (const std::string& sentence : sentences(advice)) out << sentence << "\n";
   for (const Doubt& doubt : advice.doubts) {
-    out << "Doubt, " << doubt.assumption << ": " << joined(doubt.tells) << ".\n";
+    out << "With " << doubt.assumption << ": " << joined(doubt.values) << ".\n";
   }
   if (!advice.change.empty()) out << "\nChange: " << advice.change << "\n";
 }

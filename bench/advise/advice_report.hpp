@@ -10,15 +10,15 @@
 
 namespace hotpath {
 
-/// What was predicted once more after a change of what was assumed.
+/// The ranking under a changed assumption.
 struct Doubt {
-  std::string assumption;          ///< Such as `execution times 20 % longer`.
-  std::vector<std::string> order;  ///< Names, the best first.
-  std::vector<std::string> tells;  ///< In that order: name and value, or why it cannot keep up.
-  bool same_first = true;          ///< Whether the recommended one is still before all others.
+  std::string assumption;           ///< Such as `execution times 20 % longer`.
+  std::vector<std::string> order;   ///< Names, the best first.
+  std::vector<std::string> values;  ///< In that order: name and value, or that it cannot keep up.
+  bool same_first = true;           ///< No candidate overtakes the recommended one.
 };
 
-/// All that `hotpath advise` found.
+/// The result of `hotpath advise`.
 struct Advice {
   const Graph& graph;
   const Objective& objective;
@@ -26,16 +26,16 @@ struct Advice {
   const Prediction* now = nullptr;
   const Prediction* best = nullptr;  ///< nullptr: nothing can be recommended.
   std::uint32_t draws = 0, asked_draws = 0;
-  double seconds = 0;  ///< Of each draw that count.
+  double seconds = 0;  ///< Of each draw, without warm-up.
   std::vector<Doubt> doubts;
-  std::string change;  ///< The file of the change; empty: none is needed.
+  std::string change;  ///< The file of the recommended change; empty: none is needed.
 };
 
-/// `21.4 ms`, or what the objective's value is called.
+/// `21.4 ms`, or another objective's value with its unit.
 [[nodiscard]] std::string value_text(const Objective& objective, const Prediction& prediction);
 
 void write_ranking(std::ostream& out, const Advice& advice);
-/// Three sentences: what to take and what it brings, how sure that is, what it costs.
+/// Three sentences: the recommendation and its gain, the confidence in it, its cost.
 [[nodiscard]] std::vector<std::string> sentences(const Advice& advice);
 /// The content of advice.json.
 [[nodiscard]] nlohmann::json advice_json(const Advice& advice);

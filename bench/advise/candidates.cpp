@@ -26,7 +26,7 @@ double mean_ms(const Callback& callback, ExecutionTimeModel model) {
   return (to_ms(callback.worst) + to_ms(callback.best)) / 2;
 }
 
-/// By task, in cores.
+/// The load of each task, in cores.
 std::vector<double> loads(const Graph& graph, const GraphTasks& tasks) {
   std::vector<double> loads = activation_rates(tasks);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
@@ -35,7 +35,7 @@ std::vector<double> loads(const Graph& graph, const GraphTasks& tasks) {
   return loads;
 }
 
-/// Of the chain that the objective is about.
+/// The tasks of a chain of the graph.
 std::set<TaskId> tasks_of_chain(const Graph& graph, const GraphTasks& tasks, std::size_t chain) {
   std::set<TaskId> members;
   const ChainIndex index = index_chains(graph, tasks)[chain];
@@ -55,7 +55,7 @@ class Candidates {
     if (!named) {
       for (const ExecutorEntry& entry : executors()) add_suitable(entry);
       for (const DeploymentPreset& preset : deployment_presets()) {
-        if (preset.name != "single") add_deployment(std::string(preset.name));  // which is `default`
+        if (preset.name != "single") add_deployment(std::string(preset.name));  // the same as `default`
       }
       if (!graph_.chains.empty()) add_for_chain();
     }
@@ -105,7 +105,7 @@ class Candidates {
     c.name = spec.label;
     c.description = std::move(description);
     if (options_.reference_costs) {
-      // A deployment has the costs of its first executor, as the simulator has one machine for all.
+      // The simulator has one machine for all: a deployment has the costs of its first executor.
       const ReferenceCosts& costs = parts(spec).front().entry->traits.reference;
       graph.platform.dispatch_cost = costs.dispatch;
       graph.platform.wait_cost = costs.wait;
@@ -129,7 +129,7 @@ class Candidates {
     add_chain_threads(groups, name);
   }
 
-  /// Timers of the chain first, then by period.
+  /// Priorities: timers of the chain first, then by period.
   void add_chain_priorities(const std::set<TaskId>& chain, const std::string& name) {
     Graph graph = graph_;
     std::set<Duration> periods;
@@ -156,15 +156,15 @@ class Candidates {
   void add_chain_first(const std::set<std::uint32_t>& groups, const std::string& name) {
     Deployment d;
     d.name = "chain-first";
-    d.description = concat("callback groups of ", name, " on a thread of their own above all others");
+    d.description = concat("callback groups of ", name, " on a separate thread above all others");
     const ThreadPolicy above{ThreadPolicy::Class::fifo, kChainPriority};
     d.executors.push_back({"chain", std::string(kBaselineExecutor), above, {}, 0});
     d.executors.push_back({"rest", std::string(kBaselineExecutor), {}, {}, 0});
     for (const Task& task : tasks_.set.tasks) d.executor_of.push_back(groups.contains(task.group) ? 0 : 1);
-    if (std::ranges::count(d.executor_of, 1U) > 0) add_made(std::move(d));
+    if (std::ranges::count(d.executor_of, 1U) > 0) add_generated(std::move(d));
   }
 
-  /// The further down the chain, the higher: what has begun is finished first (PiCAS).
+  /// Priorities rise along the chain, so that started work is finished first (PiCAS).
   void add_chain_threads(const std::set<std::uint32_t>& groups, const std::string& name) {
     Deployment d = find_deployment("cie", graph_, tasks_);
     d.name = "cie:chain";
@@ -175,15 +175,15 @@ class Candidates {
       if (!groups.contains(tasks_.set[id].group) || !executor.policy.ordinary()) continue;
       executor.policy = {ThreadPolicy::Class::fifo, std::min(kMostPriority, priority++)};
     }
-    add_made(std::move(d));
+    add_generated(std::move(d));
   }
 
-  void add_made(Deployment d) {
+  void add_generated(Deployment d) {
     std::string description = d.description;
     add(deploy(std::move(d), options_.scheduling), graph_, std::move(description));
   }
 
-  /// The chain's tasks, each after those that lead to it.
+  /// The chain's tasks in the order of the data flow.
   std::vector<TaskId> along_chain() const {
     const ChainIndex index = index_chains(graph_, tasks_)[objective_.chain];
     const std::set<TaskId> members = tasks_of_chain(graph_, tasks_, objective_.chain);
@@ -227,9 +227,9 @@ void weigh(Candidate& c) {
         worker_count(*executors[e].entry, executors[e].scheduler) - (only_releases ? 1 : 0);
     c.threads += threads;
     if (of_executor[e] < std::min(threads, c.graph.platform.cores) || !c.overload.empty()) continue;
-    const std::string whose =
+    const std::string subject =
         c.spec.deployment ? concat("executor ", c.spec.deployment->plan.executors[e].name) : "it";
-    c.overload = concat(whose, " has ", fixed(100 * of_executor[e], 0), " % of one core of work for ",
+    c.overload = concat(subject, " has ", fixed(100 * of_executor[e], 0), " % of one core of work for ",
                         threads, threads == 1 ? " thread" : " threads");
   }
 }

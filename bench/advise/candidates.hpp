@@ -9,38 +9,41 @@
 
 namespace hotpath {
 
-/// What could serve the graph, and what that asks for.
+/// An executor or a deployment that could run the graph.
 struct Candidate {
   std::string name;
   std::string description;
-  Graph graph;       ///< With the platform, and where the candidate gives some, with its priorities.
+  Graph graph;       ///< With the candidate's platform costs and priorities.
   GraphTasks tasks;  ///< Of `graph`.
   ExecutorSpec spec;
-  bool sets_priorities = false;  ///< `graph` has other priorities than the one given.
-  unsigned threads = 0;          ///< That run jobs.
-  std::string overload;          ///< Why it cannot keep up; empty: it can.
+  bool sets_priorities = false;  ///< `graph` has other priorities than the user's graph.
+  unsigned threads = 0;          ///< Number of threads that run jobs.
+  std::string overload;          ///< Why the candidate cannot keep up; empty: it can.
 };
 
 struct CandidateOptions {
-  std::vector<std::string> executors, deployments;  ///< Both empty: all that suit.
-  std::string now;              ///< What the system has today: an executor or a deployment.
-  SchedulerOptions scheduling;  ///< Threads of executors that are given none.
-  bool reference_costs = true;  ///< What an executor costs on the reference machine; else the platform's.
+  std::vector<std::string> executors, deployments;  ///< Both empty: all suitable ones.
+  std::string now;                                  ///< The system's current executor or deployment.
+  SchedulerOptions scheduling;  ///< Defaults, such as the threads of executors without a number.
+  bool reference_costs = true;  ///< The executor's costs on the reference machine; else the platform's.
 };
 
-/// What suits the graph by the traits of the registry: every executor, but neither fixed priorities that
-/// nobody gave nor deadlines that are the periods, and several threads where there are cores for them; every
-/// deployment preset; and, made for the chain of the objective, if it has one, fixed priorities that put its
-/// timers first (`fp-ro:chain`), a thread above all others for its callback groups (`chain-first`), and
-/// threads for all callback groups with those of the chain above (`cie:chain`). Throws UsageError,
-/// InputError.
+/// The candidates that suit the graph:
+/// - every executor of the registry, except fixed priorities without priorities in the graph, and
+///   deadline monotonic without deadlines other than the periods; several threads only if there are
+///   cores for them;
+/// - every deployment preset;
+/// - for the objective's chain, if there is one: fixed priorities with the chain's timers first
+///   (`fp-ro:chain`), a thread above all others for the chain's callback groups (`chain-first`),
+///   and a thread for each callback group with those of the chain above the others (`cie:chain`).
+/// Throws UsageError, InputError.
 [[nodiscard]] std::vector<Candidate> make_candidates(const Graph& graph, const Objective& objective,
                                                      const CandidateOptions& options);
 
-/// After a change of the candidate's graph: its tasks, its threads, and whether they can keep up.
+/// Updates tasks, threads and overload after a change of the candidate's graph.
 void weigh(Candidate& candidate);
 
-/// The mean work of the graph in percent of one core: by the execution times that its platform asks for.
+/// The mean work of the graph in percent of one core, with its platform's execution times.
 [[nodiscard]] double mean_load_percent(const Graph& graph, const GraphTasks& tasks);
 
 }  // namespace hotpath

@@ -26,22 +26,21 @@ constexpr const char* kFirst = "hot_path";
 std::size_t chain_named(const std::string& name, const Graph& graph) {
   std::vector<std::string> names;
   for (const Chain& chain : graph.chains) names.push_back(chain.name);
-  const auto found = std::ranges::find(names, name);
-  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  const auto place = std::ranges::find(names, name);
+  if (place != names.end()) return static_cast<std::size_t>(place - names.begin());
   if (name == kFirst && !names.empty()) return 0;
   throw UsageError(concat("--for: the graph has no chain ", name, "; ",
-                          names.empty()
-                              ? "it has none, neither named nor found: ask for worst_lateness or losses"
-                              : "it has " + joined(names)));
+                          names.empty() ? "it names none, and none was found: take worst_lateness or losses"
+                                        : "it has " + joined(names)));
 }
 
 Objective latency_of(const std::string& chain, const std::string& statistic, const Graph& graph) {
-  const auto found = std::ranges::find_if(kStatistics, [&](const auto& s) { return statistic == s.first; });
-  if (found == kStatistics.end()) throw UsageError(concat("--for: `", statistic, "`: ", kForms));
+  const auto named = std::ranges::find_if(kStatistics, [&](const auto& s) { return statistic == s.first; });
+  if (named == kStatistics.end()) throw UsageError(concat("--for: `", statistic, "`: ", kForms));
   Objective objective;
-  objective.statistic = found->second;
+  objective.statistic = named->second;
   objective.chain = chain_named(chain, graph);
-  objective.text = concat(found->first, " of ", graph.chains[objective.chain].name);
+  objective.text = concat(named->first, " of ", graph.chains[objective.chain].name);
   return objective;
 }
 

@@ -10,11 +10,11 @@
 
 namespace hotpath {
 
-/// What `hotpath advise --for` asks to be small.
+/// The quantity that `hotpath advise --for` minimises.
 struct Objective {
   enum class Kind : std::uint8_t { latency, worst_lateness, losses, requirements };
   enum class Statistic : std::uint8_t { median, p99, worst };
-  /// A chain's end-to-end latency that is allowed.
+  /// A limit of a chain's end-to-end latency.
   struct Requirement {
     std::size_t chain = 0;  ///< Index into the graph's chains.
     double most_ms = 0;     ///< > 0.
@@ -27,12 +27,12 @@ struct Objective {
   std::string text;  ///< In words, such as `p99 of hot_path`.
 };
 
-/// `hot_path:p99` (also median, worst) for the first chain, `CHAIN:p99` for another, `CHAIN<MS`, several with
-/// commas between, `worst_lateness`, or `losses`. Throws UsageError, also where the graph has no chain for
-/// it.
+/// Parses `hot_path:p99` (also median, worst) for the first chain, `CHAIN:p99` for another chain, a
+/// list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. Throws UsageError, also if the
+/// graph lacks the chain.
 [[nodiscard]] Objective parse_objective(const std::string& text, const Graph& graph);
 
-/// How well an objective is met, the smaller the better: first what counts, then what decides among equals.
+/// How well an objective is met; smaller is better. `tie` decides between equal values.
 struct Score {
   double value = 0, tie = 0;
   friend std::partial_ordering operator<=>(const Score&, const Score&) = default;
@@ -41,9 +41,9 @@ struct Score {
 /// Lost timestamps and samples in percent of all.
 [[nodiscard]] double loss_percent(const ExecutorSummary& summary);
 
-/// Of requirements, the value is the sum of the latencies' excess in percent of what is allowed, by the worst
-/// case; of lateness it is in ms (negative: before the deadline), of losses in percent, of latencies in ms.
-/// What cannot be told, as there is no sample, is infinite.
+/// The value of requirements is the sum by which worst-case latencies exceed their limits, in
+/// percent of the limit. Lateness is in ms (negative: before the deadline), losses in percent,
+/// latencies in ms. Without samples the value is infinite.
 [[nodiscard]] Score score(const Objective& objective, const ExecutorSummary& summary);
 
 /// The median, p99 or worst case of a latency.

@@ -58,7 +58,7 @@ class Draws {
   }
 
  private:
-  /// All candidates at once; which thread takes which does not matter.
+  /// Simulates all candidates in parallel; the result does not depend on the assignment to threads.
   void draw(std::uint32_t d) {
     std::vector<Drawn> drawn(predictions_.size());
     for_each_index(predictions_.size(), options_.threads, [&](std::size_t c) {
@@ -95,7 +95,7 @@ class Draws {
     drawn.totals = std::make_unique<RunTotals>(candidate.tasks.set, chains, Time{} + plan.warm_up, trace.end);
     for (const JobRecord& r : trace.jobs) drawn.totals->ended(r);
     drawn.work = work_of(trace, *times);
-    std::exchange(trace.jobs, {});  // with its memory; the chains' records and the totals remain
+    std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
     return drawn;
   }
 
@@ -128,7 +128,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
 
 void add_bound(Prediction& prediction, const std::string& chain) {
   const Candidate& candidate = *prediction.candidate;
-  if (candidate.spec.deployment) return;  // theory here is of one executor
+  if (candidate.spec.deployment) return;  // the analyses cover one executor
   try {
     const CallbackGraph callbacks = callback_graph(candidate.graph, candidate.tasks, false);
     for (const GraphBounds& bounds : graph_bounds(

@@ -20,25 +20,26 @@ struct PredictionOptions {
   unsigned threads = 0;     ///< 0: one for each processor. Results do not depend on it.
 };
 
-/// What the simulations of one candidate showed.
+/// The result of one candidate's simulations.
 struct Prediction {
   const Candidate* candidate = nullptr;
   std::vector<Repetition> draws;   ///< Without jobs.
   ExecutorSummary summary;         ///< Of all draws, with intervals over them.
-  double cores_used = 0;           ///< Work of the jobs that ran, on average.
+  double cores_used = 0;           ///< Mean work of the jobs that ran.
   std::string overload;            ///< Why there is no summary; empty: there is one.
-  std::optional<double> bound_ms;  ///< End to end, of the objective's chain, for any phases.
+  std::optional<double> bound_ms;  ///< End-to-end bound of the objective's chain for any phases.
   std::string bound_method;
 };
 
-/// Simulates all candidates that can keep up over draws of phases and execution times; draw i has the same
-/// phases and times under each. Stops after the draw in which the budget ends, or when interrupted: all have
-/// the same draws then, at least one. `progress` is told of the draws that are done.
+/// Simulates all candidates that can keep up, over draws of phases and execution times; draw i has
+/// the same phases and times for every candidate. Stops after the draw in which the budget ends, or
+/// on interruption, so that all candidates have the same draws, at least one. `progress` gets the
+/// number of finished draws.
 [[nodiscard]] std::vector<Prediction> predict(const std::vector<Candidate>& candidates,
                                               const PredictionOptions& options,
                                               const std::function<void(std::uint32_t)>& progress);
 
-/// The tightest bound of the chain that theory gives for any phases, where it gives one.
+/// Adds the tightest bound of the chain for any phases, if a method covers the candidate.
 void add_bound(Prediction& prediction, const std::string& chain);
 
 /// The chain's latencies in ms by draw.

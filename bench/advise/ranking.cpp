@@ -55,7 +55,7 @@ std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions
 }
 
 std::string why_not(const Prediction& p, const Prediction& now) {
-  if (never_ran(p.summary) > 0) return "some task never runs";
+  if (never_ran(p.summary) > 0) return "a task never runs";
   const double most = now.overload.empty() ? loss_percent(now.summary) + kMoreLosses_percent : INFINITY;
   if (loss_percent(p.summary) > most) return "it loses more than today";
   return can_be_written(*p.candidate) ? "" : "it splits callback groups";
@@ -63,10 +63,10 @@ std::string why_not(const Prediction& p, const Prediction& now) {
 
 const Prediction* recommended(const std::vector<const Prediction*>& ranked, const Prediction& now,
                               const Objective& objective) {
-  const auto can_be = [&](const Prediction* p) { return p->overload.empty() && why_not(*p, now).empty(); };
-  const auto found = std::ranges::find_if(ranked, can_be);
-  if (found == ranked.end()) return nullptr;
-  return can_be(&now) && differs(objective, **found, now) == false ? &now : *found;
+  const auto suits = [&](const Prediction* p) { return p->overload.empty() && why_not(*p, now).empty(); };
+  const auto best = std::ranges::find_if(ranked, suits);
+  if (best == ranked.end()) return nullptr;
+  return suits(&now) && differs(objective, **best, now) == false ? &now : *best;
 }
 
 }  // namespace hotpath

@@ -24,38 +24,39 @@ std::string compared_with_now(const Advice& advice) {
 }
 
 std::string first_sentence(const Advice& advice) {
-  const std::string what = advice.objective.text;
+  const std::string objective = advice.objective.text;
   if (advice.best == nullptr) {
-    return concat("No change can be recommended for ", what,
-                  ": nothing that keeps up runs every task without losing more than today.");
+    return concat("No change can be recommended for ", objective,
+                  ": no candidate keeps up, runs every task and loses no more than today.");
   }
   const Prediction& best = *advice.best;
   const std::string value = value_text(advice.objective, best);
   if (&best == advice.now) {
-    return concat("Keep ", best.candidate->name, ": nothing that can be recommended makes ", what,
+    return concat("Keep ", best.candidate->name, ": no other suitable candidate makes ", objective,
                   " smaller than its ", value, " beyond noise.");
   }
-  return concat("Take ", best.candidate->name, " (", best.candidate->description, "): ", what, " becomes ",
-                value, compared_with_now(advice), ".");
+  return concat("Take ", best.candidate->name, " (", best.candidate->description, "): ", objective,
+                " becomes ", value, compared_with_now(advice), ".");
 }
 
 std::string second_sentence(const Advice& advice) {
   const Prediction& best = *advice.best;
-  std::string text = concat("That is of ", advice.draws, " draws of phases and execution times");
+  std::string text = concat("The prediction is based on ", advice.draws,
+                            advice.draws == 1 ? " draw" : " draws", " of phases and execution times");
   const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
     return p != &best && p->overload.empty() && why_not(*p, *advice.now).empty();
   });
   if (next != advice.ranked.end()) {
-    const auto sure = differs(advice.objective, best, **next);
-    text +=
-        concat("; next to it is ", (*next)->candidate->name, " with ", value_text(advice.objective, **next),
-               !sure   ? ""
-               : *sure ? ", beyond noise"
-                       : ", which noise cannot tell from it");
+    const auto distinct = differs(advice.objective, best, **next);
+    text += concat("; the best alternative is ", (*next)->candidate->name, " with ",
+                   value_text(advice.objective, **next),
+                   !distinct   ? ""
+                   : *distinct ? ", a difference beyond noise"
+                               : ", a difference within noise");
   }
   text += best.bound_ms ? concat("; theory guarantees ", fixed(*best.bound_ms, 1), " ms end to end (",
                                  best.bound_method, ")")
-                        : "; no bound of theory covers it";
+                        : "; theory gives no bound";
   return text + ".";
 }
 
@@ -70,13 +71,13 @@ std::string third_sentence(const Advice& advice) {
   }
   text += concat(" and loses ", lost(best), " of all jobs and samples");
   if (&best != &now && now.overload.empty()) text += concat(" (today ", lost(now), ")");
-  std::string shaken;
+  std::string overtaken;
   for (const Doubt& doubt : advice.doubts) {
-    if (!doubt.same_first) shaken += (shaken.empty() ? "" : " and ") + doubt.assumption;
+    if (!doubt.same_first) overtaken += (overtaken.empty() ? "" : " and ") + doubt.assumption;
   }
   if (advice.doubts.empty()) return text + ".";
-  return text + (shaken.empty() ? "; none of the doubts below brings another before it."
-                                : "; another comes before it with " + shaken + ".");
+  return text + (overtaken.empty() ? "; no other candidate overtakes it under the assumptions below."
+                                   : "; another candidate overtakes it with " + overtaken + ".");
 }
 
 }  // namespace

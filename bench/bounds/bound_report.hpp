@@ -21,10 +21,11 @@ namespace hotpath {
 /// Nanoseconds as milliseconds; `-` for none.
 inline std::string in_ms(std::optional<std::int64_t> ns) { return ns ? fixed(to_ms(Duration(*ns)), 3) : "-"; }
 
-/// The response times and end-to-end latencies of a run, by kind (`task`, `chain` or `hot_path`), executor and name.
+/// Response times, end-to-end and hot-path latencies of a run, by kind (`task`, `chain` or
+/// `hot_path`), executor and name.
 class Observed {
  public:
-  /// Throws UsageError, which names `--trace`, for what is not the folder of a run of these tasks.
+  /// Throws UsageError, which names `--trace`, unless the folder holds a run of these tasks.
   Observed(StoredRun& run, const TaskSet& set) {
     run.load(set);
     for (const Trace& trace : run.traces()) {
@@ -42,8 +43,8 @@ class Observed {
   /// In no order.
   const std::vector<std::int64_t>& of(const std::array<std::string, 3>& key) const {
     static const std::vector<std::int64_t> none;
-    const auto found = values_.find(key);
-    return found == values_.end() ? none : found->second;
+    const auto entry = values_.find(key);
+    return entry == values_.end() ? none : entry->second;
   }
 
  private:
@@ -52,13 +53,13 @@ class Observed {
   std::map<std::array<std::string, 3>, std::vector<std::int64_t>> values_;
 };
 
-/// The bounds of a graph's tasks and chains, beside what a run observed, if there is one.
+/// The bounds of a graph's tasks and chains, beside the observations of a run, if there is one.
 class BoundReport {
  public:
   /// Tasks must outlive it.
   BoundReport(const TaskSet& set, const std::optional<Observed>& observed) : set_(set), observed_(observed) {}
 
-  /// To standard output.
+  /// Prints to standard output.
   void print(const std::string& executor, const CallbackGraph& graph, const GraphBounds& bounds) {
     std::cout << "\n" << executor << ", " << bounds.method << "\n";
     TextTable tasks = table("task", {"deadline"});
@@ -121,14 +122,14 @@ class BoundReport {
   }
 
  private:
-  TextTable table(const std::string& what, std::vector<std::string> more) const {
-    std::vector<std::string> header = {what, "bound ms"};
+  TextTable table(const std::string& subject, std::vector<std::string> more) const {
+    std::vector<std::string> header = {subject, "bound ms"};
     header.insert(header.end(), more.begin(), more.end());
     if (observed_) header.insert(header.end(), {"observed ms", "tightness", ""});
     return {"", header};
   }
 
-  /// What to change for a smaller bound.
+  /// The largest parts of a bound, which to reduce for a smaller one.
   std::string dominated_by(const ChainAge& age) const {
     std::string out;
     if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set_[age.waited_at].name + "; ");
@@ -149,7 +150,7 @@ class BoundReport {
     return out + (parts.work.size() > kMost ? "; ..." : "");
   }
 
-  static std::string part(std::int64_t ns, const std::string& what) { return in_ms(ns) + " " + what; }
+  static std::string part(std::int64_t ns, const std::string& cause) { return in_ms(ns) + " " + cause; }
 
   struct Row {
     std::array<std::string, 3> key;  ///< Kind, executor, name.
@@ -197,7 +198,7 @@ class BoundReport {
     for (TaskId id = 0; id < set_.size(); ++id) {
       const bool timer = set_[id].kind == TaskKind::timer;
       if (!timer || (bounds.tasks[id] && *bounds.tasks[id] <= set_[id].deadline.count())) continue;
-      std::cout << "Not shown schedulable: " << set_[id].name << " may exceed its deadline.\n";
+      std::cout << "Schedulability not shown: " << set_[id].name << " may exceed its deadline.\n";
       return;
     }
     std::cout << "Schedulable: every timer meets its deadline.\n";

@@ -30,8 +30,8 @@ class Mapping {
   }
 
  private:
-  [[noreturn]] void fail(TaskId id, const std::string& what) const {
-    throw AnalysisError("no method covers callback " + tasks_.set[id].name + ", which " + what);
+  [[noreturn]] void fail(TaskId id, const std::string& behaviour) const {
+    throw AnalysisError("no method covers callback " + tasks_.set[id].name + ", which " + behaviour);
   }
 
   TaskId first_of_node(TaskId id) const { return id - tasks_.origin[id].callback; }
@@ -50,7 +50,7 @@ class Mapping {
       fail(id, "completes a set without its sample");
     for (const TaskId other : join.inputs) {
       if (tasks_.callbacks[other].publishes != callback.publishes) {
-        fail(id, "waits for a set of which " + tasks_.set[other].name + " publishes something else");
+        fail(id, "waits for a set with " + tasks_.set[other].name + ", but publishes other topics");
       }
     }
     for (const Publication& p : callback.publishes) {
@@ -74,7 +74,7 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   const std::vector<ChainIndex> chains = index_chains(graph, tasks);
   const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
   for (std::size_t c = 0; c < chains.size(); ++c) {
-    if (!std::ranges::all_of(chains[c].sources, is_timer)) continue;  // begins in the middle of others
+    if (!std::ranges::all_of(chains[c].sources, is_timer)) continue;  // begins inside other chains
     out.chains.push_back({graph.chains[c].name, chains[c].sources, chains[c].sink_tasks});
   }
   return out;

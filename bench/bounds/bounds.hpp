@@ -7,8 +7,8 @@
 
 namespace hotpath {
 
-/// The graph as the analyses see it. Phases are those of the task set where `phases_known`. Throws
-/// AnalysisError for nodes of type callbacks whose rules of publication no method covers.
+/// The graph in the form that the analyses take. With `phases_known` it has the phases of the task
+/// set. Throws AnalysisError for nodes of type callbacks whose publication rules no method covers.
 CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool phases_known);
 
 /// The graph under an executor on the machine of its platform. `callbacks` must outlive it.

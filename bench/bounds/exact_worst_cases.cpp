@@ -57,8 +57,8 @@ class WorstCases final : public ExplorationObserver {
       const auto sequence = static_cast<std::int64_t>(observation.source_sequence[i]);
       oldest = std::min(oldest, Time{} + timer.phase + timer.period * sequence);
       // One thread ran one source's job after the other: the latest is the same in all schedules.
-      hot_path = std::min(hot_path, instant.longest_between({sources[i], observation.source_sequence[i]},
-                                                            observation.sink));
+      hot_path = std::min(
+          hot_path, instant.longest_between({sources[i], observation.source_sequence[i]}, observation.sink));
     }
     if (oldest == kNever) return;
     std::optional<ChainAge>& worst = bounds_.chains[observation.chain];

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -47,13 +46,13 @@ class Analysis {
     if (!options.page.empty()) check_output_folder(options.page, "bounds.json", "--page");
     if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     if (!trace_) graph_ = graph_to_run(options_);
-    const GraphPlatform of_graph = graph_.platform;
+    const GraphPlatform platform = graph_.platform;
     options_.apply_to(graph_.platform);
     if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
     if (simulated()) {
-      if (platform_json(graph_.platform) != platform_json(of_graph)) {
+      if (platform_json(graph_.platform) != platform_json(platform)) {
         throw UsageError(
-            "--trace: its bounds are for the machine of that simulation; leave out the options that change "
+            "--trace: the bounds apply to the machine of this simulation; leave out options that change "
             "it");
       }
     }
@@ -85,14 +84,14 @@ class Analysis {
     if (!options_.csv.empty()) write_output_file(options_.csv, "--csv", report.csv());
     if (!options_.page.empty()) write_page(report);
     if (trace_ && report.compared() == 0) {
-      trace_->fail("it has nothing that is bounded under these executors; it ran " +
+      trace_->fail("no bound covers its tasks under these executors; it ran " +
                    joined(trace_->executors(), ", "));
     }
     if (report.violations() > 0) judge(report);
   }
 
  private:
-  /// A bound is compared with what ran: the run's system, with its executors unless others are given.
+  /// Bounds the system of the run, with its executors unless others are given.
   void take_over_run() {
     StoredSystem system = stored_system(*trace_, options_.graph);
     if (!options_.executors.empty()) system.options.executors = options_.executors;
@@ -100,13 +99,14 @@ class Analysis {
     graph_ = std::move(system.graph);
   }
 
-  /// Whether the run claims what bounds assume: virtual time, no job longer than its worst case.
+  /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
+  /// case.
   bool simulated() const {
     return trace_ && trace_->facts().value("kind", "") == "simulated" &&
            !trace_->facts().value("execution_times", "").starts_with("replay:");
   }
 
-  /// Throws UsageError if a repetition of the run had phases that the bounds are not for.
+  /// Throws UsageError if a repetition of the run had phases that the bounds do not cover.
   void check_phases_of_run(const CallbackGraph& callbacks, const std::string& executor) const {
     if (!trace_ || std::ranges::find(trace_->executors(), executor) == trace_->executors().end()) return;
     const auto repetitions = trace_->check([&] { return trace_->facts().at("repetitions").get<unsigned>(); });
@@ -115,7 +115,7 @@ class Analysis {
       for (TaskId a = 0; a < first.size(); ++a) {
         if (callbacks.set[a].kind != TaskKind::timer) continue;
         if (callbacks.phases_known && first[a] != callbacks.set[a].phase) {
-          trace_->fail("its repetition " + std::to_string(r) + " had other phases than these bounds are for");
+          trace_->fail("its repetition " + std::to_string(r) + " had other phases than these bounds assume");
         }
         for (TaskId b = 0; b < first.size() && !callbacks.phases_known; ++b) {
           if (callbacks.set[b].kind != TaskKind::timer) continue;
@@ -226,7 +226,7 @@ class Analysis {
     return command;
   }
 
-  /// What the page is made from, then the page.
+  /// Writes the page's data and renders the page.
   void write_page(const BoundReport& report) const {
     const std::filesystem::path folder = options_.page;
     create_folder(folder, "--page");
@@ -240,7 +240,7 @@ class Analysis {
     draw_figure("guarantees", folder);
   }
 
-  /// Throws RunError where the bound claims to hold and does not.
+  /// Throws RunError if a bound is violated although its assumptions hold.
   void judge(const BoundReport& report) const {
     const std::string share =
         text("%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
@@ -254,8 +254,8 @@ class Analysis {
     }
     std::cout << "\n"
               << share
-              << ". Bounds assume one processor to itself, no job longer than its execution time and the "
-              << "platform's costs; a live run has more than that:\n";
+              << ". Bounds assume a dedicated processor, no job longer than its execution time, and the "
+              << "platform's costs. A live run can violate these assumptions:\n";
     for (const auto& warning : trace_->facts().value("warnings", nlohmann::json::array())) {
       std::cout << "  " << warning.get<std::string>() << "\n";
     }
@@ -273,36 +273,35 @@ class Analysis {
 }  // namespace
 
 void add_analyze_command(CLI::App& app) {
-  auto [command, o] = add_command<AnalyzeOptions>(
-      app, "analyze", "What theory guarantees: worst-case response times and latencies",
-      "hotpath analyze autoware --executors fp-ro,default",
-      [](const AnalyzeOptions& options) { Analysis(options).run(); });
-  command.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")
-      ->required();
-  add_list(
-      command, "--executors", o.executors, "NAMES",
-      "With commas between, also variants as in rm-ro:first;\nby default default,events-ro,rm-ro,edf-ro, "
-      "or those of --trace");
+  auto [command, o] =
+      add_command<AnalyzeOptions>(app, "analyze", "Compute worst-case bounds on response times and latencies",
+                                  "hotpath analyze autoware --executors fp-ro,default",
+                                  [](const AnalyzeOptions& options) { Analysis(options).run(); });
+  command.add_option("GRAPH", o.graph, kGraphHelp)->type_name("")->required();
+  add_list(command, "--executors", o.executors, "NAMES",
+           "Executors (`hotpath list executors`), separated by commas,\n"
+           "with variants such as rm-ro:first; by default\n"
+           "default,events-ro,rm-ro,edf-ro, or the executors of --trace");
   add_scaling_options(command, o);
-  add_choice(command, "--phases", o.known_phases, "Bounds for these phases alone; by default for any");
+  add_choice(command, "--phases", o.known_phases, "Bounds for these timer phases only; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
-           "Bounds for the phases of that executor's first repetition");
+           "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
   command.add_flag("--exact", o.exact,
-                   "Also the exact worst case for known phases, of timers and\nsequences of subscriptions");
-  add_text(command, "--entity-order", o.entity_order, "creation|reverse|FILE",
-           "Order in which wait sets scan tasks");
-  auto* trace =
-      add_text(command, "--trace", o.trace, "RUN", "Folder of a run of this graph: observed against bound");
-  command.add_flag("--strict", o.strict, "Exit code 1 also when a live run exceeds a bound")->needs(trace);
+                   "Also compute the exact worst case of timers and sequences of\n"
+                   "subscriptions, for known phases");
+  add_entity_order_option(command, o);
+  auto* trace = add_text(command, "--trace", o.trace, "RUN",
+                         "Folder of a run of this graph, to compare with the bounds");
+  command.add_flag("--strict", o.strict, "Exit with code 1 also if a live run exceeds a bound")->needs(trace);
   add_list(command, "--chain", o.chain, "TIMERS",
-           "With commas between: only the bounds of the chain they form");
-  add_output_file(command, "--csv", o.csv, "Also write the table to this file");
-  add_text(command, "--page", o.page, "FOLDER", "Also write a page with pictures into this folder");
+           "Bound only the chain of these timers, separated by commas");
+  add_output_file(command, "--csv", o.csv, "Also write the table as CSV");
+  add_text(command, "--page", o.page, "FOLDER", "Also write a page with figures into this folder");
   add_platform_options(command, o);
-  add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "The same as --release-cost-us");
+  add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "Alias of --release-cost-us");
   exclude(command, "--phases-of", {"--phases"});
   exclude(command, "--delta-us", {"--release-cost-us"});
-  // Those of the run count; and a chain has neither a table of its own nor a page.
+  // The run determines these options; a chain has neither a CSV table nor a page.
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
   exclude(command, "--chain", {"--exact", "--csv", "--page"});
 }

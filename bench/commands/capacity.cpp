@@ -13,10 +13,10 @@ struct CapacityArguments {
   std::string live_options;
 };
 
-/// An option as words_for_run() has it, without its value.
+/// The option of a word of words_for_run(), without its value.
 std::string name_of(const std::string& word) { return word.substr(0, word.find('=')); }
 
-/// Reads --live-options as `run` would, and refuses what capacity decides or is to be told itself.
+/// Parses --live-options like `run`, and rejects options that capacity sets or has itself.
 std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& run, std::string text) {
   // The command's own callback keeps its options alive, and must not run.
   run.parse_complete_callback([] { throw CLI::Success(); });
@@ -34,25 +34,25 @@ std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& 
   return words;
 }
 
-/// The words for `run` of what was given here; refuses what only a simulation has.
+/// The given options as words for `run`; rejects options for simulations only.
 std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityArguments& a) {
   CLI::App app;
   add_run_command(app);
   CLI::App& run = *app.get_subcommand("run");
-  const std::vector<std::string> mine = {
+  const std::vector<std::string> own = {
       "over",     "require",      "from",   "to",        "resolution",  "coarse",     "live",
       "duration", "live-options", "output", "executors", "deployments", "repetitions"};
-  std::vector<std::string> words = given_options(capacity, mine);
+  std::vector<std::string> words = given_options(capacity, own);
   for (const std::string& word : words) {
     if (run.get_option_no_throw(name_of(word)) == nullptr) {
-      throw UsageError(name_of(word) + " is of simulations; leave it out with --live");
+      throw UsageError(name_of(word) + " applies to simulations only; leave it out with --live");
     }
   }
   if (capacity.count("--phases") + capacity.count("--phases-file") == 0) {
     words.push_back(concat("--phases=", to_string(a.options.phases)));
   }
-  const std::vector<std::string> more = more_words_for_run(capacity, run, a.live_options);
-  words.insert(words.end(), more.begin(), more.end());
+  const std::vector<std::string> live_words = more_words_for_run(capacity, run, a.live_options);
+  words.insert(words.end(), live_words.begin(), live_words.end());
   return words;
 }
 
@@ -61,14 +61,14 @@ std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityA
 void add_capacity_command(CLI::App& app) {
   auto command = std::make_shared<const CLI::App*>();
   auto [capacity, arguments] = add_command<CapacityArguments>(
-      app, "capacity", "The highest load, rate or number of chains that each executor carries",
+      app, "capacity", "Find the highest load, rate or number of copies that executors sustain",
       "hotpath capacity --over load --executors default,rm-ro --repetitions 20",
       [command](CapacityArguments a) {
         CapacityOptions& options = a.options;
         options.executors = executors_of(options);
         const std::string level = concat("--", to_string(options.over));
         if ((*command)->count(level) > 0)
-          throw UsageError(level + " grows from level to level (--over); leave it out");
+          throw UsageError(level + " is the searched quantity (--over); leave it out");
         if (options.live) options.run_words = words_for_run(**command, a);
         search_capacities(options);
       });
@@ -77,26 +77,24 @@ void add_capacity_command(CLI::App& app) {
   o.duration_s = 10;
   o.repetitions = 20;
   o.phases = Phases::random;
-  capacity.option_defaults()->group("What is searched");
+  capacity.option_defaults()->group("Search");
   add_choice(capacity, "--over", o.over,
-             "What grows: work of the nodes in percent of a core, rate of\nthe timers in percent, or copies "
-             "of the graph");
-  add_list(
-      capacity, "--require", o.require, "WORDS",
-      "What must hold in every repetition: no-loss, deadlines,\nlatency:MS (the hot path's largest), with "
-      "commas between");
+             "Quantity to search: load in percent of one core, timer rate\n"
+             "in percent, or number of graph copies");
+  add_list(capacity, "--require", o.require, "CONDITIONS",
+           "Conditions for every repetition, separated by commas:\n"
+           "no-loss, deadlines, latency:MS (limit of the hot path)");
   add_number(capacity, "--from", o.from, {0, 1e6}, "LEVEL", "Lowest level");
   add_number(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");
-  add_number(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL",
-             "Distance of two levels that are told apart");
+  add_number(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL", "Search step between two levels");
   add_number(capacity, "--coarse", o.coarse, {2, 10000}, "N",
-             "Levels tried first, to find where it holds, fails and\nholds again");
-  CLI::Option* const live = capacity.add_flag("--live", o.live, "Measure instead of simulating");
-  add_text(capacity, "--live-options", arguments.live_options, "OPTIONS", "More options of `hotpath run`")
+             "Levels of the coarse search, which finds where the\nconditions hold, fail and hold again");
+  CLI::Option* const live = capacity.add_flag("--live", o.live, "Measure live instead of simulating");
+  add_text(capacity, "--live-options", arguments.live_options, "OPTIONS", "Further options of `hotpath run`")
       ->needs(live);
   add_simulate_options(capacity, o);
   capacity.get_option("--work")->needs(live);
-  add_output_option(capacity, o);
+  add_output_option(capacity, o, "runs/DATE-capacity");
 }
 
 }  // namespace hotpath

@@ -38,14 +38,14 @@ void set_level(CommonOptions& options, Over over, double level) {
   }
 }
 
-/// What that option takes.
+/// The limits of the option --load, --rate or --copies.
 Limits limits_of(Over over) { return over == Over::load ? kLoads : over == Over::rate ? kRates : kCopies; }
 
-/// What was found of an executor or deployment.
+/// The result for an executor or deployment.
 struct Row {
   std::string label;
   Capacity measured;
-  std::optional<Capacity> analysed;  ///< None: no method bounds it.
+  std::optional<Capacity> analysed;  ///< nullopt: no method bounds it.
 };
 
 class CapacitySearch {
@@ -54,26 +54,28 @@ class CapacitySearch {
       : options_(options),
         required_(Requirement::parse(options.require)),
         levels_{options.from, options.to, options.resolution} {
-    if (!(options.from <= options.to)) throw UsageError("--from lies above --to");
-    if (levels_.count() > 1'000'000) throw UsageError("--resolution: so many levels cannot be told apart");
+    if (!(options.from <= options.to)) throw UsageError("--from is greater than --to");
+    if (levels_.count() > 1'000'000) {
+      throw UsageError("--resolution: more than 1000000 levels; take a larger step");
+    }
     const auto whole = [](double v) { return v == std::round(v) && v >= 1; };
     if (options.over == Over::copies &&
         !(whole(options.from) && whole(options.to) && whole(options.resolution))) {
-      throw UsageError("--over copies: --from, --to and --resolution are whole numbers from 1");
+      throw UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
     }
     const std::string over = to_string(options.over);
-    const Limits taken = limits_of(options.over);
-    if (options.from < taken.least || options.to > taken.most) {
-      throw UsageError(concat("--over ", over, ": --from and --to must lie within what --", over, " takes, ",
-                              taken.least, " to ", taken.most));
+    const Limits limits = limits_of(options.over);
+    if (options.from < limits.least || options.to > limits.most) {
+      throw UsageError(concat("--over ", over, ": --from and --to must be in the range of --", over, ", ",
+                              limits.least, " to ", limits.most));
     }
     if (options.repetitions < 2) {
-      std::cerr << "note: one repetition says nothing about others; --repetitions 20 would\n";
+      std::cerr << "note: a single repetition gives no confidence; use --repetitions 20, for example\n";
     }
   }
 
   void run() {
-    folder_ = options_.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-capacity" : options_.output;
+    folder_ = output_folder(options_.output, "capacity");
     check_output_folder(folder_);
     check();
     for (const std::string& name : options_.executors) search(name, false);
@@ -82,14 +84,14 @@ class CapacitySearch {
   }
 
  private:
-  /// What is wrong use is no answer to any level: it ends the search before it begins.
+  /// Rejects wrong use before the search, which would otherwise take it for a failing level.
   void check() const {
     for (const double level : {levels_.low, levels_.at(levels_.count() - 1)}) {
       SimulateOptions all = options_;
       set_level(all, options_.over, level);
       const Graph graph = graph_to_run(all);
       [[maybe_unused]] const auto executors = executors_to_run(all, graph, make_tasks(graph));
-      if (options_.live) continue;  // its first level shows it
+      if (options_.live) continue;  // the run of the first level checks its options
       for (const std::string& name : options_.executors) check_simulation(one(name, false, level));
       for (const std::string& name : options_.deployments) check_simulation(one(name, true, level));
     }
@@ -146,8 +148,8 @@ class CapacitySearch {
     return summary;
   }
 
-  /// The largest level that an analysis accepts, of those at which the deadlines and the latency are bounded:
-  /// no method bounds losses of samples.
+  /// The largest level at which the bounds meet the deadlines and the required latency. Sample
+  /// losses are not considered: no method bounds them.
   std::optional<Capacity> analyse(const std::string& name) const {
     bool any = false;
     const auto failure = [&](double level) {
@@ -163,8 +165,8 @@ class CapacitySearch {
       return refusal(bounds, tasks.set, graph.chains.size());
     };
     try {
-      const Capacity found = find_capacity(levels_, options_.coarse, failure);
-      return any ? std::optional(found) : std::nullopt;
+      const Capacity capacity = find_capacity(levels_, options_.coarse, failure);
+      return any ? std::optional(capacity) : std::nullopt;
     } catch (const AnalysisError&) {  // nodes that no method covers
       return std::nullopt;
     }
@@ -199,16 +201,17 @@ class CapacitySearch {
     const bool failed = fails != m.tried.end();
     std::vector<std::string> again;
     for (const std::size_t level : m.again()) again.push_back(level_text(level));
-    const bool most = m.highest == levels_.count() - 1;
+    const bool is_highest_level = m.highest == levels_.count() - 1;
     return {row.label,
-            (most ? ">= " : "") + level_text(m.highest),
+            (is_highest_level ? ">= " : "") + level_text(m.highest),
             row.analysed ? level_text(row.analysed->highest) : "no method",
             failed ? level_text(fails->first) : "-",
             failed ? fails->second : "",
             joined(again, " ")};
   }
 
-  /// A level counts only if all repetitions hold: with 95 % confidence at least this share of all would.
+  /// A level counts only if all repetitions hold. With 95 % confidence, at least this share of all
+  /// repetitions would hold.
   std::string confidence() const {
     return text("%u of %u repetitions of %g s must hold: with 95 %% confidence %.1f %% of all such runs do.",
                 options_.repetitions, options_.repetitions, options_.duration_s,

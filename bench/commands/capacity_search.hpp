@@ -10,7 +10,7 @@
 
 namespace hotpath {
 
-/// What grows from level to level.
+/// The quantity that grows from level to level.
 enum class Over : std::uint8_t { load, rate, copies };
 constexpr auto enum_texts(Over) {
   return std::to_array<EnumText<Over>>(
@@ -23,12 +23,12 @@ struct CapacityOptions : SimulateOptions {
   double from = 5, to = 120, resolution = 1;
   std::uint32_t coarse = 12;
   bool live = false;
-  std::vector<std::string> run_words;  ///< What `run` is given beside level, length and output.
+  std::vector<std::string> run_words;  ///< Arguments of `run` besides level, duration and output.
 };
 
-/// Searches for the largest level of each executor and deployment, prints them as a table and leaves them,
-/// with every level that was tried, in the output folder. Throws UsageError for levels that cannot be told
-/// apart.
+/// Searches for the largest level of each executor and deployment, prints the results as a table
+/// and writes them, with every tried level, into the output folder. Throws UsageError for too many
+/// levels.
 void search_capacities(const CapacityOptions& options);
 
 }  // namespace hotpath

@@ -15,20 +15,19 @@ struct CheckOptions {
 
 void check(const CheckOptions& options) {
   const CheckedRun checked = check_run(options.run);
-  std::cout
-      << options.run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
-      << (checked.repetitions == 1 ? " repetition" : " repetitions")
-      << ": one job per thread at a time, none early, none after the end, nothing lost, nothing twice\n";
+  std::cout << options.run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
+            << (checked.repetitions == 1 ? " repetition" : " repetitions")
+            << ": a valid schedule: one job per thread at a time, no early job, no job after the end, "
+               "nothing lost or duplicated\n";
 }
 
 }  // namespace
 
 void add_check_command(CLI::App& app) {
   auto [command, o] =
-      add_command<CheckOptions>(app, "check", "Check that the jobs of a stored run are a legal schedule",
+      add_command<CheckOptions>(app, "check", "Check that the jobs of a stored run form a valid schedule",
                                 "hotpath check runs/first", check);
-  command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`, with its jobs.csv")
-      ->required();
+  command.add_option("RUN", o.run, concat(kRunHelp, " with jobs.csv"))->type_name("FOLDER")->required();
 }
 
 }  // namespace hotpath

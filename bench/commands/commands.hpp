@@ -8,13 +8,13 @@ namespace hotpath {
 
 struct SimulateOptions;
 
-/// Each adds one subcommand, whose callback does the work and throws UsageError or RunError.
+/// Each function adds one subcommand, whose callback throws UsageError or RunError.
 void add_run_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
-/// With something else to do once the options are parsed.
+/// Calls `run` in place of the simulation.
 void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run);
-/// All of its options but --no-trace and --output; `options` must outlive the parse.
+/// All options of `simulate` except --no-trace and --output; `options` must outlive the parse.
 void add_simulate_options(CLI::App& command, SimulateOptions& options);
 void add_sweep_command(CLI::App& app);
 void add_capacity_command(CLI::App& app);

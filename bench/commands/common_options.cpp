@@ -10,6 +10,7 @@ namespace hotpath {
 namespace {
 
 constexpr double kLargestCost_us = 1e9;
+constexpr std::size_t kHelpColumns = 68;  // of the 100 that --help may use
 
 /// release_cost_us -> --release-cost-us
 std::string option_name(std::string_view key) {
@@ -22,7 +23,7 @@ std::string option_name(std::string_view key) {
 
 CLI::Validator not_empty() {
   const auto check = [](const std::string& text) {
-    return std::string(text.empty() ? "an empty name; leave the option out, or name something" : "");
+    return std::string(text.empty() ? "the value is empty; give a value, or leave the option out" : "");
   };
   return CLI::Validator(check, "");
 }
@@ -30,10 +31,17 @@ CLI::Validator not_empty() {
 CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
                              const std::string& help) {
   const auto check = [option](const std::string& name) {
-    if (name != "-") check_output_file(name, option);  // which may stand for standard output
+    if (name != "-") check_output_file(name, option);  // `-`: standard output
     return std::string();
   };
   return add_text(command, option, file, "FILE", help)->check(CLI::Validator(check, ""));
+}
+
+std::string with_range(const std::string& help, Limits limits) {
+  if (limits.most >= kAnySeed.most) return help;
+  const std::string range = text("[%.10g to %.10g]", limits.least, limits.most);
+  const std::size_t last_line = help.size() - (help.rfind('\n') + 1);  // npos + 1 is 0
+  return help + (last_line + 1 + range.size() > kHelpColumns ? "\n" : " ") + range;
 }
 
 std::vector<std::string> list_items(const std::string& list) {
@@ -47,38 +55,39 @@ void exclude(CLI::App& command, const std::string& option, const std::vector<std
 }
 
 void add_graph_options(CLI::App& command, CommonOptions& o) {
-  command.option_defaults()->group(kWhatRuns);
-  add_text(command, "--graph", o.graph, "GRAPH",
-           "A name (`hotpath list graphs`), or the path of a YAML file");
+  command.option_defaults()->group(kSystemGroup);
+  add_text(command, "--graph", o.graph, "GRAPH", kGraphHelp);
   add_scaling_options(command, o);
   add_choice(command, "--work", o.work,
-             "How a node works: a fixed amount, for a span of time, or\nof CPU time; by default what the "
-             "graph says");
+             "Work of a job: a fixed amount, a wall-clock time, or a CPU\ntime; by default as in the graph");
   add_choice(command, "--phases", o.phases,
-             "When timers start: one after another as under rclcpp,\n"
-             "all at once, as the graph file says, or at random");
-  add_text(command, "--phases-file", o.phases_file, "FILE",
-           "As `--phases given`, from a CSV file: see docs/phases.md");
+             "Timer phases: staggered by node creation as in rclcpp, all\n"
+             "equal, given in the graph, or random");
+  add_text(command, "--phases-file", o.phases_file, "FILE", "Timer phases from a CSV file (docs/phases.md)");
   add_number(command, "--phase-step", o.phase_step_ms, {0, 1e6}, "MS",
-             "With `--phases creation`: time from one node to the next;\n"
-             "by default what rclcpp needs for it");
+             "Time between the creations of two nodes, with\n"
+             "`--phases creation`; by default as in rclcpp");
   add_choice(command, "--rule", o.rule,
-             "Subscriptions under the paper's executors: priority of\n"
-             "the timers upstream, or before all timers");
-  add_text(command, "--entity-order", o.entity_order, "creation|reverse|FILE",
-           "Order in which wait sets, and no other executors, scan\n"
-           "tasks: with rclcpp that of addresses in memory; FILE has\na task's name in each line");
-  add_choice(command, "--ties", o.ties, "At equal priority: latest or earliest activation first");
+             "Priority of subscriptions under the paper's executors:\n"
+             "highest priority of the upstream timers, or above all\ntimers");
+  add_entity_order_option(command, o);
+  add_choice(command, "--ties", o.ties, "Jobs of equal priority: latest or earliest activation first");
   exclude(command, "--phases-file", {"--phases", "--phase-step"});
+}
+
+void add_entity_order_option(CLI::App& command, CommonOptions& o) {
+  add_text(command, "--entity-order", o.entity_order, "creation|reverse|FILE",
+           "Order in which wait sets scan tasks; in rclcpp, the order of\n"
+           "addresses in memory. FILE has one task name per line");
 }
 
 void add_scaling_options(CLI::App& command, CommonOptions& o) {
   add_number(command, "--load", o.load_percent, kLoads, "PERCENT",
-             "Work of all nodes in percent of one core, 0 for none;\nby default what the graph says");
+             "Load of all nodes in percent of one core; by default as in\nthe graph");
   add_number(command, "--rate", o.rate_percent, kRates, "PERCENT",
-             "After that: how often timers are due, in percent of\nwhat the graph says; jobs stay as long");
-  add_number(command, "--copies", o.copies, kCopies, "N",
-             "After that: the whole graph so many times side by side");
+             "Timer rates in percent of the graph's, applied after --load;\n"
+             "execution times stay the same");
+  add_number(command, "--copies", o.copies, kCopies, "N", "Copies of the scaled graph, side by side");
 }
 
 std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& without) {
@@ -94,23 +103,27 @@ std::vector<std::string> given_options(const CLI::App& command, const std::vecto
 }
 
 void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
-  command.option_defaults()->group(kHowLong);
+  command.option_defaults()->group(kDurationGroup);
   add_number(command, "--duration", o.duration_s, {0.1, longest_s}, "SECONDS",
              "Measured time of each repetition");
-  add_number(command, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
-             "Time before that, whose latencies do not count");
+  add_warm_up_option(command, o);
   add_number(command, "--repetitions", o.repetitions, {1, 10000}, "N", "Repetitions per executor");
-  add_number(command, "--seed", o.seed, kAnySeed, "N",
-             "Decides whatever is random, and resampling for the intervals");
+  add_number(command, "--seed", o.seed, kAnySeed, "N", "Seed of all random choices and of the bootstrap");
+}
+
+void add_warm_up_option(CLI::App& command, CommonOptions& o) {
+  add_number(command, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
+             "Time before the measurement; its latencies do not count");
 }
 
 void add_platform_options(CLI::App& command, PlatformOptions& o) {
   command.option_defaults()->group(
-      "The simulated machine, by default as the graph's `platform` says, else without costs");
-  add_number(command, "--cores", o.cores, {1, kMaxWorkers}, "N", "Processor cores; else 1");
+      "Simulated machine, by default the graph's `platform`, otherwise one core without costs");
+  add_cores_option(command, o.cores);
   add_choice(command, "--timer-thread", o.timer_thread,
-             "Priority of the timer management thread: above the\n"
-             "executor thread or equal; else raised under the\npaper's executors only, as in live runs");
+             "Priority of the timer management thread: above the executor\n"
+             "thread, or equal to it; by_executor raises it under the\n"
+             "paper's executors only, as live runs do");
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
     const PlatformCost& cost = kPlatformCosts[i];
     add_number(command, option_name(cost.key), o.costs_us[i], {0, kLargestCost_us}, "US",
@@ -118,10 +131,21 @@ void add_platform_options(CLI::App& command, PlatformOptions& o) {
   }
 }
 
-void add_output_option(CLI::App& command, CommonOptions& o) {
+void add_cores_option(CLI::App& command, std::optional<unsigned>& cores) {
+  add_number(command, "--cores", cores, {1, kMaxWorkers}, "N",
+             "CPU cores; by default as in the graph, otherwise 1");
+}
+
+CLI::Option* add_threads_option(CLI::App& command, unsigned& threads) {
+  return add_number(command, "--threads", threads, {0, 1024}, "N",
+                    "Parallel threads, 0 for one per CPU; results do not depend\non it");
+}
+
+void add_output_option(CLI::App& command, CommonOptions& o, const std::string& default_folder) {
   command.option_defaults()->group("Results");
-  add_text(command, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-GRAPH");
-  // For run.json, which is the same whatever the folder is called and however many threads simulate.
+  add_text(command, "--output", o.output, "FOLDER",
+           "New folder for the results; by default " + default_folder);
+  // For run.json, which depends neither on the folder nor on the number of threads.
   command.parse_complete_callback([&command, &o] {
     o.command = given_options(command, {"output", "threads"});
     o.command.insert(o.command.begin(), command.get_name());
@@ -129,19 +153,19 @@ void add_output_option(CLI::App& command, CommonOptions& o) {
 }
 
 void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& o) {
-  command.option_defaults()->group(kWhatRuns);
+  command.option_defaults()->group(kSystemGroup);
   add_list(command, option, o.executors, "NAMES",
-           "Names of `hotpath list executors` with commas between,\n"
-           "also variants as in rm-ro:first or multi:4; or `paper`\n"
-           "(the paper's seven, by default) or `all`");
+           "Executors (`hotpath list executors`), separated by commas,\n"
+           "with variants such as rm-ro:first or multi:4; or `paper`\n"
+           "(the paper's seven, the default), or `all`");
   add_deployments_option(command, o);
 }
 
 void add_deployments_option(CLI::App& command, CommonOptions& o) {
   add_list(command, "--deployments,--deployment", o.deployments, "NAMES",
-           "Names of `hotpath list deployments`, paths of YAML files,\n"
-           "or cie:FILE for a configuration of Autoware's CIE, with\n"
-           "commas between (docs/deployments.md)");
+           "Deployments, separated by commas: names (`hotpath list\n"
+           "deployments`), YAML files, or cie:FILE for a configuration of\n"
+           "Autoware's CallbackIsolatedExecutor (docs/deployments.md)");
 }
 
 std::vector<std::string> executors_of(const CommonOptions& options) {

@@ -68,8 +68,9 @@ void run_wcrt_table(const std::string& output) {
   const ReleaseCost measured = measure_release_cost();
   const std::array tables = {
       WcrtTable{"With the paper's release cost", "paper", kPaperDelta},
-      WcrtTable{"With this machine's, 99.9th percentile", "this machine (p99.9)", measured.p999.count()},
-      WcrtTable{"With this machine's, maximum", "this machine (maximum)", measured.max.count()}};
+      WcrtTable{"With this machine's release cost, 99.9th percentile", "this machine (p99.9)",
+                measured.p999.count()},
+      WcrtTable{"With this machine's release cost, maximum", "this machine (maximum)", measured.max.count()}};
   std::cout << "Analytical worst-case response times in ms of the RM events executor (printed values of "
                "Table I in parentheses)\n\n";
   for (const WcrtTable& table : tables) print(table);
@@ -95,7 +96,7 @@ constexpr double kLeastUtilisation = 1e-6;
 struct WatersArguments {
   WatersOptions options;
   std::string output = "runs/waters";
-  bool more_methods = true;
+  bool paper_only = false;
 };
 
 std::string with_interval(const ClusteredEstimate& e) {
@@ -115,7 +116,8 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
     write_waters_histogram_csv(out, waters_histograms(arguments.options, result));
   });
   TextTable table(
-      "Normalised reduction of the end-to-end bound against the default executor's, percent [95 % interval]",
+      "Normalised reduction of the end-to-end bound relative to the default executor, percent [95 % "
+      "interval]",
       {"util", "method", "schedulable", "chains", "median", "mean", "min", "max", "share > 0"});
   for (const WatersSummary& s : summaries) {
     table.add_row({fixed(s.utilisation, 2), to_string(s.method), text("%u/%u", s.schedulable, s.sets),
@@ -129,7 +131,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
 
 void run_waters_experiment(WatersArguments& arguments) {
   check_output_folder(arguments.output, "waters.csv");
-  if (arguments.more_methods) {
+  if (!arguments.paper_only) {
     arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
                                  WatersMethod::davis_duerr, WatersMethod::davis_kloda,
                                  WatersMethod::davis_guenzel};
@@ -143,30 +145,28 @@ void add_waters_experiment(CLI::App& experiment) {
   auto [waters, o] = add_command<WatersArguments>(experiment, "waters",
                                                   "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
                                                   "", run_waters_experiment);
-  add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets for each utilisation");
+  add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets per utilisation");
   const CLI::Validator share(
       [](std::string& text) {
         return refused_number<double>(text, {kLeastUtilisation, 1});
       },
       "");
   add_list(waters, "--utilisations", o.options.utilisations, "NUMBERS",
-           "Above 0 and at most 1, with commas between", share);
-  add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "The same seed gives the same sets");
-  add_number(waters, "--threads", o.options.threads, {0, 1024}, "N",
-             "0: all processors; never changes a result");
-  waters.add_flag("!--paper-only", o.more_methods, "Only the paper's method, not the tighter ones");
-  add_text(waters, "--output", o.output, "FOLDER", "Folder for tables and figure");
+           "Utilisations, separated by commas [above 0, up to 1]", share);
+  add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
+  add_threads_option(waters, o.options.threads);
+  waters.add_flag("--paper-only", o.paper_only, "Use the paper's method only, not the tighter methods");
+  add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables and the figure");
 }
 
 }  // namespace
 
 void add_experiment_command(CLI::App& app) {
-  CLI::App* experiment = app.add_subcommand("experiment", "The paper's analytical experiments");
+  CLI::App* experiment = app.add_subcommand("experiment", "Reproduce the paper's analytical experiments");
   experiment->require_subcommand(1);
   auto [table, output] = add_command<std::string>(
       *experiment, "wcrt-table", "Table I: analytical worst-case response times", "", run_wcrt_table);
-  add_text(table, "--output", output, "FOLDER",
-           "Folder for the table and this machine's release cost as CSV");
+  add_text(table, "--output", output, "FOLDER", "Folder for the table and this machine's release cost (CSV)");
   add_waters_experiment(*experiment);
 }
 

@@ -22,7 +22,7 @@ struct GraphOptions {
   bool dot = false, svg = false, cie = false;
 };
 
-/// Graphviz writes to our standard output itself.
+/// Graphviz inherits standard output and writes the SVG itself.
 void draw_svg(const std::string& dot) {
   std::fflush(stdout);
   FILE* const graphviz = popen("dot -Tsvg", "w");
@@ -84,17 +84,17 @@ void print_graph(const GraphOptions& options) {
 }  // namespace
 
 void add_graph_command(CLI::App& app) {
-  auto [graph, o] = add_command<GraphOptions>(app, "graph", "Check a graph file and show what it describes",
+  auto [graph, o] = add_command<GraphOptions>(app, "graph", "Check a graph file and print or draw the graph",
                                               "", print_graph);
-  graph.add_option("GRAPH", o.graph, "Name of a graph (`hotpath list graphs`) or path of a file")->required();
-  auto* dot = graph.add_flag("--dot", o.dot, "Print it for Graphviz, the hot path marked");
-  graph.add_flag("--svg", o.svg, "Draw it with Graphviz, to standard output")->excludes(dot);
-  graph.add_flag("--cie", o.cie, "Write the YAML of CallbackIsolatedExecutor")->excludes("--dot", "--svg");
+  graph.add_option("GRAPH", o.graph, kGraphHelp)->type_name("")->required();
+  auto* dot = graph.add_flag("--dot", o.dot, "Print the graph for Graphviz, with its hot path marked");
+  graph.add_flag("--svg", o.svg, "Draw the graph with Graphviz, as SVG to standard output")->excludes(dot);
+  graph.add_flag("--cie", o.cie, "Print a YAML file for CallbackIsolatedExecutor")
+      ->excludes("--dot", "--svg");
   graph
-      .add_option(
-          "--deployment", o.deployment,
-          "Colour nodes by executor, with a legend, or take its threads\n(--cie): a name of `hotpath list "
-          "deployments` or a file")
+      .add_option("--deployment", o.deployment,
+                  "Deployment (`hotpath list deployments`, or a YAML file) that\n"
+                  "colours the nodes of --dot and --svg, or gives --cie its\nthreads")
       ->type_name("NAME")
       ->check(not_empty());
 }

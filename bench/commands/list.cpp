@@ -22,7 +22,7 @@ void print_executors() {
   std::cout << table;
 }
 
-/// What figures need to know of executors.
+/// The properties of executors that figures need.
 void print_executors_json() {
   nlohmann::json all = nlohmann::json::array();
   for (const ExecutorEntry& e : executors()) {
@@ -63,14 +63,14 @@ void print_deployments() {
 }  // namespace
 
 void add_list_command(CLI::App& app) {
-  CLI::App* list = app.add_subcommand("list", "What there is to choose from");
+  CLI::App* list = app.add_subcommand("list", "List the available executors, graphs or deployments");
   list->require_subcommand(1);
   auto [executors, json] =
-      add_command<bool>(*list, "executors", "Names, rclcpp's classes, how they schedule", "",
+      add_command<bool>(*list, "executors", "Executors: name, rclcpp class, scheduling policy", "",
                         [](bool as_json) { as_json ? print_executors_json() : print_executors(); });
-  executors.add_flag("--json", json, "As JSON, with family, policy and colour in figures");
-  list->add_subcommand("graphs", "Graphs that go by a bare name")->callback(print_graphs);
-  list->add_subcommand("deployments", "Presets, and files that go by a bare name")
+  executors.add_flag("--json", json, "Print JSON, with family, policy and figure colour");
+  list->add_subcommand("graphs", "Graphs that a name selects")->callback(print_graphs);
+  list->add_subcommand("deployments", "Deployments that a name selects: presets and files")
       ->callback(print_deployments);
 }
 

@@ -38,7 +38,7 @@ TextTable facts(const Machine& m) {
   row("real-time throttling", throttling(m));
   row("real-time threads", m.real_time_threads.empty() ? "no others" : joined(m.real_time_threads));
   row("timer slack", std::to_string(m.timer_slack_ns) + " ns");
-  row("clock", m.clock_source + text(", resolution %lld ns, a reading %.0f ns, of CPU time %.0f ns",
+  row("clock", m.clock_source + text(", resolution %lld ns, %.0f ns per reading, %.0f ns for CPU time",
                                      static_cast<long long>(m.noise.clock_resolution.count()),
                                      m.noise.clock_cost_ns, m.noise.cpu_clock_cost_ns));
   row("load average", fixed(m.load_average, 2));
@@ -61,15 +61,15 @@ TextTable hiccups(const MachineNoise& noise) {
 
 void add_machine_command(CLI::App& app) {
   auto [machine, o] = add_command<MachineArguments>(
-      app, "machine", "Say what this machine is like, and what it does to a measurement",
+      app, "machine", "Report this machine's configuration and how it disturbs measurements",
       "hotpath machine --duration 10 --output machine.json", [](const MachineArguments& arguments) {
         const Machine m = read_machine(from_ms(arguments.seconds * 1000));
         std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
         for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
         if (!arguments.output.empty()) write_output_file(arguments.output, "--output", nlohmann::json(m));
       });
-  add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to watch all cores for hiccups");
-  add_output_file(machine, "--output", o.output, "Store it as JSON, too");
+  add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores");
+  add_output_file(machine, "--output", o.output, "Also write the report as JSON");
 }
 
 }  // namespace hotpath

@@ -25,44 +25,47 @@
 
 namespace {
 
-constexpr std::size_t kLongestMessage = 4000;  // bytes; what is wrong may be a name of any length
-constexpr const char* kMemoryEnded =
-    "hotpath: memory ended; give it more (ulimit -v, cgroup); what run.json calls complete is whole\n";
+constexpr std::size_t kLongestMessage = 4000;  // bytes; a message may quote a name of any length
+constexpr const char* kOutOfMemory =
+    "hotpath: out of memory; raise the limit (ulimit -v, cgroup); a run marked complete in run.json is "
+    "whole\n";
 
-std::atomic<bool> memory_ended = false;
+std::atomic<bool> out_of_memory = false;
 
-/// Memory may be missing before main() begins, before its last handler, and in a function of the standard
-/// library that is noexcept, which leaves no exception to ask (std::filesystem::directory_iterator).
-[[gnu::constructor(101)]] void say_when_memory_is_missing() {
+/// An allocation may fail before main() begins, outside its handlers, or in a noexcept function of
+/// the standard library, which terminates without an active exception
+/// (std::filesystem::directory_iterator).
+[[gnu::constructor(101)]] void report_out_of_memory() {
   std::set_new_handler([] {
-    memory_ended = true;
+    out_of_memory = true;
     throw std::bad_alloc();
   });
   std::set_terminate([] {
     try {
       const std::exception_ptr active = std::current_exception();
       if (active) std::rethrow_exception(active);
-      if (memory_ended) throw std::bad_alloc();
+      if (out_of_memory) throw std::bad_alloc();
     } catch (const std::bad_alloc&) {
-      std::fputs(kMemoryEnded, stderr);
+      std::fputs(kOutOfMemory, stderr);
       _exit(1);
     } catch (const std::exception& error) {
       std::fprintf(stderr, "hotpath: internal error: %s\n", hotpath::printable(error.what()).c_str());
     } catch (...) {
-      std::fputs("hotpath: internal error: an exception of no known type\n", stderr);
+      std::fputs("hotpath: internal error: unknown exception\n", stderr);
     }
     std::abort();
   });
 }
 
-/// Whether the user can mend it.
+/// Whether the user can correct the error.
 bool is_wrong_use(const std::exception& error) {
   return dynamic_cast<const hotpath::UsageError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
 }
 
-/// Threads have stacks of this size by default; a call of a library that finds less ends without a word.
+/// The stack limit is also the default stack size of threads; a library call that overflows it
+/// crashes without a message.
 bool stack_suffices() {
   constexpr rlim_t kLeast_KiB = 256;
   rlimit limit{};
@@ -72,8 +75,8 @@ bool stack_suffices() {
   return false;
 }
 
-/// A standard stream that the caller closed would give its number to the next file opened, and our table or
-/// messages would end up in a result.
+/// The next opened file would get the number of a closed standard stream, and a result file would
+/// receive our table or messages.
 void occupy_standard_streams() {
   int opened = 0;
   do {
@@ -83,7 +86,7 @@ void occupy_standard_streams() {
 }
 
 std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
-  std::string command = app->get_name(), what = error.what();
+  std::string command = app->get_name(), message = error.what();
   for (const CLI::App* sub : app->get_subcommands()) {
     command += " " + sub->get_name();
     app = sub;
@@ -91,14 +94,14 @@ std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError) &&
       app->get_require_subcommand_min() > 0) {
     const std::vector<std::string> words = app->remaining();
-    what = words.empty() ? "a command is missing; there are"
-                         : "there is no command `" + words.front() + "`; there are";
+    message = words.empty() ? "a command is missing; available:"
+                            : "unknown command `" + words.front() + "`; available:";
     const char* separator = " ";
     for (const CLI::App* sub : app->get_subcommands({})) {
-      what += std::exchange(separator, ", ") + sub->get_name();
+      message += std::exchange(separator, ", ") + sub->get_name();
     }
   }
-  return "hotpath: " + hotpath::printable(what, kLongestMessage) + "; see `" + command + " --help`\n";
+  return "hotpath: " + hotpath::printable(message, kLongestMessage) + "; see `" + command + " --help`\n";
 }
 
 }  // namespace
@@ -106,17 +109,18 @@ std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
 int main(int argc, char** argv) {
   occupy_standard_streams();
   if (!stack_suffices()) return 1;
-  // A reader that goes away, or a limit on the size of files, is an error of the write that meets it.
+  // A closed pipe or an exceeded file-size limit must fail the write, not kill the process.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  umask(umask(0) | 077);  // results and shared memory are the user's alone
+  umask(umask(0) | 077);  // only the user may access results and shared memory
 
   const hotpath::PrintableStreams printable_streams;
-  CLI::App app("How long does data take along the hot path of a robot's node graph, under which executor?",
-               "hotpath");
+  CLI::App app(
+      "Measure, simulate and bound the hot-path latency of a robot's node graph under ROS executors.",
+      "hotpath");
   app.footer(
-      "A first look, half a minute:  hotpath compare --quick\n"
-      "All options of a command:     hotpath compare --help");
+      "First comparison, half a minute:  hotpath compare --quick\n"
+      "Options of a command:             hotpath compare --help");
   app.set_version_flag("--version", HOTPATH_VERSION);
   app.failure_message(wrong_use);
   app.require_subcommand(1);
@@ -141,7 +145,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::bad_alloc&) {
-    std::fputs(kMemoryEnded, stderr);
+    std::fputs(kOutOfMemory, stderr);
     return 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), kLongestMessage).c_str());

@@ -19,7 +19,8 @@
 
 namespace hotpath {
 
-/// Adds a subcommand that `run` does, once its options, which live as long as the command, are parsed.
+/// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
+/// command.
 template <class Options, class Run>
 std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& name,
                                            const std::string& description, const std::string& example,
@@ -31,10 +32,10 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
   return {command, *options};
 }
 
-/// What stands between the commas of a list.
+/// The items of a comma-separated list.
 [[nodiscard]] std::vector<std::string> list_items(const std::string& list);
 
-/// The type of a value that may be optional.
+/// `Value`, or the type that the optional `Value` holds.
 template <class Value>
 struct Plain {
   using Type = Value;
@@ -44,7 +45,7 @@ struct Plain<std::optional<Value>> {
   using Type = Value;
 };
 
-/// An option that takes one of an enumeration's words, which are shown in the help in place of the type.
+/// An option that takes a word of an enumeration; the help lists the words.
 template <class Value>
 CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
   using Enum = typename Plain<Value>::Type;
@@ -56,11 +57,11 @@ CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& val
   return added;
 }
 
-/// Refuses an empty text, which commands take for an option that is not given.
+/// Rejects an empty text, which commands treat like a missing option.
 CLI::Validator not_empty();
 
-/// An option whose value, which is no number, the help calls `kind`. A text that it has before is its
-/// default.
+/// An option with a value that is not a number. `kind` names the value in the help. The initial
+/// text of `value` is its default.
 template <class Value>
 CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
                       const std::string& help) {
@@ -72,16 +73,19 @@ CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value
   return std::is_same_v<Value, std::string> ? added->capture_default_str() : added;
 }
 
-/// An option that names a file to write, which is checked before anything is computed.
+/// An option that names an output file. The file is checked before the command computes anything.
 CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
                              const std::string& help);
 
 struct Limits {
   double least, most;
 };
-inline constexpr Limits kAnySeed{0, 0x1p64};  // what is no std::uint64_t is refused anyway
-/// Of --load and --rate in percent, and of --copies.
+inline constexpr Limits kAnySeed{0, 0x1p64};  // parsing rejects what does not fit std::uint64_t
+/// --load and --rate in percent, and --copies.
 inline constexpr Limits kLoads{0, 10000}, kRates{0.001, 1e6}, kCopies{1, 1000};
+
+/// `help` with the range of valid values, except for seeds.
+[[nodiscard]] std::string with_range(const std::string& help, Limits limits);
 
 /// All of `text` as a number.
 template <class Number>
@@ -92,8 +96,8 @@ std::optional<Number> number_of(const std::string& text) {
   return parsed.ec == std::errc{} && parsed.ptr == end ? std::optional(number) : std::nullopt;
 }
 
-/// Why `text` is no number within limits; empty if it is one. A whole number is written anew, because CLI11
-/// would read 010 as 8.
+/// Why `text` is not a number within limits; empty for a valid number. Rewrites a whole number,
+/// because CLI11 would read 010 as 8.
 template <class Number>
 std::string refused_number(std::string& text, Limits limits) {
   constexpr bool whole = std::is_integral_v<Number>;
@@ -108,20 +112,20 @@ std::string refused_number(std::string& text, Limits limits) {
                 limits.most < most ? concat(limits.most) : concat(std::numeric_limits<Number>::max()));
 }
 
-/// A number within limits; whole if `value`, which may be optional, is.
+/// A number within limits; a whole number for an integer `value`, which may be optional.
 template <class Value>
 CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, Limits limits,
                         const std::string& unit, const std::string& help) {
   const auto check = [limits](std::string& text) {
     return refused_number<typename Plain<Value>::Type>(text, limits);
   };
-  CLI::Option* const added = command.add_option(option, value, help)->type_name(unit);
+  CLI::Option* const added = command.add_option(option, value, with_range(help, limits))->type_name(unit);
   if (std::is_arithmetic_v<Value>) added->capture_default_str();
   return added->transform(CLI::Validator(check, ""));
 }
 
-/// Texts or numbers with commas between, none of which may be empty. The option may be given several times.
-/// `each`: what an item must be.
+/// A comma-separated list of texts or numbers without empty items. The option may be given several
+/// times. `each` validates an item.
 template <class Item>
 CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<Item>& items,
                       const std::string& kind, const std::string& help,
@@ -147,42 +151,61 @@ CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<
     }
   };
   return command.add_option_function<std::vector<std::string>>(option, set, help)
-      ->allow_extra_args(false)  // an argument more is not an item more
+      ->allow_extra_args(false)  // a further argument is not a further item
       ->transform(CLI::Validator(check, ""))
       ->type_name(kind)
       ->default_str(joined(items, ","));
 }
 
-/// Refuses `option` beside any of `others`, which would be ignored, or would contradict it.
+/// Rejects `option` together with any of `others`, which it would contradict or which would be
+/// ignored.
 void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others);
 
-/// The names of the options' groups in the help.
-inline constexpr const char* kWhatRuns = "What runs";
-inline constexpr const char* kHowLong = "How long";
+/// Option groups in the help.
+inline constexpr const char* kSystemGroup = "Graph and executors";
+inline constexpr const char* kDurationGroup = "Duration and repetitions";
+
+/// Help of options that several commands have.
+inline constexpr const char* kGraphHelp = "Graph name (`hotpath list graphs`) or path of a YAML file";
+inline constexpr const char* kRunHelp = "Folder of a live or simulated run";
+inline constexpr const char* kRunExecutorHelp = "Executor of the run; by default its first";
+inline constexpr const char* kRunRepetitionHelp = "Repetition of the run, counted from 0";
+inline constexpr const char* kDomainHelp = "DDS domain id";
+inline constexpr const char* kAllInterfacesHelp = "Use all network interfaces, not only loopback";
+inline constexpr const char* kJunitHelp = "Also write the gate's tests for CI (JUnit XML)";
+inline constexpr const char* kMarkdownHelp = "Also write the gate's summary for a pull request";
 
 /// Adds --load, --rate and --copies.
 void add_scaling_options(CLI::App& command, CommonOptions& options);
 
-/// The options that were given to a command, as words `--NAME=VALUE`, without those named.
+/// The options given to a command, as words `--NAME=VALUE`, except the options in `without`.
 [[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,
                                                      const std::vector<std::string>& without);
 
-/// Adds --graph, --load, --work, the phases, --rule and --ties; `options` must outlive the parse.
+/// Adds --graph, --load, --work, the phases, --rule, --entity-order and --ties; `options` must
+/// outlive the parse.
 void add_graph_options(CLI::App& command, CommonOptions& options);
+void add_entity_order_option(CLI::App& command, CommonOptions& options);
 
 /// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
 void add_length_options(CLI::App& command, CommonOptions& options, double longest_s);
+void add_warm_up_option(CLI::App& command, CommonOptions& options);
 
-/// Adds --cores, --timer-thread and what the simulated machine costs.
+/// Adds --cores, --timer-thread and the costs of the simulated machine.
 void add_platform_options(CLI::App& command, PlatformOptions& options);
+void add_cores_option(CLI::App& command, std::optional<unsigned>& cores);
+CLI::Option* add_threads_option(CLI::App& command, unsigned& threads);
 
-void add_output_option(CLI::App& command, CommonOptions& options);
+/// Adds --output. `default_folder`: as the help shows it.
+void add_output_option(CLI::App& command, CommonOptions& options,
+                       const std::string& default_folder = "runs/DATE-GRAPH");
 
-/// Executors of a command that takes several, and --deployments. `paper`, or nothing at all, is the paper's
-/// seven, `all` is all.
+/// Adds `option`, a list of executors, and --deployments. executors_of() resolves `paper` and
+/// `all`.
 void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& options);
-/// Adds --deployments alone.
 void add_deployments_option(CLI::App& command, CommonOptions& options);
+/// The executors to run: the paper's seven for `paper` or without any executor or deployment, the
+/// whole registry for `all`.
 [[nodiscard]] std::vector<std::string> executors_of(const CommonOptions& options);
 
 }  // namespace hotpath

@@ -18,10 +18,11 @@ struct RecoverOptions {
 
 void add_recover_command(CLI::App& app) {
   auto [command, o] = add_command<RecoverOptions>(
-      app, "recover", "Make a result of what a killed run left: its finished repetitions",
-      "hotpath recover runs/killed",
+      app, "recover", "Recover the finished repetitions of a killed run", "hotpath recover runs/killed",
       [](const RecoverOptions& options) { write_table(std::cout, recover_run(options.run)); });
-  command.add_option("RUN", o.run, "Folder of `hotpath run` or `compare`")->required();
+  command.add_option("RUN", o.run, "Folder of a killed `hotpath run` or `hotpath compare`")
+      ->type_name("FOLDER")
+      ->required();
 }
 
 }  // namespace hotpath

@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace {
 
-/// What a command of the Python package is given.
+/// The arguments of the commands that the Python package implements.
 struct ReportArguments {
   std::vector<std::string> runs;
   std::string before, after, output;
@@ -25,7 +25,7 @@ void run_tool(const std::string& command, std::vector<std::string> words, const 
   become_python_tool(command, words);
 }
 
-/// A page has all latencies and response times in Python's memory.
+/// Python holds all latencies and response times of a page in memory.
 void report(const ReportArguments& a) {
   if (!a.output.empty()) check_output_folder(a.output, "report.html");
   constexpr double kMemoryOfByte = 3;
@@ -44,17 +44,17 @@ void report(const ReportArguments& a) {
 }  // namespace
 
 void add_report_command(CLI::App& app) {
-  auto [command, o] = add_command<ReportArguments>(
-      app, "report", "One page, HTML and Markdown, about any runs or comparisons",
-      "hotpath report runs/live runs/simulated --output page", report);
-  command.add_option("RUN", o.runs, "Folders of `hotpath run`, `compare` or `simulate`")->required();
+  auto [command, o] =
+      add_command<ReportArguments>(app, "report", "Write an HTML and Markdown report about one or more runs",
+                                   "hotpath report runs/live runs/simulated --output page", report);
+  command.add_option("RUN", o.runs, "Folders of live or simulated runs")->type_name("FOLDER")->required();
   add_text(command, "--output", o.output, "FOLDER",
-           "Folder of the page; by default report/ in the first RUN");
+           "Folder for the report; by default report/ in the first RUN");
 }
 
 void add_compare_results_command(CLI::App& app) {
   auto [command, o] = add_command<ReportArguments>(
-      app, "compare-results", "Which percentiles of NEW differ from those of OLD beyond noise",
+      app, "compare-results", "Compare latency percentiles of two results, with confidence intervals",
       "hotpath compare-results results/paper runs/paper", [](const ReportArguments& a) {
         std::vector<std::string> words = {a.before, a.after};
         if (a.gate) words.emplace_back("--gate");
@@ -63,20 +63,23 @@ void add_compare_results_command(CLI::App& app) {
         if (!a.markdown.empty()) words.push_back("--markdown=" + a.markdown);
         run_tool("compare-results", words, "--csv", a.output);
       });
-  command.add_option("OLD", o.before, "Folder of a reproduction, or of a run")->required();
-  command.add_option("NEW", o.after, "Folder of the same kind")->required();
+  command.add_option("OLD", o.before, "Baseline: folder of a run or of a reproduction")
+      ->type_name("FOLDER")
+      ->required();
+  command.add_option("NEW", o.after, "Folder of the same kind, to compare with OLD")
+      ->type_name("FOLDER")
+      ->required();
   command.add_flag(
       "--across-loads", o.across_loads,
-      "Compare runs of different loads, rates or copies; else only\nwhat ran at the same load is compared");
-  CLI::Option* const csv = add_output_file(command, "--csv", o.output, "Also write the table to this file");
+      "Also compare runs with different loads, rates or copies; by\ndefault only runs at the same load");
+  CLI::Option* const csv = add_output_file(command, "--csv", o.output, "Also write the table as CSV");
   CLI::Option* const gate = command
                                 .add_flag("--gate", o.gate,
-                                          "Decide whether anything became worse, beyond noise and\ncorrected "
-                                          "for many comparisons: exit code 1 if so")
+                                          "Exit with code 1 if NEW has a significant regression,\n"
+                                          "corrected for multiple comparisons")
                                 ->excludes(csv);
-  add_output_file(command, "--junit", o.junit, "With --gate: also write test cases for CI")->needs(gate);
-  add_output_file(command, "--markdown", o.markdown, "With --gate: also write a summary for a pull request")
-      ->needs(gate);
+  add_output_file(command, "--junit", o.junit, kJunitHelp)->needs(gate);
+  add_output_file(command, "--markdown", o.markdown, kMarkdownHelp)->needs(gate);
 }
 
 }  // namespace hotpath

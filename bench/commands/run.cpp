@@ -20,61 +20,62 @@ struct RunArguments {
 };
 
 void add_where_options(CLI::App& command, RunOptions& o) {
-  command.option_defaults()->group("Where it runs");
+  command.option_defaults()->group("Environment");
   add_list(command, "--stack", o.stacks, "native|rclcpp",
-           "hotpath's own executors (native), or the real ROS 2\nstack of a sourced workspace (rclcpp); "
-           "compare takes both",
+           "hotpath's own executors (native), or the ROS 2 stack of a\n"
+           "sourced workspace (rclcpp); compare accepts both",
            CLI::IsMember(words<Stack>()));
   add_text(command, "--ros2-runner", o.ros2_runner, "FILE",
-           "Program that runs the graph on rclcpp; by default\nHOTPATH_ROS2_RUNNER, or that of a sourced "
-           "workspace");
+           "Program that runs the graph on rclcpp; by default\n"
+           "$HOTPATH_ROS2_RUNNER, or the program of a sourced workspace");
   add_choice(command, "--transport", o.plan.transport,
-             "What carries messages: DDS, or pointers in one process");
+             "Message transport: DDS, or pointers within one process");
   add_number(command, "--processes", o.plan.processes, {1, 100}, "N",
-             "Split the nodes over that many processes (fastdds only)");
-  add_choice(command, "--network", o.plan.fastdds.network, "How messages get from process to process");
-  command.add_flag("--all-interfaces", o.all_interfaces, "Every network interface, not loopback alone");
-  add_number(command, "--domain", o.plan.fastdds.domain, {0, 232}, "N", "DDS domain");
-  add_text(command, "--cpus", o.cpus, "LIST", "Processors to run on, as in 1 or 0,2-3; by default all");
+             "Processes that share the nodes (fastdds only)");
+  add_choice(command, "--network", o.plan.fastdds.network, "DDS transport between processes");
+  command.add_flag("--all-interfaces", o.all_interfaces, kAllInterfacesHelp);
+  add_number(command, "--domain", o.plan.fastdds.domain, {0, 232}, "N", kDomainHelp);
+  add_text(command, "--cpus", o.cpus, "LIST", "CPUs to run on, such as 1 or 0,2-3; by default all");
   add_text(command, "--executor-policy", o.executor_policy, "POLICY",
-           "Scheduling class of executor threads, other, fifo:N or\nrr:N; by default other");
+           "Scheduling class of executor threads: other, fifo:N or rr:N;\nby default other");
   add_text(command, "--timer-policy", o.timer_policy, "POLICY",
-           "The same for the timer management thread; by default\n"
-           "fifo:90 under the paper's executors, where permitted");
-  command.add_flag("--lock-memory", o.plan.lock_memory, "Keep all memory resident (mlockall)");
+           "Scheduling class of the timer management thread; by default\n"
+           "fifo:90 under the paper's executors if permitted");
+  command.add_flag("--lock-memory", o.plan.lock_memory, "Lock all memory in RAM (mlockall)");
   command.add_flag("--cpu-time", o.plan.measure_cpu_time,
-                   "Record the CPU time of every job (costs a microsecond)");
+                   "Record the CPU time of every job (costs 1 us per job)");
 }
 
 void add_live_options(CLI::App& command, RunOptions& o) {
   command.option_defaults()->group("Live publishing");
   command.add_flag("--live", o.live,
-                   "Publish statistics and every hot-path sample over Fast\n"
-                   "DDS while it runs, from a separate process that gives\n"
-                   "way to all others: topics hotpath/run, hotpath/statistics\n"
-                   "and hotpath/chain_samples in the domain of --domain");
+                   "Publish statistics and every hot-path sample over Fast DDS\n"
+                   "during the run, from a separate low-priority process; topics\n"
+                   "hotpath/run, hotpath/statistics and hotpath/chain_samples in\n"
+                   "the domain of --domain");
   command
       .add_flag("--live-alternate", o.live_alternate,
-                "As --live in the 2nd and 3rd of every four repetitions,\n"
-                "and tell what it did to the median hot-path latency")
+                "Publish like --live in the 2nd and 3rd of every four\n"
+                "repetitions, and report the effect on the median hot-path\nlatency")
       ->excludes("--live");
   add_text(command, "--live-cpus", o.live_cpus, "LIST",
-           "Processors of the process that publishes; by default\n"
-           "those that --cpus leaves, if any");
+           "CPUs of the publishing process; by default the CPUs that\n"
+           "--cpus leaves free, if any");
 }
 
-/// The options that both commands share; `o` must outlive the parse.
+/// The options that `run` and `compare` share; `o` must outlive the parse.
 void add_run_options(CLI::App& command, RunOptions& o) {
   add_graph_options(command, o);
-  command.add_flag("--quick", o.quick, "A short look: once, 2 s after 0.5 s of warm-up")->group(kHowLong);
+  command.add_flag("--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
+      ->group(kDurationGroup);
   add_length_options(command, o, 86400);
   add_number(command, "--repeat-disturbed", o.repeat_disturbed, {0, 100}, "N",
-             "Measure a repetition again, at most N times, whose\nprocessor was slow for a while; the least "
-             "disturbed\nattempt counts, the others are kept");
+             "Measure a repetition again, up to N times, if its CPU was slow\n"
+             "for a while; the least disturbed attempt counts, the others\nare kept");
   exclude(command, "--quick", {"--duration", "--warm-up", "--repetitions"});
   add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
-             "A process that answers this much later than it should\nhas hung: its repetition fails. Setting "
-             "up thousands\nof nodes may take longer");
+             "Lateness after which a process counts as hung and its\n"
+             "repetition fails; raise it for thousands of nodes");
   add_where_options(command, o);
   add_live_options(command, o);
   add_output_option(command, o);
@@ -91,8 +92,9 @@ void add_run_command(CLI::App& app) {
                                                 arguments.options.executors = {arguments.executor};
                                               run_live(arguments.options);
                                             });
-  add_text(run, "--executor,--executors", o.executor, "NAME", "One of `hotpath list executors`")
-      ->group(kWhatRuns);
+  run.option_defaults()->group(kSystemGroup);
+  add_text(run, "--executor,--executors", o.executor, "NAME",
+           "Executor (`hotpath list executors`), with variants such as\nrm-ro:first");
   add_deployments_option(run, o.options);
   exclude(run, "--executor", {"--deployments"});
   add_run_options(run, o.options);
@@ -105,14 +107,13 @@ struct CompareArguments {
   std::string against, junit, markdown;
 };
 
-/// Measures two builds by turns, each repetition in a process and a folder of its own, and lets the gate
-/// judge. `words`: the options of both.
+/// Alternates between two builds, each repetition in its own process and folder, then runs the
+/// gate. `words`: the options of both.
 void compare_builds(const CompareArguments& a, const std::vector<std::string>& words) {
-  const std::filesystem::path folder =
-      a.options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-against" : a.options.output;
+  const std::filesystem::path folder = output_folder(a.options.output, "against");
   check_output_folder(folder);
   if (a.options.repetitions < 3)
-    throw UsageError("--against: a gate needs --repetitions 3 or more, better 20");
+    throw UsageError("--against: the gate needs --repetitions 3 or more, preferably 20");
   const auto order = interleaved(a.options.repetitions, 2, a.options.seed);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto [repetition, build] = order[i];
@@ -157,14 +158,13 @@ void add_compare_command(CLI::App& app) {
   o.repetitions = 3;
   add_run_options(compare, o);
   compare.option_defaults()->group("Two builds");
-  CLI::Option* const against = add_text(
-      compare, "--against", arguments.against, "HOTPATH",
-      "Another build of this program: repetitions of both by\nturns, then `compare-results --gate` of "
-      "this one\nagainst the other; exit code 1 if anything became worse");
+  CLI::Option* const against = add_text(compare, "--against", arguments.against, "HOTPATH",
+                                        "Another build of this program: alternate the repetitions of\n"
+                                        "both builds, then run `compare-results --gate` with the other\n"
+                                        "build as baseline; exit code 1 on a regression");
   exclude(compare, "--against", {"--quick"});
-  add_output_file(compare, "--junit", arguments.junit, "Of the gate: test cases for CI")->needs(against);
-  add_output_file(compare, "--markdown", arguments.markdown, "Of the gate: a summary for a pull request")
-      ->needs(against);
+  add_output_file(compare, "--junit", arguments.junit, kJunitHelp)->needs(against);
+  add_output_file(compare, "--markdown", arguments.markdown, kMarkdownHelp)->needs(against);
 }
 
 }  // namespace hotpath

@@ -7,7 +7,7 @@ namespace hotpath {
 
 namespace {
 
-/// Beyond it instants in nanoseconds would overflow.
+/// Longer simulations would overflow time points in nanoseconds.
 constexpr double kLongestSimulation_s = 1e9;
 
 }  // namespace
@@ -16,7 +16,7 @@ void add_simulate_command(CLI::App& app) { add_simulate_command(app, run_simulat
 
 void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run) {
   auto [simulate, o] = add_command<SimulateOptions>(
-      app, "simulate", "Run a graph under executors in virtual time: exact, repeatable, fast",
+      app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
       "hotpath simulate --executors all --duration 600 --output runs/simulated",
       [run](SimulateOptions options) {
         options.executors = executors_of(options);
@@ -26,8 +26,8 @@ void add_simulate_command(CLI::App& app, const std::function<void(const Simulate
   add_simulate_options(simulate, o);
   simulate
       .add_flag("--no-trace", o.no_trace,
-                "Keep no jobs: no jobs.csv, no quantiles of response\ntimes, and memory that hardly grows "
-                "with time")
+                "Store no jobs: no jobs.csv and no quantiles of response\n"
+                "times, but nearly constant memory")
       ->group("Results");
   add_output_option(simulate, o);
 }
@@ -36,22 +36,19 @@ void add_simulate_options(CLI::App& simulate, SimulateOptions& o) {
   add_executors_option(simulate, "--executors,--executor", o);
   add_graph_options(simulate, o);
   add_text(simulate, "--phases-of", o.phases_of, "RUN",
-           "First timestamps of the same executor and repetition of\na run, from its folder");
+           "Timer phases of the same executor and repetition in a stored\nrun");
   exclude(simulate, "--phases-of", {"--phases", "--phases-file", "--phase-step"});
   add_length_options(simulate, o, kLongestSimulation_s);
-  add_number(
-      simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
-      "Released jobs that may wait before the system counts as\noverloaded; by default 100 for each task");
+  add_number(simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
+             "Queued jobs above which the system counts as overloaded; by\ndefault 100 per task");
   add_platform_options(simulate, o);
   add_text(simulate, "--execution-times", o.execution_times, "worst|uniform|measured|replayed|replay:RUN",
-           "worst: as the graph says; uniform: between best and worst\n"
-           "case, at random; measured: drawn from measured values that\n"
-           "the graph gives, else uniform; replayed: these in the order\n"
-           "in which they were measured; replay:RUN: as measured by a\n"
-           "run of the same executors on the same graph, from its folder");
-  add_number(simulate, "--threads", o.threads, {0, 1024}, "N",
-             "Simulations at the same time, 0 for one per processor;\nresults do not depend on it")
-      ->group("Results");
+           "worst: the graph's worst case; uniform: random between best\n"
+           "and worst case; measured: random among the graph's measured\n"
+           "values, otherwise uniform; replayed: the measured values in\n"
+           "recorded order; replay:RUN: the times of a stored run of the\n"
+           "same executors and graph; by default as in the graph");
+  add_threads_option(simulate, o.threads)->group("Results");
 }
 
 }  // namespace hotpath

@@ -23,7 +23,7 @@ void summarize_run(const SummarizeOptions& options) {
     data_output() << summarize_golden_trace(options.golden).dump(2) << "\n";
     return;
   }
-  if (options.run.empty()) throw UsageError("summarize: name the folder of a run");
+  if (options.run.empty()) throw UsageError("summarize: give the folder of a run");
   const StoredRun run(options.run, "summarize");
   if (options.responses == "-") {
     ResponsesCsv responses(data_output(), run);
@@ -48,16 +48,14 @@ void summarize_run(const SummarizeOptions& options) {
 
 void add_summarize_command(CLI::App& app) {
   auto [command, o] = add_command<SummarizeOptions>(
-      app, "summarize", "Make the summary of a stored run anew: new measures apply to old runs",
+      app, "summarize", "Recompute the summary of a stored run with this version's measures",
       "hotpath summarize runs/first", summarize_run);
-  CLI::Option* const run =
-      command.add_option("RUN", o.run, "Folder of `hotpath run`, `compare` or `simulate`");
-  add_output_file(
-      command, "--responses", o.responses,
-      "Also write the response time of every job that counts\nas CSV; `-`: to standard output, and "
-      "nothing else");
+  CLI::Option* const run = command.add_option("RUN", o.run, kRunHelp)->type_name("FOLDER");
+  add_output_file(command, "--responses", o.responses,
+                  "Also write the response time of every counted job as CSV;\n"
+                  "`-` prints the CSV instead of the summary");
   add_text(command, "--golden", o.golden, "FILE",
-           "Instead: what became of each timer of a golden trace,\nas JSON to standard output")
+           "Instead of RUN: summarise the timers of a golden trace, as\nJSON to standard output")
       ->excludes(run)
       ->excludes("--responses");
 }

@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <sstream>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
@@ -27,9 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-/// Beyond either a sweep begins only with --yes.
+/// A longer or larger sweep starts only with --yes.
 constexpr double kLongest_s = 3600, kLargest_bytes = 1e9;
-/// Cells that are timed before the others, spread over the design.
+/// Cells timed before the others, spread over the design, to estimate duration and size.
 constexpr std::size_t kTimed = 4;
 
 struct SweepArguments {
@@ -52,7 +50,7 @@ class Sweep {
                                          : arguments.output),
         cells_(load_sweep(arguments.file), folder_) {
     if (cells_.live() && arguments.threads > 1)
-      throw UsageError("--threads: live cells run one by one; leave it out");
+      throw UsageError("--threads: live cells run one at a time; leave it out");
   }
 
   void run() {
@@ -60,7 +58,8 @@ class Sweep {
     Crew crew({cells_.live() ? 1 : arguments_.threads, silence});
     if (cells_.live() && crew.ranks_on_this_machine() > 1) {
       throw UsageError(
-          "live cells need a machine each, and several ranks run on this one; start one a machine");
+          "live cells need one machine per rank, but several ranks run on this machine; start one rank "
+          "per machine");
     }
     std::optional<SweepJournal> journal;
     Campaign campaign;
@@ -94,7 +93,7 @@ class Sweep {
   }
 
  private:
-  /// Says how long and how large the sweep will be, from a few of its cells.
+  /// Prints the estimated duration and size of the sweep, from a few of its cells.
   void prepare(SweepJournal& journal, const Crew& crew) {
     const std::vector<std::uint64_t> missing = journal.missing();
     if (journal.done() > 0) {
@@ -122,12 +121,12 @@ class Sweep {
                      "%.0f cells of `%s` to do, about %s on %u rank(s) with %u thread(s) each; about %.1f MB",
                      left, design_.command.c_str(), duration_text(took).c_str(), crew.ranks(), crew.threads(),
                      size / 1e6)
-              << (design_.keep_all || !design_.keep.empty() ? " without the folders kept\n" : "\n")
+              << (design_.keep_all || !design_.keep.empty() ? " plus the kept folders\n" : "\n")
               << std::flush;
     if (arguments_.yes || (took < kLongest_s && size < kLargest_bytes)) return;
     throw UsageError(
-        "this is a long way; add --yes to go it (it can be interrupted and resumed), or make the "
-        "design smaller");
+        "the sweep takes more than 1 hour or 1 GB; add --yes to start it (it can be interrupted and "
+        "resumed), or make the design smaller");
   }
 
   void show_progress(std::size_t done, std::size_t all) {
@@ -142,7 +141,7 @@ class Sweep {
     const std::size_t missing = journal.missing().size();
     if (missing > 0) {
       std::cerr << concat("interrupted: ", journal.done(), " of ", design_.cells(), " cells are in ",
-                          journal.folder().string(), "; the same command goes on with the others\n");
+                          journal.folder().string(), "; the same command resumes the sweep\n");
       return;
     }
     journal.write_table(cells_.header());
@@ -162,17 +161,19 @@ class Sweep {
 
 void add_sweep_command(CLI::App& app) {
   auto [sweep, o] = add_command<SweepArguments>(
-      app, "sweep", "Thousands of runs or simulations from one file, into one table",
+      app, "sweep", "Run a parameter sweep of runs or simulations and collect one table",
       "hotpath sweep sweeps/autoware_load.yaml",
       [](const SweepArguments& arguments) { Sweep(arguments).run(); });
-  sweep.add_option("FILE", o.file, "What is fixed and what varies: docs/sweeps.md")->required();
+  sweep.add_option("FILE", o.file, "Sweep file: fixed and varied options (docs/sweeps.md)")
+      ->type_name("")
+      ->required();
   add_text(sweep, "--output", o.output, "FOLDER",
-           "Folder for the table; an unfinished sweep in it goes on.\nBy default runs/sweep-FILE");
+           "Folder for the table; resumes an unfinished sweep in it. By\ndefault runs/sweep-FILE");
   add_number(sweep, "--threads", o.threads, {0, 1024}, "N",
-             "Cells at the same time, of each rank; 0: one for each\nprocessor. Live cells run one by one");
+             "Parallel cells per rank, 0 for one per CPU; live cells run\none at a time");
   add_number(sweep, "--rank-time-out", o.rank_time_out_s, {0.1, 3600}, "SECONDS",
-             "Others do the cells of a rank that is silent for so long");
-  sweep.add_flag("--yes", o.yes, "Begin also what takes more than an hour or a gigabyte");
+             "Silence after which other ranks take over a rank's cells");
+  sweep.add_flag("--yes", o.yes, "Start also a sweep that takes more than 1 hour or 1 GB");
 }
 
 }  // namespace hotpath

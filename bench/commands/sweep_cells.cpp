@@ -29,14 +29,14 @@ constexpr const char* kBoundColumns =
     "executor,method,kind,name,bound_ns,observed_ns,tightness,violated,deadline_ns,response_ns,waiting_ns,"
     "dominated_by";
 
-/// Why a cell has no result, which is a row of the table.
+/// The reason why a cell has no result; the table has a row for it.
 struct CellFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 std::string option_word(const SweepOption& option) { return "--" + option.name + "=" + option.value; }
 
-/// How a command takes options, without doing what it does.
+/// Parses the options of a command without running it.
 class OptionParser {
  public:
   explicit OptionParser(std::string command) : app_("", "hotpath"), command_(std::move(command)) {
@@ -61,7 +61,7 @@ class OptionParser {
   const SimulateOptions& parse(const Words& words) {
     Words all = words;
     all.insert(all.begin(), command_);
-    std::ranges::reverse(all);  // as CLI11 takes them
+    std::ranges::reverse(all);  // CLI11 expects the arguments in reverse order
     try {
       app_.parse(all);
     } catch (const CLI::Success&) {
@@ -104,7 +104,7 @@ void SweepCells::check_cell(const std::vector<SweepOption>& at, int line) const 
   } catch (const CLI::ParseError& error) {
     throw InputError(design_.file, line, error.what(), "see `hotpath " + design_.command + " --help`");
   } catch (const UsageError& error) {
-    throw InputError(design_.file, line, error.what(), "correct this value, or what is fixed");
+    throw InputError(design_.file, line, error.what(), "correct this value, or the fixed options");
   }
 }
 
@@ -162,14 +162,15 @@ std::string SweepCells::named(std::uint64_t cell) const {
 }
 
 std::string SweepCells::failed(std::uint64_t cell, const std::string& place, const std::string& why) const {
-  if (interrupted() != 0) throw RunError("interrupted; the same command goes on");  // its process was, too
+  // The interrupt also ended the cell's process.
+  if (interrupted() != 0) throw RunError("interrupted; the same command resumes the sweep");
   std::string executor;
   for (const SweepOption& option : design_.coordinates(cell)) {
     if (names_executor(option.name)) executor = option.value;
   }
   const std::string columns = design_.command == "analyze" ? kBoundColumns : kMeasuredColumns;
-  const auto more = static_cast<std::size_t>(std::ranges::count(columns, ','));
-  return place + csv_field(why) + "," + csv_field(executor) + std::string(more, ',') + "\n";
+  const auto empty_columns = static_cast<std::size_t>(std::ranges::count(columns, ','));
+  return place + csv_field(why) + "," + csv_field(executor) + std::string(empty_columns, ',') + "\n";
 }
 
 fs::path SweepCells::folder_of(std::uint64_t cell) const { return output_ / "cells" / std::to_string(cell); }
@@ -192,7 +193,7 @@ std::string SweepCells::measured_of(std::uint64_t cell, const std::string& place
 }
 
 std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) const {
-  std::string csv = fs::temp_directory_path() / "hotpath-bounds-XXXXXX";  // a name that nobody can guess
+  std::string csv = fs::temp_directory_path() / "hotpath-bounds-XXXXXX";  // an unpredictable name
   const int descriptor = mkstemp(csv.data());
   if (descriptor < 0) throw RunError(concat(csv, " cannot be created (", std::strerror(errno), ")"));
   close(descriptor);
@@ -212,14 +213,14 @@ void SweepCells::run_as_child(std::uint64_t cell, const std::string& results) co
   if (simulated) check_simulation(OptionParser(design_.command).parse(words));
   words.insert(words.begin(), design_.command);
   words.push_back(results);
-  fs::remove_all(folder_of(cell));  // of an earlier attempt
+  fs::remove_all(folder_of(cell));  // left by an earlier attempt
   try {
     run_hotpath(words);
   } catch (const RunError& error) {
     throw CellFailure(error.what());
   } catch (const UsageError& error) {
     if (!simulated) throw;
-    throw CellFailure(error.what());  // an overload: all else was checked
+    throw CellFailure(error.what());  // an overload: check_simulation() found no other error
   }
 }
 

@@ -17,7 +17,7 @@ namespace hotpath {
 
 namespace {
 
-/// As hotpath_report/trace_events.py takes it.
+/// The input of hotpath_report/trace_events.py.
 struct TimelineOptions {
   std::string run, executor, svg, perfetto, csv;
   std::uint32_t repetition = 0;
@@ -30,14 +30,14 @@ void write_csv(const TimelineOptions& o, std::ostream& out) {
   const StoredRun run(o.run, "timeline");
   TraceWindow window{o.executor, o.repetition};
   if (window.executor.empty() && !run.executors().empty()) window.executor = run.executors().front();
-  static_cast<void>(run.run(window.executor, window.repetition));  // says what there is instead
-  // A nanosecond more: the figures decide in milliseconds.
+  static_cast<void>(run.run(window.executor, window.repetition));  // throws if it did not run
+  // Widened by a nanosecond, because the figures select jobs in milliseconds.
   window.from = Time{} + from_ms(o.from_ms) - Duration(1);
   if (o.to_ms) window.to = Time{} + from_ms(*o.to_ms) + Duration(1);
   write_window(out, run.folder() / "jobs.csv", window);
 }
 
-/// The part is in Python's memory with all that is drawn of it: that of Perfetto can be a whole repetition.
+/// Python holds the window and its drawing in memory; a Perfetto trace can be a whole repetition.
 void check_memory_of(const TimelineOptions& o) {
   constexpr double kMemoryOfByte = 25;
   const StoredRun run(o.run, "timeline");
@@ -46,8 +46,8 @@ void check_memory_of(const TimelineOptions& o) {
   if (none || (!o.to_ms && o.perfetto.empty())) return;  // the chart is short by default
   const double repetitions = run.check([&] { return static_cast<double>(run.facts().at("runs").size()); });
   const double length_ms = to_ms(run.length());
-  const double part = std::clamp((o.to_ms.value_or(length_ms) - o.from_ms) / length_ms, 0.0, 1.0);
-  check_memory(size / std::max(1.0, repetitions) * part * kMemoryOfByte, "timeline " + o.run, "this part",
+  const double share = std::clamp((o.to_ms.value_or(length_ms) - o.from_ms) / length_ms, 0.0, 1.0);
+  check_memory(size / std::max(1.0, repetitions) * share * kMemoryOfByte, "timeline " + o.run, "this window",
                "an earlier --to");
 }
 
@@ -64,22 +64,24 @@ void timeline(const TimelineOptions& o) {
 }  // namespace
 
 void add_timeline_command(CLI::App& app) {
-  auto [command, o] =
-      add_command<TimelineOptions>(app, "timeline", "Draw which job ran when, from a live or simulated run",
-                                   "hotpath timeline runs/first --from 1000 --to 1200", timeline);
-  command.add_option("RUN", o.run, "Folder of the run")->required();
-  add_text(command, "--executor", o.executor, "NAME", "As named there; by default the first");
-  add_number(command, "--repetition", o.repetition, {0, 1e9}, "N", "Which repetition");
-  add_number(command, "--from", o.from_ms, {0, 1e12}, "MS", "Begin, after the epoch of the run");
+  auto [command, o] = add_command<TimelineOptions>(
+      app, "timeline", "Draw a Gantt chart of a stored run, or export it for Perfetto",
+      "hotpath timeline runs/first --from 1000 --to 1200", timeline);
+  command.add_option("RUN", o.run, kRunHelp)->type_name("FOLDER")->required();
+  add_text(command, "--executor", o.executor, "NAME", kRunExecutorHelp);
+  add_number(command, "--repetition", o.repetition, {0, 1e9}, "N", kRunRepetitionHelp);
+  add_number(command, "--from", o.from_ms, {0, 1e12}, "MS", "Start of the window, after the run's epoch");
   add_number(command, "--to", o.to_ms, {0, 1e12}, "MS",
-             "End; by default 500 ms later in the chart, and the end\nof the run in the trace for Perfetto");
-  CLI::Option* const svg =
-      add_output_file(command, "--svg", o.svg, "Gantt chart, a .png beside it; by default RUN/timeline.svg");
-  CLI::Option* const perfetto = add_output_file(
-      command, "--perfetto", o.perfetto, "Trace for ui.perfetto.dev, instead of the chart unless both");
+             "End of the window; by default 500 ms later in the chart, the\n"
+             "end of the run in the Perfetto trace");
+  CLI::Option* const svg = add_output_file(
+      command, "--svg", o.svg, "Gantt chart, with a .png beside it; by default\nRUN/timeline.svg");
+  CLI::Option* const perfetto =
+      add_output_file(command, "--perfetto", o.perfetto,
+                      "Trace for ui.perfetto.dev; replaces the chart unless --svg is\ngiven");
   add_output_file(command, "--csv", o.csv,
-                  "Instead: the rows of jobs.csv of that part, by default\nto the end of the run; `-`: to "
-                  "standard output")
+                  "Write the window's rows of jobs.csv instead, by default to\n"
+                  "the end of the run; `-` is standard output")
       ->excludes(svg)
       ->excludes(perfetto);
 }

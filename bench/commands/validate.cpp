@@ -24,15 +24,14 @@ struct ValidateOptions {
   bool all = false;
 };
 
-fs::path find_reference(const std::string& given) {
-  if (!given.empty()) return given;
-  if (const auto found = find_ros2_reference()) return *found;
-  throw UsageError("the reference measurements are not installed; name their folder with --reference");
+fs::path find_reference(const std::string& folder) {
+  if (!folder.empty()) return folder;
+  if (const auto installed = find_ros2_reference()) return *installed;
+  throw UsageError("the reference measurements are not installed; give their folder with --reference");
 }
 
 void validate(const ValidateOptions& options) {
-  const fs::path folder =
-      options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-validate" : options.output;
+  const fs::path folder = output_folder(options.output, "validate");
   check_output_folder(folder);
   const fs::path reference = find_reference(options.reference);
   Validation validation;
@@ -54,14 +53,17 @@ void validate(const ValidateOptions& options) {
 
 void add_validate_command(CLI::App& app) {
   auto [command, o] = add_command<ValidateOptions>(
-      app, "validate", "Compare simulation, live runs and the real ROS 2 stack side by side",
+      app, "validate", "Compare simulations and live runs with the real ROS 2 stack",
       "hotpath validate runs/first", validate);
-  command.add_option("RUN", o.runs,
-                     "Folders of runs, to compare with their own simulation and,\nwhere it measured the "
-                     "same graph, with the real stack; without\nany, the simulator against the real stack");
-  command.add_flag("--all", o.all, "Also the simulator against the real stack, as without RUN");
+  command
+      .add_option("RUN", o.runs,
+                  "Runs to compare with their own simulation and, for graphs of\n"
+                  "the reference measurements, with the ROS 2 stack; without\n"
+                  "RUN, compare the simulator with the ROS 2 stack")
+      ->type_name("FOLDER");
+  command.add_flag("--all", o.all, "Also compare the simulator with the ROS 2 stack");
   add_text(command, "--reference", o.reference, "FOLDER",
-           "Folder of the reference measurements; by default those\nthat come with this program");
+           "Folder of the reference measurements; by default as installed\nwith hotpath");
   add_text(command, "--output", o.output, "FOLDER",
            "New folder for the results; by default runs/DATE-validate");
 }

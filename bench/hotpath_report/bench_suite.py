@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath bench`: runs the benchmark programs, a fresh process for each repetition, in seeded random order, into one
-folder: bench.json, the programs' own output below raw/, report.md with its pictures."""
+folder: bench.json, the programs' own output below raw/, report.md with its pictures.
+
+Google Benchmark's --benchmark_repetitions would repeat in one process: all repetitions would share
+its memory layout, no other program would run between them, and a hang or a signal would lose them
+all."""
 
 import contextlib
 import itertools

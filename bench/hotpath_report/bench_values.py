@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the benchmark programs measured, and which of it differs between two folders of `hotpath bench`."""
+"""What the benchmark programs measured, and which of it differs between two folders of `hotpath bench`.
+
+Google Benchmark's compare.py compares real_time and cpu_time, but no counters, and most values are
+counters. It prints p-values instead of intervals and verdicts."""
 
 import math
 import re

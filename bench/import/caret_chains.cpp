@@ -13,7 +13,7 @@ class Paths {
  public:
   explicit Paths(const Graph& graph) : graph_(graph), tasks_(make_tasks(graph)) {}
 
-  /// Fills in the chain. Returns why the path is none; empty: it is one.
+  /// Fills in the chain. Returns why the path is not a chain; empty: it is one.
   std::string follow(const CaretPath& path, Chain& chain) const {
     std::vector<TaskId> along;
     const auto append = [&](TaskId id) {
@@ -23,7 +23,7 @@ class Paths {
       const std::string node = graph_node_name(step.node);
       if (!step.subscribed.empty()) {
         const auto task = task_named(node + "/" + graph_topic_name(step.subscribed));
-        if (!task) return concat("node ", node, " does not take ", step.subscribed);
+        if (!task) return concat("node ", node, " does not subscribe to ", step.subscribed);
         append(*task);
       }
       if (step.published.empty()) continue;
@@ -32,12 +32,12 @@ class Paths {
       append(*publisher);
     }
     if (along.empty()) return "it names no topic";
-    // A chain cannot end where a sample is only stored: it ends in the callback that takes it.
+    // A callback that only stores its sample cannot end a chain; the user of the sample does.
     if (tasks_.callbacks[along.back()].stores_only) append(tasks_.downstream(along.back()).front());
     for (std::size_t i = 1; i < along.size(); ++i) {
       const std::vector<TaskId> next = tasks_.downstream(along[i - 1]);
       if (std::ranges::count(next, along[i]) == 0) {
-        return concat("data of ", name(along[i - 1]), " does not get into messages of ", name(along[i]));
+        return concat("data of ", name(along[i - 1]), " does not reach the messages of ", name(along[i]));
       }
     }
     for (const TaskId id : along) chain.nodes.push_back(name(id));
@@ -50,9 +50,9 @@ class Paths {
   const std::string& name(TaskId id) const { return tasks_.set[id].name; }
 
   std::optional<TaskId> task_named(const std::string& name) const {
-    const auto found = std::ranges::find(tasks_.set.tasks, name, &Task::name);
-    if (found == tasks_.set.tasks.end()) return std::nullopt;
-    return static_cast<TaskId>(found - tasks_.set.tasks.begin());
+    const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
+    if (task == tasks_.set.tasks.end()) return std::nullopt;
+    return static_cast<TaskId>(task - tasks_.set.tasks.begin());
   }
 
   std::optional<TaskId> publisher_of(const std::string& node, const std::string& topic) const {

@@ -9,7 +9,7 @@ namespace hotpath {
 
 namespace {
 
-/// Of an executor whose number of threads CARET does not tell.
+/// Threads of a multi-threaded executor, whose number CARET does not record.
 constexpr std::size_t kMostThreads = 4;
 constexpr const char* kOthers = "external";
 
@@ -18,7 +18,7 @@ using Owners = std::map<std::string, std::uint32_t>;
 DeployedExecutor executor_of(const CaretExecutor& caret) {
   DeployedExecutor executor;
   executor.name = graph_topic_name(caret.name);
-  // A thread for each group is as good as more.
+  // More threads than groups would stay idle.
   const std::size_t threads = std::clamp<std::size_t>(caret.groups.size(), 2, kMostThreads);
   executor.executor = caret.multi_threaded ? concat("multi:", threads) : kBaselineExecutor;
   return executor;
@@ -46,7 +46,7 @@ Owners owners_of_tasks(const CaretArchitecture& architecture,
 Deployment deployment_of(const CaretArchitecture& architecture,
                          const std::map<std::string, std::string>& task_of, const GraphTasks& tasks) {
   Deployment deployment;
-  deployment.description = "Executors as CARET saw them";
+  deployment.description = "Executors recorded by CARET";
   std::vector<DeployedExecutor> all;
   Owners of_group;
   for (const CaretExecutor& caret : architecture.executors) {
@@ -58,7 +58,7 @@ Deployment deployment_of(const CaretArchitecture& architecture,
   all.emplace_back().name = kOthers;
   all.back().executor = kBaselineExecutor;
   const Owners owners = owners_of_tasks(architecture, task_of, of_group);
-  std::map<std::uint32_t, std::uint32_t> index;  // of those that have tasks
+  std::map<std::uint32_t, std::uint32_t> index;  // of executors with tasks
   for (const Task& task : tasks.set.tasks) {
     const auto owner = owners.find(task.name);
     const std::uint32_t executor = owner == owners.end() ? others : owner->second;

@@ -42,8 +42,8 @@ CaretDraft draft_of(const std::string& ros_node, std::size_t n, const CaretCallb
 
 double CaretDrafts::frequency(const std::string& topic) const {
   double most = 0;
-  if (const auto found = subscribers.find(topic); found != subscribers.end()) {
-    for (const std::size_t s : found->second) {
+  if (const auto readers = subscribers.find(topic); readers != subscribers.end()) {
+    for (const std::size_t s : readers->second) {
       if (all[s].stats != nullptr) most = std::max(most, all[s].hertz);
     }
   }
@@ -56,8 +56,8 @@ CaretDrafts make_drafts(const CaretArchitecture& architecture,
   for (std::size_t n = 0; n < architecture.nodes.size(); ++n) {
     std::set<std::string> topics;
     for (const CaretCallback& caret : architecture.nodes[n].callbacks) {
-      const auto found = stats.find(caret.name);
-      const bool ran = found != stats.end() && found->second.period;
+      const auto measured = stats.find(caret.name);
+      const bool ran = measured != stats.end() && measured->second.period;
       if (!stats.empty() && !ran) {
         ++drafts.idle;
         continue;
@@ -67,7 +67,7 @@ CaretDrafts make_drafts(const CaretArchitecture& architecture,
         continue;
       }
       const std::size_t index = drafts.all.size();
-      drafts.all.push_back(draft_of(architecture.nodes[n].name, n, caret, ran ? &found->second : nullptr));
+      drafts.all.push_back(draft_of(architecture.nodes[n].name, n, caret, ran ? &measured->second : nullptr));
       drafts.index[caret.name] = index;
       if (caret.topic) drafts.subscribers[*caret.topic].push_back(index);
     }

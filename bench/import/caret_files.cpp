@@ -26,8 +26,8 @@ std::string name_of(const YamlMap& map, const std::string& key) {
 }
 
 std::vector<YamlValue> items(const YamlMap& map, const std::string& key) {
-  const auto found = map.find(key);
-  return found ? found->items("an item of `" + key + "`") : std::vector<YamlValue>();
+  const auto list = map.find(key);
+  return list ? list->items("an item of `" + key + "`") : std::vector<YamlValue>();
 }
 
 std::vector<std::string> names(const YamlMap& map, const std::string& key) {
@@ -38,7 +38,7 @@ std::vector<std::string> names(const YamlMap& map, const std::string& key) {
   return all;
 }
 
-/// Nothing for a callback of another kind.
+/// None for a callback of another kind.
 std::optional<CaretCallback> read_callback(const YamlMap& map) {
   CaretCallback callback;
   callback.name = name_of(map, "callback_name");
@@ -94,14 +94,14 @@ CaretPath read_path(const YamlValue& value) {
   return path;
 }
 
-/// A number of milliseconds, or nothing where CARET has none (`---`).
+/// A number of milliseconds; none if CARET has none (`---`).
 std::optional<Duration> milliseconds(const YamlValue& value) {
   const std::string text = value.text();
   if (text.find_first_not_of('-') == std::string::npos) return std::nullopt;
   try {
     return Duration(std::llround(std::stod(text) * 1e6));
   } catch (const std::exception&) {
-    value.fail(concat("`", text, "` is no number"), "give milliseconds, or --- for none");
+    value.fail(concat("`", text, "` is not a number"), "give milliseconds, or --- for none");
   }
 }
 

@@ -11,7 +11,7 @@
 
 namespace hotpath {
 
-/// CARET's architecture.yaml, names as there. A name that CARET could not tell, UNDEFINED, is empty.
+/// CARET's architecture.yaml, with its names. The name UNDEFINED (unknown to CARET) is empty.
 struct CaretCallback {
   std::string name;
   std::optional<std::string> topic;  ///< Subscriptions.
@@ -24,9 +24,9 @@ struct CaretGroup {
 };
 struct CaretPublication {
   std::string topic;
-  std::vector<std::string> callbacks;  ///< Empty: not told.
+  std::vector<std::string> callbacks;  ///< Empty: unknown.
 };
-/// The newest sample of one topic goes into messages of another.
+/// Messages of one topic contain the newest sample of another topic.
 struct CaretContext {
   std::string subscribed, published;
 };
@@ -42,7 +42,7 @@ struct CaretExecutor {
   bool multi_threaded = false;
   std::vector<std::string> groups;
 };
-/// One node of a named path: what it takes and what it sends.
+/// One node of a named path, with the topics that it takes and sends.
 struct CaretStep {
   std::string node, subscribed, published;
 };
@@ -60,13 +60,13 @@ struct CaretArchitecture {
 /// Throws InputError with file and line.
 [[nodiscard]] CaretArchitecture read_caret_architecture(const std::string& file);
 
-/// What CARET measured of one callback.
+/// CARET's measurements of one callback.
 struct CaretStats {
   std::optional<Duration> period;       ///< Mean time between starts; none: it did not run.
   std::vector<DurationQuantile> times;  ///< Start to end, preemption included; none: it did not run.
 };
 
-/// All stats_node files (*.yaml) of a folder, by callback. Throws InputError with file and line.
+/// Reads stats_node files (*.yaml) of a folder, by callback. Throws InputError with file and line.
 [[nodiscard]] std::map<std::string, CaretStats> read_caret_stats(const std::string& folder);
 
 }  // namespace hotpath

@@ -28,13 +28,13 @@ class CaretGraph {
     make_nodes();
     add_chains(architecture_, out_);
     deploy();
-    say();
+    describe();
   }
 
   ImportedGraph take() { return std::move(out_); }
 
  private:
-  /// Timers that publish what nobody else does.
+  /// Adds timers for topics that no callback publishes.
   void add_external() {
     std::set<std::string> published;
     for (const auto& [d, topics] : drafts_.published) published.insert(topics.begin(), topics.end());
@@ -69,7 +69,8 @@ class CaretGraph {
       node.groups = {CallbackGroup::reentrant};
       node.callbacks = external_;
       for (const Callback& c : external_) node.outputs.push_back(c.publishes.front().topic);
-      out_.comments.of[kExternal] = "publishes what nobody known does, at the frequency measured";
+      out_.comments.of[kExternal] =
+          "publishes the topics without a known publisher, at the measured frequency";
     }
     for (std::size_t n = 0; n < architecture_.nodes.size(); ++n) make_node(n);
     if (measured_) out_.graph.platform.execution_times = ExecutionTimeModel::measured;
@@ -123,7 +124,7 @@ class CaretGraph {
     out_.graph.nodes.push_back(std::move(node));
   }
 
-  /// Timers take the newest samples that CARET's contexts name, other callbacks those of named paths.
+  /// Timers use the newest samples of CARET's contexts, other callbacks those of named paths.
   void finish_rules(CaretDraft& draft, const Node& node) const {
     const std::string& name = architecture_.nodes[draft.node].name;
     for (Publication& p : draft.callback.publishes) {
@@ -156,11 +157,12 @@ class CaretGraph {
     out_.deployment = deployment_of(architecture_, task_of, make_tasks(out_.graph));
   }
 
-  void say() {
-    out_.found.push_back(counts_of(out_));
-    out_.found.push_back(concat(drafts_.told, " publications by callbacks that CARET names, ",
-                                drafts_.guessed, " guessed from frequencies and paths (marked in the file), ",
-                                external_.size(), " topics from outside."));
+  void describe() {
+    out_.summary.push_back(counts_of(out_));
+    out_.summary.push_back(concat(drafts_.known, " publications by callbacks that CARET names, ",
+                                  drafts_.guessed,
+                                  " guessed from frequencies and paths (marked in the file), ",
+                                  external_.size(), " topics from outside."));
     auto& missing = out_.missing;
     if (drafts_.idle > 0)
       missing.push_back(
@@ -168,21 +170,21 @@ class CaretGraph {
     if (drafts_.twice > 0)
       missing.push_back(concat(drafts_.twice, " second subscriptions of a node to a topic are left out."));
     if (!drafts_.unassigned.empty()) {
-      missing.push_back(concat("who publishes ", joined(drafts_.unassigned), "."));
+      missing.push_back(concat("the publishers of ", joined(drafts_.unassigned), "."));
     }
     if (drafts_.unheard > 0) {
-      missing.push_back(concat("who publishes ", drafts_.unheard,
-                               " topics to which nobody subscribes; they are left out."));
+      missing.push_back(concat("the publishers of ", drafts_.unheard,
+                               " topics without subscribers; the topics are left out."));
     }
     if (drafts_.cycles > 0)
-      missing.push_back(concat(drafts_.cycles, " guesses would have closed a cycle and were not taken."));
+      missing.push_back(concat(drafts_.cycles, " guesses would have closed a cycle and were rejected."));
     if (empty_ > 0) missing.push_back(concat(empty_, " nodes without callbacks that ran are left out."));
     if (architecture_.services > 0) {
       missing.push_back(concat(architecture_.services, " callbacks of services are left out."));
     }
     missing.push_back("phases of timers; depths of subscriptions are taken as 1.");
     missing.push_back(measured_ ? "execution times without preemption: CARET measures start to end."
-                                : "how long callbacks work; --stats FOLDER reads it.");
+                                : "execution times; add --stats FOLDER.");
   }
 
   const CaretArchitecture& architecture_;

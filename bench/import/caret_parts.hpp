@@ -9,10 +9,10 @@
 
 namespace hotpath {
 
-/// Adds CARET's named paths as chains to the graph; of those that are none, `missing` says why.
+/// Adds CARET's named paths as chains to the graph; `missing` explains why a path is not a chain.
 void add_chains(const CaretArchitecture& architecture, ImportedGraph& imported);
 
-/// CARET's executors that have tasks; one called `external` has those of no executor. `task_of`: by callback.
+/// CARET's executors with tasks; executor `external` has all other tasks. `task_of`: by callback.
 [[nodiscard]] Deployment deployment_of(const CaretArchitecture& architecture,
                                        const std::map<std::string, std::string>& task_of,
                                        const GraphTasks& tasks);

@@ -9,10 +9,10 @@ namespace hotpath {
 
 namespace {
 
-/// Frequencies that differ by less fit alike.
+/// Frequencies that differ by less (in logarithms) fit equally well.
 constexpr double kSameFrequency = 0.03;
 
-/// One topic that a node publishes.
+/// A topic that a node publishes.
 struct Wanted {
   std::size_t node = 0;
   const CaretPublication* publication = nullptr;
@@ -27,7 +27,7 @@ class Assignment {
       : architecture_(architecture), on_path_(on_path), measured_(measured), drafts_(drafts) {}
 
   void assign_all() {
-    std::vector<Wanted> told, on_paths, others;
+    std::vector<Wanted> known, on_paths, others;
     for (std::size_t n = 0; n < architecture_.nodes.size(); ++n) {
       for (const CaretPublication& p : architecture_.nodes[n].publications) {
         const auto needs = [&](const auto& step) {
@@ -35,7 +35,7 @@ class Assignment {
         };
         const bool needed = std::any_of(on_path_.begin(), on_path_.end(), needs);
         if (!p.callbacks.empty()) {
-          told.push_back({n, &p});
+          known.push_back({n, &p});
         } else if (!drafts_.subscribers.contains(p.topic)) {
           ++drafts_.unheard;
         } else {
@@ -43,16 +43,16 @@ class Assignment {
         }
       }
     }
-    for (const Wanted& w : told) assign_told(w);
+    for (const Wanted& w : known) assign_known(w);
     for (const Wanted& w : on_paths) assign_guessed(w);
     for (const Wanted& w : others) assign_guessed(w);
   }
 
  private:
-  void assign_told(const Wanted& w) {
+  void assign_known(const Wanted& w) {
     for (const std::string& name : w.publication->callbacks) {
-      if (const auto found = drafts_.index.find(name); found != drafts_.index.end()) {
-        drafts_.told += publish(found->second, w.publication->topic) ? 1 : 0;
+      if (const auto draft = drafts_.index.find(name); draft != drafts_.index.end()) {
+        drafts_.known += publish(draft->second, w.publication->topic) ? 1 : 0;
       }
     }
   }
@@ -70,24 +70,24 @@ class Assignment {
         const double x = distance(first.hertz, wanted), y = distance(second.hertz, wanted);
         if (std::abs(x - y) > kSameFrequency) return x < y;
       }
-      // Nothing measured: a timer is there to publish.
+      // Without measurements a timer is the likelier publisher.
       const bool timer = !first.caret->topic, other_timer = !second.caret->topic;
       if (!measured_ && timer != other_timer) return timer;
       const bool p = on_path(first, topic), q = on_path(second, topic);
       return p != q ? p : first.typical_time() > second.typical_time();
     };
     std::stable_sort(candidates.begin(), candidates.end(), is_better);
-    const auto found =
+    const auto publisher =
         std::find_if(candidates.begin(), candidates.end(), [&](std::size_t d) { return publish(d, topic); });
-    if (found == candidates.end()) {
+    if (publisher == candidates.end()) {
       drafts_.unassigned.push_back(graph_topic_name(topic));
       return;
     }
     ++drafts_.guessed;
-    drafts_.guesses[*found].push_back(graph_topic_name(topic));
+    drafts_.guesses[*publisher].push_back(graph_topic_name(topic));
   }
 
-  /// Whether the topic could be given to the callback.
+  /// Lets the callback publish the topic. False: this would close a cycle.
   bool publish(std::size_t d, const std::string& topic) {
     CaretDraft& draft = drafts_.all[d];
     const auto readers = drafts_.subscribers.find(topic);

@@ -21,7 +21,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-/// The task of a name on the command line: a task, or a node's timer or only callback.
+/// The task that a name on the command line means: a task, or a node's timer or only callback.
 TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string& name, bool timer) {
   std::vector<TaskId> named = tasks_named(graph, tasks, name);
   if (named.size() > 1)
@@ -29,8 +29,8 @@ TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string
   if (named.size() == 1) return named.front();
   throw UsageError(
       concat("--chain: ", name,
-             named.empty() ? " is no node or task of the graph" : " has several such callbacks; name one",
-             "; its tasks are in graph.yaml, for example ", tasks.set[0].name));
+             named.empty() ? " is not a node or task of the graph" : " has several such callbacks; name one",
+             "; the tasks are in graph.yaml, for example ", tasks.set[0].name));
 }
 
 }  // namespace
@@ -54,8 +54,8 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
   for (const std::string& name : split(text.substr(0, colon), ',')) {
     const TaskId source = named_task(graph, tasks, name, true);
     if (tasks.set[source].kind != TaskKind::timer)
-      throw UsageError("--chain: " + name + " is no timer, where data could begin");
-    if (!reaches[source]) throw UsageError("--chain: no data gets from " + name + " to " + chain.name);
+      throw UsageError("--chain: " + name + " is not a timer, and chains begin at timers");
+    if (!reaches[source]) throw UsageError("--chain: no data flows from " + name + " to " + chain.name);
     chain.sources.push_back(tasks.set[source].name);
     open.push_back(source);
   }

@@ -7,8 +7,8 @@
 
 namespace hotpath {
 
-/// The chain that `--chain SOURCE,...:SINK` names: nodes or tasks, with all tasks that lie between. Throws
-/// UsageError where there is none.
+/// The chain of `--chain SOURCE,...:SINK`, from nodes or tasks, with all tasks between them. Throws
+/// UsageError if there is no such chain.
 [[nodiscard]] Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& tasks);
 
 }  // namespace hotpath

@@ -14,12 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostFiles = 100'000;  // of which a trace has a few hundred
+constexpr std::size_t kMostFiles = 100'000;  // a trace has a few hundred
 
 enum class MetadataFormat { ctf_1, ctf_2, other };
 
-/// CTF 1.8, section 7.1: metadata is text, or packets that begin with a magic number, of which bytes 35 and
-/// 36 are the version. CTF 2: a sequence of JSON texts, each behind a record separator.
+/// CTF 1.8, section 7.1: metadata is text, or packets that begin with a magic number, of which
+/// bytes 35 and 36 are the version. CTF 2: a sequence of JSON texts, each behind a record
+/// separator.
 MetadataFormat format_of(const fs::path& metadata) {
   std::ifstream file(metadata, std::ios::binary);
   std::array<char, 37> head{};
@@ -39,10 +40,10 @@ MetadataFormat format_of(const fs::path& metadata) {
 }  // namespace
 
 std::vector<fs::path> ctf_folders(const fs::path& folder) {
-  const auto refuse = [&](const std::string& why) { throw UsageError(folder.string() + " " + why); };
+  const auto refuse = [&](const std::string& reason) { throw UsageError(folder.string() + " " + reason); };
   if (!fs::is_directory(folder)) refuse("is not a folder; name the folder of a trace");
-  std::vector<fs::path> found;
-  std::error_code error;  // files may vanish while they are looked at
+  std::vector<fs::path> traces;
+  std::error_code error;  // files may vanish during the search
   fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, error);
   std::size_t files = 0;
   for (const fs::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
@@ -58,17 +59,17 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
           "sink.ctf.fs --params='path=\"NEW\",ctf-version=\"1\"'`");
     }
     if (format == MetadataFormat::other)
-      refuse("has a file `metadata` that is none of CTF; name the folder of a trace");
-    found.push_back(path.parent_path());
+      refuse("has a file `metadata` that is not CTF; name the folder of a trace");
+    traces.push_back(path.parent_path());
   }
   if (error) refuse("cannot be searched (" + error.message() + "); name the folder of a trace");
-  if (found.empty()) {
+  if (traces.empty()) {
     refuse(
         "holds no CTF trace: there is no file `metadata` in it or below it; name the folder that "
         "`lttng create --output` or `ros2 trace` wrote");
   }
-  std::ranges::sort(found);
-  return found;
+  std::ranges::sort(traces);
+  return traces;
 }
 
 }  // namespace hotpath

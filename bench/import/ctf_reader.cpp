@@ -32,18 +32,18 @@ using QueryExecutor = std::unique_ptr<bt_query_executor, Put<bt_query_executor_p
 /// The deepest cause of the library's last error.
 std::string last_error() {
   const bt_error* const error = bt_current_thread_take_error();
-  if (error == nullptr) return "libbabeltrace2 does not say why";
+  if (error == nullptr) return "libbabeltrace2 gives no reason";
   const std::string message = bt_error_cause_get_message(bt_error_borrow_cause_by_index(error, 0));
   bt_error_release(error);
   return message.substr(0, message.find(": "));
 }
 
 Plugin plugin(const char* name) {
-  const bt_plugin* found = nullptr;
-  if (bt_plugin_find(name, BT_TRUE, BT_FALSE, BT_TRUE, BT_FALSE, BT_FALSE, &found) !=
+  const bt_plugin* loaded = nullptr;
+  if (bt_plugin_find(name, BT_TRUE, BT_FALSE, BT_TRUE, BT_FALSE, BT_FALSE, &loaded) !=
       BT_PLUGIN_FIND_STATUS_OK)
     throw RunError(std::string("libbabeltrace2 has no plugin `") + name + "`: " + last_error());
-  return Plugin(found);
+  return Plugin(loaded);
 }
 
 Value inputs_of(const fs::path& folder) {
@@ -71,7 +71,7 @@ std::string_view string_in(const bt_field* field) {
 
 constexpr std::uint64_t kNoField = ~std::uint64_t{0};
 
-/// The position of a member in a structure's class; kNoField: it has none.
+/// The position of a member in a structure's class; kNoField: there is no such member.
 std::uint64_t position(const bt_field_class* structure, std::string_view name) {
   if (structure == nullptr || name.empty()) return kNoField;
   const std::uint64_t count = bt_field_class_structure_get_member_count(structure);
@@ -87,7 +87,7 @@ const bt_field* member(const bt_field* structure, std::uint64_t at) {
   return bt_field_structure_borrow_member_field_by_index_const(structure, at);
 }
 
-/// What is known of a class of events once its first event has come.
+/// Where to find the fields of a class of events, filled in at its first event.
 struct EventClass {
   std::uint64_t* count = nullptr;
   const TraceEventFormat* format = nullptr;
@@ -117,7 +117,7 @@ class Reader {
       if (bt_graph_add_source_component(graph.get(), fs_class, folder.c_str(), params.get(),
                                         BT_LOGGING_LEVEL_NONE, &source) != BT_GRAPH_ADD_COMPONENT_STATUS_OK) {
         throw UsageError(folder.string() +
-                         " is a CTF trace that cannot be read, cut off or damaged: " + last_error());
+                         " is a CTF trace that is cut off or damaged and cannot be read: " + last_error());
       }
       add_span(fs_class, params.get());
       const std::uint64_t ports = bt_component_source_get_output_port_count(source);
@@ -136,7 +136,7 @@ class Reader {
     if (failure_) std::rethrow_exception(failure_);
     if (status != BT_GRAPH_RUN_STATUS_OK) {
       reading_.broken_off = last_error();
-      // What the library says when a stream's clock falls behind.
+      // The library's message when a stream's clock falls behind.
       if (reading_.broken_off.find("timestamp is less than") != std::string::npos) {
         const double last_s = static_cast<double>(reading_.last_ns - reading_.first_ns) / 1e9;
         reading_.broken_off = text("its clock jumps back after %.1f s", last_s);
@@ -148,7 +148,7 @@ class Reader {
   }
 
  private:
-  /// Widens the time that the trace is known to span, for progress alone.
+  /// Extends the known time span of the trace, for the progress only.
   void add_span(const bt_component_class_source* fs_class, const bt_value* params) {
     if (!progress_) return;
     const QueryExecutor query(bt_query_executor_create(
@@ -218,52 +218,52 @@ class Reader {
     }
   }
 
-  /// No exception may pass through the library, which is C.
+  /// No exception may pass through the library, which is written in C.
   void event(const bt_message* message) {
     try {
       const bt_event* const event = bt_message_event_borrow_event_const(message);
       const EventClass& known = class_of(event);
       ++*known.count;
       ++reading_.all_events;
-      TraceEvent seen;
+      TraceEvent out;
       bt_clock_snapshot_get_ns_from_origin(bt_message_event_borrow_default_clock_snapshot_const(message),
-                                           &seen.at_ns);
-      if (reading_.all_events == 1) reading_.first_ns = seen.at_ns;
-      if (reading_.all_events > 1 && seen.at_ns - reading_.last_ns > reading_.longest_gap_ns) {
-        reading_.longest_gap_ns = seen.at_ns - reading_.last_ns;
+                                           &out.at_ns);
+      if (reading_.all_events == 1) reading_.first_ns = out.at_ns;
+      if (reading_.all_events > 1 && out.at_ns - reading_.last_ns > reading_.longest_gap_ns) {
+        reading_.longest_gap_ns = out.at_ns - reading_.last_ns;
         reading_.gap_begin_ns = reading_.last_ns;
       }
-      reading_.last_ns = seen.at_ns;
-      if (known.format != nullptr) visit(event, known, seen);
+      reading_.last_ns = out.at_ns;
+      if (known.format != nullptr) visit(event, known, out);
     } catch (...) {
       failure_ = std::current_exception();
     }
   }
 
-  void visit(const bt_event* event, const EventClass& known, TraceEvent& seen) {
+  void visit(const bt_event* event, const EventClass& known, TraceEvent& out) {
     const bt_field* const context = bt_event_borrow_common_context_field_const(event);
     const bt_field* const payload = bt_event_borrow_payload_field_const(event);
     const bt_packet* const packet = bt_event_borrow_packet_const(event);
-    seen.kind = known.format->kind;
-    seen.process = static_cast<std::uint32_t>(number_in(member(context, known.process)));
-    seen.thread = static_cast<std::uint32_t>(number_in(member(context, known.thread)));
+    out.kind = known.format->kind;
+    out.process = static_cast<std::uint32_t>(number_in(member(context, known.process)));
+    out.thread = static_cast<std::uint32_t>(number_in(member(context, known.thread)));
     if (packet != nullptr && known.processor != kNoField) {
       const bt_field* const at = member(bt_packet_borrow_context_field_const(packet), known.processor);
-      seen.processor = static_cast<std::int32_t>(number_in(at));
+      out.processor = static_cast<std::int32_t>(number_in(at));
     }
     for (std::size_t i = 0; i < known.numbers.size(); ++i)
-      if (known.numbers[i] != kNoField) seen.number[i] = number_in(member(payload, known.numbers[i]));
+      if (known.numbers[i] != kNoField) out.number[i] = number_in(member(payload, known.numbers[i]));
     for (std::size_t i = 0; i < known.texts.size(); ++i) {
       if (known.texts[i] == kNoField) continue;
-      seen.text[i] = string_in(member(payload, known.texts[i]));
-      check_name(seen.text[i], known.format->name);
+      out.text[i] = string_in(member(payload, known.texts[i]));
+      check_name(out.text[i], known.format->name);
     }
-    visitor_.visit(seen);
+    visitor_.visit(out);
   }
 
   void check_name(std::string_view name, std::string_view where) const {
     if (is_utf8(name)) return;
-    throw UsageError(concat(trace_, " is a CTF trace that is damaged: a name in `", where,
+    throw UsageError(concat(trace_, " is a damaged CTF trace: a name in `", where,
                             "` is not valid UTF-8; record it again"));
   }
 

@@ -13,10 +13,10 @@ namespace hotpath {
 
 namespace {
 
-/// Events of one packet; a packet's size is limited by memory maps.
+/// Events of one packet; memory maps limit the size of a packet.
 constexpr std::size_t kPacket = 50'000;
 
-/// The source component: hands out the events one after the other.
+/// The source component: emits the events one by one.
 class Source {
  public:
   explicit Source(const WrittenTrace& trace) : trace_(trace) {
@@ -126,7 +126,7 @@ class Source {
     return address;
   }
 
-  /// The event at hand comes last, behind what its stream needs before it. nullptr: nothing is left.
+  /// Emits beginnings of streams and packets before their first event. nullptr: the end.
   const bt_message* next_message(bt_self_message_iterator* iterator) {
     if (begun_ < streams_.size())
       return bt_message_stream_beginning_create(iterator, streams_[begun_++].stream);
@@ -206,12 +206,12 @@ class Source {
 
 [[noreturn]] void fail(const std::filesystem::path& folder) {
   const bt_error* const error = bt_current_thread_take_error();
-  std::string why = "libbabeltrace2 does not say why";
+  std::string cause = "libbabeltrace2 gives no reason";
   if (error != nullptr) {
-    why = bt_error_cause_get_message(bt_error_borrow_cause_by_index(error, 0));
+    cause = bt_error_cause_get_message(bt_error_borrow_cause_by_index(error, 0));
     bt_error_release(error);
   }
-  throw RunError(folder.string() + ": the trace cannot be written: " + why);
+  throw RunError(folder.string() + ": the trace cannot be written: " + cause);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace hotpath {
 
 enum class FieldType : std::uint8_t { address, integer, text };
 
-/// A kind of event to be written.
+/// A class of events to write.
 struct WrittenFormat {
   const char* name;
   struct Field {
@@ -27,10 +27,10 @@ struct WrittenEvent {
   std::uint32_t format = 0;  ///< Index.
   std::uint16_t processor = 0;
   std::uint32_t process = 0, thread = 0;
-  std::array<std::uint64_t, 5> values = {};  ///< By field; of texts their index.
+  std::array<std::uint64_t, 5> values = {};  ///< By field; for a text its index.
 };
 
-/// What a trace is to hold; events by time.
+/// The content of a trace, with its events in the order of time.
 struct WrittenTrace {
   std::vector<WrittenFormat> formats;
   std::vector<std::string> texts;
@@ -38,8 +38,8 @@ struct WrittenTrace {
   std::string process_name;
 };
 
-/// Writes a CTF 1.8 trace with libbabeltrace2 into a new folder: a stream for each processor, and with each
-/// event LTTng's contexts vpid, vtid and procname. Throws RunError.
+/// Writes a CTF 1.8 trace with libbabeltrace2 into a new folder: one stream per processor, and
+/// LTTng's contexts vpid, vtid and procname with each event. Throws RunError.
 void write_ctf(const std::filesystem::path& folder, const WrittenTrace& trace);
 
 }  // namespace hotpath

@@ -33,8 +33,8 @@ std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
   std::vector<EarlyPublication> early;
   for (TaskId id = 0; id < before_end.size(); ++id) {
     if (before_end[id].empty()) continue;
-    const EarlyPublication found{id, median(before_end[id]), median(share[id])};
-    if (found.share < kLate && found.before_end > kSoon) early.push_back(found);
+    const EarlyPublication typical{id, median(before_end[id]), median(share[id])};
+    if (typical.share < kLate && typical.before_end > kSoon) early.push_back(typical);
   }
   std::ranges::sort(early, std::ranges::greater{}, &EarlyPublication::before_end);
   return early;

@@ -11,11 +11,11 @@ namespace hotpath {
 /// A task that publishes well before its jobs end. The simulation publishes at their ends.
 struct EarlyPublication {
   TaskId task = 0;
-  Duration before_end{};  ///< Median over its jobs that published, of the last message of each.
-  double share = 0;       ///< Of a job that is done by then, 0 to 1: median.
+  Duration before_end{};  ///< Median time from a job's last message to its end.
+  double share = 0;       ///< Median share of a job before its last message, 0 to 1.
 };
 
-/// Those that have more than a tenth of the job and 0.1 ms to go, the longest time first.
+/// Tasks that publish over a tenth of the job and over 0.1 ms before its end, the earliest first.
 [[nodiscard]] std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
                                                                std::span<const RecordedJob> jobs);
 

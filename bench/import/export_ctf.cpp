@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the executors of rclcpp only those that share the class Executor have events of their waits.
+/// Only rclcpp's executors that share the class Executor emit events of their waits.
 bool has_wait_events(const ExecutorSpec& executor) {
   const ExecutorTraits& traits = executor.entry->traits;
   return traits.family == Family::wait_set && traits.runs_first == TaskKind::timer;
@@ -27,9 +27,9 @@ bool is_jazzy(const ExecutorSpec& executor) {
   return on_rclcpp && on_rclcpp->first >= RosDistro::jazzy;
 }
 
-/// The threads of a deployment are numbered, executor by executor; of those of a simulation the deployment
-/// alone knows the process.
-void tell_threads(const ExecutorSpec& executor, bool simulated, ExportedRun& exported) {
+/// Sets what rclcpp's events say of each thread. A deployment numbers its threads executor by
+/// executor; in a simulation only the deployment knows their processes.
+void set_threads(const ExecutorSpec& executor, bool simulated, ExportedRun& exported) {
   exported.jazzy = std::ranges::any_of(parts(executor), is_jazzy);
   if (!executor.deployment) return exported.polled.assign(kMaxWorkers, has_wait_events(executor));
   std::vector<std::uint16_t> processes;
@@ -55,7 +55,7 @@ void export_ctf(const std::string& folder, const std::string& output) {
   for (const Trace& trace : run.traces()) {
     const GraphTasks tasks = system.tasks_of(run, trace.executor, trace.repetition);
     ExportedRun exported{system.graph, tasks, trace, {}, false, run.cores()};
-    run.check([&] { tell_threads(system.executor(trace.executor), system.simulated, exported); });
+    run.check([&] { set_threads(system.executor(trace.executor), system.simulated, exported); });
     const bool one = run.traces().size() == 1;
     const fs::path to =
         one ? fs::path(output) : fs::path(output) / concat(trace.executor, "-", trace.repetition);

@@ -22,7 +22,7 @@ void import_caret(const ImportCaretOptions& options) {
   if (options.cores > 0) {
     imported.graph.platform.cores = options.cores;
   } else {
-    imported.missing.push_back("how many processors there were; --cores says it.");
+    imported.missing.push_back("the number of processors; add --cores N.");
   }
   const std::string name = file.parent_path().filename();
   imported.graph.name = imported.deployment.name =

@@ -9,21 +9,22 @@
 
 namespace hotpath {
 
-/// What `hotpath import caret` is told on the command line.
+/// The command line of `hotpath import caret`.
 struct ImportCaretOptions {
   std::string file;    ///< architecture.yaml.
-  std::string stats;   ///< Folder of stats_node files; empty: periods and execution times are not known.
+  std::string stats;   ///< Folder of stats_node files; empty: frequencies and execution times are unknown.
   std::string output;  ///< New folder.
-  unsigned cores = 0;  ///< Processors of the recorded machine; 0: not told.
+  unsigned cores = 0;  ///< Processors of the recorded machine; 0: unknown.
 };
 
-/// Throws InputError with file and line for what CARET would not write.
+/// Throws InputError with file and line if the files are not CARET's.
 void import_caret(const ImportCaretOptions& options);
 
-/// The graph that CARET saw. `stats` may be empty. Where CARET does not tell which callback publishes a topic
-/// that somebody subscribes to, it is the callback whose frequency fits that of the subscribers best, and of
-/// equals the one on a named path, then the one that works longest; where nobody known publishes it, a timer
-/// of node `external` does at the frequency measured.
+/// The graph that CARET recorded. `stats` may be empty. If CARET does not name the callback that
+/// publishes a topic with subscribers, it is guessed: the callback whose frequency fits the
+/// subscribers best; among equals a callback on a named path, then the one with the longest
+/// execution time. A topic without any known publisher gets a timer of node `external` at the
+/// measured frequency.
 [[nodiscard]] ImportedGraph graph_of(const CaretArchitecture& architecture,
                                      const std::map<std::string, CaretStats>& stats);
 

@@ -39,15 +39,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Rows that are sorted and written at once, once the window is full.
+/// Rows that are sorted and written together after the window.
 constexpr std::size_t kChunk = 20'000;
-/// Between two updates of the progress on a terminal.
-constexpr Duration kTell = std::chrono::milliseconds(200);
-/// Chains that are looked for where none is named.
+/// Time between two updates of the progress on a terminal.
+constexpr Duration kUpdate = std::chrono::milliseconds(200);
+/// Most chains to find if the user names none.
 constexpr std::size_t kChainsFound = 5;
 /// Share of pairs of tasks that may contradict an order.
 constexpr double kSameOrder = 0.01;
-/// The simulation begins when the recorded executors did, so that everything counts.
+/// The simulation begins with the recorded executors, so that no warm-up is needed.
 constexpr Duration kWarmUp{};
 
 fs::path output_of(const ImportCtfOptions& options) {
@@ -64,15 +64,15 @@ class CtfImport final : public RecordedJobSink {
     Progress progress(1, Duration::zero());
     const auto began = std::chrono::steady_clock::now();
     progress.begin("reading " + options_.trace);
-    const auto tell = [&, told = Duration::zero()](double share) mutable {
+    const auto update = [&, updated = Duration::zero()](double share) mutable {
       const Duration elapsed = std::chrono::steady_clock::now() - began;
-      if (elapsed < told + kTell) return;
-      told = elapsed;
-      const auto all =
+      if (elapsed < updated + kUpdate) return;
+      updated = elapsed;
+      const auto total =
           Duration(static_cast<std::int64_t>(static_cast<double>(elapsed.count()) / std::max(share, 0.001)));
-      progress.update(elapsed, all);
+      progress.update(elapsed, total);
     };
-    reading_ = read_ctf(trace_, assembler_, tell);
+    reading_ = read_ctf(trace_, assembler_, update);
     assembler_.finish();
     progress.clear();
     if (!learnt_) learn();
@@ -111,23 +111,22 @@ class CtfImport final : public RecordedJobSink {
     jobs_.clear();
     lost_.clear();
     arrange({});
-    found_ = best_interpretation(*recording_, output_created(), kWarmUp);
-    if (found_.best.precedence.contradicting > kSameOrder) {
-      arrange(service_order(system, recording_->graph, found_.best.precedence));
-      const double contradicting = found_.best.precedence.contradicting;
-      found_.best = interpret(*recording_, std::vector(found_.best.labels),
-                              found_.best.graph.platform.timer_thread, output_, kWarmUp);
+    interpretations_ = best_interpretation(*recording_, output_created(), kWarmUp);
+    if (interpretations_.best.precedence.contradicting > kSameOrder) {
+      arrange(service_order(system, recording_->graph, interpretations_.best.precedence));
+      const double contradicting = interpretations_.best.precedence.contradicting;
+      interpretations_.best = interpret(*recording_, std::vector(interpretations_.best.labels),
+                                        interpretations_.best.graph.platform.timer_thread, output_, kWarmUp);
       recording_->graph.notes.push_back(
-          text("Nodes and callbacks are in the order in which the executor served them, which in %.0f %% of "
-               "pairs is not that of "
-               "their creation.",
+          text("Nodes and callbacks are in the order in which the executor served them; it contradicts their "
+               "order of creation in %.0f %% of pairs.",
                100 * contradicting));
     }
     folder_ = std::make_unique<RunFolder>(output_ / "run");
     append_window();
   }
 
-  /// The graph with nodes and callbacks in that order.
+  /// Makes the graph with nodes and callbacks in that order.
   void arrange(const ServiceOrder& order) {
     Recording& r = *recording_;
     r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback,
@@ -139,14 +138,15 @@ class CtfImport final : public RecordedJobSink {
 
   std::string no_jobs() const {
     if (!reading_.broken_off.empty() && assembler_.system().nodes.empty())
-      return options_.trace + " breaks off " + reading_.broken_off + "; no event of ros2_tracing lies before";
+      return options_.trace + " breaks off " + reading_.broken_off +
+             " and has no event of ros2_tracing before; record it again";
     if (assembler_.system().nodes.empty()) {
       return options_.trace +
              " has no events of ros2_tracing; record user-space events `ros2:*` (`lttng enable-event -u "
              "'ros2:*'`, or `ros2 trace`)";
     }
     return options_.trace +
-           " has nodes, but no callback runs in it; record for longer, and enable the events "
+           " has nodes, but no callback runs; record for longer, and enable the events "
            "ros2:callback_start and ros2:callback_end";
   }
 
@@ -187,36 +187,37 @@ class CtfImport final : public RecordedJobSink {
   }
 
   void append_window() {
-    const Trace& trace = found_.best.trace;
+    const Trace& trace = interpretations_.best.trace;
     Trace rows = trace;
     std::ranges::stable_sort(rows.jobs, {},
                              [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    const Interpretation& best = found_.best;
+    const Interpretation& best = interpretations_.best;
     rows.chains = counted_chains(trace, measured_chains(best.graph, best.tasks), Time{} + kWarmUp);
     folder_->append(best.tasks.set, chain_names(best.graph), rows);
   }
 
-  /// What comes after the window.
+  /// Appends the jobs after the window.
   void append() {
     std::ranges::sort(jobs_, {}, &RecordedJob::started);
     Trace rows;
-    rows.executor = found_.best.trace.executor;
+    rows.executor = interpretations_.best.trace.executor;
     rows.epoch = recording_->graph.epoch;
     for (const RecordedJob& job : jobs_)
-      if (recording_->graph.task(job.ref) != kNoTask) rows.jobs.push_back(found_.best.rows->job(job));
+      if (recording_->graph.task(job.ref) != kNoTask)
+        rows.jobs.push_back(interpretations_.best.rows->job(job));
     for (const Recording::Lost& l : lost_)
       if (l.subscription < recording_->graph.task_of.size() &&
           recording_->graph.task_of[l.subscription] != kNoTask)
-        rows.jobs.push_back(found_.best.rows->lost(l.subscription, l.sample, l.queued));
+        rows.jobs.push_back(interpretations_.best.rows->lost(l.subscription, l.sample, l.queued));
     later_jobs_ += jobs_.size();
     jobs_.clear();
     lost_.clear();
-    folder_->append(found_.best.tasks.set, {}, rows);
+    folder_->append(interpretations_.best.tasks.set, {}, rows);
   }
 
   void write() {
     if (!jobs_.empty() || !lost_.empty()) append();
-    const Interpretation& best = found_.best;
+    const Interpretation& best = interpretations_.best;
     const fs::path graph_file = output_ / "graph.yaml";
     write_graph(graph_file, best.graph, import_comments(*recording_, best), write_with_folder);
     write_run(*folder_, graph_file, best.trace, "recorded");
@@ -225,14 +226,14 @@ class CtfImport final : public RecordedJobSink {
       simulated.append(best.tasks.set, chain_names(best.graph), best.check.simulated);
       write_run(simulated, graph_file, best.check.simulated, "simulated");
     }
-    const ImportFacts facts{reading_, *recording_, found_, later_jobs_, options_.trace};
+    const ImportFacts facts{reading_, *recording_, interpretations_, later_jobs_, options_.trace};
     write_whole_file(output_ / "import.json", "--output", import_json(facts));
     draw_figure("import-page", output_);
-    tell_import(std::cout, facts, output_);
+    print_import(std::cout, facts, output_);
   }
 
   void write_run(RunFolder& folder, const fs::path& graph_file, const Trace& trace, const char* kind) {
-    const Interpretation& best = found_.best;
+    const Interpretation& best = interpretations_.best;
     CommonOptions common;
     common.graph = graph_file;
     common.phases = Phases::given;
@@ -269,12 +270,12 @@ class CtfImport final : public RecordedJobSink {
   std::vector<Recording::Lost> lost_;
   bool learnt_ = false;
   std::unique_ptr<Recording> recording_;
-  Interpretations found_;
+  Interpretations interpretations_;
   std::unique_ptr<RunFolder> folder_;
   std::uint64_t later_jobs_ = 0;
 };
 
-/// Removes what an import that failed has written into a folder that was empty, or is new and goes as well.
+/// Removes the files of a failed import, and the folder if the import created it.
 class UnlessDone {
  public:
   explicit UnlessDone(fs::path output) : output_(std::move(output)), is_new_(!fs::exists(output_)) {}
@@ -303,15 +304,16 @@ void import_ctf(const ImportCtfOptions& options) {
   check_output_folder(output);
   const WholePackets trace(ctf_folders(options.trace));
   UnlessDone written(output);
-  // On some damaged traces libbabeltrace2 ends its process, by an assertion or a division by zero.
+  // Some damaged traces end the process of libbabeltrace2 by an assertion or a division by zero.
   const std::optional<int> status = continue_in_child();
   if (!status) {
     CtfImport(options, trace).run();
     return written.done();
   }
   const std::string problem = "reading " + options.trace + " " + how_it_ended(*status);
-  if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; did memory end?");
-  throw UsageError(problem + ": it is damaged so that libbabeltrace2 does not survive it; record it again");
+  if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; memory may have run out");
+  throw UsageError(problem +
+                   ": the trace is damaged, and libbabeltrace2 does not survive it; record it again");
 }
 
 }  // namespace hotpath

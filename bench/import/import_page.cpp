@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Periods of the slowest timer without any event that a system does not have.
+/// A gap without events of more periods of the slowest timer is reported.
 constexpr int kGap = 10;
 
 std::string rule_text(const Recording& recording, const InferredRule& rule) {
@@ -29,7 +29,7 @@ std::string rule_text(const Recording& recording, const InferredRule& rule) {
     case PublishRule::always:
       return "with every job";
     case PublishRule::every:
-      return concat("with every ", rule.n, ". job");
+      return concat("with one in ", rule.n, " jobs");
     case PublishRule::all_new:
       return "when all are new: " + topics();
     case PublishRule::last_of:
@@ -63,7 +63,7 @@ json executors_json(const ImportFacts& facts) {
   json executors = json::array();
   for (std::size_t e = 0; e < facts.recording.executors.executors.size(); ++e) {
     const RecordedExecutor& executor = facts.recording.executors.executors[e];
-    const RecordedCosts& costs = facts.found.best.costs[e];
+    const RecordedCosts& costs = facts.interpretations.best.costs[e];
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
       const RecordedThread& thread = facts.recording.system.threads[t];
@@ -72,7 +72,7 @@ json executors_json(const ImportFacts& facts) {
     }
     executors.push_back({{"name", executor.name},
                          {"process", executor.process},
-                         {"executor", facts.found.best.labels[e]},
+                         {"executor", facts.interpretations.best.labels[e]},
                          {"why", executor.why},
                          {"threads", threads},
                          {"dispatch", cost_json(costs.dispatch)},
@@ -83,7 +83,7 @@ json executors_json(const ImportFacts& facts) {
   return executors;
 }
 
-/// Of each task what the trace has of it.
+/// The data of the trace about each task.
 json tasks_json(const ImportFacts& facts) {
   const RecordedGraph& graph = facts.recording.graph;
   std::vector<std::vector<double>> durations(graph.tasks.set.size());
@@ -94,47 +94,47 @@ json tasks_json(const ImportFacts& facts) {
   json tasks = json::array();
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
-    const RecordedCallback& seen = facts.recording.system.callbacks[graph.callback_of[id]];
+    const RecordedCallback& callback = facts.recording.system.callbacks[graph.callback_of[id]];
     std::ranges::sort(durations[id]);
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
-                                         {"node", facts.recording.system.nodes[seen.node].name},
-                                         {"jobs", seen.jobs},
-                                         {"never_ended", seen.never_ended},
-                                         {"threads", seen.threads.size()},
+                                         {"node", facts.recording.system.nodes[callback.node].name},
+                                         {"jobs", callback.jobs},
+                                         {"never_ended", callback.never_ended},
+                                         {"threads", callback.threads.size()},
                                          {"published", json::object()}});
     if (!durations[id].empty()) {
-      // Durations that were seen, so that whoever reads the trace by other means finds the same.
+      // Observed durations without interpolation: other readers of the trace find the same.
       const auto ranked = [&](std::size_t percent) {
         return durations[id][std::min(durations[id].size() - 1, durations[id].size() * percent / 100)];
       };
       task["duration_us"] = {
           {"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
     }
-    for (const auto& [topic, messages] : seen.published)
+    for (const auto& [topic, messages] : callback.published)
       task["published"][facts.recording.system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {
-      task["period_ms"] = to_ms(seen.period);
-      task["created_ns"] = to_ns(seen.created);
+      task["period_ms"] = to_ms(callback.period);
+      task["created_ns"] = to_ns(callback.created);
     } else {
-      task["topic"] = facts.recording.system.topics[seen.topic].name;
-      task["samples"] = seen.samples;
-      task["strangers"] = seen.strangers;
+      task["topic"] = facts.recording.system.topics[callback.topic].name;
+      task["samples"] = callback.samples;
+      task["strangers"] = callback.strangers;
     }
   }
   return tasks;
 }
 
-/// Callbacks that every node has and no graph: how much they ran.
+/// How often and how long callbacks ran that are not in the graph.
 json housekeeping_json(const ImportFacts& facts) {
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
   for (std::uint32_t c = 0; c < facts.recording.system.callbacks.size(); ++c) {
-    const RecordedCallback& seen = facts.recording.system.callbacks[c];
+    const RecordedCallback& callback = facts.recording.system.callbacks[c];
     if (c < facts.recording.graph.task_of.size() && facts.recording.graph.task_of[c] != kNoTask) continue;
     ++callbacks;
-    jobs += seen.jobs;
-    busy += seen.busy;
+    jobs += callback.jobs;
+    busy += callback.busy;
   }
   return {{"callbacks", callbacks}, {"jobs", jobs}, {"busy_ms", to_ms(busy)}};
 }
@@ -143,11 +143,11 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   std::vector<std::string> all;
   const TraceReading& r = facts.reading;
   if (!r.broken_off.empty())
-    all.push_back("The trace breaks off: " + r.broken_off + ". What lies before is used.");
+    all.push_back("The trace breaks off: " + r.broken_off + ". The events before are used.");
   if (r.discarded_events + r.discarded_packets > 0) {
     all.push_back(concat(
         "The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
-        " packets; jobs, messages and losses are too few or do not fit together. Record with larger buffers "
+        " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
         "(`--subbuf-size`, `--num-subbuf`)."));
   }
   const RecordedSystem& system = facts.recording.system;
@@ -155,15 +155,14 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   for (const RecordedCallback& c : system.callbacks) longest_period = std::max(longest_period, c.period);
   if (Duration(r.longest_gap_ns) > kGap * longest_period) {
     all.push_back(text(
-        "The trace has no event for %.1f s from %.1f s on: its clock jumped, or the system stood still. What "
-        "was due "
-        "meanwhile counts as lost, and the self-check is not to be trusted.",
+        "The trace has no event for %.1f s from %.1f s on: its clock jumped, or the system stood still. Jobs "
+        "that were due meanwhile count as lost, and the self-check is not reliable.",
         static_cast<double>(r.longest_gap_ns) / 1e9, static_cast<double>(r.gap_begin_ns - r.first_ns) / 1e9));
   }
   if (system.reused_handles > 0)
     all.push_back(concat(
         system.reused_handles,
-        " addresses of callbacks were used again after their callback had gone; each counts by its time."));
+        " addresses of callbacks were reused after the end of their callback; jobs are told apart by time."));
   if (system.ends_without_start > 0)
     all.push_back(concat(system.ends_without_start, " ends of callbacks have no start."));
   std::uint64_t never_ended = 0;
@@ -185,7 +184,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
 GraphComments import_comments(const Recording& recording, const Interpretation& best) {
   GraphComments comments;
   comments.header = concat(
-      "Imported from a trace of ros2_tracing; import.md says how.\n"
+      "Imported from a trace of ros2_tracing; see import.md.\n"
       "Recorded executor: ",
       best.executor->label, ".");
   for (const InferredRule& rule : recording.graph.rules) {
@@ -200,9 +199,9 @@ GraphComments import_comments(const Recording& recording, const Interpretation& 
 }
 
 json import_json(const ImportFacts& facts) {
-  const Interpretation& best = facts.found.best;
+  const Interpretation& best = facts.interpretations.best;
   json tried = json::array();
-  for (const auto& [label, similarity] : facts.found.tried)
+  for (const auto& [label, similarity] : facts.interpretations.tried)
     tried.push_back({{"executor", label}, {"similarity", similarity}});
   return {{"trace", facts.trace},
           {"version", HOTPATH_VERSION},
@@ -224,8 +223,8 @@ json import_json(const ImportFacts& facts) {
           {"self_check", best.check}};
 }
 
-void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
-  const Interpretation& best = facts.found.best;
+void print_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
+  const Interpretation& best = facts.interpretations.best;
   out << text("%llu events in %.1f s: %zu nodes, %u tasks, %zu jobs; executor %s\n",
               static_cast<unsigned long long>(facts.reading.all_events),
               static_cast<double>(facts.reading.last_ns - facts.reading.first_ns) / 1e9,

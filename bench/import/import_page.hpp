@@ -10,22 +10,22 @@
 
 namespace hotpath {
 
-/// All that an import found out.
+/// The results of an import.
 struct ImportFacts {
   const TraceReading& reading;
   const Recording& recording;
-  const Interpretations& found;
-  std::uint64_t later_jobs;  ///< After those from which rules and times are.
+  const Interpretations& interpretations;
+  std::uint64_t later_jobs;  ///< Jobs after those used for rules and times.
   const std::string& trace;
 };
 
-/// What graph.yaml says in comments.
+/// The comments of graph.yaml.
 [[nodiscard]] GraphComments import_comments(const Recording& recording, const Interpretation& best);
 
-/// The content of import.json; units are the endings of keys.
+/// The content of import.json; keys end with their units.
 [[nodiscard]] nlohmann::json import_json(const ImportFacts& facts);
 
-/// What the command prints.
-void tell_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output);
+/// Prints the summary of the import.
+void print_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output);
 
 }  // namespace hotpath

@@ -28,11 +28,11 @@ void write_import(ImportedGraph imported, const std::string& folder) {
   check_output_folder(path);
   create_folder(path);
   std::string& header = imported.comments.header;
-  for (const std::string& line : imported.found) header += "\n" + line;
+  for (const std::string& line : imported.summary) header += "\n" + line;
   for (const std::string& line : imported.missing) header += "\nNot known: " + line;
   write_graph(file, imported.graph, imported.comments, write_with_folder);
-  const Graph graph = load_graph(file);  // what does not load is not worth having
-  for (const std::string& line : imported.found) std::cout << line << "\n";
+  const Graph graph = load_graph(file);  // throws if the written file is not valid
+  for (const std::string& line : imported.summary) std::cout << line << "\n";
   for (const std::string& line : imported.missing) std::cout << "Not known: " << line << "\n";
   std::cout << "\nGraph: " << file.string() << "\n";
   if (imported.deployment.executors.empty()) return;
@@ -40,8 +40,8 @@ void write_import(ImportedGraph imported, const std::string& folder) {
   try {
     write_whole_file(deployment, deployment_yaml(graph, make_tasks(graph), imported.deployment));
     std::cout << "Deployment: " << deployment.string() << "\n";
-  } catch (const std::invalid_argument& why) {
-    std::cout << "No deployment is written: " << why.what() << "; write one by hand.\n";
+  } catch (const std::invalid_argument& error) {
+    std::cout << "No deployment is written: " << error.what() << "; write one by hand.\n";
   }
 }
 

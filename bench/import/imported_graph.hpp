@@ -10,20 +10,20 @@
 
 namespace hotpath {
 
-/// A graph that was made from the description of a real system, and what is to be said of it.
+/// A graph made from the description of a real system, with notes for the user.
 struct ImportedGraph {
   Graph graph;
   GraphComments comments;
   Deployment deployment;             ///< Its executors; none: the description names none.
-  std::vector<std::string> found;    ///< What was understood, a sentence each.
-  std::vector<std::string> missing;  ///< What was left out or guessed, a sentence each.
+  std::vector<std::string> summary;  ///< The parts that were imported, a sentence each.
+  std::vector<std::string> missing;  ///< The parts that were left out or guessed, a sentence each.
 };
 
-/// How many nodes, timers, subscriptions, executors and chains it has.
+/// A sentence with the numbers of nodes, timers, subscriptions, executors and chains.
 [[nodiscard]] std::string counts_of(const ImportedGraph& imported);
 
-/// Writes graph.yaml and, where there are executors, deployment.yaml into the new folder, and says on
-/// standard output what was understood and what not. Throws UsageError, InputError.
+/// Writes graph.yaml and, if there are executors, deployment.yaml into the new folder, and prints
+/// the notes. Throws UsageError, InputError.
 void write_import(ImportedGraph imported, const std::string& folder);
 
 }  // namespace hotpath

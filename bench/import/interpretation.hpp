@@ -13,7 +13,7 @@
 
 namespace hotpath {
 
-/// What does not depend on which executors ran.
+/// The parts of a recording that do not depend on the executors.
 struct Recording {
   const RecordedSystem& system;
   RecordedGraph graph;  ///< With phases and chains.
@@ -28,11 +28,11 @@ struct Recording {
   std::vector<Lost> lost;
   Time end{};  ///< In the trace's time.
   unsigned cores = 1;
-  std::string deployment;  ///< Given file; empty: none.
+  std::string deployment;  ///< File of the user; empty: none.
 };
 
-/// A recording read as that of certain executors: timestamps of timers, costs, and how near their simulation
-/// comes.
+/// A recording interpreted under certain executors: timestamps of timers, costs, and how well a
+/// simulation matches.
 struct Interpretation {
   std::vector<std::string> labels;  ///< By executor.
   std::unique_ptr<RecordedTrace> rows;
@@ -47,16 +47,16 @@ struct Interpretation {
   SelfCheck check;
 };
 
-/// `folder`: where a deployment is written. Throws what reading a given deployment throws.
-/// `timer_thread`: the priority of timer management threads, which no trace tells.
+/// `folder`: for a deployment file. `timer_thread`: the priority of timer management threads, which
+/// no trace records. Throws the errors of reading a given deployment.
 [[nodiscard]] Interpretation interpret(const Recording& recording, const std::vector<std::string>& labels,
                                        TimerThread timer_thread, const std::filesystem::path& folder,
                                        Duration warm_up);
 
-/// All labels in question, and the interpretation whose jobs come in the most similar order.
+/// The tried interpretations, and the one with the most similar order of jobs.
 struct Interpretations {
   Interpretation best;
-  std::vector<std::pair<std::string, double>> tried;  ///< Labels and similarity, where there was a choice.
+  std::vector<std::pair<std::string, double>> tried;  ///< Labels and similarities, if there was a choice.
 };
 [[nodiscard]] Interpretations best_interpretation(const Recording& recording,
                                                   const std::filesystem::path& folder, Duration warm_up);

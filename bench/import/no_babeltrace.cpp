@@ -10,8 +10,7 @@ namespace {
 [[noreturn]] void refuse() {
   throw RunError(
       "this hotpath was built without libbabeltrace2, which reads and writes traces; install "
-      "libbabeltrace2-dev and "
-      "build again");
+      "libbabeltrace2-dev and build again");
 }
 
 }  // namespace

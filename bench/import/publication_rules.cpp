@@ -10,10 +10,10 @@ namespace {
 
 using Callbacks = std::vector<std::uint32_t>;
 
-/// With more candidates for a set only all of them, and each alone, are tried.
+/// With more candidates for a set, only each candidate alone and all of them together are tried.
 constexpr std::size_t kMostSubsets = 6;
 
-/// One job of a node, as far as one topic is concerned.
+/// One job of a node, with its messages on one topic.
 struct Seen {
   std::uint32_t callback;
   std::uint64_t messages;
@@ -51,14 +51,14 @@ class TopicOfNode {
     if (subscriptions_only) add_sets();
     const auto most = std::ranges::max(candidates_, {}, &InferredRule::explained).explained;
     InferredRule best;
-    bool found = false;
+    bool has_best = false;
     std::vector<std::string> others;
     for (const InferredRule& c : candidates_) {
       if (c.explained != most) continue;
-      if (!found || worth(c) > worth(best)) {
-        if (found) others.push_back(words_for(best));
+      if (!has_best || worth(c) > worth(best)) {
+        if (has_best) others.push_back(words_for(best));
         best = c;
-        found = true;
+        has_best = true;
       } else {
         others.push_back(words_for(c));
       }
@@ -68,7 +68,7 @@ class TopicOfNode {
   }
 
  private:
-  /// Among equals the larger set; but an input whose jobs publish something else is not kept for this topic.
+  /// Among equal rules the larger set wins; a set with an input that publishes other topics loses.
   std::ptrdiff_t worth(const InferredRule& rule) const {
     const bool foreign = std::ranges::any_of(
         rule.of, [&](std::uint32_t c) { return has_others_.contains(c) && !contains(publishers_, c); });
@@ -167,13 +167,13 @@ class TopicOfNode {
   const std::uint32_t topic_;
   std::vector<Seen> seen_;
   Callbacks publishers_, other_inputs_;
-  std::set<std::uint32_t> has_others_;  // publish other topics, too
+  std::set<std::uint32_t> has_others_;  // callbacks that also publish other topics
   std::vector<InferredRule> candidates_;
   std::uint64_t most_ = 0;
 };
 
-/// Subscriptions whose samples are kept go into what the node's timers publish with every job, or else into
-/// what its other subscriptions do.
+/// Stored samples go into the messages that the node's timers publish with every job; without such
+/// timers, into the messages of its other subscriptions.
 void keep_samples(const RecordedSystem& system, const Callbacks& callbacks, std::span<InferredRule> rules) {
   Callbacks kept;
   for (const std::uint32_t c : callbacks) {

@@ -15,7 +15,7 @@ namespace {
 
 using Message = std::shared_ptr<const SimulatedMessage>;
 
-/// A message by the job that published it and its topic.
+/// Key of a message: the job that published it, and its topic.
 using MessageKey = std::tuple<std::uint32_t, std::uint64_t, std::uint32_t>;
 
 struct Step {
@@ -85,12 +85,12 @@ class Follower {
     running.start = job.start;
     if (!job.has_sample) return;
     const MessageKey key{job.sample.parent.callback, job.sample.parent.number, topic_of(job)};
-    const auto found = messages_.find(key);
-    if (found == messages_.end()) return;
-    running.own = found->second;
+    const auto message = messages_.find(key);
+    if (message == messages_.end()) return;
+    running.own = message->second;
     if (--readers_[key] == 0) {
       readers_.erase(key);
-      messages_.erase(found);
+      messages_.erase(message);
     }
     for (std::size_t r = 0; r < graph_.rules.size(); ++r) {
       const auto& of = graph_.rules[r].of;

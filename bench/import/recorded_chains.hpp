@@ -8,8 +8,8 @@
 
 namespace hotpath {
 
-/// What the sinks of the graph's chains had in their data: histories of jobs follow the recorded messages,
-/// and within nodes the inferred rules. `graph.graph` has the chains.
+/// The observations of the chains' sinks. Histories of jobs follow the recorded messages, and the
+/// inferred rules within nodes. `graph.graph` has the chains.
 [[nodiscard]] std::vector<ChainObservation> recorded_chains(const RecordedSystem& system,
                                                             const RecordedGraph& graph,
                                                             const RecordedWindow& window);

@@ -9,13 +9,13 @@ namespace hotpath {
 
 namespace {
 
-/// How often jobs of one thread met those of another one on one processor.
+/// How often jobs of one thread met jobs of another thread on one processor.
 struct Meetings {
-  std::uint32_t within = 0;  ///< Lay within its job: displaced it.
-  std::uint32_t waited = 0;  ///< Were ready during its job and began after it.
+  std::uint32_t within = 0;  ///< Ran within a job of the other thread: preempted it.
+  std::uint32_t waited = 0;  ///< Became ready during a job of the other thread and began after it.
 };
 
-/// Few exceptions do not count: also threads of the ordinary policy displace each other.
+/// Few exceptions do not count: threads of the ordinary policy also preempt each other.
 bool is_above(const Meetings& of, const Meetings& other) {
   return of.within > 3 && of.within > 10 * other.within;
 }
@@ -38,7 +38,7 @@ MeasuredCost cost_of(std::vector<Duration> samples, Duration without) {
 
 Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window) {
   const std::size_t threads = system.threads.size();
-  Displacement found{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0)};
+  Displacement displacement{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0)};
   std::vector<std::vector<Meetings>> met(threads, std::vector<Meetings>(threads));
   std::map<std::int32_t, std::vector<std::size_t>> open;                // by processor
   std::map<std::int32_t, std::map<std::uint32_t, std::size_t>> latest;  // by processor and thread
@@ -46,14 +46,14 @@ Displacement recorded_displacement(const RecordedSystem& system, const RecordedW
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
     const RecordedJob& job = window.jobs[i];
     if (!job.ended) continue;
-    found.own[i] = job.finish - job.start;
+    displacement.own[i] = job.finish - job.start;
     std::vector<std::size_t>& others = open[job.processor];
     std::erase_if(others, [&](std::size_t o) { return window.jobs[o].finish <= job.start; });
-    // The innermost one alone had the processor.
+    // Only the innermost job had the processor.
     for (auto outer = others.rbegin(); outer != others.rend(); ++outer) {
       const RecordedJob& displaced = window.jobs[*outer];
       if (displaced.thread == job.thread || displaced.finish < job.finish) continue;
-      found.own[*outer] -= job.finish - job.start;
+      displacement.own[*outer] -= job.finish - job.start;
       ++met[job.thread][displaced.thread].within;
       break;
     }
@@ -74,14 +74,14 @@ Displacement recorded_displacement(const RecordedSystem& system, const RecordedW
   for (std::size_t round = 0; round < threads; ++round) {
     for (std::size_t a = 0; a < threads; ++a) {
       for (std::size_t b = 0; b < threads; ++b) {
-        int& level = found.level[a];
+        int& level = displacement.level[a];
         if (is_above(met[a][b], met[b][a]))
-          level = std::max(level, std::min(found.level[b] + 1, kMostLevels));
-        if (waits_for(met[b][a])) level = std::max({level, found.level[b], 1});
+          level = std::max(level, std::min(displacement.level[b] + 1, kMostLevels));
+        if (waits_for(met[b][a])) level = std::max({level, displacement.level[b], 1});
       }
     }
   }
-  return found;
+  return displacement;
 }
 
 RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
@@ -90,15 +90,15 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   for (TaskId id = 0; id < place.size(); ++id)
     place[id] = entry.traits.runs_first == graph.tasks.set[id].kind ? id : id + place.size();
   const bool wait_set = entry.traits.family == Family::wait_set;
-  const bool tells_waits = std::ranges::any_of(window.jobs, [&](const RecordedJob& job) {
+  const bool waits_recorded = std::ranges::any_of(window.jobs, [&](const RecordedJob& job) {
     return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
   });
   // A timer's releaser wakes the thread that runs its job.
   const TimerHandling timers = entry.traits.timers;
   const bool two_wake_ups = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
-  std::map<std::int32_t, Time> busy_until;        // by processor: by the jobs before the one at hand
+  std::map<std::int32_t, Time> busy_until;        // by processor: end of its earlier jobs
   std::map<std::uint32_t, std::size_t> previous;  // by thread
-  std::map<std::uint32_t, Time> group_until;      // by callback group: by its jobs before the one at hand
+  std::map<std::uint32_t, Time> group_until;      // by callback group: end of its earlier jobs
   std::vector<Duration> dispatch, wait, wake_up, delivery;
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
     if (i > 0 && window.jobs[i - 1].ended) {
@@ -120,14 +120,14 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
     // It waited for its callback group, which another thread served.
     if (group_free > std::max(timestamp, window.jobs[last].finish)) continue;
     const Duration gap = job.start - window.jobs[last].finish;
-    if (gap < Duration::zero()) continue;  // one within the other
+    if (gap < Duration::zero()) continue;  // nested jobs
     if (timestamp <= window.jobs[last].finish) {
       const TaskId other = window.records[last].job.task;
       const bool new_round = other != kNoTask && place[task] <= place[other];
-      const bool waited = wait_set && (tells_waits ? job.waited : new_round);
+      const bool waited = wait_set && (waits_recorded ? job.waited : new_round);
       (waited ? wait : dispatch).push_back(gap);
     } else {
-      // Another job on the processor made it wait, not the wake-up.
+      // Another job on the processor delayed it, not the wake-up.
       if (busy_until[job.processor] > timestamp) continue;
       const bool timer = graph.tasks.set[task].kind == TaskKind::timer;
       const Duration late = job.start - timestamp;

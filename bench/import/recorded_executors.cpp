@@ -12,7 +12,7 @@ namespace hotpath {
 
 namespace {
 
-/// Threads joined into executors.
+/// Threads joined into executors (union-find).
 class Groups {
  public:
   explicit Groups(std::size_t threads) : parent_(threads) { std::iota(parent_.begin(), parent_.end(), 0U); }
@@ -32,7 +32,7 @@ bool counts(const RecordedSystem& system, std::uint32_t c) {
   return is_task && callback.node != kNone && !callback.threads.empty();
 }
 
-/// What the callbacks of a thread are.
+/// The kinds of callbacks of a thread, and their nodes.
 struct ThreadUse {
   bool timers = false, others = false;
   std::set<std::uint32_t> nodes;
@@ -72,7 +72,7 @@ void find_candidates(const RecordedSystem& system, const std::vector<ThreadUse>&
                           " threads run its callbacks (rcl ", system.rcl_version, ")");
   } else if (timers_apart) {
     executor.candidates = {"events-re"};
-    executor.why = "it has no events of waits, and timers run on a thread of their own";
+    executor.why = "it has no events of waits, and timers run on a separate thread";
   } else if (threads == 1) {
     executor.candidates = {"events-ro", "static", "cbg:1"};
     executor.why = "it has no events of waits and one thread";
@@ -93,7 +93,7 @@ RecordedExecutors recorded_executors(const RecordedSystem& system, const std::st
     const auto& threads = system.callbacks[c].threads;
     for (const auto& [thread, jobs] : threads) groups.join(threads.begin()->first, thread);
   }
-  // A thread of timers alone serves the same nodes as another one: release-and-execute.
+  // Release-and-execute: a thread with timers only serves the same nodes as another thread.
   for (std::uint32_t a = 0; a < uses.size(); ++a) {
     for (std::uint32_t b = 0; b < uses.size(); ++b) {
       const bool apart = uses[a].timers && !uses[a].others && uses[b].others && !uses[b].timers;
@@ -102,33 +102,33 @@ RecordedExecutors recorded_executors(const RecordedSystem& system, const std::st
         groups.join(b, a);
     }
   }
-  RecordedExecutors found;
+  RecordedExecutors result;
   std::map<std::uint32_t, std::uint32_t> index;
   for (std::uint32_t t = 0; t < system.threads.size(); ++t) {
     if (uses[t].nodes.empty()) continue;
     const auto [at, is_new] =
-        index.try_emplace(groups.find(t), static_cast<std::uint32_t>(found.executors.size()));
+        index.try_emplace(groups.find(t), static_cast<std::uint32_t>(result.executors.size()));
     if (is_new) {
-      // Processes of several containers may have threads of the same ids.
+      // Processes of different containers may have threads with equal ids.
       const RecordedThread& first = system.threads[t];
       const std::string of_process =
           system.processes.size() > 1 ? concat("process_", first.process, "_") : std::string();
-      found.executors.push_back({concat(of_process, "thread_", first.id), first.process, {}, {}, {}});
+      result.executors.push_back({concat(of_process, "thread_", first.id), first.process, {}, {}, {}});
     }
-    found.executors[at->second].threads.push_back(t);
+    result.executors[at->second].threads.push_back(t);
   }
-  for (RecordedExecutor& executor : found.executors) {
+  for (RecordedExecutor& executor : result.executors) {
     find_candidates(system, uses, executor);
     if (given.empty()) continue;
     executor.candidates = {given};
-    executor.why = "--executor says so";
+    executor.why = "it was given with --executor";
   }
   for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
     const bool ran = counts(system, c);
-    found.of_callback.push_back(ran ? index.at(groups.find(system.callbacks[c].threads.begin()->first))
-                                    : kNone);
+    result.of_callback.push_back(ran ? index.at(groups.find(system.callbacks[c].threads.begin()->first))
+                                     : kNone);
   }
-  return found;
+  return result;
 }
 
 std::vector<std::int32_t> usual_processors(const RecordedThread& thread) {

@@ -26,7 +26,7 @@ class Builder {
   Builder(const RecordedSystem& system, std::span<const RecordedJob> jobs,
           const std::vector<std::uint32_t>& executor_of, const std::string& name, ServiceOrder order)
       : system_(system), jobs_(jobs), executor_of_(executor_of), order_(std::move(order)) {
-    made_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
+    result_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
     if (!order_.nodes.empty()) return;
     for (std::uint32_t n = 0; n < system.nodes.size(); ++n) order_.nodes.push_back(n);
     for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) order_.callbacks.push_back(c);
@@ -35,20 +35,20 @@ class Builder {
   RecordedGraph build() {
     name_nodes();
     choose_tasks();
-    made_.rules = infer_rules(system_, jobs_, is_task_);
+    result_.rules = infer_rules(system_, jobs_, is_task_);
     drop_silent_inputs();
     find_overlaps();
     for (const std::uint32_t n : order_.nodes) add_node(n);
     add_outside();
-    if (made_.graph.nodes.empty())
-      throw UsageError("the trace has no timer and no subscription that a graph could be made of");
+    if (result_.graph.nodes.empty())
+      throw UsageError("the trace has no timer and no subscription for a graph; record for longer");
     cut_cycles();
     index_tasks();
-    return std::move(made_);
+    return std::move(result_);
   }
 
  private:
-  void note(const auto&... parts) { made_.notes.push_back(concat(parts...)); }
+  void note(const auto&... parts) { result_.notes.push_back(concat(parts...)); }
   const RecordedCallback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
   const std::string& topic_of(std::uint32_t c) const { return system_.topics[callback(c).topic].name; }
 
@@ -59,8 +59,8 @@ class Builder {
       std::string name = plain;
       for (int i = 2; !used.insert(name).second; ++i) name = concat(plain, "_", i);
       if (name != plain)
-        note("There are several nodes ", node.name, "; one of them is called ", name, " here.");
-      made_.node_names.push_back(name);
+        note("There are several nodes ", node.name, "; one of them is called ", name, " in the graph.");
+      result_.node_names.push_back(name);
     }
   }
 
@@ -69,17 +69,18 @@ class Builder {
     std::uint64_t unknown = 0, jobs_of_unknown = 0;
     std::set<std::pair<std::uint32_t, std::uint32_t>> subscribed;
     for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
-      const RecordedCallback& seen = callback(c);
-      if (seen.kind == RecordedKind::unknown || (seen.kind != RecordedKind::service && seen.node == kNone)) {
+      const RecordedCallback& recorded = callback(c);
+      if (recorded.kind == RecordedKind::unknown ||
+          (recorded.kind != RecordedKind::service && recorded.node == kNone)) {
         ++unknown;
-        jobs_of_unknown += seen.jobs;
+        jobs_of_unknown += recorded.jobs;
         continue;
       }
-      if (seen.kind == RecordedKind::service) continue;
-      if (seen.kind == RecordedKind::subscription) {
+      if (recorded.kind == RecordedKind::service) continue;
+      if (recorded.kind == RecordedKind::subscription) {
         if (is_housekeeping(topic_of(c))) continue;
-        if (!subscribed.emplace(seen.node, seen.topic).second) {
-          note("Node ", made_.node_names[seen.node], " subscribes to ", topic_of(c),
+        if (!subscribed.emplace(recorded.node, recorded.topic).second) {
+          note("Node ", result_.node_names[recorded.node], " subscribes to ", topic_of(c),
                " twice; one of the two is left out.");
           continue;
         }
@@ -95,16 +96,16 @@ class Builder {
       throw UsageError(
           jobs_of_unknown > 0
               ? "the trace has callbacks but no initialisation events (ros2:rcl_node_init and others), so "
-                "that nobody "
-                "knows whose they are; start the recording before the nodes, and keep all events `ros2:*`"
+                "that their nodes are unknown; start the recording before the nodes, and keep all events "
+                "`ros2:*`"
               : "the trace has no callback of a node; record user-space events `ros2:*` while the nodes "
                 "start and run");
     }
   }
 
-  /// What one input never brings a sample of is no input of a graph.
+  /// Drops subscriptions without samples.
   void drop_silent_inputs() {
-    for (const InferredRule& rule : made_.rules) published_.insert(rule.topic);
+    for (const InferredRule& rule : result_.rules) published_.insert(rule.topic);
     for (std::uint32_t c = 0; c < is_task_.size(); ++c) {
       if (!is_task_[c] || callback(c).kind != RecordedKind::subscription ||
           published_.contains(callback(c).topic))
@@ -114,14 +115,14 @@ class Builder {
         continue;
       }
       is_task_[c] = false;
-      note("Nobody published ", topic_of(c), ", to which node ", made_.node_names[callback(c).node],
+      note("Nobody published ", topic_of(c), ", to which node ", result_.node_names[callback(c).node],
            " subscribes; the subscription is left out.");
     }
-    for (InferredRule& rule : made_.rules)
+    for (InferredRule& rule : result_.rules)
       std::erase_if(rule.of, [&](std::uint32_t c) { return !is_task_[c]; });
   }
 
-  /// Callbacks of one node that ran at the same time cannot share a mutually exclusive group.
+  /// Finds callbacks of one node that overlapped: they cannot share a mutually exclusive group.
   void find_overlaps() {
     overlaps_.assign(system_.callbacks.size(), false);
     reentrant_.assign(system_.callbacks.size(), false);
@@ -142,7 +143,7 @@ class Builder {
 
   void add_node(std::uint32_t n) {
     Node node;
-    node.name = made_.node_names[n];
+    node.name = result_.node_names[n];
     node.type = NodeType::callbacks;
     node.group = {};
     std::vector<std::uint32_t> own;
@@ -157,19 +158,19 @@ class Builder {
     }
     std::map<std::string, std::uint32_t> groups;
     for (const std::uint32_t c : own) {
-      Callback made;
+      Callback added;
       const auto input = input_of.find(c);
-      if (input != input_of.end()) made.input = input->second;
-      made.task = concat(node.name, "/", made.input ? node.inputs[*made.input].topic : timer_name(c, own));
-      made.period = made.deadline = callback(c).period;
-      if (!made.input) made.phase = Duration::zero();
-      add_publications(c, input_of, node, made);
-      group(c, node, groups, made);
-      made_.callback_of.push_back(c);
-      node.callbacks.push_back(std::move(made));
+      if (input != input_of.end()) added.input = input->second;
+      added.task = concat(node.name, "/", added.input ? node.inputs[*added.input].topic : timer_name(c, own));
+      added.period = added.deadline = callback(c).period;
+      if (!added.input) added.phase = Duration::zero();
+      add_publications(c, input_of, node, added);
+      group(c, node, groups, added);
+      result_.callback_of.push_back(c);
+      node.callbacks.push_back(std::move(added));
     }
     if (node.group_names == std::vector<std::string>{"default"}) node.group_names.clear();
-    made_.graph.nodes.push_back(std::move(node));
+    result_.graph.nodes.push_back(std::move(node));
   }
 
   std::string timer_name(std::uint32_t timer, const std::vector<std::uint32_t>& own) const {
@@ -181,12 +182,12 @@ class Builder {
   }
 
   void add_publications(std::uint32_t c, const std::map<std::uint32_t, std::uint32_t>& input_of, Node& node,
-                        Callback& made) const {
-    for (const InferredRule& rule : made_.rules) {
+                        Callback& publisher) const {
+    for (const InferredRule& rule : result_.rules) {
       if (is_housekeeping(system_.topics[rule.topic].name)) continue;
       const bool set = rule.rule == PublishRule::all_new;
-      const std::vector<std::uint32_t>& who = set ? rule.of : rule.publishers;
-      if (std::ranges::find(who, c) == who.end()) continue;
+      const std::vector<std::uint32_t>& publishers = set ? rule.of : rule.publishers;
+      if (std::ranges::find(publishers, c) == publishers.end()) continue;
       Publication p;
       p.topic = graph_name(system_.topics[rule.topic].name, false);
       p.rule = rule.rule;
@@ -195,13 +196,13 @@ class Builder {
       std::ranges::sort(p.of);
       if (p.rule == PublishRule::last_of && p.of.empty()) p.rule = PublishRule::always;
       if (std::ranges::find(node.outputs, p.topic) == node.outputs.end()) node.outputs.push_back(p.topic);
-      made.publishes.push_back(std::move(p));
+      publisher.publishes.push_back(std::move(p));
     }
   }
 
-  /// All of one node in one group, as by default in rclcpp, unless the trace proves that it cannot be so.
+  /// Puts all callbacks of a node into one group, rclcpp's default, unless the trace contradicts.
   void group(std::uint32_t c, Node& node, std::map<std::string, std::uint32_t>& groups,
-             Callback& made) const {
+             Callback& member) const {
     std::set<std::uint32_t> executors;
     for (std::uint32_t other = 0; other < is_task_.size(); ++other)
       if (is_task_[other] && callback(other).node == callback(c).node && executor_of_[other] != kNone)
@@ -209,16 +210,16 @@ class Builder {
     std::string key;
     if (executors.size() > 1)
       key = concat("e", executor_of_[c] == kNone ? *executors.begin() : executor_of_[c]);
-    if (overlaps_[c]) key = concat("own_", made.task.substr(node.name.size() + 1));
+    if (overlaps_[c]) key = concat("own_", member.task.substr(node.name.size() + 1));
     std::ranges::replace(key, '/', '.');
     const auto [at, is_new] = groups.try_emplace(key, static_cast<std::uint32_t>(node.groups.size()));
-    made.group = at->second;
+    member.group = at->second;
     if (!is_new) return;
     node.groups.push_back(reentrant_[c] ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive);
     node.group_names.push_back(key.empty() ? "default" : key);
   }
 
-  /// Topics that no callback publishes come from a timer without work, at the rate of their samples.
+  /// Adds a timer without work for each topic without a publisher, at the rate of its samples.
   void add_outside() {
     if (outside_.empty()) return;
     Node node;
@@ -234,43 +235,42 @@ class Builder {
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
       if (at.size() < 2) at = {Time{}, Time{} + std::chrono::hours(1)};
       std::ranges::sort(at);
-      Callback made;
+      Callback timer;
       const std::string name = graph_name(system_.topics[topic].name, false);
-      made.task = concat(node.name, "/", graph_name(system_.topics[topic].name, true));
-      made.period = made.deadline =
+      timer.task = concat(node.name, "/", graph_name(system_.topics[topic].name, true));
+      timer.period = timer.deadline =
           std::max(Duration(1000), (at.back() - at.front()) / static_cast<std::int64_t>(at.size() - 1));
-      made.phase = at.front() - Time{};
-      made.publishes.emplace_back().topic = name;
+      timer.phase = at.front() - Time{};
+      timer.publishes.emplace_back().topic = name;
       node.outputs.push_back(name);
-      note("Topic ", system_.topics[topic].name,
-           " is not published by any callback of the trace; a timer of ", fixed(to_ms(made.period), 1),
-           " ms without work stands for it.");
-      made_.callback_of.push_back(kNone);
-      node.callbacks.push_back(std::move(made));
+      note("No callback of the trace publishes topic ", system_.topics[topic].name, "; a timer of ",
+           fixed(to_ms(timer.period), 1), " ms without work publishes it in the graph.");
+      result_.callback_of.push_back(kNone);
+      node.callbacks.push_back(std::move(timer));
     }
-    made_.graph.nodes.push_back(std::move(node));
+    result_.graph.nodes.push_back(std::move(node));
   }
 
-  /// Subscriptions that lead to each other for ever cannot be simulated: the publication to the one with the
-  /// fewest jobs goes.
+  /// A cycle of subscriptions without a timer cannot be simulated. Removes the publication to the
+  /// subscription with the fewest jobs.
   void cut_cycles() {
     for (;;) {
-      const GraphTasks tasks = make_tasks(made_.graph);
+      const GraphTasks tasks = make_tasks(result_.graph);
       std::vector<int> state(tasks.set.size(), 0);
       std::vector<TaskId> path, cycle;
       for (TaskId id = 0; id < tasks.set.size() && cycle.empty(); ++id) visit(tasks, id, state, path, cycle);
       if (cycle.empty()) return;
-      const auto jobs_of = [&](TaskId id) { return callback(made_.callback_of[id]).jobs; };
+      const auto jobs_of = [&](TaskId id) { return callback(result_.callback_of[id]).jobs; };
       const TaskId to = *std::ranges::min_element(cycle, {}, jobs_of);
       const TaskOrigin& origin = tasks.origin[to];
-      const std::string topic = made_.graph.nodes[origin.node].inputs[*origin.input].topic;
+      const std::string topic = result_.graph.nodes[origin.node].inputs[*origin.input].topic;
       const auto at = std::ranges::find(cycle, to) - cycle.begin();
       const TaskId from = cycle[(static_cast<std::size_t>(at) + cycle.size() - 1) % cycle.size()];
-      Node& node = made_.graph.nodes[tasks.origin[from].node];
+      Node& node = result_.graph.nodes[tasks.origin[from].node];
       std::erase_if(node.callbacks[tasks.origin[from].callback].publishes,
                     [&](const Publication& p) { return p.topic == topic; });
-      note("Data goes round in a cycle without a timer; ", tasks.set[from].name, " does not publish ", topic,
-           " here.");
+      note("Data flows in a cycle without a timer; ", tasks.set[from].name, " does not publish ", topic,
+           " in the graph.");
     }
   }
 
@@ -289,23 +289,23 @@ class Builder {
   }
 
   void index_tasks() {
-    made_.tasks = make_tasks(made_.graph);
-    made_.task_of.assign(system_.callbacks.size(), kNoTask);
+    result_.tasks = make_tasks(result_.graph);
+    result_.task_of.assign(system_.callbacks.size(), kNoTask);
     Time epoch = kNever;
-    for (TaskId id = 0; id < made_.callback_of.size(); ++id) {
-      const std::uint32_t c = made_.callback_of[id];
+    for (TaskId id = 0; id < result_.callback_of.size(); ++id) {
+      const std::uint32_t c = result_.callback_of[id];
       if (c == kNone) continue;
-      made_.task_of[c] = id;
+      result_.task_of[c] = id;
       if (callback(c).kind == RecordedKind::timer) epoch = std::min(epoch, callback(c).created);
     }
-    made_.epoch = epoch != kNever ? epoch : jobs_.empty() ? Time{} : jobs_.front().start;
+    result_.epoch = epoch != kNever ? epoch : jobs_.empty() ? Time{} : jobs_.front().start;
   }
 
   const RecordedSystem& system_;
   const std::span<const RecordedJob> jobs_;
   const std::vector<std::uint32_t>& executor_of_;
   ServiceOrder order_;
-  RecordedGraph made_;
+  RecordedGraph result_;
   std::vector<bool> is_task_, overlaps_, reentrant_;  // by callback
   std::set<std::uint32_t> published_, outside_;       // topics
 };

@@ -11,17 +11,15 @@
 
 namespace hotpath {
 
-/// The graph of a recorded system, and which callback of the trace became which of its tasks.
+/// The graph of a recorded system, with the mapping between tasks and callbacks of the trace.
 struct RecordedGraph {
   Graph graph;  ///< Execution times, chains and platform are not filled in yet.
   GraphTasks tasks;
-  GraphComments comments;
-  std::vector<TaskId> task_of;  ///< By callback; kNoTask: not in the graph.
-  std::vector<std::uint32_t>
-      callback_of;  ///< By task; kNone: stands for what publishes outside of callbacks.
+  std::vector<TaskId> task_of;             ///< By callback; kNoTask: not in the graph.
+  std::vector<std::uint32_t> callback_of;  ///< By task; kNone: a timer for publications outside of callbacks.
   std::vector<InferredRule> rules;
   Time epoch{};                    ///< Creation of the first timer: phases count from here.
-  std::vector<std::string> notes;  ///< What is not in the graph, or otherwise than it was; whole sentences.
+  std::vector<std::string> notes;  ///< Sentences about differences between the graph and the system.
 
   /// Names of nodes as in the graph, by node of the trace.
   std::vector<std::string> node_names;
@@ -31,20 +29,20 @@ struct RecordedGraph {
   }
 };
 
-/// The order in which executors served nodes and callbacks where that was not the order of creation: all of
-/// its tasks, or none for that of creation.
+/// The order in which executors served nodes and callbacks; empty: the order of creation.
 struct ServiceOrder {
   std::vector<std::uint32_t> nodes, callbacks;
 };
 
-/// `jobs` are by start. Callbacks that overlapped, or whose `executor_of` (by callback, kNone: unknown)
-/// differs, are in different callback groups. Throws UsageError where nothing is left to make a graph of.
+/// `jobs` are in the order of starts. Callbacks that overlapped, or whose `executor_of` (by
+/// callback, kNone: unknown) differs, are in different callback groups. Throws UsageError if no
+/// task is left for a graph.
 [[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& system,
                                                 std::span<const RecordedJob> jobs,
                                                 const std::vector<std::uint32_t>& executor_of,
                                                 const std::string& name, const ServiceOrder& order = {});
 
-/// Whether a topic belongs to every node and to no graph: /rosout, /parameter_events.
+/// Whether every node has the topic, so that graphs leave it out: /rosout, /parameter_events.
 [[nodiscard]] bool is_housekeeping(const std::string& topic);
 
 }  // namespace hotpath

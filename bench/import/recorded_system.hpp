@@ -11,18 +11,17 @@
 
 namespace hotpath {
 
-/// No entity: what a trace does not say.
+/// No entity, or unknown.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 enum class RecordedKind : std::uint8_t { timer, subscription, service, unknown };
 
-/// A node as it was created; two of one name are two entries.
+/// A created node; two nodes of one name are two entries.
 struct RecordedNode {
-  std::uint32_t process = 0;
   std::string name;  ///< With its namespace: `/perception/filter`.
 };
 
-/// One callback, or all of one subscription. In order of creation.
+/// One callback, or all callbacks of one subscription. In the order of creation.
 struct RecordedCallback {
   RecordedKind kind = RecordedKind::unknown;
   std::uint32_t node = kNone;
@@ -30,21 +29,18 @@ struct RecordedCallback {
   std::uint32_t depth = 0;                         ///< Subscriptions: history depth; 0: unknown, or keep all.
   Duration period{};                               ///< Timers.
   Time created{};                                  ///< Timers: its creation.
-  std::uint64_t jobs = 0;                          ///< That ended.
-  std::uint64_t never_ended = 0;                   ///< That began and have no end in the trace.
+  std::uint64_t jobs = 0;                          ///< Jobs that ended.
+  std::uint64_t never_ended = 0;                   ///< Jobs without an end in the trace.
   Duration busy{};                                 ///< Start to end of all jobs.
   std::map<std::uint32_t, std::uint64_t> threads;  ///< Jobs by thread.
   std::map<std::uint32_t, std::uint64_t> published;  ///< Messages that its jobs published, by topic.
   std::uint64_t samples = 0;                         ///< Subscriptions: published for it.
-  std::uint64_t strangers = 0;  ///< Subscriptions: samples taken that nobody traced published.
+  std::uint64_t strangers = 0;  ///< Subscriptions: samples taken without a traced publication.
 };
 
 struct RecordedTopic {
   std::string name;
   std::vector<std::uint32_t> subscriptions;  ///< Callbacks.
-  std::set<std::uint32_t> publishers;        ///< Nodes.
-  std::uint64_t published = 0;               ///< Messages.
-  std::uint64_t outside = 0;                 ///< Of these, not by a callback.
 };
 
 struct RecordedThread {
@@ -53,15 +49,15 @@ struct RecordedThread {
   std::map<std::int32_t, std::uint64_t> processors;  ///< Jobs by the processor on which they ended.
 };
 
-/// What a trace says of a running system.
+/// The content of a trace about a running system.
 struct RecordedSystem {
-  std::string rcl_version;            ///< Empty: the trace does not say.
+  std::string rcl_version;            ///< Empty: unknown.
   std::set<std::uint32_t> processes;  ///< Ids.
   std::vector<RecordedNode> nodes;
   std::vector<RecordedCallback> callbacks;
   std::vector<RecordedTopic> topics;
   std::vector<RecordedThread> threads;
-  std::uint64_t reused_handles = 0;  ///< Callbacks whose address had been another's.
+  std::uint64_t reused_handles = 0;  ///< Callbacks at the address of an earlier callback.
   std::uint64_t ends_without_start = 0;
 };
 
@@ -75,7 +71,7 @@ struct RecordedRef {
 struct RecordedSample {
   std::uint64_t sequence = 0;  ///< Among the messages for this subscription, from 0.
   Time published{};
-  RecordedRef parent;  ///< Callback kNone: published outside of callbacks, or by what was not traced.
+  RecordedRef parent;  ///< Callback kNone: published outside of callbacks, or not traced.
 };
 
 struct RecordedPublication {
@@ -90,21 +86,21 @@ struct RecordedJob {
   std::uint32_t thread = kNone;  ///< Index into threads.
   std::int32_t processor = -1;
   Time start{}, finish{};
-  /// Positions of both among the events of the trace, which tell what came first within one instant.
+  /// Positions of both among the events of the trace; they decide the order within one instant.
   std::uint64_t started = 0, finished = 0;
   bool ended = true;
   bool waited = false;      ///< The executor waited for work since the previous job of the thread.
-  bool has_sample = false;  ///< Those of subscriptions have one.
+  bool has_sample = false;  ///< True for jobs of subscriptions.
   RecordedSample sample;
   std::vector<RecordedPublication> published;
 };
 
-/// Receives what a recorded system did, jobs by their ends.
+/// Receives the jobs of a recorded system in the order of their ends, and lost samples.
 class RecordedJobSink {
  public:
   virtual ~RecordedJobSink() = default;
   virtual void ended(RecordedJob&& job) = 0;
-  /// A sample of that subscription that was never taken; `queued`: it was there at the end of the trace.
+  /// A sample of that subscription that was never taken; `queued`: unread at the end of the trace.
   virtual void lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) = 0;
 };
 

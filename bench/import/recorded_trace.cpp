@@ -10,13 +10,13 @@ namespace hotpath {
 
 namespace {
 
-/// The event of a timer's creation comes so much later than rcl's clock reading at most.
+/// Most time from rcl's clock reading to the event of a timer's creation.
 constexpr Duration kCreationEvent = std::chrono::milliseconds(1);
 
-/// Releases beyond which, if they are that many for each job, a trace's clock must have jumped.
+/// With more releases, and more per job, the trace's clock must have jumped.
 constexpr double kManyReleases = 1e6, kReleasesPerJob = 1e3;
 
-/// A call at `start` steps from `next` over all timestamps until then; returns how many more than one.
+/// A call at `start` moves `next` beyond `start`. Returns the number of skipped timestamps.
 std::uint32_t step(Time& next, Time start, Duration period) {
   next += period;
   if (next > start) return 0;
@@ -47,7 +47,7 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
   const auto first =
       std::ranges::find_if(jobs, [&](const RecordedJob& j) { return graph.task(j.ref) != kNoTask; });
   if (first != jobs.end()) timers.begin = first->start;
-  // Of a polled timer, and of one whose jobs a thread of its own releases.
+  // Next timestamp if the timer is polled, and if a separate thread releases its jobs.
   std::vector<Time> next(count), released(count);
   std::vector<bool> early(count, false), early_released(count, false);
   std::vector<Duration> ahead(count);

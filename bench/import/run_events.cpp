@@ -9,7 +9,7 @@ namespace hotpath {
 
 namespace {
 
-/// Runs count from an epoch of zero, traces from one in the past: 2001-09-09.
+/// Epoch of exported traces, 2001-09-09; the epoch of a run is zero.
 constexpr std::int64_t kEpoch_ns = 1'000'000'000'000'000'000;
 
 enum Format : std::uint32_t {
@@ -90,20 +90,20 @@ std::uint64_t address(Kind kind, std::uint64_t index) {
 }
 constexpr std::uint64_t kMessage = std::uint64_t{9} << 32;
 
-class Teller {
+class EventWriter {
  public:
-  explicit Teller(const ExportedRun& run) : run_(run) {
-    told_.formats = formats();
-    told_.process_name = "hotpath";
+  explicit EventWriter(const ExportedRun& run) : run_(run) {
+    written_.formats = formats();
+    written_.process_name = "hotpath";
   }
 
-  WrittenTrace tell() {
+  WrittenTrace events() {
     find_publications();
     initialise();
-    tell_jobs();
-    std::ranges::stable_sort(told_.events, {}, &WrittenEvent::at_ns);
+    add_jobs();
+    std::ranges::stable_sort(written_.events, {}, &WrittenEvent::at_ns);
     separate_processors();
-    return std::move(told_);
+    return std::move(written_);
   }
 
  private:
@@ -115,11 +115,11 @@ class Teller {
   /// Ids of threads are unique in a system.
   static Where main_thread(std::uint16_t process) { return {1000U * (1U + process), 1000U * (1U + process)}; }
 
-  /// Readers put the streams of processors together by time alone. What happens on two of them at one instant
-  /// of virtual time comes a nanosecond apart, in the order of cause and effect.
+  /// Readers merge the streams of processors by time alone. Events of two processors at one instant
+  /// of virtual time get a nanosecond of distance, in the order of cause and effect.
   void separate_processors() {
     const WrittenEvent* last = nullptr;
-    for (WrittenEvent& e : told_.events) {
+    for (WrittenEvent& e : written_.events) {
       if (last != nullptr && e.at_ns <= last->at_ns) {
         e.at_ns = last->at_ns + (e.processor == last->processor ? 0 : 1);
       }
@@ -128,19 +128,19 @@ class Teller {
   }
 
   std::uint64_t text(const std::string& words) {
-    const auto [at, is_new] = texts_.try_emplace(words, told_.texts.size());
-    if (is_new) told_.texts.push_back(words);
+    const auto [at, is_new] = texts_.try_emplace(words, written_.texts.size());
+    if (is_new) written_.texts.push_back(words);
     return at->second;
   }
 
   void add(std::int64_t at_ns, Format format, const Where& where, std::array<std::uint64_t, 5> values = {}) {
-    told_.events.push_back({at_ns, format, where.processor, where.process, where.thread, values});
+    written_.events.push_back({at_ns, format, where.processor, where.process, where.thread, values});
   }
 
-  /// A topic of the graph as ROS names it.
+  /// The ROS name of a topic.
   static std::string ros_name(const std::string& name) { return "/" + name; }
 
-  /// Which publications a job made: those that a reader has seen, and those that come with every job.
+  /// Finds the publications of each job that a reader received.
   void find_publications() {
     for (const JobRecord& r : run_.trace.jobs) {
       if (r.job.parent.task != kNoTask)
@@ -198,8 +198,8 @@ class Teller {
     add(created, timer_link_node, where, {address(timer, id), address(node, origin.node)});
   }
 
-  /// In the order of starts, so that at one instant the events of an earlier job come first.
-  void tell_jobs() {
+  /// Adds jobs in the order of starts: at one instant the events of an earlier job come first.
+  void add_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)
       if (started(r)) jobs.push_back(&r);
@@ -213,16 +213,16 @@ class Teller {
       where.processor =
           static_cast<std::uint16_t>(r->cpu >= 0 ? r->cpu : static_cast<int>(r->worker % run_.cores));
       const JobRecord*& before = previous[{r->process, r->worker}];
-      if (r->worker < run_.polled.size() && run_.polled[r->worker]) tell_executor(*r, before, where);
+      if (r->worker < run_.polled.size() && run_.polled[r->worker]) add_executor_events(*r, before, where);
       before = r;
-      tell_job(*r, where);
+      add_job(*r, where);
     }
   }
 
   std::int64_t ns(Time t) const { return kEpoch_ns + (t - run_.trace.epoch).count(); }
 
-  /// A job that became ready after the one before had begun was found by another wait.
-  void tell_executor(const JobRecord& r, const JobRecord* before, const Where& where) {
+  /// A job that became ready after the start of the previous one needed another wait.
+  void add_executor_events(const JobRecord& r, const JobRecord* before, const Where& where) {
     const std::int64_t at =
         before == nullptr || before->finish < before->start ? ns(r.start) : ns(before->finish);
     if (before == nullptr || r.job.release > before->start)
@@ -232,7 +232,7 @@ class Teller {
         {address(run_.tasks.origin[r.job.task].input ? subscription : timer, r.job.task)});
   }
 
-  void tell_job(const JobRecord& r, const Where& where) {
+  void add_job(const JobRecord& r, const Where& where) {
     const TaskId id = r.job.task;
     if (run_.tasks.origin[id].input) {
       add(ns(r.start), rmw_take, where,
@@ -242,32 +242,32 @@ class Teller {
     }
     add(ns(r.start), callback_start, where, {address(callback, id), 0});
     if (r.outcome != Outcome::ran) return;
-    const auto seen = published_.find({id, r.job.sequence});
+    const auto received = published_.find({id, r.job.sequence});
     for (std::size_t p = 0; p < run_.tasks.readers[id].size(); ++p) {
       const Publication& publication = run_.tasks.callbacks[id].publishes[p];
       const std::vector<TaskId>& readers = run_.tasks.readers[id][p];
       Time at = r.finish;
-      bool made = readers.empty() &&
-                  (publication.rule == PublishRule::always || publication.rule == PublishRule::last_of);
+      bool publishes = readers.empty() &&
+                       (publication.rule == PublishRule::always || publication.rule == PublishRule::last_of);
       for (const TaskId reader : readers) {
-        if (seen == published_.end() || !seen->second.contains(reader)) continue;
-        made = true;
-        at = std::min(at, seen->second.at(reader));
+        if (received == published_.end() || !received->second.contains(reader)) continue;
+        publishes = true;
+        at = std::min(at, received->second.at(reader));
       }
-      if (made)
-        tell_publication(ns(at), publisher_of_.at({run_.tasks.origin[id].node, publication.topic}), where);
+      if (publishes)
+        add_publication(ns(at), publisher_of_.at({run_.tasks.origin[id].node, publication.topic}), where);
     }
     add(ns(r.finish), callback_end, where, {address(callback, id)});
   }
 
-  void tell_publication(std::int64_t at, std::uint64_t of, const Where& where) {
+  void add_publication(std::int64_t at, std::uint64_t of, const Where& where) {
     add(at, rclcpp_publish, where, {kMessage + 8});
     add(at, rcl_publish, where, {address(publisher, of), kMessage + 8});
     add(at, rmw_publish, where, {address(rmw_publisher, of), kMessage + 8, static_cast<std::uint64_t>(at)});
   }
 
   const ExportedRun& run_;
-  WrittenTrace told_;
+  WrittenTrace written_;
   std::map<std::string, std::uint64_t> texts_;
   std::map<std::pair<std::uint32_t, std::string>, std::uint64_t> publisher_of_;   // by node and topic
   std::map<std::pair<TaskId, std::uint64_t>, std::map<TaskId, Time>> published_;  // by job: readers
@@ -275,6 +275,6 @@ class Teller {
 
 }  // namespace
 
-WrittenTrace run_events(const ExportedRun& run) { return Teller(run).tell(); }
+WrittenTrace run_events(const ExportedRun& run) { return EventWriter(run).events(); }
 
 }  // namespace hotpath

@@ -15,10 +15,10 @@ namespace hotpath {
 
 namespace {
 
-/// Beyond so many times of what is green, red.
+/// A deviation is red beyond this multiple of the green limit.
 constexpr double kRed = 3;
 
-/// When the executors began: nodes and their timers are there before.
+/// The start of the executors, which begin after nodes and timers exist.
 Duration first_start(const Trace& recorded) {
   Duration first = recorded.end - Time{} - Duration(1);
   for (const JobRecord& r : recorded.jobs)
@@ -26,9 +26,9 @@ Duration first_start(const Trace& recorded) {
   return std::max(first, Duration::zero());
 }
 
-/// The execution times of a record, each for the job of its task that comes nearest in time. Jobs are not
-/// counted: where a simulation has one more or less, as often while executors begin, all later ones would
-/// have another's time.
+/// Recorded execution times: a job gets the time of its task's recorded job that is nearest in
+/// time. Matching by number would shift all later times when the simulation has one job more or
+/// less, as often happens while executors begin.
 class TimesOfMoment final : public ExecutionTimes {
  public:
   TimesOfMoment(const TaskSet& set, const Trace& trace) : recorded_(set.size()) {
@@ -85,7 +85,7 @@ std::vector<double> latencies(const Graph& graph, const GraphTasks& tasks, const
   return all;
 }
 
-/// Latencies that differ by less are the same, also where there is no work at all.
+/// Latencies that differ by less count as equal, which matters for callbacks without work.
 constexpr double kSame_ms = 1e-3;
 
 double error_percent(double recorded_ms, double simulated_ms) {
@@ -99,7 +99,7 @@ struct Losses {
   }
 };
 
-/// By task, and of all at the end.
+/// Losses by task, followed by their sum.
 std::vector<Losses> losses(const TaskSet& set, const Trace& trace, Time from) {
   std::vector<Losses> losses(set.size() + 1);
   for (const JobRecord& r : trace.jobs) {
@@ -115,20 +115,40 @@ std::vector<Losses> losses(const TaskSet& set, const Trace& trace, Time from) {
 class Judge {
  public:
   explicit Judge(SelfCheck& check) : check_(check) {}
-  /// `off` beyond `green` is not green any more.
-  void see(double off, double green, const std::string& what) {
-    if (!(off > green)) return;
-    const Light light = off > kRed * green ? Light::red : Light::yellow;
-    add(light, what);
+  /// Adds the reason if `deviation` exceeds the limit `green`.
+  void see(double deviation, double green, const std::string& reason) {
+    if (!(deviation > green)) return;
+    const Light light = deviation > kRed * green ? Light::red : Light::yellow;
+    add(light, reason);
   }
-  void add(Light light, const std::string& what) {
+  void add(Light light, const std::string& reason) {
     check_.light = std::max(check_.light, light);
-    check_.reasons.push_back(what);
+    check_.reasons.push_back(reason);
   }
 
  private:
   SelfCheck& check_;
 };
+
+void compare_latencies(SelfCheck::ChainCheck& chain, const std::vector<double>& recorded,
+                       const std::vector<double>& simulated, Judge& judge) {
+  chain.recorded_ms = latency_quantiles(recorded);
+  chain.simulated_ms = latency_quantiles(simulated);
+  if (recorded.empty() || simulated.empty()) {
+    return judge.add(
+        recorded.empty() ? Light::yellow : Light::red,
+        concat("No output of ", chain.chain, recorded.empty() ? " was recorded" : " was simulated",
+               ": its latency cannot be compared."));
+  }
+  chain.median_error_percent = error_percent(chain.recorded_ms.p50, chain.simulated_ms.p50);
+  chain.p99_error_percent = error_percent(chain.recorded_ms.p99, chain.simulated_ms.p99);
+  judge.see(std::abs(chain.median_error_percent), kMedianError_percent,
+            text("The median of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
+                 chain.simulated_ms.p50, chain.recorded_ms.p50));
+  judge.see(std::abs(chain.p99_error_percent), kP99Error_percent,
+            text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
+                 chain.simulated_ms.p99, chain.recorded_ms.p99));
+}
 
 }  // namespace
 
@@ -147,43 +167,29 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   Judge judge(check);
   check.schedule = compare_schedules(schedule_of(tasks.set, recorded), schedule_of(tasks.set, simulated));
   judge.see(1 - check.schedule.similarity, 1 - kSimilarity,
-            text("Jobs come in another order: %.3f similar.", check.schedule.similarity));
+            text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
   const Time from = Time{} + warm_up;
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
-    const std::vector<double> seen = latencies(graph, tasks, recorded, c, from);
-    const std::vector<double> told = latencies(graph, tasks, simulated, c, from);
     SelfCheck::ChainCheck& chain = check.chains.emplace_back();
     chain.chain = graph.chains[c].name;
-    chain.recorded_ms = latency_quantiles(seen);
-    chain.simulated_ms = latency_quantiles(told);
-    if (seen.empty() || told.empty()) {
-      judge.add(seen.empty() ? Light::yellow : Light::red,
-                concat("No output of ", chain.chain, seen.empty() ? " was recorded" : " was simulated",
-                       ": its latency cannot be compared."));
-      continue;
-    }
-    chain.median_error_percent = error_percent(chain.recorded_ms.p50, chain.simulated_ms.p50);
-    chain.p99_error_percent = error_percent(chain.recorded_ms.p99, chain.simulated_ms.p99);
-    judge.see(std::abs(chain.median_error_percent), kMedianError_percent,
-              text("The median of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
-                   chain.simulated_ms.p50, chain.recorded_ms.p50));
-    judge.see(std::abs(chain.p99_error_percent), kP99Error_percent,
-              text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
-                   chain.simulated_ms.p99, chain.recorded_ms.p99));
+    compare_latencies(chain, latencies(graph, tasks, recorded, c, from),
+                      latencies(graph, tasks, simulated, c, from), judge);
   }
-  const auto seen = losses(tasks.set, recorded, from), told = losses(tasks.set, simulated, from);
+  const auto recorded_losses = losses(tasks.set, recorded, from);
+  const auto simulated_losses = losses(tasks.set, simulated, from);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (seen[id].lost + told[id].lost > 0)
-      check.losses.push_back({tasks.set[id].name, seen[id].percent(), told[id].percent()});
+    const Losses &in_recording = recorded_losses[id], &in_simulation = simulated_losses[id];
+    if (in_recording.lost + in_simulation.lost > 0)
+      check.losses.push_back({tasks.set[id].name, in_recording.percent(), in_simulation.percent()});
   }
   const auto difference = [](const SelfCheck::LossCheck& l) {
     return std::abs(l.simulated_percent - l.recorded_percent);
   };
   std::ranges::sort(check.losses, std::ranges::greater{}, difference);
-  check.lost_recorded_percent = seen.back().percent();
-  check.lost_simulated_percent = told.back().percent();
+  check.lost_recorded_percent = recorded_losses.back().percent();
+  check.lost_simulated_percent = simulated_losses.back().percent();
   judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
-            text("Of all timestamps and samples %.2f %% are lost simulated and %.2f %% recorded.",
+            text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
                  check.lost_simulated_percent, check.lost_recorded_percent));
   simulated.executor = recorded.executor;
   check.simulated = std::move(simulated);

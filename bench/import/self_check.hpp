@@ -16,15 +16,15 @@ constexpr auto enum_texts(Light) {
       {{Light::green, "green"}, {Light::yellow, "yellow"}, {Light::red, "red"}});
 }
 
-/// A recorded system beside the simulation of its graph under the recorded executors, with the recorded
-/// phases and execution times.
+/// A recorded system compared with the simulation of its graph under the recorded executors, phases
+/// and execution times.
 struct SelfCheck {
   struct ChainCheck {
     std::string chain;
     LatencyQuantiles recorded_ms, simulated_ms;
     double median_error_percent = kNoValue, p99_error_percent = kNoValue;  ///< Simulated to recorded.
   };
-  /// Share of a task's timestamps or samples that were lost: skipped or overwritten.
+  /// Lost (skipped or overwritten) share of a task's timestamps or samples.
   struct LossCheck {
     std::string task;
     double recorded_percent = 0, simulated_percent = 0;
@@ -34,17 +34,17 @@ struct SelfCheck {
   std::vector<LossCheck> losses;  ///< Of tasks that lost anything, the largest difference first.
   double lost_recorded_percent = 0, lost_simulated_percent = 0;  ///< Of all tasks together.
   Light light = Light::green;
-  std::vector<std::string> reasons;  ///< Why it is not green; whole sentences.
+  std::vector<std::string> reasons;  ///< Sentences that explain why the light is not green.
   Trace simulated;
   std::string failure;  ///< Why there is no simulation; empty: there is one.
 };
 
-/// What is still green: the bar of a good prediction.
+/// Limits of green: the bar for a good prediction.
 inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossError_points = 1,
                         kSimilarity = 0.8;
 
-/// `recorded` is relative to its epoch and `tasks` have its phases; chains are those of `graph`. Jobs and
-/// outputs whose timestamp lies before `warm_up` do not count.
+/// `recorded` is relative to its epoch and `tasks` have its phases; chains are those of `graph`.
+/// Jobs and outputs whose timestamp lies before `warm_up` do not count.
 [[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
                                    const Trace& recorded, Duration warm_up);
 

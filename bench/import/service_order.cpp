@@ -9,12 +9,12 @@ namespace hotpath {
 
 Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow& window, bool wait_sets) {
   const TaskId count = graph.tasks.set.size();
-  Precedence found{{count, std::vector<std::uint32_t>(count, 0)}, 0};
+  Precedence precedence{{count, std::vector<std::uint32_t>(count, 0)}, 0};
   std::uint64_t pairs = 0, contradicting = 0;
   const auto in_order = [&](std::vector<TaskId>& together, TaskId task) {
     for (const TaskId other : together) {
       if (other == task || graph.tasks.set[task].kind != graph.tasks.set[other].kind) continue;
-      ++found.before[other][task];
+      ++precedence.before[other][task];
       ++pairs;
       contradicting += other > task;
     }
@@ -31,21 +31,21 @@ Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow&
       if (window.jobs[i].waited) snapshot.clear();
       if (job.task != kNoTask) in_order(snapshot, job.task);
     } else if (job.task != kNoTask && job.parent.task != kNoTask) {
-      // A node that had another job since was in the queue already.
+      // A node with another job since then was already queued.
       const auto last = started.find(graph.tasks.origin[job.task].node);
       if (last == started.end() || last->second < job.timestamp)
         in_order(readers[{job.parent.task, job.parent.sequence}], job.task);
     }
     if (job.task != kNoTask) started[graph.tasks.origin[job.task].node] = window.jobs[i].start;
   }
-  if (pairs > 0) found.contradicting = static_cast<double>(contradicting) / static_cast<double>(pairs);
-  return found;
+  if (pairs > 0) precedence.contradicting = static_cast<double>(contradicting) / static_cast<double>(pairs);
+  return precedence;
 }
 
 namespace {
 
-/// Again and again the first item that none of those left comes before on balance; if there is none, that
-/// with the least balance. `ahead(a, b)`: by how much a comes before b.
+/// Repeatedly takes the item that the remaining items precede least; of equals the first one.
+/// `ahead(a, b)`: how much more often a precedes b than b precedes a.
 template <class Ahead>
 std::vector<std::uint32_t> in_order(std::vector<std::uint32_t> left, Ahead&& ahead) {
   std::vector<std::uint32_t> order;

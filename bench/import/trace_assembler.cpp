@@ -8,7 +8,7 @@ namespace hotpath {
 
 namespace {
 
-/// A thread has at most so many callbacks within each other, as when one spins.
+/// Most nested callbacks of a thread, as when a callback spins.
 constexpr std::size_t kMostNested = 16;
 
 }  // namespace
@@ -57,7 +57,7 @@ void TraceAssembler::start(const TraceEvent& e) {
   numbers_.resize(std::max(numbers_.size(), system_.callbacks.size()));
   const std::uint32_t index = thread_index(e);
   Thread& thread = threads_[index];
-  // A callback cannot be within itself: its end was lost.
+  // A callback cannot contain itself: its end was lost.
   const auto same = [&](const RecordedJob& job) { return job.ref.callback == callback; };
   if (std::ranges::any_of(thread.open, same) || thread.open.size() == kMostNested) {
     for (RecordedJob& job : thread.open) give_up(job);
@@ -75,7 +75,7 @@ void TraceAssembler::start(const TraceEvent& e) {
   } else if (RecordedCallback& c = system_.callbacks[callback]; c.kind == RecordedKind::subscription) {
     readers_.resize(std::max(readers_.size(), system_.callbacks.size()));
     auto& unread = readers_[callback].unread;
-    // Without an event of its take (Humble within a process) the oldest unread sample is what it has.
+    // Without an event of its take (Humble within a process) the job has the oldest unread sample.
     if (e.number[1] != 0 && !unread.empty()) {
       hold(thread, callback, unread.begin());
       job.sample = thread.taken;
@@ -96,14 +96,14 @@ void TraceAssembler::end(const TraceEvent& e) {
   const auto matches = [&](const RecordedJob& job) {
     return known != callbacks_.end() && job.ref.callback == known->second;
   };
-  const auto found = std::ranges::find_if(thread.open, matches);
-  if (found == thread.open.end()) {
+  const auto begun = std::ranges::find_if(thread.open, matches);
+  if (begun == thread.open.end()) {
     ++system_.ends_without_start;
     return;
   }
-  for (auto inner = std::next(found); inner != thread.open.end(); ++inner) give_up(*inner);
-  RecordedJob job = std::move(*found);
-  thread.open.erase(found, thread.open.end());
+  for (auto inner = std::next(begun); inner != thread.open.end(); ++inner) give_up(*inner);
+  RecordedJob job = std::move(*begun);
+  thread.open.erase(begun, thread.open.end());
   job.finish = from_ns(e.at_ns);
   job.finished = events_;
   job.processor = e.processor;

@@ -11,22 +11,22 @@
 
 namespace hotpath {
 
-/// Puts entities and jobs together from the events of a trace. A job is what lies between the start and the
-/// end of a callback on one thread. Its sample is the last one that the thread took before; the publication
-/// with the same source timestamp, or where publications have none (Humble) the nearest one, tells the job
-/// that published it. Memory is bounded by entities, open jobs and unread samples.
+/// Assembles entities and jobs from the events of a trace. A job lasts from the start to the end of
+/// a callback on one thread. Its sample is the last one that the thread took before. The sample
+/// comes from the publication with the same source timestamp; where publications have none
+/// (Humble), from the nearest one. Memory is bounded by entities, open jobs and unread samples.
 class TraceAssembler final : public TraceVisitor {
  public:
   explicit TraceAssembler(RecordedJobSink& sink) : sink_(sink) {}
 
   void visit(const TraceEvent& event) override;
-  /// At the end of the trace: jobs that are still open and samples that are unread go to the sink.
+  /// At the end of the trace: passes open jobs and unread samples to the sink.
   void finish();
 
   [[nodiscard]] const RecordedSystem& system() const { return system_; }
 
  private:
-  /// Unread samples of a subscription that keeps all.
+  /// Most unread samples of a subscription that keeps all.
   static constexpr std::size_t kKeepAll = 1000;
 
   struct Handle {
@@ -41,9 +41,6 @@ class TraceAssembler final : public TraceVisitor {
   };
   template <class T>
   using ByHandle = std::unordered_map<Handle, T, Hash>;
-  struct Publisher {
-    std::uint32_t node = kNone, topic = kNone;
-  };
   struct Timer {
     Duration period{};
     Time created{};
@@ -60,7 +57,7 @@ class TraceAssembler final : public TraceVisitor {
     std::deque<Unread> unread;
     std::uint64_t sequence = 0;
   };
-  /// What a thread did last.
+  /// The state of a thread.
   struct Thread {
     std::vector<RecordedJob> open;  ///< The innermost last.
     bool waited = false;
@@ -68,10 +65,10 @@ class TraceAssembler final : public TraceVisitor {
     RecordedSample taken;
     std::uint64_t message = 0, publisher = 0, publication = 0;
     std::uint32_t topic = kNone;
-    bool intra_published = false;  ///< The same call may publish between processes, too.
+    bool intra_published = false;  ///< The same call may also publish between processes.
   };
 
-  /// Takes an event that describes the system; false: it is none.
+  /// Handles an event that describes the system; false: it is another kind of event.
   bool describe(const TraceEvent& e);
   void node(const TraceEvent& e);
   void publisher(const TraceEvent& e);
@@ -85,11 +82,11 @@ class TraceAssembler final : public TraceVisitor {
   void publish(const TraceEvent& e, bool intra_process);
   void deliver(const TraceEvent& e, std::uint32_t subscription, const Thread& thread, bool intra_process);
   void stamp(const TraceEvent& e);
-  /// `subscriptions` tells which one the event's first number means.
+  /// `subscriptions` maps the event's first number to a subscription.
   void take(const TraceEvent& e, const ByHandle<std::uint32_t>& subscriptions);
   void enqueue(const TraceEvent& e);
   void dequeue(const TraceEvent& e);
-  void hold(Thread& thread, std::uint32_t subscription, const std::deque<Unread>::iterator& found);
+  void hold(Thread& thread, std::uint32_t subscription, const std::deque<Unread>::iterator& sample);
   void give_up(RecordedJob& job);
 
   std::uint32_t node_of(Handle handle) const;
@@ -102,7 +99,7 @@ class TraceAssembler final : public TraceVisitor {
   ByHandle<std::uint32_t> nodes_, subscriptions_, rmw_subscriptions_, callbacks_;
   ByHandle<Handle> rclcpp_subscriptions_;  // to the handle of rcl
   ByHandle<std::uint64_t> ipb_of_buffer_, subscription_of_ipb_;
-  ByHandle<Publisher> publishers_;
+  ByHandle<std::uint32_t> publishers_;  // to topics
   ByHandle<Timer> timers_;
   std::unordered_map<std::string, std::uint32_t> topics_;
   ByHandle<std::uint32_t> thread_indices_;  // by process and id

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a trace tells of nodes, topics and callbacks before these run.
+// The events of a trace that create nodes, topics and callbacks.
 #include "import/trace_assembler.hpp"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace hotpath {
 
 namespace {
 
-/// The longest period that a graph file can say; whoever waits that long is no task.
+/// The longest period that a graph file can hold; a timer with a longer one is not a task.
 constexpr Duration kLongestPeriod = std::chrono::milliseconds(999'999'999);
 
 }  // namespace
@@ -65,24 +65,22 @@ void TraceAssembler::node(const TraceEvent& e) {
   if (!name.ends_with('/')) name += '/';
   name += e.text[0];
   nodes_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(system_.nodes.size());
-  system_.nodes.push_back({e.process, std::move(name)});
+  system_.nodes.emplace_back().name = std::move(name);
   system_.processes.insert(e.process);
 }
 
 void TraceAssembler::publisher(const TraceEvent& e) {
-  const Publisher made{node_of({e.process, e.number[1]}), topic_named(e.text[0])};
-  publishers_[{e.process, e.number[0]}] = made;
-  if (made.node != kNone) system_.topics[made.topic].publishers.insert(made.node);
+  publishers_[{e.process, e.number[0]}] = topic_named(e.text[0]);
 }
 
 void TraceAssembler::subscription(const TraceEvent& e) {
   const auto index = static_cast<std::uint32_t>(system_.callbacks.size());
-  RecordedCallback& made = system_.callbacks.emplace_back();
-  made.kind = RecordedKind::subscription;
-  made.node = node_of({e.process, e.number[1]});
-  made.topic = topic_named(e.text[0]);
-  made.depth = static_cast<std::uint32_t>(std::min<std::uint64_t>(e.number[3], kKeepAll));
-  system_.topics[made.topic].subscriptions.push_back(index);
+  RecordedCallback& callback = system_.callbacks.emplace_back();
+  callback.kind = RecordedKind::subscription;
+  callback.node = node_of({e.process, e.number[1]});
+  callback.topic = topic_named(e.text[0]);
+  callback.depth = static_cast<std::uint32_t>(std::min<std::uint64_t>(e.number[3], kKeepAll));
+  system_.topics[callback.topic].subscriptions.push_back(index);
   subscriptions_[{e.process, e.number[0]}] = index;
   rmw_subscriptions_[{e.process, e.number[2]}] = index;
 }
@@ -104,10 +102,10 @@ void TraceAssembler::timer_callback(const TraceEvent& e) {
   Timer& timer = timers_[{e.process, e.number[0]}];
   if (timer.period <= Duration::zero() || timer.period > kLongestPeriod) return;
   timer.callback = static_cast<std::uint32_t>(system_.callbacks.size());
-  RecordedCallback& made = system_.callbacks.emplace_back();
-  made.kind = RecordedKind::timer;
-  made.period = timer.period;
-  made.created = timer.created;
+  RecordedCallback& callback = system_.callbacks.emplace_back();
+  callback.kind = RecordedKind::timer;
+  callback.period = timer.period;
+  callback.created = timer.created;
   add_callback({e.process, e.number[1]}, timer.callback);
 }
 
@@ -119,8 +117,8 @@ void TraceAssembler::add_callback(Handle callback, std::uint32_t index) {
 }
 
 std::uint32_t TraceAssembler::node_of(Handle handle) const {
-  const auto found = nodes_.find(handle);
-  return found == nodes_.end() ? kNone : found->second;
+  const auto node = nodes_.find(handle);
+  return node == nodes_.end() ? kNone : node->second;
 }
 
 std::uint32_t TraceAssembler::topic_named(std::string_view name) {
@@ -137,8 +135,8 @@ std::uint32_t TraceAssembler::subscription_behind(std::uint32_t process, std::ui
   if (rclcpp == subscription_of_ipb_.end()) return kNone;
   const auto rcl = rclcpp_subscriptions_.find({process, rclcpp->second});
   if (rcl == rclcpp_subscriptions_.end()) return kNone;
-  const auto found = subscriptions_.find(rcl->second);
-  return found == subscriptions_.end() ? kNone : found->second;
+  const auto index = subscriptions_.find(rcl->second);
+  return index == subscriptions_.end() ? kNone : index->second;
 }
 
 }  // namespace hotpath

@@ -12,8 +12,8 @@
 
 namespace hotpath {
 
-/// The events of ros2_tracing (provider `ros2`, versions 2 to 8) that an import looks at, and the one of
-/// CARET that tells source timestamps where the older of these do not.
+/// The events of ros2_tracing (provider `ros2`, versions 2 to 8) that an import reads, and CARET's
+/// event with the source timestamps that older versions lack.
 enum class TraceEventKind : std::uint8_t {
   rcl_init,
   node_init,
@@ -41,8 +41,8 @@ enum class TraceEventKind : std::uint8_t {
   other,  ///< Only counted.
 };
 
-/// How an event is called and which of its fields are read, in the order of TraceEvent::number and then
-/// TraceEvent::text. A field that a trace lacks is 0, or empty.
+/// The name of an event and the fields to read, in the order of TraceEvent::number and
+/// TraceEvent::text. A field that a trace lacks is 0 or empty.
 struct TraceEventFormat {
   std::string_view name;
   TraceEventKind kind;
@@ -56,7 +56,7 @@ struct TraceEvent {
   TraceEventKind kind = TraceEventKind::other;
   std::int64_t at_ns = 0;  ///< Since the origin of the trace's clock.
   std::uint32_t process = 0, thread = 0;
-  std::int32_t processor = -1;  ///< -1: the trace does not say.
+  std::int32_t processor = -1;  ///< -1: unknown.
   std::array<std::uint64_t, 4> number = {};
   std::array<std::string_view, 2> text = {};
 };
@@ -68,13 +68,13 @@ class TraceVisitor {
   virtual void visit(const TraceEvent& event) = 0;
 };
 
-/// What reading a trace found beside its events.
+/// Facts about a trace beside its events.
 struct TraceReading {
   std::map<std::string, std::uint64_t> events;  ///< By full name, `ros2:callback_start`.
   std::uint64_t all_events = 0;
-  std::uint64_t discarded_events = 0;   ///< That the tracer had no room for; at least.
+  std::uint64_t discarded_events = 0;   ///< Least number of events for which the tracer had no room.
   std::uint64_t discarded_packets = 0;  ///< Groups of events that were overwritten.
-  std::string broken_off;               ///< Why the trace could not be read to its end; empty: it was.
+  std::string broken_off;               ///< Why reading stopped before the end; empty: it did not.
   std::int64_t first_ns = 0, last_ns = 0;
   std::int64_t longest_gap_ns = 0, gap_begin_ns = 0;  ///< Longest time without any event, and when it began.
 };

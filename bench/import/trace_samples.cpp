@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which publication a job had its sample from.
+// Matches the samples of jobs with publications.
 #include "import/trace_assembler.hpp"
 
 #include <algorithm>
@@ -11,19 +11,15 @@ void TraceAssembler::publish(const TraceEvent& e, bool intra_process) {
   const auto known = publishers_.find({e.process, e.number[0]});
   if (known == publishers_.end()) return;
   Thread& thread = threads_[thread_index(e)];
-  // A call of publish() that serves both is one publication: first within the process, then between them.
+  // A call of publish() for both is one publication: first within the process, then between them.
   const bool continued = !intra_process && thread.intra_published && thread.publisher == e.number[0];
   thread.intra_published = intra_process;
   thread.message = e.number[1];
   if (!continued) {
     thread.publisher = e.number[0];
     thread.publication = ++publications_;
-    thread.topic = known->second.topic;
-    RecordedTopic& topic = system_.topics[thread.topic];
-    ++topic.published;
-    if (thread.open.empty()) {
-      ++topic.outside;
-    } else {
+    thread.topic = known->second;
+    if (!thread.open.empty()) {
       thread.open.back().published.push_back({thread.topic, from_ns(e.at_ns), events_});
     }
   }
@@ -36,8 +32,8 @@ void TraceAssembler::deliver(const TraceEvent& e, std::uint32_t subscription, co
                              bool intra_process) {
   readers_.resize(std::max(readers_.size(), system_.callbacks.size()));
   Readers& readers = readers_[subscription];
-  const bool has_it = !readers.unread.empty() && readers.unread.back().publication == thread.publication;
-  if (has_it) return;
+  const bool delivered = !readers.unread.empty() && readers.unread.back().publication == thread.publication;
+  if (delivered) return;
   Unread& unread = readers.unread.emplace_back();
   unread.sample = {readers.sequence++, from_ns(e.at_ns),
                    thread.open.empty() ? RecordedRef{} : thread.open.back().ref};
@@ -51,7 +47,7 @@ void TraceAssembler::deliver(const TraceEvent& e, std::uint32_t subscription, co
   readers.unread.pop_front();
 }
 
-/// The timestamp that readers will see.
+/// Sets the source timestamp that readers will report.
 void TraceAssembler::stamp(const TraceEvent& e) {
   const Thread& thread = threads_[thread_index(e)];
   const bool of_message = e.kind == TraceEventKind::bind_stamp || thread.message == e.number[0];
@@ -70,18 +66,18 @@ void TraceAssembler::take(const TraceEvent& e, const ByHandle<std::uint32_t>& su
   const std::uint64_t source_ns = e.number[1];
   readers_.resize(std::max(readers_.size(), system_.callbacks.size()));
   auto& unread = readers_[subscription].unread;
-  auto found = std::ranges::find(unread, source_ns, &Unread::source_ns);
-  if (found == unread.end()) {
-    // Humble's publications have no timestamps: the middleware's follows their event at once.
+  auto sample = std::ranges::find(unread, source_ns, &Unread::source_ns);
+  if (sample == unread.end()) {
+    // Humble's publications have no timestamps; the middleware sets one right after their event.
     const auto distance = [&](const Unread& u) {
       return std::abs(static_cast<std::int64_t>(source_ns) - to_ns(u.sample.published));
     };
     const auto nearest = std::ranges::min_element(unread, {}, distance);
     const bool near = nearest != unread.end() && nearest->source_ns == 0 && distance(*nearest) < 1'000'000;
-    if (near) found = nearest;
+    if (near) sample = nearest;
   }
   Thread& thread = threads_[thread_index(e)];
-  if (found != unread.end()) return hold(thread, subscription, found);
+  if (sample != unread.end()) return hold(thread, subscription, sample);
   ++system_.callbacks[subscription].strangers;
   ++system_.callbacks[subscription].samples;
   thread.taken_by = subscription;
@@ -91,10 +87,10 @@ void TraceAssembler::take(const TraceEvent& e, const ByHandle<std::uint32_t>& su
 }
 
 void TraceAssembler::hold(Thread& thread, std::uint32_t subscription,
-                          const std::deque<Unread>::iterator& found) {
+                          const std::deque<Unread>::iterator& sample) {
   thread.taken_by = subscription;
-  thread.taken = found->sample;
-  readers_[subscription].unread.erase(found);
+  thread.taken = sample->sample;
+  readers_[subscription].unread.erase(sample);
 }
 
 void TraceAssembler::enqueue(const TraceEvent& e) {
@@ -108,9 +104,9 @@ void TraceAssembler::dequeue(const TraceEvent& e) {
   const std::uint32_t subscription = subscription_behind(e.process, e.number[0]);
   if (subscription == kNone || subscription >= readers_.size()) return;
   auto& unread = readers_[subscription].unread;
-  const auto found =
+  const auto sample =
       std::ranges::find_if(unread, [&](const Unread& u) { return u.intra_process && u.slot == e.number[1]; });
-  if (found != unread.end()) hold(threads_[thread_index(e)], subscription, found);
+  if (sample != unread.end()) hold(threads_[thread_index(e)], subscription, sample);
 }
 
 }  // namespace hotpath

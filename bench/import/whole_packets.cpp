@@ -17,21 +17,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Others who claim to be LTTng have another header.
+/// Writers that only claim to be LTTng have another packet header.
 bool is_of_lttng(const fs::path& folder) {
   std::ifstream metadata(folder / "metadata", std::ios::binary);
   const std::string content{std::istreambuf_iterator<char>(metadata), {}};
   return content.find("uint32_t stream_id;") != std::string::npos;
 }
 
-/// Streams lie beside the metadata; indices in a folder of their own.
+/// Stream files lie beside the metadata, index files in a subfolder.
 bool is_stream(const fs::directory_entry& entry) {
   return entry.is_regular_file() && entry.path().filename() != "metadata";
 }
 
-/// Bytes of a stream file up to the end of its last whole packet. A packet of LTTng 2 begins with magic
-/// number (32 bits), UUID (128), stream (32), instance (64), then its context: first and last time, size of
-/// the content and of the packet in bits (64 each).
+/// Bytes of a stream file up to the end of its last whole packet. A packet of LTTng 2 begins with
+/// magic number (32 bits), UUID (128), stream (32), instance (64), then its context: first and last
+/// time, size of the content and of the packet in bits (64 each).
 std::uintmax_t whole_bytes(const fs::path& stream) {
   constexpr std::uint32_t kMagic = 0xc1fc1fc1;
   constexpr std::size_t kPacketSize = 56;
@@ -90,8 +90,9 @@ fs::path WholePackets::copy(const fs::path& folder) {
       }
     }
   } catch (const fs::filesystem_error& error) {
-    throw RunError(concat("a copy of ", folder.string(), " without its cut packets cannot be written to ",
-                          name, " (", error.code().message(), "); set TMPDIR to a folder with room"));
+    throw RunError(concat("a copy of ", folder.string(),
+                          " without its incomplete packets cannot be written to ", name, " (",
+                          error.code().message(), "); set TMPDIR to a folder with enough space"));
   }
   return name;
 }

@@ -7,15 +7,15 @@
 
 namespace hotpath {
 
-/// Folders of CTF traces with nothing but whole packets. Stream files of LTTng that end within a packet, as
-/// after a loss of power or on a full disk, libbabeltrace2 refuses as a whole: their folders are replaced by
-/// temporary copies without their last packets.
+/// Folders of CTF traces with complete packets only. libbabeltrace2 rejects a stream file of LTTng
+/// that ends within a packet, as after a power loss or on a full disk. The folders of these files
+/// are replaced by temporary copies without the incomplete packets.
 class WholePackets {
  public:
-  /// Throws RunError where a copy cannot be made.
+  /// Throws RunError if a copy cannot be written.
   explicit WholePackets(std::vector<std::filesystem::path> folders);
   [[nodiscard]] const std::vector<std::filesystem::path>& folders() const { return folders_; }
-  /// What was cut; empty: nothing.
+  /// Where the trace was cut; empty: it was complete.
   [[nodiscard]] const std::string& cut() const { return cut_; }
 
  private:

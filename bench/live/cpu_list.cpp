@@ -12,7 +12,9 @@ namespace hotpath {
 
 std::vector<int> parse_cpus(const std::string& option, const std::string& text) {
   static const std::regex kRange("([0-9]{1,4})(-([0-9]{1,4}))?");
-  const auto refuse = [&](const auto&... why) { throw UsageError(concat(option, " ", text, ": ", why...)); };
+  const auto refuse = [&](const auto&... words) {
+    throw UsageError(concat(option, " ", text, ": ", words...));
+  };
   std::set<int> cpus;
   std::istringstream parts(text);
   for (std::string part; std::getline(parts, part, ',');) {
@@ -28,7 +30,7 @@ std::vector<int> parse_cpus(const std::string& option, const std::string& text) 
   const std::vector<int> available = allowed_cpus();
   for (const int cpu : cpus) {
     if (std::ranges::find(available, cpu) != available.end()) continue;
-    refuse("there is no processor ", cpu, " for this process; there are ", joined(available, ","));
+    refuse("this process may not use processor ", cpu, "; it may use ", joined(available, ","));
   }
   return {cpus.begin(), cpus.end()};
 }

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "live/live_checks.hpp"
 #include "live/publishing_effect.hpp"
 #include "live/rclcpp_process.hpp"
 #include "live/repeated_attempts.hpp"
@@ -36,11 +36,11 @@ namespace {
 
 using nlohmann::json;
 
-/// What a process needs before its epoch and after its end, for the estimate of the time left.
+/// Time of a process before its epoch and after its end, for the estimate of the time left.
 constexpr Duration kOverhead = std::chrono::milliseconds(400);
 
-/// One that nobody guesses.
-std::string any_name() {
+/// A name that nobody guesses.
+std::string random_name() {
   std::random_device random;
   return text("run-%08x%08x%08x%08x", random(), random(), random(), random());
 }
@@ -106,7 +106,7 @@ class LiveRun {
  private:
   Duration length() const { return seconds(options_.warm_up_s + options_.duration_s); }
 
-  /// An executor that runs on rclcpp is called so; beside each other on several stacks, each is one more.
+  /// Marks executors on rclcpp in their labels; each stack adds all executors.
   void name_stacks() {
     std::vector<std::string> labels;
     for (const std::string& text : options_.stacks) {
@@ -118,41 +118,22 @@ class LiveRun {
       plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
                       std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent,
                       options_.work};
-      check_rclcpp();
+      check_rclcpp_options(options_, plan_);
     }
     options_.executors = labels;
   }
 
-  /// What the process on rclcpp does not do.
-  void check_rclcpp() const {
-    const std::pair<bool, const char*> others[] = {
-        {plan_.processes > 1 || !options_.deployments.empty(),
-         "runs one executor in one process; leave --processes and --deployments out"},
-        {options_.rate_percent || options_.copies > 1,
-         "takes the graph's nodes and periods as they are; leave --copies and --rate out"},
-        {plan_.transport == TransportKind::intra_process,
-         "carries messages over the middleware of ROS 2; leave --transport out"},
-        {options_.entity_order != "creation",
-         "has its entities in the order of their addresses; leave --entity-order out"},
-        {plan_.fastdds.network != FastDdsOptions{}.network,
-         "carries messages over the middleware of ROS 2; leave --network out"},
-        {plan_.measure_cpu_time, "does not measure the CPU time of a job; leave --cpu-time out"}};
-    for (const auto& [asked, sentence] : others) {
-      if (asked) throw UsageError(concat("--stack rclcpp ", sentence));
-    }
-  }
-
-  /// Refuses what cannot run, before anything does.
+  /// Rejects a run that cannot succeed, before any process starts.
   void check() {
     plan_.cpus = parse_cpus("--cpus", options_.cpus);
     plan_.fastdds.loopback_only = !options_.all_interfaces;
-    // Keep others out, and runs at the same time apart. Only the prefix may be told to those who read along.
-    plan_.fastdds.partition = any_name();
-    plan_.fastdds.topic_prefix = any_name() + "/";
+    // Keep out other programs and simultaneous runs. Readers of --live receive only the prefix.
+    plan_.fastdds.partition = random_name();
+    plan_.fastdds.topic_prefix = random_name() + "/";
     plan_.length = length();
     plan_.time_out = seconds(options_.time_out_s);
-    check_network();
-    check_fastdds();
+    check_network_options(options_, plan_);
+    check_fastdds_options(options_, plan_, executors_);
     check_publishing();
     try {
       if (!options_.executor_policy.empty())
@@ -170,45 +151,19 @@ class LiveRun {
     }
     for (const ExecutorSpec& e : executors_) {
       phases_of_repetition(options_, graph_, tasks_, e, 0);
-      check_deployment(e);
+      check_deployment(plan_, e);
       if (e.stack == Stack::rclcpp) check_on_rclcpp(e);
       const bool of_rclcpp = e.stack == Stack::rclcpp && e.entry->traits.family != Family::priority_events;
       if (of_rclcpp && plan_.timer_policy && e.entry->traits.timers != TimerHandling::polled) {
-        throw UsageError(concat("--timer-policy: the timer thread of ", e.label,
-                                " is rclcpp's own, which takes that of --executor-policy; leave it out"));
+        throw UsageError(
+            concat("--timer-policy: the timer thread of ", e.label,
+                   " belongs to rclcpp and takes the policy of --executor-policy; leave it out"));
       }
     }
     check_memory();
   }
 
-  /// Refuses what a run without a network, or on rclcpp's, has no use for.
-  void check_network() const {
-    if (!options_.ros2_runner.empty() && plan_.rclcpp.runner.empty()) {
-      throw UsageError("--ros2-runner is of --stack rclcpp; add it, or leave it out");
-    }
-    if (plan_.transport != TransportKind::intra_process) return;
-    const bool published = options_.live || options_.live_alternate;
-    const std::pair<bool, const char*> unused[] = {
-        {plan_.fastdds.network != FastDdsOptions{}.network, "--network"},
-        {options_.all_interfaces && !published, "--all-interfaces"},
-        {plan_.fastdds.domain != FastDdsOptions{}.domain && !published, "--domain"}};
-    for (const auto& [given, option] : unused) {
-      if (given) throw UsageError(concat(option, " is of --transport fastdds; leave it out"));
-    }
-  }
-
-  void check_fastdds() const {
-    if (has_fastdds()) return;
-    const bool native = std::ranges::count(executors_, Stack::native, &ExecutorSpec::stack) > 0;
-    if (native && plan_.transport == TransportKind::fastdds) {
-      throw UsageError("this hotpath was built without Fast DDS: take --transport intra_process");
-    }
-    if (options_.live || options_.live_alternate) {
-      throw UsageError("--live publishes over Fast DDS, without which this hotpath was built; leave it out");
-    }
-  }
-
-  /// Refuses a run whose traces would not fit: those of all repetitions, and the buffers of one.
+  /// Rejects a run without memory for the traces of all repetitions and the buffers of one.
   void check_memory() const {
     double buffers = 0;
     for (const ExecutorSpec& e : executors_) {
@@ -225,44 +180,10 @@ class LiveRun {
                        "a shorter --duration or fewer --repetitions");
   }
 
-  void check_deployment(const ExecutorSpec& e) const {
-    if (!e.deployment) return;
-    const Deployment& plan = e.deployment->plan;
-    if (plan_.processes > 1) {
-      throw UsageError(
-          concat("--processes: deployment ", plan.name, " says the processes of its own; leave it out"));
-    }
-    if (plan_.executor_policy) {
-      throw UsageError(
-          "--executor-policy is for single executors; a deployment says the policies of its own");
-    }
-    if (plan.processes.size() > 1 && plan_.transport == TransportKind::intra_process) {
-      throw UsageError(concat("deployment ", plan.name, " has ", plan.processes.size(),
-                              " processes, which need --transport fastdds"));
-    }
-    const std::vector<int> available = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus;
-    for (const DeployedExecutor& executor : plan.executors) {
-      for (const int processor : executor.processors) {
-        if (std::ranges::count(available, processor) > 0) continue;
-        throw InputError(
-            plan.file, executor.line,
-            concat("executor ", executor.name, ": there is no processor ", processor, " to run on"),
-            "take some of " + joined(available));
-      }
-      // So that what is not permitted is said before anything starts.
-      if (executor.policy == ThreadPolicy{}) continue;
-      const auto& processors = executor.processors.empty() ? plan_.cpus : executor.processors;
-      const std::string refused = refusal({executor.policy, true, processors});
-      if (refused.empty()) continue;
-      throw UsageError(concat(plan.file, plan.file.empty() ? "" : concat(":", executor.line, ": "),
-                              "executor ", executor.name, ": ", refused));
-    }
-  }
-
   void check_publishing() {
     publisher_cpus_ = parse_cpus("--live-cpus", options_.live_cpus);
     if (!publisher_cpus_.empty() && !options_.live && !options_.live_alternate) {
-      throw UsageError("--live-cpus says where to publish; add --live");
+      throw UsageError("--live-cpus sets the processors of --live; add --live");
     }
     if (options_.live_alternate && options_.repetitions < 2) {
       throw UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
@@ -285,12 +206,12 @@ class LiveRun {
     if (!plan_.cpus.empty()) pin_to_cpus(before);
     if (plan_.calibration.disturbed) {
       warn(
-          "No two calibrations of the number cruncher in a row agreed within 2 %: something disturbs this "
+          "No two consecutive calibrations of the number cruncher agreed within 2 %: something disturbs this "
           "machine.");
     }
   }
 
-  /// `number`: that of the plan, or of another attempt at it.
+  /// `number`: of the attempt.
   RepetitionPlan plan(std::uint32_t repetition, const ExecutorSpec& executor, std::uint32_t number) const {
     RepetitionPlan p = plan_;
     set_phases(p.tasks.set, phases_of_repetition(options_, graph_, tasks_, executor, repetition));
@@ -312,7 +233,8 @@ class LiveRun {
     for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
       const auto [repetition, e] = order[i];
       progress.begin(concat(executors_[e].label, ", repetition ", repetition));
-      std::optional<Repetition> measured = measure(folder, progress, e, repetition, repetition, repetition);
+      std::optional<Repetition> measured =
+          measure_attempt(folder, progress, {e, repetition, repetition, repetition});
       if (measured) runs_[e].repetitions.push_back(std::move(*measured));
     }
     repeat(folder);
@@ -322,11 +244,10 @@ class LiveRun {
     }
   }
 
-  /// `number`: of the attempt, whose phases are those of `repetition`; `counted`: the attempt that counts so
-  /// far. None: it failed, or was interrupted.
-  std::optional<Repetition> measure(RunFolder& folder, Progress& progress, std::size_t e,
-                                    std::uint32_t repetition, std::uint32_t number, std::uint32_t counted) {
-    const RepetitionPlan p = plan(repetition, executors_[e], number);
+  /// None: the attempt failed or was interrupted.
+  std::optional<Repetition> measure_attempt(RunFolder& folder, Progress& progress, const Attempt& attempt) {
+    const ExecutorSpec& executor = executors_[attempt.executor];
+    const RepetitionPlan p = plan(attempt.repetition, executor, attempt.number);
     RepetitionResult result =
         run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length()); });
     progress.clear();
@@ -336,58 +257,41 @@ class LiveRun {
     if (tells_processor_speed(run_)) {
       result.repetition.speed = speed_windows(tasks_.set, trace, counting_.warm_up);
     }
-    // A repetition that failed is on record in run.json and counts for nothing. Rows come before the record
-    // that names them, so that a killed run can be recovered.
+    // A failed repetition is recorded in run.json only. Rows are stored before the record that
+    // names them, so that a killed run can be recovered.
     if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
     note(p, result);
-    if (number != counted) {
-      if (json* const entry = entry_of(e, number)) {
-        entry->update({{"attempt_of", repetition}, {"replaced_by", counted}});
-      }
-    }
+    record_attempt(run_["runs"], executor.label, attempt);
     folder.write("run.json", run_);
     if (result.setup_failed) throw RunError(result.failure);
-    if (!result.measured || (number != counted && partial_)) return std::nullopt;
+    if (!result.measured || (attempt.number != attempt.counted && partial_)) return std::nullopt;
     return std::move(result.repetition);
-  }
-
-  /// That of an attempt in run.json; none: it was interrupted before it began.
-  json* entry_of(std::size_t e, std::uint32_t number) {
-    for (json& entry : run_["runs"]) {
-      if (entry["executor"] == executors_[e].label && entry["repetition"] == number) return &entry;
-    }
-    return nullptr;
   }
 
   void repeat(RunFolder& folder) {
     if (options_.repeat_disturbed == 0) return;
-    std::size_t attempts = 0, observed = 0;
-    for (const SpeedJudgement& judgement : judge_speed(runs_)) {
-      attempts += judgement.slow.size();
-      observed += judgement.observed;
-    }
+    const auto [observed, slow] = count_slow(runs_);
     if (observed == 0) {
       warn(
-          "--repeat-disturbed had nothing to go by: only jobs of a fixed amount of work, 0.1 ms or more, "
-          "tell "
-          "whether a processor was slow.");
+          "--repeat-disturbed has no effect: only jobs with a fixed amount of work of at least 0.1 ms show "
+          "that a processor is slow.");
     }
-    if (attempts == 0) return;
-    say(concat(attempts, attempts == 1 ? " repetition" : " repetitions",
+    if (slow == 0) return;
+    say(concat(slow, slow == 1 ? " repetition" : " repetitions",
                " ran on a slow processor: measuring again."));
-    Progress progress(attempts, length() + kOverhead);
+    Progress progress(slow, length() + kOverhead);
     repeat_disturbed(
         runs_, options_.repetitions, options_.repeat_disturbed,
         [&](const Attempt& a) -> std::optional<Repetition> {
           if (partial_) return std::nullopt;
           progress.begin(concat(executors_[a.executor].label, ", repetition ", a.repetition, " again"));
-          return measure(folder, progress, a.executor, a.repetition, a.number, a.counted);
+          return measure_attempt(folder, progress, a);
         },
-        [&](const Attempt& a, const std::vector<SlowPeriod>& slow) {
-          entry_of(a.executor, a.number)->erase("replaced_by");
-          entry_of(a.executor, a.counted)->update({{"replaced_by", a.number}});
-          warn(concat(executors_[a.executor].label, ", repetition ", a.counted, ": ", hotpath::describe(slow),
-                      "; repetition ", a.number, " was measured instead and counts."));
+        [&](const Attempt& a, const std::vector<SlowPeriod>& wrong) {
+          const std::string& label = executors_[a.executor].label;
+          record_replacement(run_["runs"], label, a);
+          warn(concat(label, ", repetition ", a.counted, ": ", hotpath::describe(wrong), "; repetition ",
+                      a.number, " was measured instead and counts."));
           run_["warnings"] = warnings_;
           folder.write("run.json", run_);
         });
@@ -417,13 +321,13 @@ class LiveRun {
       told_no_real_time_ = true;
       warn(
           "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
-          "ordinary policy. Run as root or with an rtprio limit for the paper's set-up.");
+          "ordinary policy. For the paper's set-up run as root or with an rtprio limit.");
     }
     check_throttling(p);
   }
 
-  /// The paper's release-and-execute runs jobs at SCHED_FIFO, which the kernel stops for the rest of each
-  /// period.
+  /// The paper's release-and-execute runs jobs at SCHED_FIFO; above its limit the kernel stops them
+  /// for the rest of each period.
   void check_throttling(const RepetitionPlan& p) {
     if (told_throttling_ || machine_.rt_runtime_us < 0 || machine_.rt_period_us <= 0) return;
     if (p.executor.deployment) return;
@@ -442,7 +346,7 @@ class LiveRun {
     warn(
         text("Timers alone need %ld %% of a core at SCHED_FIFO, and the kernel's real-time throttling allows "
              "%ld %%: "
-             "jobs will be held up. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.",
+             "jobs will be delayed. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.",
              std::lround(100 * timers), std::lround(100 * limit)));
   }
 
@@ -483,7 +387,7 @@ class LiveRun {
       write_table(std::cout, summary);
       if (options_.live_alternate) write_publishing_effects(std::cout, effects);
       draw(folder, summary);
-      if (partial_) warn("Interrupted: what was measured until then is kept and marked as partial.");
+      if (partial_) warn("Interrupted: the measurements until then are kept and marked as partial.");
     });
     if (!failures_.empty()) {
       throw RunError(concat(failures_.size(), " of ", runs_planned(), " runs failed; the rest is in ",

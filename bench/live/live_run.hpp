@@ -9,10 +9,10 @@
 
 namespace hotpath {
 
-/// What `run` and `compare` are told on the command line.
+/// The command line of `run` and `compare`.
 struct RunOptions : CommonOptions {
   double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
-  RepetitionPlan plan;     ///< What all repetitions have in common.
+  RepetitionPlan plan;     ///< Common to all repetitions.
   bool all_interfaces = false;
   std::string cpus;
   std::string executor_policy, timer_policy;
@@ -26,12 +26,12 @@ struct RunOptions : CommonOptions {
   bool quick = false;
 };
 
-/// `0,2-3` as a sorted list without duplicates of processors that this process may use. `option` is named in
-/// messages. Throws UsageError.
+/// Parses `0,2-3` into a sorted list of processors without duplicates. Messages name `option`.
+/// Throws UsageError, also for a processor that this process may not use.
 std::vector<int> parse_cpus(const std::string& option, const std::string& text);
 
-/// Runs all repetitions of all executors, interleaved in seeded random order, into one result folder; prints
-/// the table and draws the figures. Throws UsageError, InputError, RunError.
+/// Runs all repetitions of all executors, interleaved in seeded random order, into one result
+/// folder; prints the table and draws the figures. Throws UsageError, InputError, RunError.
 void run_live(const RunOptions& options);
 
 }  // namespace hotpath

@@ -17,44 +17,44 @@
 
 namespace hotpath {
 
-/// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its end. It
-/// reads what the measured processes record in `memories`, gives way to all others (nice 19), and talks to
-/// the coordinator as they do: `matched` when it is ready, then `begin`, then `stop` with the end of the run,
-/// then `done` with the number of chain samples lost. Returns the exit code.
+/// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its
+/// end. It reads the records of the measured processes in `memories` and yields to all other
+/// processes (nice 19). Messages with the coordinator: `matched` when it is ready, then `begin`,
+/// then `stop` with the end of the run, then `done` with the number of lost chain samples. Returns
+/// the exit code.
 int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
                           const Channel& coordinator);
 
-/// The process that publishes a repetition, as the coordinator sees it. Whatever becomes of it, the
-/// repetition goes on.
+/// The coordinator's side of the publishing process, whose failure does not end the repetition.
 class Publisher {
  public:
   /// `process` runs run_publisher_process().
   explicit Publisher(ForkedProcess process) : process_(std::move(process)) {}
 
-  /// Waits until it can publish or never will, so that its set-up does not fall into the measurement.
+  /// Waits until the process is ready or has failed: its set-up must not overlap the measurement.
   void await_ready(Time limit) { receive(Kind::matched, limit); }
   void begin(Time epoch, Time end) { process_.channel.send({Kind::begin, {to_ns(epoch), to_ns(end)}}); }
   /// Everything is recorded; the run ended at `end`.
   void stop(Time end) { process_.channel.send({Kind::stop, {to_ns(end)}}); }
-  /// Waits for its end, for a bounded time, and adds what went wrong in one sentence.
+  /// Waits for the end of the process, for a bounded time, and adds a warning for each problem.
   void finish(std::vector<std::string>& warnings) {
     receive(Kind::done, now() + kTimeToEnd);
     const std::string cause = cause_of_end();
     if (failure_.empty()) failure_ = cause;
     if (!failure_.empty())
-      warnings.push_back("Live publishing stopped (" + failure_ + "); the run itself went on.");
+      warnings.push_back("Live publishing stopped (" + failure_ + "); the run itself continued.");
     if (samples_lost_ > 0) {
       warnings.push_back(concat("Live publishing: ", samples_lost_,
-                                " chain samples may not have reached every reader, which was too slow."));
+                                " chain samples may not have reached every reader: a reader was too slow."));
     }
   }
 
  private:
   using Kind = ChannelMessage::Kind;
-  /// It gets little of a busy processor, and flushes for a second.
+  /// At nice 19 it gets little of a busy processor, and it flushes for a second.
   static constexpr Duration kTimeToEnd = std::chrono::seconds(5);
 
-  /// Until it says so, is gone, or `limit` has passed.
+  /// Waits for `kind`, the end of the process, or `limit`.
   void receive(Kind kind, Time limit) {
     while (process_.id > 0 && failure_.empty() && now() < limit) {
       const auto message = process_.channel.receive(limit);
@@ -76,7 +76,7 @@ class Publisher {
       }
       kill(process_.id, SIGKILL);
       await_process(process_.id, nullptr);
-      return "its process did not end in time and was ended";
+      return "its process did not end in time and was killed";
     }
     return status == 0 ? "" : "its process " + how_it_ended(status);
   }

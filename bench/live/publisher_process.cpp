@@ -20,9 +20,9 @@ using Kind = ChannelMessage::Kind;
 
 constexpr Duration kPoll = std::chrono::milliseconds(10);
 constexpr Duration kStatisticsPeriod = std::chrono::milliseconds(100);
-/// SCHED_IDLE would be kinder yet, and starve on a machine that others keep busy.
+/// SCHED_IDLE would disturb less, but it starves on a busy machine.
 constexpr int kNice = 19;
-/// For the last samples to reach their readers.
+/// Time for the last samples to reach their readers.
 constexpr Duration kFlush = std::chrono::seconds(1);
 
 telemetry::RunInfo run_info(const RepetitionPlan& plan, std::int64_t epoch_ns) {
@@ -35,7 +35,7 @@ telemetry::RunInfo run_info(const RepetitionPlan& plan, std::int64_t epoch_ns) {
   return info;
 }
 
-/// What goes from the records of one repetition to the writers.
+/// Sends the records of one repetition to the writers.
 class Sender {
  public:
   Sender(const RepetitionPlan& plan, const std::deque<RunMemory>& memories, TelemetryWriters& writers,
@@ -61,13 +61,13 @@ class Sender {
       join_.add(record);
     }
     pending_.insert(pending_.end(), news.observations.begin(), news.observations.end());
-    // The records of a chain's jobs may come a moment after what its sink observed.
+    // The records of a chain's jobs may arrive shortly after the sink's observation.
     std::erase_if(pending_, [this](const ChainObservation& o) { return send(o, false); });
   }
 
   void send_statistics(Time now) { writers_.publish(take_statistics(now)); }
 
-  /// Everything is recorded, and no job started at or after `end`.
+  /// All records are complete, and no job started at or after `end`.
   void finish(Time end) {
     end_ = std::min(end_, end);
     send_samples();
@@ -78,7 +78,7 @@ class Sender {
   }
 
  private:
-  /// False when a job of the chain is not known yet, unless `all` that will ever be known is.
+  /// False if the record of a job of the chain is still missing. `all`: no more records will come.
   bool send(const ChainObservation& observation, bool all) {
     const ChainRecord record = join_.join(observation);
     if (record.end_to_end_latency.count() < 0 && !all) return false;
@@ -110,7 +110,7 @@ class Sender {
   std::vector<ChainObservation> pending_;
 };
 
-/// Until the coordinator tells the end, or is gone.
+/// Sends until the coordinator stops the run or is gone.
 void send_until_stop(Sender& sender, const Channel& coordinator, Time epoch, Time end) {
   Time next_statistics = epoch + kStatisticsPeriod;
   for (;;) {
@@ -148,7 +148,7 @@ void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
 
 int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
                           const Channel& coordinator) {
-  // As the measured processes: the coordinator answers for the terminal's signals.
+  // As in the measured processes, the coordinator handles the terminal's signals.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
   pthread_setname_np(pthread_self(), "live_sender");

@@ -11,14 +11,14 @@ namespace hotpath {
 
 namespace {
 
-/// Hot-path latencies in milliseconds of one chain in the repetitions that were published, or in the others.
+/// Hot-path latencies (ms) of one chain, either in the published repetitions or in the others.
 RepeatedSamples samples_of(const ExecutorRuns& runs, std::size_t chain, bool published) {
   std::vector<std::vector<double>> samples;
   for (const Repetition& repetition : runs.repetitions) {
     if (published_by_turns(repetition.trace.repetition) != published) continue;
-    std::vector<double>& of_repetition = samples.emplace_back();
+    std::vector<double>& latencies = samples.emplace_back();
     for (const ChainRecord& r : repetition.trace.chains) {
-      if (r.chain == chain) of_repetition.push_back(to_ms(r.hot_path_latency));
+      if (r.chain == chain) latencies.push_back(to_ms(r.hot_path_latency));
     }
   }
   return RepeatedSamples(std::move(samples));
@@ -43,7 +43,7 @@ std::vector<PublishingEffect> publishing_effects(const std::vector<ExecutorRuns>
 }
 
 void write_publishing_effects(std::ostream& out, const std::vector<PublishingEffect>& effects) {
-  out << "\nMedian hot-path latency with live publishing against without:\n";
+  out << "\nChange of the median hot-path latency by live publishing:\n";
   for (const PublishingEffect& e : effects) {
     const double change = percent(e.median_ratio.value);
     out << "  " << e.executor << ", " << e.chain << ": ";
@@ -51,9 +51,9 @@ void write_publishing_effects(std::ostream& out, const std::vector<PublishingEff
       out << text("%+.2f %% [%+.2f, %+.2f], 95 %% interval over repetitions\n", change,
                   percent(interval->low), percent(interval->high));
     } else if (std::isnan(change)) {
-      out << "no samples on one side; measure longer\n";
+      out << "one side has no samples; measure longer\n";
     } else {
-      out << text("%+.2f %%, without interval: four repetitions or more give one\n", change);
+      out << text("%+.2f %%; an interval needs at least four repetitions\n", change);
     }
   }
 }

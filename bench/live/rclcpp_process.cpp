@@ -26,7 +26,7 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-/// As PriorityExecutorOptions have it: with the rule and the ties of --rule and --ties. Threads go apart.
+/// In the notation of PriorityExecutorOptions, with rule and ties; `threads` is a separate key.
 std::string executor_text(const ExecutorSpec& executor) {
   std::string name(executor.entry->name);
   if (executor.entry->traits.family != Family::priority_events) return name;
@@ -39,7 +39,7 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
   json phases = json::array();
   for (const Task& task : plan.tasks.set.tasks) phases.push_back(task.phase.count());
   fcntl(memory.descriptor(), F_SETFD, 0);
-  json all = {
+  json settings = {
       {"graph", plan.rclcpp.graph_file},
       {"executor", executor_text(plan.executor)},
       {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},
@@ -57,11 +57,11 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
         {"jobs", size.jobs},
         {"chains", size.chains},
         {"executors", size.executors}}}};
-  if (plan.rclcpp.load_percent) all["load"] = *plan.rclcpp.load_percent;
-  if (plan.rclcpp.work) all["work"] = to_string(*plan.rclcpp.work);
-  if (plan.executor_policy) all["executor_policy"] = to_string(*plan.executor_policy);
-  if (plan.timer_policy) all["timer_policy"] = to_string(*plan.timer_policy);
-  return all;
+  if (plan.rclcpp.load_percent) settings["load"] = *plan.rclcpp.load_percent;
+  if (plan.rclcpp.work) settings["work"] = to_string(*plan.rclcpp.work);
+  if (plan.executor_policy) settings["executor_policy"] = to_string(*plan.executor_policy);
+  if (plan.timer_policy) settings["timer_policy"] = to_string(*plan.timer_policy);
+  return settings;
 }
 
 }  // namespace
@@ -75,13 +75,13 @@ std::string find_rclcpp_runner(const std::string& given) {
   }
   if (!path.empty()) {
     if (access(path.c_str(), X_OK) == 0) return path;
-    throw UsageError(concat("there is no program ", path, " to run the graph on rclcpp"));
+    throw UsageError(concat("--stack rclcpp: there is no executable program ", path));
   }
   std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
   for (std::string prefix; std::getline(prefixes, prefix, ':');) {
-    const std::filesystem::path found =
+    const std::filesystem::path runner =
         std::filesystem::path(prefix) / "lib/hotpath_rclcpp_system/hotpath_rclcpp_runner";
-    if (access(found.c_str(), X_OK) == 0) return found;
+    if (access(runner.c_str(), X_OK) == 0) return runner;
   }
   throw UsageError(
       "no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
@@ -91,22 +91,22 @@ std::string find_rclcpp_runner(const std::string& given) {
 void check_on_rclcpp(const ExecutorSpec& executor) {
   const std::string name = environment("ROS_DISTRO");
   const std::optional<RosDistro> sourced = parse<RosDistro>(name);
-  const auto there = [&](const ExecutorTraits& traits) {
+  const auto available = [&](const ExecutorTraits& traits) {
     return traits.on_rclcpp && (!sourced || traits.on_rclcpp->has(*sourced));
   };
-  if (there(executor.entry->traits)) return;
+  if (available(executor.entry->traits)) return;
   std::string others;
   for (const ExecutorEntry& e : executors()) {
-    if (there(e.traits)) others += concat(others.empty() ? "" : ", ", e.name);
+    if (available(e.traits)) others += concat(others.empty() ? "" : ", ", e.name);
   }
   throw UsageError(concat("executor `", executor.label, "`: ", sourced ? "ROS 2 " + name : "rclcpp",
-                          " has no such executor; on rclcpp there are ", others));
+                          " has no such executor; rclcpp has ", others));
 }
 
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
   std::vector<std::string> words = {plan.rclcpp.runner, plan_json(plan, memory, coordinator).dump()};
-  // This run's alone: rclcpp has no partitions, so the namespace keeps others out, and the runner those of
-  // other machines.
+  // rclcpp has no partitions: the namespace keeps out other programs of this machine, and the
+  // runner keeps out other machines.
   setenv("ROS_DOMAIN_ID", std::to_string(plan.fastdds.domain).c_str(), 1);
   execv(words.front().c_str(), argument_list(words).data());
   coordinator.send({ChannelMessage::Kind::failed,

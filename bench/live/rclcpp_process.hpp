@@ -8,16 +8,16 @@
 
 namespace hotpath {
 
-/// The program hotpath_rclcpp_runner: what `given` or HOTPATH_ROS2_RUNNER says, else of the ROS 2 workspaces
-/// that are sourced (AMENT_PREFIX_PATH). Throws UsageError that says what to do.
+/// The path of hotpath_rclcpp_runner: `given`, else HOTPATH_ROS2_RUNNER, else the program of a
+/// sourced ROS 2 workspace (AMENT_PREFIX_PATH). Throws UsageError with a remedy.
 [[nodiscard]] std::string find_rclcpp_runner(const std::string& given);
 
-/// Refuses an executor that rclcpp does not have, at all or in the ROS 2 that is sourced (ROS_DISTRO). Throws
-/// UsageError with those that there are.
+/// Rejects an executor that rclcpp lacks, in general or in the sourced ROS 2 (ROS_DISTRO). Throws
+/// UsageError that lists the available executors.
 void check_on_rclcpp(const ExecutorSpec& executor);
 
-/// The calling process becomes the one that runs the repetition on rclcpp; it talks to the coordinator as
-/// run_process() does. Returns, the exit code, only when that fails, which the coordinator is told.
+/// Replaces the calling process by hotpath_rclcpp_runner, which talks to the coordinator like
+/// run_process(). Returns only on failure, which it reports to the coordinator, with the exit code.
 int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator);
 
 }  // namespace hotpath

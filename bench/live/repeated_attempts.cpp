@@ -3,48 +3,80 @@
 
 #include <algorithm>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace hotpath {
 namespace {
 
+using nlohmann::json;
+
 using Key = std::pair<std::size_t, std::uint32_t>;  // executor, number of the attempt
 
 std::map<Key, std::vector<SlowPeriod>> slow_attempts(const std::vector<ExecutorRuns>& runs) {
-  std::map<Key, std::vector<SlowPeriod>> found;
-  std::vector<SpeedJudgement> judged = judge_speed(runs);
-  for (std::size_t e = 0; e < judged.size(); ++e) {
-    for (SlowRepetition& r : judged[e].slow) found[{e, r.repetition}] = std::move(r.periods);
+  std::map<Key, std::vector<SlowPeriod>> periods;
+  std::vector<SpeedJudgement> judgements = judge_speed(runs);
+  for (std::size_t e = 0; e < judgements.size(); ++e) {
+    for (SlowRepetition& r : judgements[e].slow) periods[{e, r.repetition}] = std::move(r.periods);
   }
-  return found;
+  return periods;
+}
+
+/// Null: the attempt was interrupted before it began.
+json* entry_of(json& runs, const std::string& executor, std::uint32_t number) {
+  for (json& entry : runs) {
+    if (entry["executor"] == executor && entry["repetition"] == number) return &entry;
+  }
+  return nullptr;
 }
 
 }  // namespace
 
+SpeedCounts count_slow(const std::vector<ExecutorRuns>& runs) {
+  SpeedCounts counts;
+  for (const SpeedJudgement& judgement : judge_speed(runs)) {
+    counts.observed += judgement.observed;
+    counts.slow += judgement.slow.size();
+  }
+  return counts;
+}
+
 void repeat_disturbed(
     std::vector<ExecutorRuns>& runs, std::uint32_t planned, std::uint32_t times,
     const std::function<std::optional<Repetition>(const Attempt&)>& measure,
-    const std::function<void(const Attempt&, const std::vector<SlowPeriod>& wrong)>& replaced) {
+    const std::function<void(const Attempt&, const std::vector<SlowPeriod>& slow)>& replaced) {
   std::map<std::uint32_t, std::uint32_t> repetition_of;  // by the number of a later attempt
   std::uint32_t next = planned;
   for (std::uint32_t round = 0; round < times; ++round) {
     for (const auto& [key, unused] : slow_attempts(runs)) {
       const auto [e, counted] = key;
-      const auto known = repetition_of.find(counted);
-      const Attempt attempt{e, known == repetition_of.end() ? counted : known->second, counted, next++};
+      const auto earlier = repetition_of.find(counted);
+      const Attempt attempt{e, earlier == repetition_of.end() ? counted : earlier->second, counted, next++};
       repetition_of[attempt.number] = attempt.repetition;
       std::optional<Repetition> measured = measure(attempt);
       if (!measured) continue;
       std::vector<Repetition>& repetitions = runs[e].repetitions;
       repetitions.push_back(std::move(*measured));
-      auto judged = slow_attempts(runs);
-      const bool better = lost_time(judged[{e, attempt.number}]) < lost_time(judged[key]);
+      auto slow = slow_attempts(runs);
+      const bool better = lost_time(slow[{e, attempt.number}]) < lost_time(slow[key]);
       std::erase_if(repetitions, [&](const Repetition& r) {
         return r.trace.repetition == (better ? counted : attempt.number);
       });
-      if (better) replaced(attempt, judged[key]);
+      if (better) replaced(attempt, slow[key]);
     }
   }
+}
+
+void record_attempt(json& runs, const std::string& executor, const Attempt& attempt) {
+  if (attempt.number == attempt.counted) return;
+  if (json* const entry = entry_of(runs, executor, attempt.number)) {
+    entry->update({{"attempt_of", attempt.repetition}, {"replaced_by", attempt.counted}});
+  }
+}
+
+void record_replacement(json& runs, const std::string& executor, const Attempt& attempt) {
+  entry_of(runs, executor, attempt.number)->erase("replaced_by");
+  entry_of(runs, executor, attempt.counted)->update({{"replaced_by", attempt.number}});
 }
 
 }  // namespace hotpath

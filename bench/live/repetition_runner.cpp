@@ -26,7 +26,7 @@ namespace {
 
 using Kind = ChannelMessage::Kind;
 
-/// The number in the run of each worker of a process, which counts its own.
+/// For each worker of a process: its number in the whole run.
 std::vector<std::uint16_t> worker_numbers(const RepetitionPlan& plan, std::uint32_t process) {
   std::vector<std::uint16_t> numbers;
   const std::vector<std::size_t> own = parts_in(plan, process);
@@ -74,8 +74,8 @@ class Coordinator {
 
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
-      children_.clear();  // the other processes' channels are not ours to hold open
-      // Where memory ends, Linux ends this process rather than the coordinator, which can tell of it.
+      children_.clear();  // closes the channels of the other processes
+      // When memory runs out, Linux kills this process; the coordinator survives and reports it.
       std::ofstream("/proc/self/oom_score_adj") << 500;
       if (plan_.executor.stack == Stack::rclcpp)
         return become_rclcpp_runner(plan_, memories_[process], coordinator);
@@ -88,7 +88,7 @@ class Coordinator {
     children_.push_back({std::move(child)});
   }
 
-  /// Without it the run goes on.
+  /// If the publisher cannot start, the run continues without it.
   void start_publisher() {
     if (!plan_.publishing || !result_.failure.empty()) return;
     publisher_.emplace(fork_process([&](const Channel& coordinator) {
@@ -99,7 +99,7 @@ class Coordinator {
 
   void execute() {
     if (!result_.failure.empty()) return;
-    // A process itself says which endpoint is missing once that time has passed.
+    // After its own limit a process reports the missing endpoint, so this limit is a second longer.
     if (!await_all(Kind::matched, now() + set_up_limit(plan_) + std::chrono::seconds(1))) return;
     note_shared_memory();
     if (publisher_) publisher_->await_ready(now() + plan_.time_out);
@@ -126,7 +126,8 @@ class Coordinator {
     for (const Child& c : children_) c.process.channel.send({kind, numbers});
   }
 
-  /// Every process says `kind`; false after a failure, or an interruption before the run began.
+  /// Waits for `kind` from every process. False: a failure, or an interruption before the run
+  /// began.
   bool await_all(Kind kind, Time limit) {
     for (std::uint32_t p = 0; p < children_.size(); ++p) {
       for (;;) {
@@ -134,7 +135,7 @@ class Coordinator {
         if (began_) {
           progress_(std::clamp(now() - epoch_, Duration::zero(), plan_.length));
         } else {
-          note_shared_memory();  // a process that dies from now on leaves nothing unknown
+          note_shared_memory();  // so that the files of a process that dies later are known
         }
         const auto message =
             children_[p].process.channel.receive(std::min(now() + std::chrono::milliseconds(100), limit));
@@ -147,7 +148,7 @@ class Coordinator {
           note(*message);
           break;
         }
-        if (now() >= limit) return fail(name(p) + " did not answer in time and was ended; see --time-out");
+        if (now() >= limit) return fail(name(p) + " did not answer in time and was killed; see --time-out");
       }
     }
     return true;
@@ -201,14 +202,14 @@ class Coordinator {
     return name(p) + " " + (children_[p].ended ? how_it_ended(status) : "closed its channel");
   }
 
-  bool fail(const std::string& what) {
-    if (result_.failure.empty()) result_.failure = what;
+  bool fail(const std::string& failure) {
+    if (result_.failure.empty()) result_.failure = failure;
     return false;
   }
 
   void end_all() {
     const bool orderly = result_.failure.empty() && !(result_.interrupted && !began_);
-    // A process that has said `done` is only tidying up; give it a moment before it is killed.
+    // A process that has sent `done` is only cleaning up and gets time for it.
     const Time limit = now() + (orderly ? set_up_limit(plan_) : Duration::zero());
     bool killed = false;
     for (Child& c : children_) {
@@ -255,8 +256,8 @@ class Coordinator {
       }
       for (const auto& log : memories_[p].chains()) {
         trace.lost_records += log.lost();
-        const auto found = log.contents();
-        observations.insert(observations.end(), found.begin(), found.end());
+        const auto contents = log.contents();
+        observations.insert(observations.end(), contents.begin(), contents.end());
       }
       for (TaskId id = 0; id < trace.published.size(); ++id) {
         trace.published[id] += memories_[p].published()[id].load();
@@ -274,15 +275,15 @@ class Coordinator {
 
   void warn() {
     const Trace& trace = result_.repetition.trace;
-    const auto add = [&](const auto&... what) {
+    const auto add = [&](const auto&... words) {
       result_.warnings.push_back(
-          concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", what...));
+          concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", words...));
     };
     if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
     if (refused_ > 0) {
       add(refused_,
-          " samples of other programs on the topics of this run were left out; give it a DDS domain "
-          "of its own (--domain)");
+          " samples of other programs on the topics of this run were ignored; give the run its own DDS "
+          "domain (--domain)");
     }
     if (!result_.failure.empty()) return;
     for (const TaskAccount& a : result_.repetition.accounts) {
@@ -300,7 +301,7 @@ class Coordinator {
   std::vector<Child> children_;
   std::optional<Publisher> publisher_;
   SharedMemoryWatch shared_memory_;
-  std::int64_t refused_ = 0;  // samples of strangers
+  std::int64_t refused_ = 0;  // samples of other programs
   bool began_ = false;
   Time epoch_{}, end_{};
   RepetitionResult result_;
@@ -324,7 +325,7 @@ RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
     jobs[plan.executor.deployment ? plan.executor.deployment->plan.executor_of[id] : 0] += activations[id];
     for (const ChainIndex& c : chains) outputs += c.ends_in(id) ? activations[id] : 0;
   }
-  // Room for a third more than the nominal rates, which only a wrong rate could exceed.
+  // A third more than the nominal rates.
   const double seconds = to_ms(plan.length) / 1000 + 1;
   RunMemory::Size size;
   size.tasks = tasks.set.size();
@@ -338,8 +339,8 @@ RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
 Duration set_up_limit(const RepetitionPlan& plan) {
   std::size_t endpoints = 0;
   for (const Node& node : plan.graph->nodes) endpoints += node.inputs.size() + node.outputs.size();
-  // Ten times what was measured: 1 us for each pair of endpoints, which Fast DDS holds against each other,
-  // and 100 ms for each process.
+  // Ten times the measured time: 1 us for each pair of endpoints, which Fast DDS matches against
+  // each other, and 100 ms for each process.
   const Duration comparisons = std::chrono::microseconds(10 * endpoints * endpoints);
   const Duration processes = std::chrono::seconds(plan.processes - 1);
   return plan.time_out +

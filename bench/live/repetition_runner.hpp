@@ -18,7 +18,7 @@ struct Publishing {
   std::string facts;      ///< telemetry::RunInfo::facts.
 };
 
-/// What a repetition on the real ROS 2 stack needs beside.
+/// Additional settings of a repetition on the real ROS 2 stack.
 struct RclcppPlan {
   std::string runner;  ///< Path of the program.
   std::string graph_file;
@@ -26,7 +26,7 @@ struct RclcppPlan {
   std::optional<WorkMode> work;
 };
 
-/// Everything that one live repetition needs to know.
+/// All settings of one live repetition.
 struct RepetitionPlan {
   const Graph* graph = nullptr;
   GraphTasks tasks;  ///< With the phases of this repetition.
@@ -39,25 +39,24 @@ struct RepetitionPlan {
   std::vector<int> cpus;  ///< Empty: all.
   bool lock_memory = false;
   bool measure_cpu_time = false;
-  std::optional<ThreadPolicy> executor_policy,
-      timer_policy;  ///< Asked for; otherwise the executor's defaults.
+  std::optional<ThreadPolicy> executor_policy, timer_policy;  ///< None: the executor's defaults.
 
   Duration length{};                             ///< From the epoch to the end, warm-up included.
-  Duration time_out = std::chrono::seconds(20);  ///< For answers, and for the set-up of small graphs.
+  Duration time_out = std::chrono::seconds(20);  ///< Of answers, and of the set-up of small graphs.
   Calibration calibration;
-  RclcppPlan rclcpp;                     ///< Stack::rclcpp.
-  std::optional<Publishing> publishing;  ///< By a separate process; none: nothing is published.
+  RclcppPlan rclcpp;                     ///< For Stack::rclcpp.
+  std::optional<Publishing> publishing;  ///< By a separate process; none: the run is not published.
 };
 
 struct RepetitionResult {
-  Repetition repetition;  ///< What was recorded, also when something failed.
+  Repetition repetition;  ///< The records, also after a failure.
   std::vector<std::string>
       policies;  ///< Scheduling class obtained by each worker's thread: `timer_mgmt fifo:90`.
-  bool timers_are_ordinary = false;  ///< A timer management thread among them has the ordinary one.
+  bool timers_are_ordinary = false;  ///< A timer management thread got the ordinary policy.
   std::string failure;               ///< One sentence; empty: none.
   bool setup_failed = false;         ///< No repetition with this plan can succeed.
   bool interrupted = false;          ///< Ended early on request.
-  bool measured = false;             ///< Nothing failed, and what was recorded is whole up to its end.
+  bool measured = false;             ///< Nothing failed, and the records are complete up to their end.
   std::vector<std::string> warnings;
 };
 
@@ -67,14 +66,14 @@ std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t proc
 /// Process of each node: contiguous shares of the creation order, of nearly equal size.
 std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes);
 
-/// For how long the processes may take until all endpoints have met.
+/// Time limit for the processes until all endpoints are matched.
 Duration set_up_limit(const RepetitionPlan& plan);
 
-/// Records of one process, and how many at most.
+/// Capacity of the records of one process.
 RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process);
 
-/// Runs one repetition in fresh processes that share one epoch. The calling process must have one thread
-/// only. `progress(elapsed)` is called about ten times a second.
+/// Runs one repetition in fresh processes that share one epoch. The calling process must have one
+/// thread only. `progress(elapsed)` is called about ten times a second.
 RepetitionResult run_repetition(const RepetitionPlan& plan, const std::function<void(Duration)>& progress);
 
 }  // namespace hotpath

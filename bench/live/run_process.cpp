@@ -21,7 +21,7 @@ using Kind = ChannelMessage::Kind;
 
 const Channel* last_words = nullptr;
 
-/// Fast DDS terminates its program when it cannot start a thread.
+/// Terminate handler: Fast DDS terminates its program when it cannot start a thread.
 [[noreturn]] void give_up() {
   std::string cause = "no exception";
   try {
@@ -35,7 +35,7 @@ const Channel* last_words = nullptr;
                     {},
                     "a process of the run gave up (" + cause +
                         "); the system may lack threads (ulimit -u), memory or open files for it"});
-  for (;;) pause();  // the coordinator looks for files that we leave before it ends us
+  for (;;) pause();  // the coordinator notes the shared memory of this process, then kills it
 }
 
 ExecutorOptions thread_options(const RepetitionPlan& plan, std::size_t part) {
@@ -43,11 +43,11 @@ ExecutorOptions thread_options(const RepetitionPlan& plan, std::size_t part) {
   options.measure_cpu_time = plan.measure_cpu_time;
   if (plan.executor_policy) options.executor_threads = {*plan.executor_policy, true, {}};
   if (plan.executor.deployment) {
-    const DeployedExecutor& where = plan.executor.deployment->plan.executors[part];
-    options.executor_threads = {where.policy, where.policy != ThreadPolicy{}, where.processors};
+    const DeployedExecutor& deployed = plan.executor.deployment->plan.executors[part];
+    options.executor_threads = {deployed.policy, deployed.policy != ThreadPolicy{}, deployed.processors};
     const bool raised = parts(plan.executor)[part].entry->traits.raises_timer_thread;
     options.timer_thread = options.executor_threads;
-    if (raised) options.timer_thread.policy = raised_above(where.policy);
+    if (raised) options.timer_thread.policy = raised_above(deployed.policy);
   }
   if (plan.timer_policy) options.timer_thread = {*plan.timer_policy, true, {}};
   return options;
@@ -69,7 +69,7 @@ LiveOptions live_options(const RepetitionPlan& plan, std::uint32_t process) {
   return options;
 }
 
-/// Waits, for a bounded time, until all samples that were published for this process have arrived.
+/// Waits until all samples published for this process have arrived, for a bounded time.
 void settle(const GraphTasks& tasks, std::deque<RunMemory>& memories, const LiveSystem& system) {
   const Time limit = now() + std::chrono::seconds(2);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
@@ -85,8 +85,8 @@ void settle(const GraphTasks& tasks, std::deque<RunMemory>& memories, const Live
 int run_process(const RepetitionPlan& plan, std::uint32_t process,
                 const std::vector<std::uint32_t>& process_of_node, std::deque<RunMemory>& memories,
                 const Channel& coordinator) {
-  // The coordinator answers for the terminal's signals. If it is killed, its channel closes and we end in
-  // order, so that Fast DDS removes its files.
+  // The coordinator handles the terminal's signals. If it is killed, its channel closes and this
+  // process ends in order, so that Fast DDS removes its files.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
 

@@ -8,9 +8,9 @@
 
 namespace hotpath {
 
-/// One of the processes of a repetition, from its fork to its end: sets the system up, runs it on the
-/// coordinator's word and reports. `memories` are those of all processes of the repetition. Returns the exit
-/// code.
+/// One process of a repetition, from its fork to its end: it sets the system up, runs it when the
+/// coordinator says so, and reports. `memories`: of all processes of the repetition. Returns the
+/// exit code.
 int run_process(const RepetitionPlan& plan, std::uint32_t process,
                 const std::vector<std::uint32_t>& process_of_node, std::deque<RunMemory>& memories,
                 const Channel& coordinator);

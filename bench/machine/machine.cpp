@@ -32,7 +32,7 @@ std::string hypervisor() {
 }
 
 std::string turbo() {
-  // Intel's driver says when it is off, the others when it is on.
+  // Intel's driver reports `off`, other drivers report `on`.
   const std::string intel = first_line("/sys/devices/system/cpu/intel_pstate/no_turbo");
   if (!intel.empty()) return intel == "0" ? "on" : "off";
   const std::string boost = first_line("/sys/devices/system/cpu/cpufreq/boost");
@@ -40,12 +40,12 @@ std::string turbo() {
   return "unknown";
 }
 
-/// Threads at SCHED_FIFO or SCHED_RR outside of this process; the kernel's own have no memory map and do not
-/// count.
+/// SCHED_FIFO and SCHED_RR threads of other processes, except kernel threads, which have no command
+/// line.
 std::vector<std::string> other_real_time_threads() {
   namespace fs = std::filesystem;
-  std::vector<std::string> found;
-  std::error_code gone;  // processes end while we look
+  std::vector<std::string> threads;
+  std::error_code gone;  // a process may end meanwhile
   for (const std::string& pid : processes()) {
     const std::string process = "/proc/" + pid;
     if (pid == std::to_string(getpid()) || first_line(process + "/cmdline").empty()) continue;
@@ -56,17 +56,17 @@ std::vector<std::string> other_real_time_threads() {
       sched_param parameters{};
       sched_getparam(tid, &parameters);
       const auto kind = policy == SCHED_FIFO ? ThreadPolicy::Class::fifo : ThreadPolicy::Class::rr;
-      found.push_back(first_line(thread.path() / "comm") + " (" +
-                      to_string(ThreadPolicy{kind, parameters.sched_priority}) + ")");
+      threads.push_back(first_line(thread.path() / "comm") + " (" +
+                        to_string(ThreadPolicy{kind, parameters.sched_priority}) + ")");
     }
   }
-  return found;
+  return threads;
 }
 
 constexpr const char* kPacking = "sched_vcpu_pack";
 
-/// Whether the boot parameter decides where and when threads run.
-bool decides_scheduling(std::string_view parameter) {
+/// Whether the boot parameter affects where and when threads run.
+bool affects_scheduling(std::string_view parameter) {
   constexpr std::array kWhole = {"isolcpus",    "nohz_full",  "rcu_nocbs", "nosmt",
                                  "threadirqs",  "skew_tick",  "preempt",   "idle",
                                  "irqaffinity", "max_cstate", "nohlt"};
@@ -77,12 +77,12 @@ bool decides_scheduling(std::string_view parameter) {
 }
 
 std::string boot_parameters() {
-  std::istringstream given(first_line("/proc/cmdline"));
-  std::vector<std::string> found;
-  for (std::string parameter; given >> parameter;) {
-    if (decides_scheduling(parameter)) found.push_back(parameter);
+  std::istringstream command_line(first_line("/proc/cmdline"));
+  std::vector<std::string> parameters;
+  for (std::string parameter; command_line >> parameter;) {
+    if (affects_scheduling(parameter)) parameters.push_back(parameter);
   }
-  return joined(found, " ");
+  return joined(parameters, " ");
 }
 
 }  // namespace
@@ -139,23 +139,24 @@ std::vector<std::string> warnings(const Machine& m) {
   const auto warn_if = [&](bool unfit, const std::string& sentence) {
     if (unfit) sentences.push_back(sentence);
   };
-  warn_if(!m.hypervisor.empty(), "This is a virtual machine: its processors can be taken away at any time.");
+  warn_if(!m.hypervisor.empty(),
+          "This is a virtual machine: the hypervisor can withhold its CPUs at any time.");
   warn_if(!m.governor.empty() && m.governor != "performance",
           "The frequency governor is " + m.governor + ", not performance.");
   warn_if(m.load_average > 0.5 * m.processors,
-          text("Something else is running: the load average is %.4s on %d processors.",
+          text("Other programs are running: the load average is %.4s on %d processors.",
                std::to_string(m.load_average).c_str(), m.processors));
   warn_if(m.turbo == "on",
-          "Turbo is on: the processor's speed depends on what else it does and on its temperature.");
+          "Turbo is on: the CPU frequency depends on the load of other cores and on the temperature.");
   warn_if(m.boot_parameters.find(kPacking) != std::string::npos,
-          concat("The kernel keeps ordinary threads together on few processors (", kPacking,
-                 "): ready ones may wait beside an idle processor."));
-  warn_if(m.stolen_percent > 1, text("The hypervisor has taken %.4s %% of the processors' time since boot.",
+          concat("The kernel packs threads of the default scheduling class onto few CPUs (", kPacking,
+                 "): ready threads may stay queued while a CPU is idle."));
+  warn_if(m.stolen_percent > 1, text("The hypervisor has taken %.4s %% of the CPU time since boot.",
                                      std::to_string(m.stolen_percent).c_str()));
   if (const std::size_t n = m.real_time_threads.size(); n > 0) {
-    sentences.push_back("Other real-time threads run here and come first whenever they want to: " +
-                        m.real_time_threads.front() +
-                        (n > 1 ? " and " + std::to_string(n - 1) + " more." : "."));
+    sentences.push_back(
+        "Other real-time threads can preempt the measurement: " + m.real_time_threads.front() +
+        (n > 1 ? " and " + std::to_string(n - 1) + " more." : "."));
   }
   for (const std::string& sentence : warnings(m.noise)) sentences.push_back(sentence);
   warn_if(m.build_type == "Debug", "This is a debug build.");

@@ -10,27 +10,27 @@
 
 namespace hotpath {
 
-/// How long a thread that only reads the clock was held up on one core, by the kernel, other threads or the
-/// hypervisor.
+/// Interruptions of a thread on one core that only reads the clock, by the kernel, other threads or
+/// the hypervisor.
 struct Hiccups {
   int cpu = 0;
-  Duration p99{}, p999{}, max{};  ///< Of all distances between two readings; within 1 % (LatencyHistogram).
-  double lost_percent = 0;        ///< Share of the time that went by in gaps of 10 microseconds and more.
+  Duration p99{}, p999{}, max{};  ///< Of the gaps between two readings; within 1 % (LatencyHistogram).
+  double lost_percent = 0;        ///< Share of the time spent in gaps of 10 microseconds or more.
 };
 
-/// What the machine does to a measurement by itself.
+/// How the machine disturbs a measurement.
 struct MachineNoise {
-  Duration length{};             ///< For how long the cores were watched.
-  std::vector<Hiccups> cores;    ///< Those that the process may use.
-  Duration clock_resolution{};   ///< Of CLOCK_MONOTONIC, as the kernel says.
-  double clock_cost_ns = 0;      ///< One reading of it.
+  Duration length{};             ///< Observation time.
+  std::vector<Hiccups> cores;    ///< The cores that the process may use.
+  Duration clock_resolution{};   ///< Of CLOCK_MONOTONIC, as reported by the kernel.
+  double clock_cost_ns = 0;      ///< One reading of CLOCK_MONOTONIC.
   double cpu_clock_cost_ns = 0;  ///< One reading of a thread's CPU time.
 };
 
-/// Distances between consecutive readings of a clock.
+/// Gaps between consecutive readings of a clock.
 class HiccupHistogram {
  public:
-  static constexpr Duration kGap = std::chrono::microseconds(10);  ///< From here on time counts as lost.
+  static constexpr Duration kGap = std::chrono::microseconds(10);  ///< Gaps from here on count as lost time.
 
   void add(Duration distance) {
     distances_.add(distance);
@@ -48,14 +48,15 @@ class HiccupHistogram {
   Duration total_{}, lost_{};
 };
 
-/// Keeps every allowed core busy for `length`, all at the same time (after rigtorp's hiccups). All threads
-/// have ended when it returns. Throws what pin_to_cpus() throws, and std::system_error without a thread.
+/// Keeps all allowed cores busy for `length` at the same time (after rigtorp's hiccups), and joins
+/// its threads. Throws the exceptions of pin_to_cpus(), and std::system_error if no thread can be
+/// created.
 MachineNoise measure_noise(Duration length);
 
-/// Whole sentences about noise that results will show.
+/// Sentences about noise that affects results.
 std::vector<std::string> warnings(const MachineNoise& noise);
 
-/// What decides about a result on this machine; stored with every result.
+/// The properties of this machine that affect results; stored with every result.
 struct Machine {
   std::string cpu_model, kernel, distribution, governor, hypervisor, compiler, build_type;
   int processors = 0;
@@ -64,21 +65,21 @@ struct Machine {
   long rt_period_us = 0;
   double load_average = 0;      ///< Over the last minute, when it was read.
   std::string turbo;            ///< `on`, `off`, or `unknown`.
-  std::string boot_parameters;  ///< Of the kernel, those that decide where and when threads run.
+  std::string boot_parameters;  ///< The kernel's boot parameters that affect scheduling.
   std::string clock_source;
-  long timer_slack_ns = 0;    ///< Of a new thread under the ordinary policy.
-  double stolen_percent = 0;  ///< Of all processors' time since boot, taken by the hypervisor.
+  long timer_slack_ns = 0;                     ///< Of a new thread in the default scheduling class.
+  double stolen_percent = 0;                   ///< Share of all CPU time since boot that the hypervisor took.
   std::vector<std::string> real_time_threads;  ///< Of other programs: `name (fifo:50)`.
   MachineNoise noise;
 };
 
-/// How long read_machine() watches the cores for a result folder.
+/// The observation time of read_machine() for a result folder.
 inline constexpr Duration kBriefNoise = std::chrono::milliseconds(200);
 
 Machine read_machine(Duration watch = kBriefNoise);
 void to_json(nlohmann::json& j, const Machine& machine);
 
-/// Whole sentences about what may disturb a measurement.
+/// Sentences about possible disturbances of a measurement.
 std::vector<std::string> warnings(const Machine& machine);
 
 }  // namespace hotpath

@@ -15,7 +15,7 @@ namespace hotpath {
 
 namespace {
 
-/// Cheapest of a few rounds, so that interruptions do not count.
+/// The minimum of several rounds, to exclude interruptions.
 double clock_cost(clockid_t clock) {
   constexpr int kReadings = 200;
   double best = 1e9;
@@ -87,18 +87,18 @@ std::vector<std::string> warnings(const MachineNoise& noise) {
   std::vector<std::string> sentences;
   const auto worst = std::ranges::max_element(noise.cores, {}, &Hiccups::max);
   if (worst != noise.cores.end() && worst->max > std::chrono::microseconds(500)) {
-    sentences.push_back(concat("A thread that only read the clock on processor ", worst->cpu,
-                               " was held up for ", worst->max.count() / 1000,
-                               " us: single latencies of that size need not be the executor's."));
+    sentences.push_back(concat("A thread that only read the clock on CPU ", worst->cpu,
+                               " was interrupted for ", worst->max.count() / 1000,
+                               " us: the executor need not be the cause of single latencies of that size."));
   }
   for (const Hiccups& h : noise.cores) {
     if (h.lost_percent < 2) continue;
-    sentences.push_back(text("On processor %d a busy thread lost %.4s %% of its time to others.", h.cpu,
+    sentences.push_back(text("On CPU %d a busy thread lost %.4s %% of its time to interruptions.", h.cpu,
                              std::to_string(h.lost_percent).c_str()));
   }
   if (noise.clock_cost_ns > 200) {
     sentences.push_back(
-        text("Reading the clock costs %d ns, so it is not read in user space: look at the clock source.",
+        text("Reading the clock costs %d ns, so it needs a system call; check the clock source.",
              static_cast<int>(noise.clock_cost_ns)));
   }
   return sentences;

@@ -51,7 +51,7 @@ std::vector<std::string> processes() {
 
 namespace {
 
-/// A line of /proc/stat: `cpu` or `cpuN`, and what became of the time.
+/// A line of /proc/stat: `cpu` or `cpuN`, and its ticks by use.
 struct ProcessorTicks {
   explicit ProcessorTicks(const std::string& line) {
     std::istringstream fields(line);
@@ -71,9 +71,9 @@ Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus)
   long long ticks = 0;
   while (std::getline(stat, line) && line.starts_with("cpu")) {
     const ProcessorTicks processor(line);
-    const bool asked_for = std::ranges::any_of(
+    const bool selected = std::ranges::any_of(
         cpus, [&](int number) { return processor.name == "cpu" + std::to_string(number); });
-    if (cpus.empty() ? processor.name == "cpu" : asked_for) ticks += processor.stolen();
+    if (cpus.empty() ? processor.name == "cpu" : selected) ticks += processor.stolen();
   }
   return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);
 }

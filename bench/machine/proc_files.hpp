@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// Readers of the kernel's small text files, in /proc and /sys. A file that is not there is empty.
+/// Readers of the kernel's small text files in /proc and /sys. A missing file counts as empty.
 
 std::string first_line(const std::string& path);
 
@@ -17,16 +17,16 @@ std::string value_of(const std::string& path, const std::string& key, char separ
 
 long number_in(const std::string& path, long otherwise);
 
-/// The ids of all processes, as /proc names them. Any may have ended by now.
+/// The ids of all processes, as in /proc. Any process may have ended meanwhile.
 std::vector<std::string> processes();
 
-/// Time that the hypervisor has taken since boot from these processors, or from all if none are named, in the
-/// steps of the kernel's clock ticks (10 ms). Zero where the kernel does not count it.
+/// Time that the hypervisor has taken from these CPUs since boot, from all CPUs if the list is
+/// empty. The resolution is the kernel's clock tick (10 ms). Zero if the kernel does not count it.
 Duration stolen_time(const std::vector<int>& cpus);
 /// The same from the text of /proc/stat.
 Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus);
 
-/// Of all processors' time since boot.
+/// Share of all CPU time since boot that the hypervisor took.
 double stolen_percent();
 
 }  // namespace hotpath

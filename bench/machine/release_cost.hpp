@@ -13,10 +13,12 @@
 
 namespace hotpath {
 
-/// What it costs on this machine to release one timer (the paper's delta), without waking another thread.
+/// The cost of releasing one timer on this machine (the paper's delta), without waking another
+/// thread.
 struct ReleaseCost {
   Duration p999{}, max{};
-  /// Length of one pass of the releaser that releases `timers` at once: the paper's k + timers * delta.
+  /// Length of one pass of the releaser that releases `timers` at once: the paper's
+  /// k + timers * delta.
   struct Pass {
     std::uint32_t timers = 0;
     std::size_t passes = 0;
@@ -25,8 +27,8 @@ struct ReleaseCost {
   std::vector<Pass> passes = {};  ///< Ascending in `timers`.
 };
 
-/// Measures it on the calling thread with the paper's seven timers under `rm-ro`, simultaneous releases
-/// divided by their number. Takes some tens of milliseconds.
+/// Measures the release cost on the calling thread with the paper's seven timers under `rm-ro`;
+/// divides the cost of simultaneous releases by their number. Takes tens of milliseconds.
 inline ReleaseCost measure_release_cost() {
   constexpr int kPasses = 50'000;
   const TaskSet set = paper_timers(90);

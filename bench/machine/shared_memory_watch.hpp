@@ -15,17 +15,17 @@
 
 namespace hotpath {
 
-/// Remembers which files of /dev/shm a process maps or has open, so that they can be removed when it dies
-/// without doing so itself (Fast DDS's segments and their lock files outlive a killed process). One that a
-/// process makes just before it is killed cannot be noted: of this user's files with Fast DDS's names, those
-/// count as noted that have come since the watch began.
+/// Records the files of /dev/shm that a process maps or has open, and removes them after the
+/// process was killed: Fast DDS's segments and lock files outlive a killed process. A file created
+/// just before the kill cannot be recorded, so all of this user's files with Fast DDS's names that
+/// appeared since the watch began count as recorded.
 class SharedMemoryWatch {
  public:
   SharedMemoryWatch() : before_(fast_dds_files()) {}
 
   void note(pid_t process) { files_.merge(used_files(std::to_string(process))); }
 
-  /// Removes the files noted that no living process uses.
+  /// Removes the recorded files that no living process uses.
   void remove_orphans() const {
     std::set<std::string> orphans = files_;
     std::ranges::set_difference(fast_dds_files(), before_, std::inserter(orphans, orphans.end()));
@@ -35,7 +35,7 @@ class SharedMemoryWatch {
     }
     for (const std::filesystem::path file : orphans) {
       unlink(file.c_str());
-      // The semaphore that guards the opening of a port of Fast DDS is in use for a moment only.
+      // Fast DDS uses the semaphore of a port only while it opens the port.
       unlink((file.parent_path() / ("sem." + file.filename().string() + "_mutex")).c_str());
     }
   }
@@ -52,7 +52,7 @@ class SharedMemoryWatch {
     }
     return files;
   }
-  /// What a process maps (segments, semaphores) or has open (the segments' lock files).
+  /// The files that a process maps (segments, semaphores) or has open (the segments' lock files).
   static std::set<std::string> used_files(const std::string& process) {
     std::set<std::string> files;
     const auto add = [&files](const std::string& text) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of each analysis for one task set against its number of tasks, and of the whole experiments.
+// Time of each analysis of one task set by number of tasks, and time of the whole experiments.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -20,7 +20,8 @@
 namespace hotpath {
 namespace {
 
-/// `n` tasks with the periods and relative execution times of WATERS and a utilisation of about 0.8.
+/// `n` tasks with the periods and relative execution times of WATERS and a utilisation of about
+/// 0.8.
 PeriodicTasks tasks_of_size(std::size_t n) {
   RandomStream random(1, {n});
   PeriodicTasks tasks;
@@ -70,7 +71,7 @@ BENCHMARK(schedule_abstraction)
     ->ArgNames({"utilisation", "edf"})
     ->Unit(benchmark::kMillisecond);
 
-/// Section VII-B: 3 x 1000 task sets with all chains; argument: 0 the paper's method, 1 all methods.
+/// Section VII-B: 3 x 1000 task sets with all chains; 0: the paper's method, 1: all methods.
 void waters(benchmark::State& state) {
   WatersOptions options;
   if (state.range(0) == 1) {
@@ -81,7 +82,7 @@ void waters(benchmark::State& state) {
 }
 BENCHMARK(waters)->Arg(0)->Arg(1)->ArgName("all_methods")->Unit(benchmark::kSecond)->UseRealTime();
 
-/// The property of the tests for a million random sets: Theorem 1 >= exact NP-FP >= exploration >=
+/// The property of the tests, for a million random sets: Theorem 1 >= exact NP-FP >= exploration >=
 /// simulation.
 void two_roads(benchmark::State& state) {
   std::uint64_t set = 0;
@@ -108,7 +109,8 @@ void two_roads(benchmark::State& state) {
 }
 BENCHMARK(two_roads)->Iterations(1'000'000)->Unit(benchmark::kMicrosecond);
 
-/// `n` tasks in six layers, timers above; in the others every fifth pair of tasks is a fusion.
+/// `n` tasks in six layers: timers in the first, and a fusion of two tasks at every fifth task of
+/// the others.
 CallbackGraph graph_of_size(TaskId n) {
   constexpr std::array kPeriods_ms = {10, 20, 50, 100, 200, 500};
   RandomStream random(1, {n});
@@ -141,7 +143,7 @@ CallbackGraph graph_of_size(TaskId n) {
   return graph;
 }
 
-/// All tasks of a graph; bar: 2 s for 1000.
+/// Bounds of all tasks of a graph. Bar: 2 s for 1000 tasks.
 void graph(benchmark::State& state, const char* executor) {
   const CallbackGraph callbacks = graph_of_size(static_cast<TaskId>(state.range(0)));
   const ExecutorEntry& entry = *find_executor(executor);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an executor costs with real threads and the real clock: the release of timers, as the authors of the
-// paper measured it (their trace_timer_management_overhead.sh): delta per released timer and k per pass of
-// the timer management thread, waiting for the lock left out. Then dispatch latency, wake-up latency,
+// Costs of an executor with real threads and the real clock. First the release of timers, measured as by the
+// authors of the paper (their trace_timer_management_overhead.sh): delta per released timer and k per pass of
+// the timer management thread, without waiting for the lock. Then dispatch latency, wake-up latency,
 // throughput and CPU time of whole live executors.
 #include <atomic>
 #include <condition_variable>
@@ -28,7 +28,7 @@ TaskSet staggered_timers(std::uint32_t n, Duration period) {
   return set;
 }
 
-/// Another scheduler whose releases are timed.
+/// Wraps a scheduler and times its releases.
 class TimedReleases final : public Scheduler {
  public:
   explicit TimedReleases(std::unique_ptr<Scheduler> scheduler, std::vector<double>& delta)
@@ -64,7 +64,7 @@ class TimedReleases final : public Scheduler {
   std::vector<double>& delta_;
 };
 
-/// The executor thread's side of a pass: sleeps, as Executor's workers do, whenever it has not been woken.
+/// The executor thread during a pass: like Executor's workers, it sleeps until it is woken.
 class ParkedWorker {
  public:
   ~ParkedWorker() {
@@ -73,7 +73,7 @@ class ParkedWorker {
     thread_.join();
   }
 
-  /// Whether it sleeps, and is ours to wake.
+  /// Whether it sleeps; if so, the caller must wake it.
   bool claim() { return parked_.exchange(false); }
   void unpark() { parker_.unpark(); }
 
@@ -96,8 +96,8 @@ class ParkedWorker {
   std::thread thread_{[this] { work(); }};
 };
 
-/// Passes of the timer management thread, each with `due` timers due: its turn under the lock, and the
-/// wake-up of a sleeping executor thread after it.
+/// Passes of the timer management thread with `due` timers each: its turn under the lock, then the
+/// wake-up of a sleeping executor thread.
 Measurement release_passes(const ExecutorEntry& entry, std::uint32_t due, bool wake, int passes) {
   TaskSet set = staggered_timers(due, 1ms);
   for (Task& t : set.tasks) t.phase = Duration{};
@@ -156,8 +156,8 @@ Measurement live_releases(const ExecutorEntry& entry, bool executor_busy, Durati
 double since_release(const JobRecord& r) { return ns(r.start - r.job.release); }
 double since_timestamp(const JobRecord& r) { return ns(r.start - r.job.timestamp); }
 
-/// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so that theirs
-/// leaves the wake-up out: the lateness holds for all.
+/// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so
+/// that their release_to_start excludes the wake-up; compare executors by their lateness.
 Measurement dispatch_timers(const ExecutorSpec& executor, Duration length) {
   LiveRun live(staggered_timers(1, 1ms), executor);
   live.run(length);
@@ -180,11 +180,11 @@ Measurement dispatch_samples(const ExecutorSpec& executor, Duration length) {
   return Measurement{}.add_samples("arrival_to_start", live.of_jobs(since_timestamp));
 }
 
-/// The yardstick of that: a value from one thread to another with a condition variable.
+/// Yardstick of dispatch_samples(): a value from one thread to another with a condition variable.
 Measurement hand_over(Duration length) {
   std::mutex mutex;
   std::condition_variable arrived;
-  Time sent{};  // the epoch: taken; never: no more come
+  Time sent{};  // epoch: the value was taken; kNever: no more values follow
   std::vector<double> latencies;
   latencies.reserve(100'000);
   std::thread taker([&] {
@@ -212,7 +212,8 @@ Measurement hand_over(Duration length) {
   return Measurement{}.add_samples("arrival_to_start", std::move(latencies));
 }
 
-/// Lateness of a bare loop of absolute sleeps, in a thread with this policy and minimal timer slack.
+/// Lateness of a bare loop of absolute sleeps, in a thread with this policy and minimal timer
+/// slack.
 std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
   std::vector<double> late;
   late.reserve(100'000);
@@ -226,15 +227,14 @@ std::vector<double> bare_sleeps(const std::string& policy, Duration length) {
   return warm(std::move(late));
 }
 
-/// The executor's own defaults, with a timer thread at SCHED_FIFO 90 or an ordinary one where it has one.
-/// Throws ThreadSetupError when that is not permitted.
+/// Default options with this policy for the timer thread, which must be permitted.
 ExecutorOptions with_timer_policy(const std::string& policy) {
   ExecutorOptions options;
   options.timer_thread = {parse_thread_policy(policy), true};
   return options;
 }
 
-/// Lateness of the timer management thread's releases and of a bare loop, in turns.
+/// Lateness of the timer management thread's releases and of a bare loop, measured in turns.
 Measurement wake_up(const std::string& policy, Duration length) {
   constexpr int kTurns = 4;
   const TaskSet set = staggered_timers(1, 1ms);
@@ -256,7 +256,7 @@ Measurement wake_up(const std::string& policy, Duration length) {
   return found;
 }
 
-/// Every job makes its own task ready again: as many jobs as there are tasks are ready at all times.
+/// Every job makes its own task ready again, so that all `ready` tasks always have a job.
 Measurement throughput(const ExecutorSpec& executor, std::uint32_t ready, Duration length) {
   class Refill final : public JobHandler {
    public:
@@ -282,7 +282,7 @@ Measurement cpu_time_per(Duration cpu, double callbacks, Duration length) {
   return {each, {{"cpu_per_callback_ns", each}, {"cpu_percent", 100 * ns(cpu) / ns(length)}}};
 }
 
-/// CPU time of an executor whose ten timers do nothing.
+/// CPU time of an executor with ten timers whose jobs do nothing.
 Measurement timers_only(const ExecutorSpec& executor, int callbacks_per_s, Duration length) {
   const TaskSet set = staggered_timers(10, Duration(10s) / callbacks_per_s);
   LiveRun live(set, executor);

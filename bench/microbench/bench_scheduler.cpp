@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the scheduling core costs without any thread: release, decision and finish of one job against the
-// number of tasks and of ready jobs, with bare containers as yardsticks in the same program.
+// Costs of the scheduling core without threads: release, decision and finish of one job by number of tasks
+// and of ready jobs, with bare containers as yardsticks in the same program.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -12,13 +12,13 @@
 namespace hotpath::gbench {
 namespace {
 
-/// Jobs of one timed block: so many that reading the clock does not count, so few that the ready queue hardly
-/// changes.
+/// Jobs of one timed block: enough to hide the cost of reading the clock, and few enough to hardly
+/// change the ready queue.
 constexpr std::int64_t kBlock = 50;
 
-/// Time: release, decision and finish of one job, the mean. Counters: each of them, the median over blocks,
-/// which an interruption of one block does not change. `ready` jobs wait all the time, at most all that there
-/// are.
+/// Time: mean of release, decision and finish of one job. Counters: the median of each over blocks,
+/// which is robust against the interruption of a block. `ready` jobs wait all the time, limited by
+/// the number of tasks.
 template <class Cycle>
 void cycle(benchmark::State& state, const ExecutorEntry& executor, std::int64_t ready) {
   const std::int64_t tasks = state.range(0), block = std::min(kBlock, tasks / 2);
@@ -49,7 +49,7 @@ void cycle(benchmark::State& state, const ExecutorEntry& executor, std::int64_t 
   state.SetComplexityN(tasks);
 }
 
-/// All timers due at once: released and decided to the last.
+/// All timers are due at once: releases and decides all jobs.
 void drain(benchmark::State& state, const ExecutorEntry& executor) {
   TaskSet set = task_set(state.range(0), TaskKind::timer);
   for (Task& t : set.tasks) t.phase = 0us;
@@ -79,7 +79,7 @@ void register_all(bool quick) {
   const auto grow = [&](benchmark::internal::Benchmark* b, std::int64_t least, std::int64_t largest) {
     return b->RangeMultiplier(10)->Range(least, largest)->MinTime(min_time)->Complexity();
   };
-  // dm and fp differ from rm in the table of priorities alone.
+  // dm and fp differ from rm only in the table of priorities.
   const std::array timers = {"default", "static", "multi", "cbg",    "events-ro", "events-re",
                              "rm-ro",   "rm-re",  "fp-ro", "edf-ro", "edf-re"};
   // Release-only and release-and-execute treat samples alike.
@@ -101,8 +101,8 @@ void register_all(bool quick) {
   add_cycles.operator()<SampleCycle>("sample_cycle", samples);
   for (const char* name : timers) {
     const ExecutorEntry& e = *find_executor(name);
-    // The wait sets erase from the front of their snapshot: quadratic, so their largest set would take a
-    // minute.
+    // Wait sets erase from the front of their snapshot, which is quadratic: the largest set would
+    // take a minute.
     const bool wait_set = e.traits.family == Family::wait_set;
     grow(benchmark::RegisterBenchmark(("drain/" + std::string(name) + "/tasks").c_str(),
                                       [&e](benchmark::State& s) { drain(s, e); }),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What simulating costs, without a trace: the paper's task set and Autoware for ten minutes, and how the cost
-// grows with the number of tasks.
+// Costs of the simulator without a trace: the paper's task set and Autoware for ten minutes, and the growth
+// with the number of tasks.
 #include <numeric>
 
 #include "hotpath/core/simulator.hpp"
@@ -15,7 +15,7 @@
 namespace hotpath::gbench {
 namespace {
 
-/// A graph with the phases that simulations have by default.
+/// A graph with the default phases of simulations.
 struct Subject {
   explicit Subject(const char* name) : graph(load_graph(find_graph(name))), tasks(make_tasks(graph)) {
     set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
@@ -36,7 +36,7 @@ TaskSet timers(std::int64_t n) {
   return set;
 }
 
-/// One simulation per iteration, over a new workload each; counts jobs.
+/// One simulation per iteration, each with a new workload; counts jobs.
 template <class MakeWorkload>
 void simulate_executor(benchmark::State& state, const TaskSet& set, const ExecutorEntry& executor,
                        const Platform& platform, Duration duration, MakeWorkload make_workload) {
@@ -68,9 +68,9 @@ void growing_set(benchmark::State& state, const ExecutorEntry& executor) {
   state.SetComplexityN(state.range(0));
 }
 
-/// A graph of the size of Autoware.Universe 2022.12 as launched (the public report of tier4/caret_report):
-/// 131 nodes with 66 timers, most of 100 ms and 1 s, and 216 subscriptions, each callback in its own group;
-/// some 3500 jobs a second there, of 1 ms on average.
+/// A graph of the size of Autoware.Universe 2022.12 as launched (the public report of
+/// tier4/caret_report): 131 nodes with 66 timers, mostly of 100 ms and 1 s, and 216 subscriptions,
+/// each callback in its own group. It had some 3500 jobs a second of 1 ms on average.
 Graph universe() {
   Graph graph;
   for (std::uint32_t n = 0; n < 131; ++n) {
@@ -98,7 +98,7 @@ Graph universe() {
   return graph;
 }
 
-/// 375 executors on 16 cores, of which twelve are multi-threaded and 93 have nothing to do.
+/// 375 executors on 16 cores; twelve executors are multi-threaded, and 93 have no tasks.
 void simulate_universe(benchmark::State& state) {
   constexpr std::uint32_t kExecutors = 375, kMultiThreaded = 12;
   constexpr Duration kLength = 10s;
@@ -154,7 +154,7 @@ void register_all(bool quick) {
       ->Unit(benchmark::kMillisecond);
   for (const char* executor : {"default", "events-ro", "rm-ro", "rm-re", "edf-ro"}) {
     const ExecutorEntry& entry = *find_executor(executor);
-    // Every poll of a wait set looks at all tasks.
+    // Every poll of a wait set checks all tasks.
     const bool polls = entry.traits.family == Family::wait_set;
     const std::int64_t largest = quick || polls ? 1'000 : 100'000;
     benchmark::RegisterBenchmark(("simulate/" + std::string(executor) + "/tasks").c_str(),

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One-way latency, publication to start of the callback, and CPU time per message of every transport; beside
-// each path over Fast DDS, Fast DDS with the same threads and none of our code; and the same for a whole
-// graph.
+// One-way latency (publication to start of the callback) and CPU time per message of every transport. The
+// yardstick of each path over Fast DDS is Fast DDS alone with the same threads. Then a whole graph.
 #include <PayloadPubSubTypes.h>
 #include <sys/wait.h>
 
@@ -23,7 +22,7 @@ using Kind = ChannelMessage::Kind;
 
 constexpr const char* kTopic = "payload";
 constexpr Duration kDiscovery = 10s;
-constexpr std::uint32_t kDepth = 10;  ///< Enough for a disturbed machine to lose nothing.
+constexpr std::uint32_t kDepth = 10;  ///< Prevents losses on a disturbed machine.
 
 template <class M, class P>
 struct PayloadTraits {
@@ -55,7 +54,7 @@ struct Plan {
   }
 };
 
-/// This process's share of a path through hotpath: its transport, and an executor for its subscribers.
+/// This process's part of a path through hotpath: a transport, and an executor for the subscribers.
 template <class Traits>
 class HotpathSide {
  public:
@@ -103,7 +102,7 @@ class HotpathSide {
   std::uint32_t writer_ = 0;
 };
 
-/// The same share with Fast DDS alone.
+/// The same part with Fast DDS alone.
 template <class Traits>
 class RawSide {
  public:
@@ -142,7 +141,8 @@ class RawSide {
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;
 };
 
-/// Publishes the plan's messages at its rate; returns the CPU time that the process used after the warm-up.
+/// Publishes the plan's messages at its rate; returns the CPU time that the process used after the
+/// warm-up.
 template <class Side>
 Duration publish_all(Side& side, const Plan& plan, const std::function<void()>& warm) {
   minimise_timer_slack();
@@ -158,10 +158,10 @@ Duration publish_all(Side& side, const Plan& plan, const std::function<void()>& 
     message.number(static_cast<std::uint64_t>(i));
     message.published(to_ns(now()));
     side.publish(message);
-    // Never in bursts, however late we are.
+    // Prevents bursts after a delay.
     next = std::max(next + plan.period, now() + plan.period / 2);
   }
-  std::this_thread::sleep_for(20ms);  // what is under way arrives
+  std::this_thread::sleep_for(20ms);  // for the last messages to arrive
   return process_cpu_time() - before;
 }
 
@@ -203,7 +203,7 @@ Measurement in_two_processes(const Plan& plan) {
       const Duration cpu = publish_all(side, plan, [&] { subscribers.send(Kind::begun); });
       subscribers.send({Kind::done, {cpu.count()}});
       hear(subscribers);
-    } catch (const std::exception&) {  // the subscribers' process has gone, or finds out that we have
+    } catch (const std::exception&) {  // the subscribers' process is gone, or notices the closed channel
     }
     return 0;
   });
@@ -239,7 +239,7 @@ void add_path(const char* path_name, Path path, std::uint32_t subscribers, bool 
   plan.subscribers = subscribers;
   const auto kib = sizeof(typename Traits::Message) / 1024;
   plan.period = 1ms * std::max<std::int64_t>(1, std::max<std::int64_t>(kib / 64, subscribers / 10));
-  // About the same time for all, with enough messages for a median.
+  // About the same time for all plans, with enough messages for a median.
   plan.messages = static_cast<int>(std::clamp<std::int64_t>((quick ? 100ms : 400ms) / plan.period, 30, 400));
   const std::string name = concat("one_way/", path_name, "/kib:", kib, "/subscribers:", subscribers);
   add<HotpathSide<Traits>>(name + "/hotpath", plan);

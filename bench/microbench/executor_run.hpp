@@ -12,15 +12,14 @@
 
 namespace hotpath::gbench {
 
-/// Sleeps by the clock's absolute time, without the slack that a relative sleep may add up.
+/// Sleeps until an absolute time, so that delays do not add up as with relative sleeps.
 inline void sleep_until(Time instant) {
   const timespec t{to_ns(instant) / 1'000'000'000, to_ns(instant) % 1'000'000'000};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
   }
 }
 
-/// Calls `tick` with the instants of a bare loop of absolute sleeps, one every `period` after `first`, before
-/// `end`.
+/// A bare loop of absolute sleeps: calls `tick` every `period` from `first` on, before `end`.
 void every(Duration period, Time first, Time end, auto tick) {
   for (Time next = first; next < end; next += period) {
     sleep_until(next);
@@ -44,15 +43,15 @@ class LiveRun {
       : memory_({set.size(), static_cast<std::uint32_t>(scheduler->workers().size()), records_per_worker, 0}),
         executor_(set, std::move(scheduler), handler, memory_.jobs(), options) {}
 
-  /// An executor with its defaults, whose jobs do nothing.
+  /// An executor with its defaults and jobs that do nothing.
   LiveRun(const TaskSet& set, const ExecutorSpec& executor)
       : LiveRun(set, executor.entry->make(set, executor.scheduler), no_work(),
                 default_options(*executor.entry)) {}
 
   Executor& executor() { return executor_; }
 
-  /// Starts it soon and waits until `length` later; returns the CPU time that the process used from the epoch
-  /// to the end.
+  /// Runs the executor for `length` from an epoch shortly after the call. Returns the CPU time of
+  /// the process from the epoch to the end.
   Duration run(Duration length) {
     const Time epoch = now() + 20ms;
     warm_ = epoch + length / 10;
@@ -63,7 +62,7 @@ class LiveRun {
     return process_cpu_time() - before;
   }
 
-  /// `value` of every job that ran, without those that started in the first tenth of the run. After run().
+  /// `value` of every job that ran and started after the first tenth. Call it after run().
   template <class Value>
   std::vector<double> of_jobs(Value value) const {
     std::vector<double> values;

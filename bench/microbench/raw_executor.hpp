@@ -19,7 +19,7 @@
 
 namespace hotpath::gbench {
 
-/// A message to write with `writer`, its contents as the loan came. Throws std::runtime_error without one.
+/// Borrows an uninitialised message from `writer`. Throws std::runtime_error if there is none.
 inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
   void* message = nullptr;
   writer.loan_sample(message,
@@ -28,9 +28,9 @@ inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
   return message;
 }
 
-/// The yardstick of executor and transport: Fast DDS with loaned samples and the threads of a live executor,
-/// a listener that hands each sample over to one thread that handles samples and timers in order, and nothing
-/// else. (Participant and endpoints are set up by FastDdsParticipant, so that all settings are the same.)
+/// The yardstick of executor and transport: Fast DDS with loaned samples and the threads of a live
+/// executor. A listener passes each sample to one thread, which handles samples and timers in
+/// order. FastDdsParticipant sets up participant and endpoints, so that all settings are the same.
 template <class Message>
 class RawExecutor {
  public:
@@ -81,7 +81,7 @@ class RawExecutor {
       Loan* loan = nullptr;
       {
         const std::lock_guard lock(executor->mutex_);
-        if (free.empty()) return;  // the thread is far behind: what it leaves is taken with the next sample
+        if (free.empty()) return;  // the thread is far behind; a later call takes the sample
         loan = free.back();
         free.pop_back();
       }
@@ -133,7 +133,7 @@ class RawExecutor {
     }
   }
 
-  /// Returns when the next timer is due.
+  /// Returns the instant at which the next timer is due.
   Time run_due_timers() {
     Time next = Time::max();
     if (timers_.empty()) return next;

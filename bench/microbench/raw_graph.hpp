@@ -15,9 +15,9 @@
 
 namespace hotpath::gbench {
 
-/// The yardstick of a whole graph without work: its topics, timers and message sizes over Fast DDS, with the
-/// threads of a live executor and none of our code, and with nodes that only pass data on. (What they publish
-/// is left as the loan came.)
+/// The yardstick of a whole graph without work: its topics, timers and message sizes over Fast DDS
+/// alone, with the threads of a live executor. Nodes only forward data, as messages with
+/// uninitialised contents.
 class RawGraph {
  public:
   /// First timestamps are the phases in `tasks`, relative to `epoch`. Throws TransportError.
@@ -56,7 +56,7 @@ class RawGraph {
   void start() { executor_.start(); }
   void stop() { executor_.stop(); }
 
-  /// Timers and samples handled until stop().
+  /// Number of timers and samples handled until stop().
   std::uint64_t callbacks() const { return callbacks_; }
 
  private:
@@ -72,7 +72,7 @@ class RawGraph {
     auto* const writer = passes_on                       ? raw.writers[input]
                          : node.type == NodeType::fusion ? raw.writers.front()
                                                          : nullptr;
-    // A fusion publishes when each of its inputs has come, the others with every sample.
+    // A fusion publishes when all of its inputs have arrived, other nodes with every sample.
     const std::uint32_t own = passes_on ? 0 : 1U << input,
                         all = passes_on ? 0 : (1U << node.inputs.size()) - 1;
     return [this, &raw, writer, own, all](const msg::Message4kb&) {
@@ -92,7 +92,7 @@ class RawGraph {
   std::uint64_t callbacks_ = 0;
 };
 
-/// CPU time of one callback of Autoware without work, on Fast DDS alone, over `length`.
+/// CPU time of one callback of Autoware without work on Fast DDS alone, measured over `length`.
 inline Measurement raw_callback(const FastDdsOptions& options, Duration length) {
   Graph graph = load_graph(find_graph("autoware"));
   scale_to_load(graph, 0);

@@ -27,7 +27,7 @@ inline std::vector<std::uint32_t> shuffled(std::int64_t n, std::uint64_t seed) {
   return order;
 }
 
-/// `n` tasks, each in a separate callback group. Timers: one is due every microsecond.
+/// `n` tasks, each in a separate callback group. One timer is due every microsecond.
 inline TaskSet task_set(std::int64_t n, TaskKind kind) {
   const std::vector<std::uint32_t> phase = shuffled(n, 1), urgency = shuffled(n, 2);
   TaskSet set;
@@ -47,7 +47,7 @@ inline TaskSet task_set(std::int64_t n, TaskKind kind) {
   return set;
 }
 
-/// One scheduler, in time of a microsecond for each release.
+/// One scheduler in virtual time, with a microsecond per release.
 class Cycle {
  public:
   Decision decide() { return scheduler_->decide(worker_, now_); }
@@ -64,7 +64,7 @@ class Cycle {
   Time now_{};
 };
 
-/// Timers become due one after another; `ready` of them wait all the time.
+/// Timers become due one after another; `ready` jobs wait all the time.
 class TimerCycle : public Cycle {
  public:
   TimerCycle(const ExecutorEntry& executor, std::int64_t tasks, std::int64_t ready)
@@ -79,8 +79,8 @@ class TimerCycle : public Cycle {
   }
 };
 
-/// Samples arrive for random subscriptions that have none; `ready` of them hold one all the time. Of the
-/// priorities, EDF takes the deadline that comes with the sample, and the others what the graph gives (policy
+/// Samples arrive for random subscriptions without a sample; `ready` subscriptions always hold one.
+/// EDF uses the deadline of the sample, and the other policies the priority of the graph (policy
 /// fp).
 class SampleCycle : public Cycle {
  public:
@@ -121,8 +121,8 @@ struct KeyedJob {
 
 inline PriorityKey key_of(const Job& job) { return {to_ns(job.deadline), job.task}; }
 
-/// The yardstick's and the queues' common experiment: of `ready` jobs the first leaves, and comes back with a
-/// later deadline.
+/// The experiment for the queues and their yardstick: the first of `ready` jobs leaves and returns
+/// with a later deadline.
 template <class Queue>
 void hold(benchmark::State& state, Queue queue) {
   // Random distances from one deadline of a task to the next.
@@ -157,7 +157,8 @@ struct StandardQueueOfJobs {
   }
 };
 
-/// Events queues of up to `most` jobs, with std::priority_queue as yardstick. `min_time`: seconds of each.
+/// Events queues of up to `most` jobs, with std::priority_queue as yardstick. `min_time`: seconds
+/// each.
 inline void register_queues(std::int64_t most, double min_time) {
   const auto add = [=](const std::string& name, auto make_queue) {
     benchmark::RegisterBenchmark(("push_pop/" + name + "/ready").c_str(),

@@ -28,17 +28,17 @@ std::vector<char*> argument_list(std::vector<std::string>& words) {
 
 namespace {
 
-/// In a new child: becomes a program, or tells `failure`, which the program does not inherit, why not. Calls
-/// only what is safe where other threads may have held locks.
+/// In a forked child: executes a program, or writes errno to the close-on-exec pipe `failure`.
+/// Calls only functions that are safe although other threads may have held locks during fork().
 [[noreturn]] void become(const std::vector<char*>& arguments, int errors, bool silent, pid_t parent,
                          int failure) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // with the thread that waits for it
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // dies with the thread that waits for it
   if (getppid() != parent) _exit(1);
   dup2(errors, STDERR_FILENO);
   if (silent) dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
   execvp(arguments.front(), arguments.data());
-  const int why = errno;
-  std::ignore = write(failure, &why, sizeof why);
+  const int cause = errno;
+  std::ignore = write(failure, &cause, sizeof cause);
   _exit(127);
 }
 
@@ -47,8 +47,8 @@ namespace {
 ProgramEnd run_program(std::vector<std::string> words, bool silent) {
   const std::unique_ptr<FILE, int (*)(FILE*)> errors(std::tmpfile(), std::fclose);
   if (!errors) throw RunError(std::string("no temporary file: ") + std::strerror(errno));
-  const auto fail = [&](int why) {
-    throw RunError("`" + words.front() + "` could not be started (" + std::strerror(why) +
+  const auto fail = [&](int cause) {
+    throw RunError("`" + words.front() + "` could not be started (" + std::strerror(cause) +
                    "); is it installed?");
   };
   const std::vector<char*> arguments = argument_list(words);
@@ -56,18 +56,19 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
   if (pipe2(failure, O_CLOEXEC) != 0) fail(errno);
   const pid_t parent = getpid(), id = fork();
   if (id == 0) become(arguments, fileno(errors.get()), silent, parent, failure[1]);
-  int why = id < 0 ? errno : 0;
+  int cause = id < 0 ? errno : 0;
   close(failure[1]);
-  ssize_t told = 0;  // nothing, once the program has begun
+  ssize_t bytes = 0;  // end of file, once exec() has closed the pipe
   do {
-    told = id > 0 ? read(failure[0], &why, sizeof why) : 1;
-  } while (told < 0 && errno == EINTR);
+    bytes = id > 0 ? read(failure[0], &cause, sizeof cause) : 1;
+  } while (bytes < 0 && errno == EINTR);
   close(failure[0]);
-  const bool started = told == 0;
+  const bool started = bytes == 0;
   ProgramEnd end;
   if (id > 0 && !started) await_process(id, &end.status);
-  if (!started) fail(why);
-  // Whoever stops it alone must not let us wait for ever. Ctrl-Z stops us as well, until both go on.
+  if (!started) fail(cause);
+  // Continue a program that was stopped alone, so that we do not wait forever. Ctrl-Z stops us as
+  // well.
   while (await_process(id, &end.status, WUNTRACED) == id && WIFSTOPPED(end.status)) kill(id, SIGCONT);
   std::rewind(errors.get());
   for (int c = std::getc(errors.get()); c != EOF; c = std::getc(errors.get())) {
@@ -78,7 +79,7 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
 
 std::optional<int> continue_in_child() {
   const pid_t parent = getpid(), child = fork();
-  if (child < 0) throw RunError(std::string("no process could be made: ") + std::strerror(errno));
+  if (child < 0) throw RunError(std::string("no process could be created: ") + std::strerror(errno));
   if (child == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);

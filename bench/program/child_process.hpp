@@ -9,36 +9,36 @@
 
 namespace hotpath {
 
-/// The words as execv() and its like take them, which must not outlive `words`.
+/// The words as an argument list for execv(); it must not outlive `words`.
 std::vector<char*> argument_list(std::vector<std::string>& words);
 
-/// How another program ended, as waitpid() gives it, and what it wrote to its standard error.
+/// The result of another program.
 struct ProgramEnd {
-  int status = 0;
-  std::string errors;
+  int status = 0;      ///< As from waitpid().
+  std::string errors;  ///< Its standard error.
 };
 
-/// Runs a program (found along PATH) with its arguments to its end. It inherits our other streams; with
-/// `silent`, its standard output is discarded. A stopped program gets SIGCONT, and the program is killed when
-/// this process ends. Throws RunError when it cannot be started.
+/// Runs a program (found along PATH) with its arguments and waits for its end. It inherits standard
+/// input and output; `silent` discards its standard output. A stopped program gets SIGCONT. The
+/// program is killed when this process ends. Throws RunError when it cannot be started.
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
 
-/// Goes on in a child, which is killed with this process. This process only waits: it ends with the child's
-/// exit code, or returns the child's status, as waitpid() gives it, where a signal ended it; the child gets
-/// nothing. Throws RunError when there can be no child.
+/// Forks; the child continues with std::nullopt and is killed with this process. The parent only
+/// waits: it exits with the child's exit code, or returns the child's status, as from waitpid(), if
+/// a signal ended it. Throws RunError when fork() fails.
 std::optional<int> continue_in_child();
 
-/// waitpid(), which no signal interrupts.
+/// waitpid(), repeated after interruption by a signal.
 pid_t await_process(pid_t id, int* status, int flags = 0);
 
 /// The path of the running program.
 std::string own_program();
 
-/// `ended in order`, `ended with exit code 3`, or `was ended by a signal (Killed)`, of a status as waitpid()
-/// gives it.
+/// Describes a status as from waitpid(): `ended in order`, `ended with exit code 3`, or `was ended
+/// by a signal (Killed)`.
 std::string how_it_ended(int status);
 
-/// Whether the process ended by itself with this exit code.
+/// Whether the process exited with this code, not by a signal.
 bool exited_with(int status, int code);
 
 }  // namespace hotpath

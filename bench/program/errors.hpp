@@ -5,17 +5,17 @@
 
 namespace hotpath {
 
-/// Wrong use, which the user can mend: exit code 2.
+/// Wrong use, which the user can correct: exit code 2.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// More work than a simulated system can do, which may be the answer that was sought.
+/// A simulated system is overloaded, which a search may expect as a result.
 struct OverloadError : UsageError {
   using UsageError::UsageError;
 };
 
-/// Something failed that is not the command line's fault: exit code 1.
+/// A failure that the command line did not cause: exit code 1.
 struct RunError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

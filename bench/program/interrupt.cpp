@@ -32,7 +32,7 @@ void note(int signal) {
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = note;
-  // No SA_RESTART: whatever waits returns and looks.
+  // No SA_RESTART: blocking calls return, so that their callers check interrupted().
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
 }

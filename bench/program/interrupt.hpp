@@ -3,11 +3,12 @@
 
 namespace hotpath {
 
-/// From now on SIGINT and SIGTERM ask for an orderly end. Another one kills as usual, unless it comes within
-/// a second: a program that forwards a terminal's signal, as timeout(1) does, sends it twice.
+/// From now on SIGINT and SIGTERM request an orderly end. A second signal kills as usual, unless it
+/// arrives within a second: a program that forwards a terminal's signal, such as timeout(1), sends
+/// it twice.
 void catch_interrupts();
 
-/// The signal that asked for an end; 0: none so far.
+/// The signal that requested the end; 0: none so far.
 int interrupted();
 
 }  // namespace hotpath

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-/// to_json() of a structure whose members are the keys: NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE without the way
-/// back. A semicolon follows.
+/// Defines to_json() for a structure whose members are the keys: NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE
+/// without from_json(). End with a semicolon.
 #define HOTPATH_JSON_FIELDS(Type, ...)                                         \
   void to_json(nlohmann::json& nlohmann_json_j, const Type& nlohmann_json_t) { \
     NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, __VA_ARGS__))   \
@@ -17,8 +17,8 @@
 
 namespace hotpath {
 
-/// The JSON of a file. Throws nlohmann's exceptions for what is none, std::out_of_range for what is nested so
-/// deep that copying it would end the stack.
+/// The JSON of a file. Throws nlohmann's exceptions for invalid JSON, std::out_of_range for nesting
+/// so deep that a copy would overflow the stack.
 [[nodiscard]] inline nlohmann::json parse_shallow(std::istream& in) {
   constexpr int kDeepest = 100;
   bool deep = false;
@@ -31,8 +31,8 @@ namespace hotpath {
   return parsed;
 }
 
-/// The number under `key`. Throws nlohmann's exceptions if there is none, std::out_of_range unless it is from
-/// 0 to `most`.
+/// The number under `key`. Throws nlohmann's exceptions if it is missing, std::out_of_range unless
+/// it is between 0 and `most`.
 template <class Number>
 [[nodiscard]] Number number_up_to(Number most, const nlohmann::json& j, const char* key) {
   const double value = j.at(key).get<double>();
@@ -43,7 +43,7 @@ template <class Number>
 
 }  // namespace hotpath
 
-/// What is not there is null.
+/// std::nullopt becomes null.
 template <class T>
 struct nlohmann::adl_serializer<std::optional<T>> {
   static void to_json(json& j, const std::optional<T>& value) { value ? j = *value : j = nullptr; }

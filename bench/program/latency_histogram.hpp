@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// Durations counted in buckets that are never wider than 1/64 of what they hold, so that quantiles of
-/// however many samples cost a few kilobytes and are within 1 % of the exact ones.
+/// A histogram of durations. A bucket is at most 1/64 of its values wide, so quantiles are within
+/// 1 % of the exact values, in a few kilobytes for any number of samples.
 class LatencyHistogram {
  public:
   /// Negative durations count as 0.
@@ -29,8 +29,8 @@ class LatencyHistogram {
   /// -1 ns when there are no samples.
   Duration max() const { return max_; }
 
-  /// The smallest sample that a share `probability` in (0, 1] does not exceed (nearest rank); -1 ns when
-  /// there are no samples.
+  /// The smallest sample that at least the share `probability` in (0, 1] of all samples do not
+  /// exceed (nearest rank); -1 ns when there are no samples.
   Duration quantile(double probability) const {
     if (count_ == 0) return Duration(-1);
     const double rank = std::ceil(probability * static_cast<double>(count_));

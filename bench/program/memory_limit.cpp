@@ -20,14 +20,14 @@ namespace {
 
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
-/// Of one folder: the number in a file; `max` is none.
+/// The number in a file; `max`, or no file, is no limit.
 std::uint64_t number_in_file(const fs::path& file) {
   std::uint64_t limit = kUnlimited;
   std::ifstream in(file);
   return in >> limit ? limit : kUnlimited;
 }
 
-/// Of a cgroup and those above it.
+/// The smallest limit of a cgroup and its parents.
 std::uint64_t least_limit(const fs::path& mount, fs::path cgroup, const char* file) {
   std::uint64_t least = number_in_file(mount / file);
   for (; cgroup.has_relative_path(); cgroup = cgroup.parent_path()) {
@@ -73,10 +73,10 @@ std::uint64_t memory_limit() {
 
 void check_memory(double bytes, const std::string& option, const std::string& what,
                   const std::string& remedy) {
-  const auto there_are = static_cast<double>(memory_limit());
-  if (bytes < there_are / 2) return;
-  throw UsageError(text("%s: %s would take about %.2g GB of memory, and there are %.2g; take %s",
-                        option.c_str(), what.c_str(), bytes / 1e9, there_are / 1e9, remedy.c_str()));
+  const auto available = static_cast<double>(memory_limit());
+  if (bytes < available / 2) return;
+  throw UsageError(text("%s: %s would take about %.2g GB of memory, but %.2g GB are available; take %s",
+                        option.c_str(), what.c_str(), bytes / 1e9, available / 1e9, remedy.c_str()));
 }
 
 void check_trace_memory(double bytes, const std::string& option, const std::string& remedy) {

@@ -7,18 +7,18 @@
 
 namespace hotpath {
 
-/// Bytes of memory that this process may have: the machine's, or fewer where a cgroup or `ulimit -v` or `-d`
-/// limits it.
+/// Bytes of memory that this process may use: the machine's memory, or less if a cgroup,
+/// `ulimit -v` or `ulimit -d` limits it.
 [[nodiscard]] std::uint64_t memory_limit();
 
-/// The least limit of the cgroups that `proc_cgroup`, a text like that of /proc/self/cgroup, names and of
-/// those above them; `root` is where they are mounted. The largest number where there is none.
+/// The smallest limit of the cgroups in `proc_cgroup`, a text like /proc/self/cgroup, and of their
+/// parents; `root` is their mount point. The largest number without a limit.
 [[nodiscard]] std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup,
                                                 const std::filesystem::path& root);
 
-/// Refuses what would not fit: throws UsageError that begins with `option` and says that `what` would take
-/// `bytes` of memory, how much there is, and `remedy`. Half of the memory is left for all else. The one place
-/// for estimates of memory: whatever grows with its input asks here before it starts.
+/// Throws UsageError if `bytes` exceed half of the available memory. The message begins with
+/// `option` and states that `what` needs `bytes`, the available memory, and `remedy`. Every
+/// computation whose memory grows with its input calls this function before it starts.
 void check_memory(double bytes, const std::string& option, const std::string& what,
                   const std::string& remedy);
 /// The same for traces.

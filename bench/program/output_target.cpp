@@ -15,10 +15,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// As Linux.
+/// The limit of Linux.
 constexpr int kMostLinks = 40;
 
-/// The descriptor of this process that a name in /proc/self/fd stands for; otherwise -1.
+/// The descriptor that a name in /proc/self/fd denotes; otherwise -1.
 int descriptor_of(const fs::path& file) {
   std::error_code error;
   const fs::path own = fs::canonical("/proc/self/fd", error);
@@ -29,13 +29,13 @@ int descriptor_of(const fs::path& file) {
   return parsed.ptr == name.data() + name.size() ? descriptor : -1;
 }
 
-/// Whether the effective user may.
-std::error_code permitted(const fs::path& path, int what) {
-  if (faccessat(AT_FDCWD, path.c_str(), what, AT_EACCESS) == 0) return {};
+/// Why the effective user lacks the access `mode`; empty: permitted.
+std::error_code permitted(const fs::path& path, int mode) {
+  if (faccessat(AT_FDCWD, path.c_str(), mode, AT_EACCESS) == 0) return {};
   return {errno, std::generic_category()};
 }
 
-/// Whether a name could be created in the folder.
+/// Why no name can be created in the folder; empty: possible.
 std::error_code can_create_in(const fs::path& folder) {
   std::error_code error;
   const fs::file_status status = fs::status(folder, error);
@@ -46,7 +46,7 @@ std::error_code can_create_in(const fs::path& folder) {
   return permitted(folder, W_OK | X_OK);
 }
 
-/// The nearest folder above that is there decides.
+/// The same for a new folder; its nearest existing parent decides.
 std::error_code can_create_folder(const fs::path& folder) {
   const fs::path above = folder_of(folder);
   std::error_code error;

@@ -7,25 +7,26 @@
 
 namespace hotpath {
 
-/// Where an output goes.
+/// The target of an output file.
 struct OutputTarget {
   std::filesystem::path name;  ///< Behind all symbolic links.
-  bool in_place = false;       ///< No regular file, or one that is open already: is written to, not replaced.
-  int descriptor = -1;         ///< Of this process, where the name stands for one, as /dev/stdout does.
-  std::error_code error;       ///< Why nothing can be written there, as far as can be known beforehand.
+  bool in_place = false;       ///< Write to it instead of replacing it: not a regular file, or already open.
+  int descriptor = -1;         ///< The descriptor of this process that the name denotes, as /dev/stdout does.
+  std::error_code error;       ///< Why it cannot be written, as far as known beforehand.
 };
 
-/// Follows symbolic links. Opens nothing.
+/// Follows symbolic links without opening the file.
 [[nodiscard]] OutputTarget find_target(const std::filesystem::path& file);
 
-/// Where a file or folder is created: the folder of its name.
+/// The folder that contains a file or folder.
 [[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& file);
 
-/// For commands that compute for long: throws UsageError that names `option` unless the file can be written.
+/// Throws UsageError that names `option` unless the file can be written. Call it before a long
+/// computation.
 void check_output_file(const std::filesystem::path& file, const std::string& option);
 
-/// The same for a folder, which is new, or empty, or holds `mark`: the file by which an earlier result of the
-/// same command is known, which may be replaced.
+/// The same for a folder, which must be new, empty, or contain `mark`: the file that identifies an
+/// earlier result of the same command, which may be replaced.
 void check_output_folder(const std::filesystem::path& folder, const std::string& mark = "",
                          const std::string& option = "--output");
 

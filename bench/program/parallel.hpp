@@ -10,8 +10,9 @@
 
 namespace hotpath {
 
-/// Calls `work(0)` to `work(count - 1)` in threads (0: one for each processor) that take the indices in
-/// order. When calls have thrown, the exception of the smallest index is thrown after all have ended.
+/// Calls `work(0)` to `work(count - 1)` in threads (0: one for each processor) that take the
+/// indices in order. When calls have thrown, the exception of the smallest index is thrown after
+/// all have ended.
 template <class Work>
 void for_each_index(std::size_t count, std::size_t threads, const Work& work) {
   std::atomic<std::size_t> next = 0;
@@ -25,9 +26,9 @@ void for_each_index(std::size_t count, std::size_t threads, const Work& work) {
       }
     }
   };
-  const std::size_t wanted = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t thread_count = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
   std::vector<std::thread> others;
-  while (others.size() + 1 < std::min(wanted, count)) others.emplace_back(run);
+  while (others.size() + 1 < std::min(thread_count, count)) others.emplace_back(run);
   run();
   for (std::thread& thread : others) thread.join();
   for (const std::exception_ptr& failure : failures) {

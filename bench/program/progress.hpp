@@ -12,16 +12,16 @@
 
 namespace hotpath {
 
-/// One line on a terminal's standard error that says what runs and how long it takes yet; nothing in a log.
+/// A progress line with the remaining time on standard error, if that is a terminal.
 class Progress {
  public:
-  /// `expected`: time of each step; 0: not known before it runs.
+  /// `expected`: time of each step; 0: unknown before it runs.
   Progress(std::size_t steps, Duration expected) : steps_(steps), expected_(expected) {}
   ~Progress() { clear(); }
 
   /// The next step begins.
-  void begin(const std::string& what) {
-    what_ = concat("[", ++step_, "/", steps_, "] ", what);
+  void begin(const std::string& name) {
+    name_ = concat("[", ++step_, "/", steps_, "] ", name);
     update(Duration::zero(), Duration::zero());
   }
   /// The step has run for `elapsed` of `most`.
@@ -33,7 +33,7 @@ class Progress {
     const auto done = std::chrono::floor<std::chrono::seconds>(std::min(elapsed, most));
     const auto of = std::chrono::round<std::chrono::seconds>(most);
     replace_terminal_line(
-        what_ + text(": %lld of %lld s; %lld min %02lld s left", static_cast<long long>(done.count()),
+        name_ + text(": %lld of %lld s; %lld min %02lld s left", static_cast<long long>(done.count()),
                      static_cast<long long>(of.count()), static_cast<long long>(left.count() / 60),
                      static_cast<long long>(left.count() % 60)));
   }
@@ -47,7 +47,7 @@ class Progress {
   const std::size_t steps_;
   const Duration expected_;
   std::size_t step_ = 0;
-  std::string what_;
+  std::string name_;
 };
 
 }  // namespace hotpath

@@ -21,23 +21,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The package's exit code for input that it cannot use.
+/// The package's exit code for unusable input.
 constexpr int kUnfitInput = 2;
 
-/// The folder of the package: the source tree's, or that of the installation.
+/// The folder of the package, in the source tree or the installation.
 fs::path package_folder() {
   std::istringstream folders(HOTPATH_PYTHON_DIRS);
   for (std::string folder; std::getline(folders, folder, ':');) {
     if (fs::exists(fs::path(folder) / "hotpath_report")) return folder;
   }
   throw RunError("the Python package hotpath_report is in none of " HOTPATH_PYTHON_DIRS
-                 "; build and install hotpath anew");
+                 "; rebuild and reinstall hotpath");
 }
 
-/// A command line of the package, for which this process's environment is prepared. Python is isolated (-I):
-/// neither a file of the current folder nor PYTHONPATH and the like decide what runs.
+/// A command line of the package; sets HOTPATH in the environment for it. Python is isolated (-I),
+/// so that neither files in the current folder nor PYTHONPATH change the program.
 std::vector<std::string> command_line(const std::string& command, const std::vector<std::string>& arguments) {
-  std::cout << std::flush;  // what the package prints comes after what we have printed
+  std::cout << std::flush;  // our output precedes the package's output
   std::fflush(stdout);
   setenv("HOTPATH", own_program().c_str(), 1);
   const fs::path program = package_folder() / "hotpath_report" / "__main__.py";
@@ -55,19 +55,19 @@ void become_python_tool(const std::string& command, const std::vector<std::strin
 }
 
 void draw_figure(const std::string& command, const fs::path& folder) {
-  const char* const wanted = std::getenv("HOTPATH_FIGURES");
-  if (wanted != nullptr && std::string_view(wanted) == "none") return;
+  const char* const figures = std::getenv("HOTPATH_FIGURES");
+  if (figures != nullptr && std::string_view(figures) == "none") return;
   ProgramEnd end;
   try {
     end = run_program(command_line(command, {folder.string()}));
-  } catch (const std::exception& error) {  // the result is whole without it
+  } catch (const std::exception& error) {  // the result is complete without the figure
     std::cerr << "note: the figure was not drawn: " << error.what() << "\n";
     return;
   }
   auto [status, errors] = std::move(end);
   if (exited_with(status, 0)) return;
   while (errors.ends_with('\n')) errors.pop_back();
-  // The last line says what went wrong.
+  // The last line is the error message.
   std::cerr << (exited_with(status, kUnfitInput) ? "note: no figure: " : "note: the figure was not drawn: ")
             << errors.substr(errors.rfind('\n') + 1) << "\n";
 }

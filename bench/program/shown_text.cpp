@@ -13,9 +13,9 @@ namespace hotpath {
 
 namespace {
 
-std::streambuf* unfiltered = nullptr;  // of standard output, while a PrintableStreams lives
+std::streambuf* unfiltered = nullptr;  // of standard output, during the life of a PrintableStreams
 
-/// Bytes at the end that begin a character of UTF-8 whose rest is still to come.
+/// Number of trailing bytes that form an incomplete UTF-8 character.
 std::size_t begun_character(std::string_view text) {
   for (std::size_t bytes = 1; bytes <= std::min<std::size_t>(text.size(), 3); ++bytes) {
     const auto ones =

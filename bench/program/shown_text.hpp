@@ -7,12 +7,12 @@
 
 namespace hotpath {
 
-// What people read may hold names of others: of graphs, traces, files. Each medium has one function that
-// takes from a name what would command the medium. CSV, JSON, YAML and DOT are data, and keep names as they
-// are.
+// Text for people may contain untrusted names of graphs, traces and files. Each medium has one
+// function that escapes control sequences of the medium. CSV, JSON, YAML and DOT are data and keep
+// names unchanged.
 
-/// While it lives, standard output and standard error show control characters, and what turns the direction
-/// of text, as printable() does; lines and tabs stay.
+/// During its lifetime, standard output and standard error escape control characters and changes of
+/// text direction like printable(), except line breaks and tabs.
 class PrintableStreams {
  public:
   PrintableStreams();
@@ -25,13 +25,14 @@ class PrintableStreams {
   std::unique_ptr<Buffer> out_, errors_;
 };
 
-/// Standard output for data, which other programs read: nothing is changed.
+/// Standard output for data that other programs read: without escapes.
 [[nodiscard]] std::ostream& data_output();
 
-/// Replaces the last line of the terminal that standard error is.
+/// Replaces the last line on the terminal of standard error.
 void replace_terminal_line(const std::string& text);
 
-/// Text within a line or a cell of a Markdown table: it is read as it stands, and is neither HTML nor markup.
+/// Escapes text for a line or a table cell of Markdown, so that it contains neither HTML nor
+/// markup.
 [[nodiscard]] std::string markdown(const std::string& text);
 
 }  // namespace hotpath

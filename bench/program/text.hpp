@@ -15,14 +15,14 @@ std::string text(const char* format, auto... values) {
   return result;
 }
 
-/// The parts one after the other, as a stream writes them.
+/// The parts, formatted by a stream and concatenated.
 std::string concat(const auto&... parts) {
   std::ostringstream out;
   (out << ... << parts);
   return out.str();
 }
 
-/// A line of CSV; what is not there is empty.
+/// Writes a line of CSV; std::nullopt becomes an empty field.
 void write_row(std::ostream& out, const auto&... fields) {
   const char* before = "";
   const auto write = [&](const auto& field) {
@@ -46,7 +46,7 @@ inline std::string csv_field(const std::string& field) {
   return out + "\"";
 }
 
-/// `-` for what is no finite number.
+/// `value` with so many decimals; `-` if it is not finite.
 inline std::string fixed(double value, int decimals) {
   return std::isfinite(value) ? text("%.*f", decimals, value) : "-";
 }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kBetweenColumns = 2;
 
-/// Characters of UTF-8: all bytes but those that continue one.
+/// Number of UTF-8 characters: all bytes except continuation bytes.
 std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; }));
 }
@@ -42,7 +42,7 @@ void TextTable::add_row(const std::vector<Cell>& cells) {
 std::ostream& operator<<(std::ostream& out, const TextTable& table) {
   const std::size_t columns = table.header_[1].size();
   std::vector<std::size_t> widest(columns);
-  std::vector<bool> left(columns);  // the first column and all with words; those with numbers alone right
+  std::vector<bool> left(columns);  // alignment: the first column and columns with words
   for (std::size_t c = 0; c < columns; ++c) {
     left[c] = c == 0;
     for (const TextTable::Line& line : table.header_) widest[c] = std::max(widest[c], width(line[c]));

@@ -17,14 +17,12 @@ class TextTable {
     Cell(const char* v) : value(v) {}
   };
 
-  /// `header`: one text per column; a line break in it makes two lines. All empty: there is no header.
-  /// A column without any text is left out.
+  /// `header`: one text per column, with at most one line break. If all are empty, there is no
+  /// header. A column without any text is left out.
   TextTable(std::string title, const std::vector<std::string>& header);
 
   /// `cells`: one per column.
   void add_row(const std::vector<Cell>& cells);
-
-  bool empty() const { return lines_.empty(); }
 
   friend std::ostream& operator<<(std::ostream& out, const TextTable& table);
 

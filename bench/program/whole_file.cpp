@@ -30,7 +30,7 @@ void write(std::ostream& out, const FileContent& content) {
   }
 }
 
-/// Writes all, and closes the descriptor.
+/// Writes the content and closes the descriptor.
 std::error_code write_to(int descriptor, const FileContent& content) {
   if (descriptor < 0) return {errno, std::generic_category()};
   errno = 0;
@@ -42,14 +42,14 @@ std::error_code write_to(int descriptor, const FileContent& content) {
                     : std::make_error_code(std::errc::io_error);
 }
 
-/// A new file or folder beside that which it will become, under a hidden name that nobody else has.
+/// A new file or folder beside its final name, under a unique hidden name.
 class Part {
  public:
-  /// `create` creates it, and says whether it could, otherwise errno.
+  /// `create` creates it, and returns false with errno set on failure.
   template <class Create>
   Part(const fs::path& final_name, Create create) {
     static std::atomic<unsigned> count = 0;
-    constexpr std::size_t kLongest = 200;  // so that the name with what is added is no longer than permitted
+    constexpr std::size_t kLongest = 200;  // keeps the temporary name below the limit of the file system
     constexpr int kAttempts = 1000;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       path_ = folder_of(final_name) / concat(".", final_name.filename().string().substr(0, kLongest), ".",
@@ -64,7 +64,7 @@ class Part {
   Part& operator=(const Part&) = delete;
   ~Part() {
     std::error_code ignored;
-    if (!error_) fs::remove_all(path_, ignored);  // nothing, once it has its final name
+    if (!error_) fs::remove_all(path_, ignored);  // no effect after the rename
   }
 
   const fs::path& path() const { return path_; }
@@ -75,11 +75,11 @@ class Part {
   std::error_code error_;
 };
 
-/// Gives a new file the owner and the permissions of the one that it will replace, if any.
+/// Gives a new file the owner and permissions of the file that it will replace, if any.
 void take_over_permissions(int descriptor, const fs::path& replaced) {
   struct stat old {};
   if (lstat(replaced.c_str(), &old) != 0 || !S_ISREG(old.st_mode)) return;
-  // A file that cannot be given to the old owner keeps the permissions of a new one.
+  // If the old owner cannot be set, the file keeps the permissions of a new file.
   if (fchown(descriptor, old.st_uid, old.st_gid) == 0) fchmod(descriptor, old.st_mode & 07777);
 }
 
@@ -92,9 +92,9 @@ std::error_code replace(const fs::path& file, const FileContent& content) {
   return error ? error : name_durably(part.path(), file);
 }
 
-/// Writes into a device, a FIFO, or what is open already.
+/// Writes into a device, a FIFO, or an open descriptor.
 std::error_code write_in_place(const OutputTarget& target, const FileContent& content) {
-  std::cout << std::flush;  // what was printed before comes first
+  std::cout << std::flush;  // earlier output comes first
   std::fflush(stdout);
   const int descriptor = target.descriptor >= 0 ? fcntl(target.descriptor, F_DUPFD_CLOEXEC, 0)
                                                 : open(target.name.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
@@ -105,7 +105,7 @@ std::string cannot_be_written(const fs::path& file, const std::error_code& error
   return file.string() + " cannot be written (" + error.message() + ")";
 }
 
-/// Waits for the names of the folders that it creates.
+/// Creates a folder and its parents, and syncs their directory entries.
 std::error_code create_durably(const fs::path& folder) {
   std::error_code error;
   if (folder.empty() || fs::is_directory(folder, error)) return {};
@@ -137,7 +137,7 @@ std::error_code await_disk(const fs::path& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return {errno, std::generic_category()};
   std::error_code error;
-  // EINVAL: of a file system that keeps nothing for later.
+  // EINVAL: the file system does not support synchronisation.
   if (fsync(descriptor) != 0 && errno != EINVAL) error = {errno, std::generic_category()};
   close(descriptor);
   return error;
@@ -155,17 +155,17 @@ void write_whole_folder(const fs::path& folder, const std::function<void(const f
   const fs::path name = find_target(file).name;
   const Part part(name, [](const fs::path& path) { return mkdir(path.c_str(), 0777) == 0; });
   if (part.error()) throw RunError(cannot_be_written(folder, part.error()));
-  const fs::path made = part.path() / name.filename();
-  write(made);
+  const fs::path filled = part.path() / name.filename();
+  write(filled);
   std::error_code error;
-  fs::recursive_directory_iterator at(made, error);
+  fs::recursive_directory_iterator at(filled, error);
   for (const fs::recursive_directory_iterator end; !error && at != end;) {
     error = await_disk(at->path());
     if (!error) at.increment(error);
   }
-  if (!error) error = await_disk(made);
-  if (!error) fs::rename(made, name, error);
-  if (!error) fs::remove(part.path(), error);  // of which the folder above must know as well
+  if (!error) error = await_disk(filled);
+  if (!error) fs::rename(filled, name, error);
+  if (!error) fs::remove(part.path(), error);  // before the parent's entries are synced
   if (!error) error = await_disk(folder_of(name));
   if (error) throw RunError(cannot_be_written(folder, error));
 }

@@ -13,14 +13,14 @@
 
 namespace hotpath {
 
-/// What a file holds: text, JSON (with a line break at its end), or what a function writes.
+/// The content of a file: text, JSON (a line break is added), or a function that writes it.
 using FileContent = std::variant<std::string, nlohmann::json, std::function<void(std::ostream&)>>;
 
-/// Creates a file that was not there before. Never opens one through a link.
+/// Creates a new file; fails if the name exists, also as a link. Returns a descriptor, or -1 with
+/// errno set.
 [[nodiscard]] int create_file(const std::filesystem::path& file);
 
-/// Writes to a descriptor, which it closes. Without a descriptor, or with a negative one, nothing can be
-/// written.
+/// Writes to a descriptor and closes it. With a negative descriptor every write fails.
 class FileStream : public std::ostream {
  public:
   explicit FileStream(int descriptor = -1);
@@ -33,35 +33,35 @@ class FileStream : public std::ostream {
   __gnu_cxx::stdio_filebuf<char> buffer_;
 };
 
-/// Waits until a file's content, or the names in a folder, would survive a loss of power.
+/// fsync() of a file's content, or of a folder's entries.
 [[nodiscard]] std::error_code await_disk(const std::filesystem::path& path);
 
-/// Gives `part` the name `file` once its content is on disk, and waits until the name is.
+/// Syncs the content of `part`, renames it to `file`, and syncs the directory entry.
 [[nodiscard]] std::error_code name_durably(const std::filesystem::path& part,
                                            const std::filesystem::path& file);
 
-/// Lets `write` create and fill a folder elsewhere, which gets the name `folder` once all that is in it is on
-/// disk. A symbolic link is followed. Throws RunError, and leaves nothing behind then.
+/// `write` creates and fills a folder under a temporary name, which is renamed to `folder` after
+/// its content is synced. Follows a symbolic link. Throws RunError and then leaves nothing behind.
 void write_whole_folder(const std::filesystem::path& folder,
                         const std::function<void(const std::filesystem::path&)>& write);
 
-/// Writes a file, which gets its name when it is whole and on disk; a file or link that has the name is
-/// replaced then. Leaves nothing behind when it cannot be written (disk full, for example), and throws
-/// RunError, or UsageError that names `option`, which named the folder.
+/// Writes a file under a temporary name and renames it after its content is synced, which replaces
+/// a file or link of that name. On failure (disk full, for example) it leaves nothing behind and
+/// throws RunError, or UsageError that names `option`, the option that chose the folder.
 void write_whole_file(const std::filesystem::path& file, const FileContent& content);
 void write_whole_file(const std::filesystem::path& file, const std::string& option,
                       const FileContent& content);
 
-/// Writes the file that `option` names. As write_whole_file(), with two differences for names that the user
-/// chose: a symbolic link is followed, and what is no regular file (a device, a FIFO) is written to.
+/// Writes the file that `option` names. Unlike write_whole_file() it follows a symbolic link, and
+/// writes into a device or FIFO instead of replacing it.
 void write_output_file(const std::filesystem::path& file, const std::string& option,
                        const FileContent& content);
 
-/// The same as write_whole_file() for a file whose folder may be missing.
+/// write_whole_file() that creates the file's folder if it is missing.
 void write_with_folder(const std::filesystem::path& file, const std::string& text);
 
-/// Creates a folder and those above it, and waits until their names are on disk. Throws UsageError that names
-/// `option`.
+/// Creates a folder and its parents, and syncs their directory entries. Throws UsageError that
+/// names `option`.
 void create_folder(const std::filesystem::path& folder, const std::string& option = "--output");
 
 }  // namespace hotpath

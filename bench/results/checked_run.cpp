@@ -35,7 +35,7 @@ class RunCheck {
     for (const auto& [executor, repetition] : named_) {
       if (done_.contains({executor, repetition})) continue;
       begin_repetition({executor, repetition});
-      end_repetition();  // it may have had no job at all
+      end_repetition();  // checks a repetition without rows
     }
     return {rows_, done_.size()};
   }
@@ -55,16 +55,18 @@ class RunCheck {
       begin_repetition({std::string(row.executor), row.repetition});
     }
     last_line_ = row.line;
-    if (const std::string wrong = schedule_->add(row.record); !wrong.empty()) fail(row.line, wrong);
+    if (const std::string violation = schedule_->add(row.record); !violation.empty()) {
+      fail(row.line, violation);
+    }
   }
 
-  void begin_repetition(const Key& which) {
-    current_ = which;
-    if (!named_.contains(which)) fail(line_, "run.json names no such repetition");
-    if (!done_.insert(which).second) fail(line_, "rows of this repetition have ended before");
-    const auto first = run_.first_timestamps(set_, which.first, which.second);
+  void begin_repetition(const Key& repetition) {
+    current_ = repetition;
+    if (!named_.contains(repetition)) fail(line_, "run.json names no such repetition");
+    if (!done_.insert(repetition).second) fail(line_, "rows of this repetition have ended before");
+    const auto first = run_.first_timestamps(set_, repetition.first, repetition.second);
     for (TaskId id = 0; id < set_.size(); ++id) set_.tasks[id].phase = first[id];
-    const json& facts = run_.run(which.first, which.second);
+    const json& facts = run_.run(repetition.first, repetition.second);
     const Duration length = run_.length_of(facts.at("usage").get<ProcessUsage>());
     schedule_.emplace(set_, Time{}, Time{} + length, run_.facts().at("kind") == "live");
   }
@@ -78,9 +80,9 @@ class RunCheck {
     schedule_.reset();
   }
 
-  [[noreturn]] void fail(std::size_t line, const std::string& what) const {
+  [[noreturn]] void fail(std::size_t line, const std::string& violation) const {
     throw RunError(
-        concat(file_, ":", line, ": ", current_.first, ", repetition ", current_.second, ": ", what));
+        concat(file_, ":", line, ": ", current_.first, ", repetition ", current_.second, ": ", violation));
   }
 
   const StoredRun& run_;

@@ -7,13 +7,13 @@
 namespace hotpath {
 
 struct CheckedRun {
-  std::uint64_t rows = 0;  ///< Of jobs.csv.
+  std::uint64_t rows = 0;  ///< Rows of jobs.csv.
   std::size_t repetitions = 0;
 };
 
-/// Holds jobs.csv of a stored run, row by row, against what must be true of any schedule (ScheduleCheck) and
-/// against run.json: the timestamps and samples that there were, and the repetitions that it names. Throws
-/// RunError with the line where it is not true, UsageError and InputError as StoredRun does.
+/// Checks jobs.csv of a stored run, row by row, against the rules of every schedule (ScheduleCheck)
+/// and against run.json: the expected timestamps and samples, and the listed repetitions. Throws
+/// RunError with the line of a violation, UsageError and InputError like StoredRun.
 CheckedRun check_run(const std::filesystem::path& folder);
 
 }  // namespace hotpath

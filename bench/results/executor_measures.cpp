@@ -25,13 +25,14 @@ void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vec
   }
 }
 
-/// What an executor is compared with: `default`, on a stack of its own (`rm-ro@rclcpp`) that of the stack.
+/// The baseline of an executor: `default` on the same stack, such as `default@rclcpp` for
+/// `rm-ro@rclcpp`.
 std::string baseline_of(const std::string& executor) {
   const std::size_t stack = std::min(executor.find('@'), executor.size());
   return std::string(kBaselineExecutor) + executor.substr(stack);
 }
 
-/// Frees the samples.
+/// The quantiles of the samples, which are freed.
 Quantiles quantiles_of(std::deque<double>& samples) {
   const std::deque<double> taken = std::exchange(samples, {});
   return quantiles({taken.begin(), taken.end()});

@@ -12,13 +12,13 @@
 
 namespace hotpath {
 
-/// The response times of timers as the paper's authors measure them, of one repetition. It needs 32 bytes for
-/// each job: a timer's next call at the start of a job follows from jobs that come later.
+/// The timers' response times of one repetition, as the paper's authors measure them. Needs 32
+/// bytes per job: a timer's next call at the start of a job follows from later jobs.
 class AuthorsResponses {
  public:
   AuthorsResponses(const TaskSet& set, Time epoch, Time counted_from);
   void add(const JobRecord& job);
-  /// Adds those of the jobs that count to `responses_ms`, by task.
+  /// Appends the response times of the counted jobs to `responses_ms`, by task.
   void append_to(std::vector<std::deque<double>>& responses_ms);
 
  private:
@@ -34,8 +34,8 @@ class AuthorsResponses {
   std::vector<std::vector<Executed>> executed_;  // by task
 };
 
-/// Gathers what the summary of one executor tells, job by job, in 8 bytes for each job that counts. A measure
-/// that needs the jobs one at a time takes them in add(const JobRecord&).
+/// Collects the summary of one executor job by job, in 8 bytes per counted job. A measure over
+/// single jobs belongs into add(const JobRecord&).
 class ExecutorMeasures {
  public:
   /// The arguments must outlive it.
@@ -43,16 +43,16 @@ class ExecutorMeasures {
 
   const std::string& executor() const { return summary_.executor; }
 
-  /// A repetition begins, whose jobs follow.
+  /// Begins a repetition, whose jobs follow.
   void begin(Time epoch, Time end);
   void add(const JobRecord& job);
-  /// It is over. `place` says where it stands among the repetitions, and what add() calls it.
+  /// Ends the repetition. `place`: its position among the repetitions, as in add().
   void end(std::uint32_t place, std::uint32_t repetition, const ProcessUsage& usage,
            std::uint64_t lost_records, const std::vector<TaskAccount>& accounts);
-  /// An output of a chain.
+  /// Adds an output of a chain.
   void add(std::uint32_t place, const ChainRecord& output);
 
-  /// Without comparisons; `hot_paths` gets the latencies of each chain.
+  /// The summary without comparisons. Appends the latencies of each chain to `hot_paths`.
   ExecutorSummary finish(std::vector<RepeatedSamples>& hot_paths) &&;
 
  private:
@@ -84,7 +84,7 @@ class ExecutorMeasures {
   std::vector<std::map<std::uint32_t, Latencies>> latencies_;  // by chain, then by place
 };
 
-/// `hot_paths`: by executor and chain, as finish() gives them.
+/// Adds the comparisons with the baseline. `hot_paths`: by executor and chain, from finish().
 void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths);
 
 }  // namespace hotpath

@@ -13,33 +13,34 @@ namespace hotpath {
 /// Finish of a job that ran minus its own timestamp.
 [[nodiscard]] inline Duration response_time(const JobRecord& ran) { return ran.finish - ran.job.timestamp; }
 
-/// Whether a job is one of a timer and responded later than its relative deadline. Subscriptions have no
-/// deadline but what they inherit under EDF, and never overrun.
+/// Whether a timer's job exceeded its relative deadline. Subscriptions only inherit deadlines,
+/// under EDF, and never overrun.
 [[nodiscard]] inline bool overruns_deadline(const Task& task, Duration response) {
   return task.kind == TaskKind::timer && response > task.deadline;
 }
 
-/// Whether there are no subscriptions.
+/// Whether the set has no subscriptions.
 [[nodiscard]] inline bool timers_only(const TaskSet& set) {
   return std::ranges::count(set.tasks, TaskKind::subscription, &Task::kind) == 0;
 }
 
-/// Whether a job that ran counts: it does when its timestamp lies at or after the end of the warm-up.
+/// Whether a job counts: it ran, and its timestamp is at or after the end of the warm-up.
 [[nodiscard]] inline bool counts(const JobRecord& r, Time counted_from) {
   return r.outcome == Outcome::ran && r.job.timestamp >= counted_from;
 }
 
-/// For how long a job was ready and not started: from its timestamp to its start, or to the end of the run
-/// when it is still queued then. Of a wait that began in the warm-up, what lies after it counts: a task that
-/// starves from the warm-up on has no later job. 0 for samples that were never taken.
+/// The waiting time of a job: from its timestamp to its start, or to the end of the run if it is
+/// still queued. If the wait began in the warm-up, only the part after the warm-up counts; it must
+/// count, because a task that starves from the warm-up on has no later job. 0 for samples that were
+/// never taken.
 [[nodiscard]] inline Duration wait_of(const JobRecord& r, Time counted_from, Time end) {
   if (!started(r) && r.outcome != Outcome::queued) return Duration::zero();
   return std::max(Duration::zero(), (started(r) ? r.start : end) - std::max(r.job.timestamp, counted_from));
 }
 
-/// What became of a timer's timestamps after the warm-up.
+/// The outcomes of a timer's timestamps after the warm-up.
 struct TimerCounts {
-  std::uint64_t reached = 0;  ///< Timestamps, whatever became of them.
+  std::uint64_t reached = 0;  ///< All timestamps, with any outcome.
   std::uint64_t ran = 0;
   std::uint64_t skipped = 0;
   std::uint64_t deadline_overruns = 0;
@@ -64,7 +65,8 @@ struct TimerCounts {
     return *this;
   }
 
-  /// Share of the timestamps reached that were skipped (the paper's *dropped jobs*); 0 when none was reached.
+  /// Share of the reached timestamps that were skipped (the paper's *dropped jobs*); 0 without
+  /// timestamps.
   [[nodiscard]] double dropped_percent() const {
     return reached == 0 ? 0 : 100 * static_cast<double>(skipped) / static_cast<double>(reached);
   }
@@ -76,10 +78,11 @@ struct MeasuredChain {
   std::vector<TaskId> sink_tasks;  ///< The tasks of the sink node whose jobs end the chain.
 };
 
-/// The chain records of a run that count. One rule decides for jobs and chains alike: a sample belongs to the
-/// warm-up when its job's timestamp lies before `counted_from`; for a chain that is the sink's job, found by
-/// its sequence. Where several sink tasks have a job of that sequence, the earliest timestamp decides. A
-/// record whose sink job has no record counts: buffers fill up at the end of a run only.
+/// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
+/// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job, found
+/// by its sequence; if several sink tasks have a job of that sequence, the earliest timestamp
+/// decides. A record without a recorded sink job counts, because buffers fill up only at the end of
+/// a run.
 [[nodiscard]] inline std::vector<ChainRecord> counted_chains(const Trace& trace,
                                                              const std::vector<MeasuredChain>& chains,
                                                              Time counted_from) {
@@ -90,8 +93,8 @@ struct MeasuredChain {
       if (r.outcome != Outcome::ran || std::ranges::find(sinks, r.job.task) == sinks.end()) {
         continue;
       }
-      const auto [found, added] = sink_timestamps[c].emplace(r.job.sequence, r.job.timestamp);
-      if (!added) found->second = std::min(found->second, r.job.timestamp);
+      const auto [timestamp, added] = sink_timestamps[c].emplace(r.job.sequence, r.job.timestamp);
+      if (!added) timestamp->second = std::min(timestamp->second, r.job.timestamp);
     }
   }
   std::vector<ChainRecord> counted;

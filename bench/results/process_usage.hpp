@@ -10,16 +10,16 @@
 
 namespace hotpath {
 
-/// What a run used from its first release to its stop, summed over its processes.
+/// Resource usage of a run from its first release to its stop, summed over its processes.
 struct ProcessUsage {
   Duration cpu_time{};
   std::int64_t peak_memory_kib = 0;
   std::int64_t voluntary_switches = 0;
   std::int64_t involuntary_switches = 0;
-  Duration stolen{};  ///< Time that the hypervisor gave to others, summed over the run's processors.
+  Duration stolen{};  ///< Time withheld by the hypervisor, summed over the run's CPUs.
   Duration wall{};
 
-  /// Adds another run's; of the memory the larger counts.
+  /// Adds the usage of another run, except memory: the maximum counts.
   ProcessUsage& operator+=(const ProcessUsage& other) {
     cpu_time += other.cpu_time;
     peak_memory_kib = std::max(peak_memory_kib, other.peak_memory_kib);
@@ -31,8 +31,8 @@ struct ProcessUsage {
   }
 };
 
-/// Units are the endings of keys. The second throws nlohmann's exceptions, or std::out_of_range, for what is
-/// none.
+/// Suffixes of the keys name the units. from_json() throws nlohmann's exceptions or
+/// std::out_of_range for invalid input.
 inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
   j = {{"cpu_time_ms", to_ms(usage.cpu_time)},
        {"wall_ms", to_ms(usage.wall)},
@@ -47,7 +47,7 @@ inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
   }
 }
 inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
-  // Such that those of 10000 repetitions can be added: ten days each.
+  // Ten days, so that the sum over 10000 repetitions does not overflow.
   constexpr double kMostMs = 9e8;
   constexpr std::int64_t kMost = 1'000'000'000'000;
   usage = {.cpu_time = from_ms(number_up_to(kMostMs, j, "cpu_time_ms")),

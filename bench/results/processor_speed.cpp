@@ -8,11 +8,11 @@
 namespace hotpath {
 namespace {
 
-/// What is judged at once contains jobs for at least that long: preemption by a few milliseconds is nothing
-/// of the processor's speed.
+/// The least busy time of a judged window, so that a preemption of a few milliseconds does not look
+/// like a slow CPU.
 constexpr Duration kLeastBusy = std::chrono::milliseconds(200);
 constexpr double kFastest = 0.2;
-/// Such a job fell into a suspended machine, or comes from a file that is no record of a run.
+/// A longer job spans a suspension of the machine, or comes from an invalid file.
 constexpr Duration kLongestJob = std::chrono::minutes(10);
 
 double pace(const SpeedWindow& w) {
@@ -25,8 +25,8 @@ Duration share(Duration whole, Duration part, Duration of) {
                                 (static_cast<double>(part.count()) / static_cast<double>(of.count()))));
 }
 
-/// Windows of each processor put together until they contain enough; what is left over at the end belongs
-/// to the last one.
+/// Merges the windows of each CPU until they have kLeastBusy; the rest is merged into the last
+/// window.
 std::vector<SpeedWindow> judged_windows(std::span<const SpeedWindow> windows) {
   std::map<int, std::vector<SpeedWindow>> by_cpu;
   for (const SpeedWindow& w : windows) {
@@ -68,15 +68,16 @@ void SpeedWatch::add(const JobRecord& job) {
       close_window();
     }
   }
-  // The callback of a node that waits for other inputs does not work: the job is over much too early.
+  // The callback of a node that waits for other inputs executes no work, so its job is much
+  // shorter.
   const Duration work = set_[job.job.task].wcet;
   const bool known = work >= kLeastJob && end - begin >= work / 2;
   seen_[job.worker].insert(job.cpu);
   spans_.push_back({begin, end, known ? work + kOverhead : end - begin, known, job.worker, job.cpu});
 }
 
-/// Jobs on a processor whose threads were seen on no other one share its time. Any others may have changed
-/// processors within a job.
+/// On CPUs whose threads never ran on another CPU, overlapping jobs share the CPU's time. Other
+/// threads may have migrated within a job, so only their jobs without overlap count.
 std::vector<SpeedWindow> SpeedWatch::finish() && {
   while (!spans_.empty()) close_window();
   std::set<int> visited;
@@ -111,7 +112,8 @@ void SpeedWatch::close_window() {
   window_ = end;
 }
 
-/// `spans`: in the order of their begins. What overlaps counts together, if these are at most so many.
+/// `spans`: in order of their begin. Overlapping spans count together if there are at most `most`
+/// of them.
 void SpeedWatch::measure(const std::vector<Span>& spans, std::size_t most, Windows& windows) const {
   for (std::size_t first = 0, next = 0; first < spans.size(); first = next) {
     Duration end = spans[first].end, work{};
@@ -150,21 +152,21 @@ std::optional<double> usual_pace(const std::vector<std::span<const SpeedWindow>>
 }
 
 std::vector<SlowPeriod> slow_periods(std::span<const SpeedWindow> windows, double usual) {
-  std::vector<SlowPeriod> found;
+  std::vector<SlowPeriod> periods;
   SpeedWindow slow;  // all windows of the last period
   for (const SpeedWindow& w : judged_windows(windows)) {
     if (pace(w) < kSlowFactor * usual) continue;
-    if (found.empty() || slow.cpu != w.cpu || slow.end != w.begin) {
-      found.emplace_back();
+    if (periods.empty() || slow.cpu != w.cpu || slow.end != w.begin) {
+      periods.emplace_back();
       slow = w;
     } else {
       slow.end = w.end;
       slow.busy += w.busy;
       slow.work += w.work;
     }
-    found.back() = {slow.cpu, slow.begin, slow.end, pace(slow) / usual};
+    periods.back() = {slow.cpu, slow.begin, slow.end, pace(slow) / usual};
   }
-  return found;
+  return periods;
 }
 
 std::string describe(std::span<const SlowPeriod> slow) {

@@ -20,24 +20,24 @@ using nlohmann::json;
 
 namespace {
 
-/// `EXECUTOR,REPETITION,`, as the rows of a repetition begin.
-using Beginnings = std::set<std::string>;
+/// The beginnings `EXECUTOR,REPETITION,` of rows.
+using Prefixes = std::set<std::string>;
 
-Beginnings measured_repetitions(const StoredRun& run) {
+Prefixes measured_repetitions(const StoredRun& run) {
   return run.check([&] {
-    Beginnings found;
+    Prefixes prefixes;
     for (const json& r : run.facts().at("runs")) {
       if (!r.at("failure").get<std::string>().empty()) continue;
-      found.insert(r.at("executor").get<std::string>() + "," +
-                   std::to_string(r.at("repetition").get<std::uint32_t>()) + ",");
+      prefixes.insert(r.at("executor").get<std::string>() + "," +
+                      std::to_string(r.at("repetition").get<std::uint32_t>()) + ",");
     }
-    return found;
+    return prefixes;
   });
 }
 
-/// Copies the header and the rows that begin like one of these. A last line without its end is none.
-void copy_rows(const fs::path& from, const Beginnings& kept, std::ostream& out) {
-  std::ifstream in = open_input(from, "take the file away to recover the others");
+/// Copies the header and the rows with these prefixes. Ignores an incomplete last line.
+void copy_rows(const fs::path& from, const Prefixes& kept, std::ostream& out) {
+  std::ifstream in = open_input(from, "remove the file to recover the others");
   std::string line;
   for (bool header = true; std::getline(in, line) && !in.eof(); header = false) {
     const std::size_t end = line.find(',', line.find(',') + 1);
@@ -46,7 +46,7 @@ void copy_rows(const fs::path& from, const Beginnings& kept, std::ostream& out) 
   if (!in.eof()) out.setstate(std::ios::badbit);
 }
 
-/// Removes what a kill left of a file that was being replaced.
+/// Removes temporary files of an interrupted replacement.
 void remove_unfinished(const fs::path& folder) {
   std::vector<fs::path> unfinished;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -62,7 +62,7 @@ void remove_unfinished(const fs::path& folder) {
 
 Summary recover_run(const fs::path& folder) {
   StoredRun killed(folder, "recover");
-  // A run says how it ended last of all: killed just before, it has every file and says nothing.
+  // A run records its end last: if killed just before, it has all files but no recorded end.
   const bool ended = killed.check([&] {
     const json& facts = killed.facts();
     return facts.at("complete").get<bool>() || facts.at("partial").get<bool>() ||
@@ -70,18 +70,18 @@ Summary recover_run(const fs::path& folder) {
   });
   const bool grows = fs::exists(folder / "jobs.csv.part") || fs::exists(folder / "chains.csv.part");
   if (ended && !grows && fs::exists(folder / "summary.json")) {
-    killed.fail("all that was measured is there; `hotpath summarize` reads it");
+    killed.fail("nothing to recover: its results are complete; `hotpath summarize` reads them");
   }
   const int lock = RunFolder::lock(folder);
   if (lock < 0 && fs::exists(folder / "jobs.csv.part")) {
-    killed.fail("the run still goes on; end it with Ctrl-C");
+    killed.fail("the run is still running; end it with Ctrl-C");
   }
-  const Beginnings kept = measured_repetitions(killed);
-  if (kept.empty()) killed.fail("it was killed before its first repetition had ended; run it again");
+  const Prefixes kept = measured_repetitions(killed);
+  if (kept.empty()) killed.fail("the run was killed before its first repetition ended; run it again");
 
   for (const char* name : {"jobs.csv", "chains.csv"}) {
     const fs::path whole = folder / name, grown = whole.string() + ".part";
-    if (!fs::exists(grown)) continue;  // killed after it had got its name
+    if (!fs::exists(grown)) continue;  // killed after the file was renamed
     write_whole_file(whole, [&](std::ostream& out) { copy_rows(grown, kept, out); });
     fs::remove(grown);
   }
@@ -93,7 +93,7 @@ Summary recover_run(const fs::path& folder) {
   write_whole_file(folder / "summary.json", json(summary));
   json facts = run.facts();
   facts["partial"] = true;
-  facts["warnings"].push_back("The run was killed: what it had stored until then was recovered.");
+  facts["warnings"].push_back("The run was killed: its finished repetitions were recovered.");
   write_whole_file(folder / "run.json", facts);
   return summary;
 }

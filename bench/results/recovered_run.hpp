@@ -7,10 +7,10 @@
 
 namespace hotpath {
 
-/// Turns the folder of a run that was killed into a result: the repetitions that run.json names are kept,
-/// rows of the one that was going on are left out, and run.json says `partial`. Throws UsageError when the
-/// run goes on, is whole, or had not finished a repetition; InputError for what is malformed; RunError when
-/// the folder cannot be written, which leaves it as it was.
+/// Turns the folder of a killed run into a result: keeps the repetitions that run.json names, drops
+/// the rows of the interrupted repetition, and sets `partial` in run.json. Throws UsageError if the
+/// run is still running, is whole, or had not finished a repetition; InputError for malformed
+/// files; RunError if the folder cannot be written, which then stays unchanged.
 Summary recover_run(const std::filesystem::path& folder);
 
 }  // namespace hotpath

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results/run_facts.hpp"
 
-#include <algorithm>
-
 #include "hotpath/core/csv.hpp"
 #include "program/json_fields.hpp"
 
@@ -31,7 +29,7 @@ TaskSet tasks_from_json(const json& tasks) {
     task.group = j.value("reentrant", false) ? 1 : 0;
     task.name = j.at("task").get<std::string>();
     task.kind = j.at("kind") == "timer" ? TaskKind::timer : TaskKind::subscription;
-    // Runs of the first version do not say it.
+    // Runs of the first version lack this key.
     if (j.contains("wcet_ns")) task.wcet = Duration(number_up_to(kLongest.count(), j, "wcet_ns"));
     if (task.kind != TaskKind::timer) continue;
     task.period = Duration(number_up_to(kLongest.count(), j, "period_ns"));

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::string kKept = "; what was written before is kept, but the run is not complete";
+const std::string kKept = "; earlier results are kept, but the run is not complete";
 
 fs::path new_folder(const fs::path& path) {
   check_output_folder(path);
@@ -33,15 +33,15 @@ RunFolder::RunFolder(const fs::path& path)
     : path_(new_folder(path)),
       jobs_(create_file(path_ / "jobs.csv.part")),
       chains_(create_file(path_ / "chains.csv.part")) {
-  const auto refuse = [&](const std::string& why) {
-    throw UsageError("the output folder " + path_.string() + " " + why);
+  const auto refuse = [&](const std::string& reason) {
+    throw UsageError("the output folder " + path_.string() + " " + reason);
   };
   if (!jobs_ || !chains_) {
     refuse(concat("cannot be written (", std::strerror(errno), "); name another with --output"));
   }
   lock_ = lock(path_);
   if (lock_ < 0) {
-    refuse(concat("cannot be locked (", std::strerror(errno), "); is another run in it?"));
+    refuse(concat("cannot be locked (", std::strerror(errno), "); does another run use it?"));
   }
   jobs_ << kJobsCsvHeader << '\n';
   chains_ << kChainsCsvHeader << '\n';
@@ -69,11 +69,11 @@ void RunFolder::write(const std::string& name, const FileContent& content) const
 void RunFolder::conclude(nlohmann::json facts) const {
   try {
     write("run.json", facts);
-  } catch (const std::exception&) {  // memory may have ended, too
+  } catch (const std::exception&) {  // RunError, or std::bad_alloc
     facts["complete"] = false;
     try {
       write("run.json", facts);
-    } catch (const std::exception&) {  // the first failure is the one to tell
+    } catch (const std::exception&) {  // the first failure is reported
     }
     throw;
   }

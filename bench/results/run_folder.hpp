@@ -10,42 +10,43 @@
 
 namespace hotpath {
 
-/// The folder of one run. Files get their names when they are whole: until then jobs.csv and chains.csv grow
-/// under names that end in `.part`, which are all that a killed run leaves of them (recover_run()).
+/// The folder of one run. Files get their names when they are complete. Until then jobs.csv and
+/// chains.csv grow under names that end in `.part`, from which recover_run() recovers a killed run.
 class RunFolder {
  public:
-  /// Creates the folder. Throws UsageError when it cannot be written or holds anything already.
+  /// Creates the folder. Throws UsageError if it cannot be written or is not empty.
   explicit RunFolder(const std::filesystem::path& path);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
 
-  /// A descriptor that holds the lock of the run in this folder; negative: it still goes on.
+  /// A descriptor that locks the run in this folder; negative: the run is still running, or has no
+  /// jobs.csv.part.
   [[nodiscard]] static int lock(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
 
-  /// Replaces a whole file. Throws RunError (disk full, for example), and leaves the old one.
+  /// Replaces a file. Throws RunError (disk full, for example) and then leaves the old file.
   void write(const std::string& name, const FileContent& content) const;
 
-  /// Writes run.json for the last time. Throws RunError, and takes back then that the run is complete: the
-  /// file may have its name already, without the disk's word that it stays.
+  /// Writes run.json for the last time. Throws RunError, and then resets `complete`: the new file
+  /// may already have its name although it could not be synced.
   void conclude(nlohmann::json facts) const;
 
-  /// Adds one repetition to jobs.csv and chains.csv, and waits until its rows are on disk: run.json may name
-  /// it from then on. Throws RunError.
+  /// Appends one repetition to jobs.csv and chains.csv and syncs its rows, so that run.json may
+  /// list it. Throws RunError.
   void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace);
 
-  /// Gives jobs.csv and chains.csv their names. Throws RunError.
+  /// Gives jobs.csv and chains.csv their final names. Throws RunError.
   void finish();
 
-  /// Lets `print` show what was stored, and names the folder. What fails then changes no result, and is a
-  /// note.
+  /// Calls `print` to show the results, and prints the folder. A failure affects no result and is
+  /// only a note.
   void show(const auto& print) const {
     try {
       print();
     } catch (const std::exception& error) {
-      std::fprintf(stderr, "note: the result is stored, and could not be shown: %s\n", error.what());
+      std::fprintf(stderr, "note: the result is stored, but could not be shown: %s\n", error.what());
     }
     std::cout << "\nResults: " << path_.c_str() << "\n" << std::flush;
   }

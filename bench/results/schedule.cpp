@@ -8,7 +8,7 @@ namespace hotpath {
 
 namespace {
 
-/// For each timer, the jobs that it released, by release.
+/// For each timer: its released jobs, by release.
 std::vector<std::vector<const Job*>> releases(const TaskSet& set, const Trace& trace) {
   std::vector<std::vector<const Job*>> released(set.size());
   for (const JobRecord& r : trace.jobs) {

@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// One executed job, recorded by us or by the real ROS 2 stack.
+/// One executed job, recorded by hotpath or by the ROS 2 stack.
 struct ExecutedJob {
   TaskId task = kNoTask;
   Time timestamp{}, start{};
@@ -18,26 +18,27 @@ struct ExecutedJob {
   [[nodiscard]] bool finished() const { return finish >= start; }
 };
 
-/// The executed jobs of one run by start, with instants since its epoch.
+/// The executed jobs of one run, by start; times count from its epoch.
 struct Schedule {
   TaskSet set;
   std::vector<ExecutedJob> jobs;
 };
 
-/// From a trace: jobs that ran or were running. A timer's next call at the start of a job follows the latest
-/// timestamp that had been released, or skipped with it, by then.
+/// The jobs of a trace that ran or were running. A timer's next call at the start of a job is one
+/// period after the latest timestamp released, or skipped, by then.
 [[nodiscard]] Schedule schedule_of(const TaskSet& set, const Trace& trace);
 
-/// From a golden trace. It holds no timestamps: they follow from the next calls. A job that the timer's own
-/// call started (wait sets, release-and-execute) has the timer's next call at the previous job; one that a
-/// releaser started (`release_only`) has the timestamp of its number.
+/// The jobs of a golden trace, which has no timestamps; they follow from the next calls. A job
+/// started by the timer's own call (wait sets, release-and-execute) has the next call at the
+/// previous job as its timestamp; a job started by a releaser (`release_only`) has the timestamp of
+/// its number.
 [[nodiscard]] Schedule schedule_of(const GoldenTrace& trace, bool release_only);
 
 /// Finish minus timestamp of a finished job.
 [[nodiscard]] inline Duration response_time(const ExecutedJob& job) { return job.finish - job.timestamp; }
 
-/// The authors' response time (their sensor.hpp): finish - (next call at the start - period). Under a
-/// release-only executor with backlog that refers to a later release than the job's own.
+/// The authors' response time (their sensor.hpp): finish - (next call at the start - period). Under
+/// a release-only executor with backlog that refers to a later release than the job's own.
 [[nodiscard]] Duration response_authors(const Schedule& schedule, const ExecutedJob& job);
 
 }  // namespace hotpath

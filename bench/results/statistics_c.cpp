@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The statistics for the Python package (hotpath_report/statistics.py), which calls them by ctypes, so that
-// every number of a figure or page comes from one implementation. Estimates are {value, low, high}; NaN where
-// there is none.
+// The statistics for the Python package (hotpath_report/statistics.py), which calls them with
+// ctypes, so that all numbers of figures and pages come from one implementation. Estimates are
+// {value, low, high}; NaN means no value.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -26,7 +26,8 @@ const RepeatedSamples& samples(const void* handle) { return *static_cast<const R
 
 extern "C" {
 
-/// Samples of `repetitions` repetitions one after the other, `sizes` of each; hotpath_samples_delete() frees.
+/// The concatenated samples of `repetitions` repetitions, `sizes[r]` in repetition r. Free the
+/// result with hotpath_samples_delete().
 void* hotpath_samples_new(const double* values, const std::size_t* sizes, std::size_t repetitions) {
   std::vector<std::vector<double>> of_repetition;
   for (std::size_t r = 0; r < repetitions; ++r) {
@@ -57,9 +58,9 @@ void hotpath_cliffs_delta(const void* a, const void* b, double* out) {
   store(hotpath::cliffs_delta(samples(a), samples(b)), out);
 }
 
-/// Of one measure, a value for each repetition. `pairing` and `scale` are the values of the enumerations.
-/// `out`: before, after, growth, its interval's ends, p-value, whether it is exact, and the growth that is
-/// detectable at `alarm_rate` with the probability `power`.
+/// Tests the growth of one measure, with one value per repetition. `pairing` and `scale` are
+/// enumerators. `out`: before, after, growth, low and high end of its interval, p-value, whether it
+/// is exact, and the growth that is detectable at `alarm_rate` with probability `power`.
 void hotpath_growth(const double* before, std::size_t n_before, const double* after, std::size_t n_after,
                     int pairing, int scale, double alarm_rate, double power, double* out) {
   const auto unit = static_cast<hotpath::Scale>(scale);

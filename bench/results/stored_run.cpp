@@ -2,7 +2,6 @@
 #include "results/stored_run.hpp"
 
 #include <algorithm>
-#include <ostream>
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/input_file.hpp"
@@ -29,7 +28,8 @@ std::string named(const json& run) {
   return named(run.at("executor").get<std::string>(), run.at("repetition").get<std::uint32_t>());
 }
 
-/// Timers of nodes that have subscriptions as well, of the reference system's types: named as their nodes.
+/// Timers of nodes that also have subscriptions. Only for nodes of the reference system's types,
+/// whose timers have the node's name.
 std::vector<TaskId> cyclic_timers(const TaskSet& set) {
   std::vector<TaskId> timers;
   for (TaskId id = 0; id < set.size(); ++id) {
@@ -60,7 +60,8 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 }
 
 std::ifstream StoredRun::open(const char* file) const {
-  const char* const remedy = "name the folder of a whole run, as written by `hotpath run` without --no-trace";
+  const char* const remedy =
+      "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
   if (!std::filesystem::exists(folder_ / file)) fail(concat("there is no ", file, "; ", remedy));
   return open_input(folder_ / file, remedy);
 }
@@ -74,7 +75,7 @@ void StoredRun::read_facts() {
   length_ = warm_up_ + from_ms(number_up_to(kLongestS, facts_, "duration_s") * 1000);
   if (!facts_.contains("tasks")) {
     fail("it was written by hotpath " + facts_.at("version").get<std::string>() +
-         ", which kept less of a run than this one reads; run it again");
+         ", which stored less than this version needs; run it again");
   }
   tasks_ = tasks_from_json(facts_.at("tasks"));
   facts_.at("chains").get_to(chains_);
@@ -102,13 +103,13 @@ std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std:
     if (set[id].kind != TaskKind::timer) continue;
     ++timers;
     if (!first_ms.contains(set[id].name)) {
-      fail("it has no first timestamp for timer " + set[id].name + "; was it of another graph?");
+      fail("it has no first timestamp for timer " + set[id].name + "; does it belong to another graph?");
     }
     first[id] = from_ms(first_ms[set[id].name].get<double>());
   }
   if (timers != first_ms.size()) {
     fail(concat("it has first timestamps for ", first_ms.size(), " timers, the graph has ", timers,
-                "; was it of another graph?"));
+                "; does it belong to another graph?"));
   }
   return first;
 }
@@ -143,8 +144,9 @@ void StoredRun::read_chains() {
   std::ifstream in = open("chains.csv");
   const std::string file = (folder_ / "chains.csv").string();
   for (const ChainRow& row : read_chains_csv(in, file)) {
-    const auto refuse = [&](const std::string& what) {
-      throw InputError(file, static_cast<std::int64_t>(row.line), what, "the files are not of one run");
+    const auto refuse = [&](const std::string& error) {
+      throw InputError(file, static_cast<std::int64_t>(row.line), error,
+                       "the files do not belong to one run");
     };
     const auto trace = find_trace(traces_, row.executor, row.repetition);
     if (trace == traces_.end()) refuse("jobs.csv has no such repetition of `" + row.executor + "`");
@@ -156,9 +158,9 @@ void StoredRun::read_chains() {
 }
 
 const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetition) const {
-  const auto found = find_trace(traces_, executor, repetition);
-  if (found == traces_.end()) fail_missing(executor, repetition);
-  return *found;
+  const auto match = find_trace(traces_, executor, repetition);
+  if (match == traces_.end()) fail_missing(executor, repetition);
+  return *match;
 }
 
 SummaryOptions StoredRun::summary_options() const {
@@ -177,8 +179,8 @@ void StoredRun::fail(const std::string& what) const {
 void StoredRun::fail_missing(const std::string& executor, std::uint32_t repetition) const {
   std::vector<std::string> runs;
   for (const json& run : facts_.at("runs")) runs.push_back(named(run));
-  fail(named(executor, repetition) + " did not run there; " +
-       (runs.empty() ? "nothing did" : "there are " + joined(runs)));
+  fail(named(executor, repetition) + " is not in this run; " +
+       (runs.empty() ? "it has no repetitions" : "it has " + joined(runs)));
 }
 
 json summarize_golden_trace(const std::filesystem::path& file) {

@@ -17,10 +17,10 @@ using nlohmann::json;
 
 namespace {
 
-/// Of an executor, by its place in run.json.
+/// The executor's position in run.json, and the repetition.
 using RepetitionKey = std::pair<std::size_t, std::uint32_t>;
 
-/// What counts of a repetition: nothing where it was replaced.
+/// Whether a repetition counts: a replaced repetition does not.
 enum class Counts : std::uint8_t { all, nothing };
 
 class StoredSummary {
@@ -65,8 +65,9 @@ class StoredSummary {
     const std::string file = (run_.folder() / "chains.csv").string();
     std::set<std::pair<RepetitionKey, std::uint32_t>> seen;
     for_each_chain(in, file, [&](const ChainRow& row) {
-      const auto refuse = [&](const std::string& what) {
-        throw InputError(file, static_cast<std::int64_t>(row.line), what, "the files are not of one run");
+      const auto refuse = [&](const std::string& error) {
+        throw InputError(file, static_cast<std::int64_t>(row.line), error,
+                         "the files do not belong to one run");
       };
       const RepetitionKey key = {place_of(row.executor), row.repetition};
       const auto repetition = repetitions_.find(key);
@@ -78,7 +79,7 @@ class StoredSummary {
       if (repetition->second == Counts::nothing) return;
       ChainRecord record = row.record;
       record.chain = static_cast<std::uint32_t>(chain - run_.chains().begin());
-      // Only their sum is kept: it goes to the first output.
+      // run.json has only the sum of the drops; it is assigned to the first output.
       if (seen.emplace(key, record.chain).second) record.dropped = drops(row);
       measures_[key.first].add(row.repetition, record);
     });
@@ -118,8 +119,8 @@ class StoredSummary {
     run_.check([&] { facts_->at("usage").get_to(usage_); });
     accounts_.assign(run_.tasks().size(), {});
     for (TaskId id = 0; id < accounts_.size(); ++id) accounts_[id].task = id;
-    // jobs.csv does not say the end. An interrupted live run was shorter than planned; simulations take no
-    // time.
+    // jobs.csv lacks the end of the run. An interrupted live run was shorter than planned; a
+    // simulation has no wall time.
     executor().begin(Time{}, Time{} + run_.length_of(usage_));
     if (tells_speed_) watch_.emplace(run_.tasks(), Time{}, run_.warm_up());
   }
@@ -136,10 +137,10 @@ class StoredSummary {
   std::map<RepetitionKey, Counts> repetitions_;
   RepetitionKey current_;
   const json* facts_ = nullptr;  // of the current repetition
-  ProcessUsage usage_;           // of the same
+  ProcessUsage usage_;           // of the current repetition
   std::vector<TaskAccount> accounts_;
   bool tells_speed_ = false;
-  std::optional<SpeedWatch> watch_;   // of the same
+  std::optional<SpeedWatch> watch_;   // of the current repetition
   std::vector<ExecutorRuns> speeds_;  // without traces
 };
 
@@ -184,7 +185,7 @@ ResponsesCsv::ResponsesCsv(std::ostream& out, const StoredRun& run) : out_(out),
       r.at("executor").get_to(of.executor);
       r.at("repetition").get_to(of.repetition);
       of.replaced = r.contains("replaced_by");
-      of.seen = of.replaced || !r.at("failure").get<std::string>().empty();  // nothing of it is written
+      of.seen = of.replaced || !r.at("failure").get<std::string>().empty();  // no rows are written
     }
   });
   std::ranges::sort(repetitions_, {}, [&](const OfRepetition& of) {
@@ -200,7 +201,7 @@ void ResponsesCsv::add(const JobRow& row) {
   if (current_ == repetitions_.size() || !is_of_row(repetitions_[current_])) {
     current_ = static_cast<std::size_t>(std::ranges::find_if(repetitions_, is_of_row) - repetitions_.begin());
     if (current_ == repetitions_.size()) {
-      static_cast<void>(run_.run(std::string(row.executor), row.repetition));  // says that it did not run
+      static_cast<void>(run_.run(std::string(row.executor), row.repetition));  // throws: it did not run
     }
     for (; next_ != current_ && next_ < repetitions_.size() && repetitions_[next_].seen; ++next_) {
       write_waiting(repetitions_[next_]);

@@ -12,25 +12,25 @@
 
 namespace hotpath {
 
-/// Every job of a stored run in the order of jobs.csv. Throws InputError, also where a repetition's rows do
-/// not follow each other.
+/// Calls `use` for every job of a stored run, in the order of jobs.csv. Throws InputError, also if
+/// the rows of a repetition are not contiguous.
 void for_each_record(const StoredRun& run, const std::function<void(const JobRow&)>& use);
 
-/// The summary of a stored run, which is read row by row: 8 bytes stay of each job, and in sets of timers
-/// alone 32 of each job of the current repetition. `also` gets every job. Throws UsageError for files that
-/// are missing or not of one run, InputError for what is malformed.
+/// The summary of a stored run, read row by row: needs 8 bytes per job, and for sets without
+/// subscriptions 32 bytes per job of the current repetition. Calls `also` for every job. Throws
+/// UsageError for files that are missing or not of one run, InputError for malformed files.
 [[nodiscard]] Summary summarize(
     const StoredRun& run, const SummaryOptions& options,
     const std::function<void(const JobRow&)>& also = [](const JobRow&) {});
 
-/// CSV `executor,repetition,task,response_ns`: a row for each job that ran and counts, by executor as
-/// run.json names them and by repetition, then in the order of jobs.csv, without repetitions that were
-/// replaced. Rows that come too early are kept until then.
+/// Writes CSV `executor,repetition,task,response_ns` with a row per counted job, in the order of
+/// run.json's executors, then by repetition, then in the order of jobs.csv, without replaced
+/// repetitions. Buffers rows that come too early.
 class ResponsesCsv {
  public:
   ResponsesCsv(std::ostream& out, const StoredRun& run);
   void add(const JobRow& row);
-  /// Writes what still waits.
+  /// Writes the buffered rows.
   void finish();
 
  private:
@@ -42,7 +42,7 @@ class ResponsesCsv {
     std::string executor;
     std::uint32_t repetition = 0;
     bool replaced = false;
-    bool seen = false;  ///< It has had rows, or has none.
+    bool seen = false;  ///< It has had rows, or has no rows to write.
     std::deque<Response> waiting;
   };
   void write(const OfRepetition& of, const Response& response);
@@ -51,8 +51,8 @@ class ResponsesCsv {
   std::ostream& out_;
   const StoredRun& run_;
   std::vector<OfRepetition> repetitions_;  // in the order of the file
-  std::size_t next_ = 0;                   // of the first that is not written, or that is being written
-  std::size_t current_ = 0;                // of the latest row
+  std::size_t next_ = 0;                   // index of the first repetition that is not completely written
+  std::size_t current_ = 0;                // index of the repetition of the latest row
 };
 
 }  // namespace hotpath

@@ -21,7 +21,7 @@ struct Repetition {
   Trace trace;
   ProcessUsage usage;
   std::vector<TaskAccount> accounts;  ///< account(set, trace).
-  std::vector<SpeedWindow> speed;     ///< speed_windows(); empty where it cannot be told.
+  std::vector<SpeedWindow> speed;     ///< speed_windows(); empty if the speed is unknown.
 };
 
 struct ExecutorRuns {
@@ -29,7 +29,7 @@ struct ExecutorRuns {
   std::vector<Repetition> repetitions;
 };
 
-/// What a summary must know of the graph and of the run.
+/// The properties of graph and run that a summary needs.
 struct SummaryOptions {
   std::vector<std::string> chains;    ///< Names; a trace's ChainRecord::chain is an index into them.
   std::vector<TaskId> cyclic_timers;  ///< Timers of the cyclic nodes, whose period is measured.
@@ -47,13 +47,14 @@ struct ChainSummary {
   std::string chain;
   LatencySummary hot_path;
   LatencySummary end_to_end;
-  std::uint64_t drops = 0;  ///< Samples lost on the way to the counted outputs (upstream's `hot path drops`).
-  /// This executor's hot-path latency divided by that of `default`; none when `default` was not measured.
+  std::uint64_t drops = 0;  ///< Samples lost before the counted outputs (upstream's `hot path drops`).
+  /// Ratio of this executor's hot-path latency to `default`; nullopt if `default` was not measured.
   std::optional<Estimate> median_to_default, max_to_default;
   std::optional<Estimate> median_minus_default;  ///< Difference of the medians in milliseconds.
 };
 
-/// `account` counts the whole run, warm-up included, as the loss equations do; the rest leaves it out.
+/// `account` covers the whole run with its warm-up, like the loss equations; the other members
+/// exclude the warm-up.
 struct TaskSummary {
   std::string task;
   TaskKind kind = TaskKind::timer;
@@ -63,15 +64,16 @@ struct TaskSummary {
   Duration deadline{};        ///< Timers: relative.
   Duration longest_wait{};    ///< wait_of() of its jobs.
   Quantiles response_ms;
-  /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's next call
-  /// as read at the start, plus its period. In sets of timers alone, where it follows from the trace.
+  /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
+  /// next call as read at the start, plus its period. Only for sets without subscriptions, where
+  /// the trace determines it.
   std::optional<Quantiles> response_authors_ms;
-  /// Cyclic nodes: distance of the starts of consecutive executed jobs. Upstream divides it by the difference
-  /// of its message numbers, which is 1 between executed jobs; a skipped timestamp thus shows as a doubled
-  /// period.
+  /// Cyclic nodes: time between the starts of consecutive executed jobs. Upstream divides it by the
+  /// difference of the message numbers, which is 1 between executed jobs, so a skipped timestamp
+  /// doubles the period.
   std::optional<Quantiles> period_ms;
 
-  /// It had timestamps or samples, in all repetitions together, and none of its jobs started.
+  /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
   [[nodiscard]] bool never_ran() const {
     return account[Outcome::ran] + account[Outcome::running] == 0 && account.accounted() > 0;
   }
@@ -85,15 +87,15 @@ struct Imbalance {
   std::uint64_t expected = 0;
 };
 
-/// A repetition that ran on a slow processor for a part of its time.
+/// A repetition that ran on a slow CPU for a part of its time.
 struct SlowRepetition {
   std::uint32_t repetition = 0;
   std::vector<SlowPeriod> periods;
 };
 
 struct SpeedJudgement {
-  std::size_t observed = 0;          ///< Repetitions whose jobs tell the speed of their processors.
-  std::vector<SlowRepetition> slow;  ///< Of these, in the order of the input.
+  std::size_t observed = 0;          ///< Repetitions whose jobs reveal the speed of their CPUs.
+  std::vector<SlowRepetition> slow;  ///< The slow repetitions among them, in the order of the input.
 };
 
 struct ExecutorSummary {
@@ -105,7 +107,7 @@ struct ExecutorSummary {
   TimerCounts after_warm_up;  ///< Of all timers.
   std::uint64_t lost_records = 0;
   double cpu_per_callback_us = kNoValue;  ///< CPU time of all processes per executed callback.
-  ProcessUsage usage;  ///< Summed over repetitions; the memory is the largest repetition's.
+  ProcessUsage usage;  ///< Summed over repetitions; the memory is the maximum over repetitions.
   std::vector<ChainSummary> chains;
   std::vector<TaskSummary> tasks;
   SpeedJudgement speed;
@@ -118,16 +120,17 @@ struct Summary {
   std::vector<ExecutorSummary> executors;  ///< In the order of the input.
 };
 
-/// Of each executor, against what is usual in all repetitions of all of them.
+/// Judges the CPU speed of each executor's repetitions against the usual speed in all repetitions
+/// of all executors.
 [[nodiscard]] std::vector<SpeedJudgement> judge_speed(const std::vector<ExecutorRuns>& runs);
 
-/// A pure function of what was recorded. Every trace and account belongs to `set`; the chain records of the
-/// traces are those that count (`counted_chains`).
+/// A pure function of the records. All traces and accounts refer to `set`; the traces contain only
+/// counted chain records (`counted_chains`).
 [[nodiscard]] Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs,
                                 const SummaryOptions& options);
 
-/// The content of summary.json. Units are the endings of keys (`_ms`, `_us`, `_s`, `_kib`, `_percent`) and
-/// hold for all that lies below a key; what could not be measured is null.
+/// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`,
+/// `_percent`) of all values below a key; unmeasured values are null.
 void to_json(nlohmann::json& j, const Summary& summary);
 void to_json(nlohmann::json& j, const Quantiles& quantiles);
 void to_json(nlohmann::json& j, const Estimate& estimate);

@@ -6,7 +6,8 @@ namespace hotpath {
 
 using nlohmann::json;
 
-// The library finds these by their argument, also for what vectors and options hold.
+// nlohmann's library finds these functions by argument-dependent lookup, also for elements of
+// vectors and optionals.
 
 static void to_json(json& j, const Interval& interval) { j = {interval.low, interval.high}; }
 

@@ -15,7 +15,7 @@
 namespace hotpath {
 namespace {
 
-/// Three digits that mean something, whether the nodes work for 40 ms or not at all.
+/// Three significant digits for values below 1000, at most three decimals.
 std::string number(double x) {
   if (!std::isfinite(x)) return "-";
   const double size = std::abs(x);
@@ -31,7 +31,7 @@ bool beyond_noise(const std::optional<Estimate>& ratio) {
   return ratio && ratio->interval && (ratio->interval->high < 1 || ratio->interval->low > 1);
 }
 
-/// A terminal has no room for the interval of a ratio; a star says what it is for.
+/// A star replaces the interval of a ratio, for which a terminal has no room.
 std::string starred(const std::optional<Estimate>& ratio) {
   return ratio ? number(ratio->value) + (beyond_noise(ratio) ? "*" : " ") : "-";
 }
@@ -74,7 +74,7 @@ TextTable jobs_table(const Summary& summary) {
                   {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
                    "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
   for (const ExecutorSummary& e : summary.executors) {
-    double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter where that definition applies
+    double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter only in sets without subscriptions
     for (const TaskSummary& task : e.tasks) {
       worst_ms = std::fmax(worst_ms, task.response_ms.max);
       worst_authors_ms = std::fmax(worst_authors_ms, task.response_authors_ms.value_or(Quantiles()).max);
@@ -87,7 +87,7 @@ TextTable jobs_table(const Summary& summary) {
   return table;
 }
 
-/// Facts without which the numbers above could mislead, one sentence each.
+/// One sentence for each fact without which the numbers above could mislead.
 void write_notes(std::ostream& out, const Summary& summary) {
   constexpr std::size_t kMostExamples = 3;
   const bool balanced =
@@ -107,13 +107,12 @@ void write_notes(std::ostream& out, const Summary& summary) {
     }
     for (const ChainSummary& c : e.chains) {
       if (c.drops == 0) continue;
-      out << "Hot-path drops: " << e.executor << " lost " << c.drops << " samples on the way along "
-          << c.chain << ".\n";
+      out << "Hot-path drops: " << e.executor << " lost " << c.drops << " samples along " << c.chain << ".\n";
     }
   }
 }
 
-/// Of each repetition that ran on a slow processor, when that was and by how much.
+/// A line for each repetition on a slow CPU, with time and factor.
 void write_slow(std::ostream& out, const ExecutorSummary& e) {
   constexpr std::size_t kMostLines = 5;
   for (const SlowRepetition& r : std::span(e.speed.slow).first(std::min(kMostLines, e.speed.slow.size()))) {
@@ -126,7 +125,8 @@ void write_slow(std::ostream& out, const ExecutorSummary& e) {
   }
 }
 
-/// Whether a task starved, as far as its period tells: those of subscriptions are not known here.
+/// Whether a task starved. The periods of subscriptions are unknown here, so they starve only if
+/// they never ran.
 bool starved(const TaskSummary& task) {
   return task.never_ran() || (task.period > Duration::zero() && task.longest_wait > task.period);
 }
@@ -171,7 +171,7 @@ void write_table(std::ostream& out, const Summary& summary) {
   for (std::size_t chain = 0; chain < chains; ++chain) out << chain_table(summary, chain) << '\n';
   if (chains == 0 && !summary.executors.empty()) out << jobs_table(summary) << '\n';
   if (any_beyond_noise(summary)) {
-    out << "* beyond noise: the interval of this ratio to default, given in summary.json, leaves out 1.\n";
+    out << "* beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.\n";
   }
   for (const ExecutorSummary& e : summary.executors) write_starved(out, e);
   for (const ExecutorSummary& e : summary.executors) write_slow(out, e);

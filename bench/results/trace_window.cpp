@@ -25,7 +25,7 @@ void write_window(std::ostream& out, const std::filesystem::path& jobs_csv, cons
     const Time ready = Time{} + in.nanoseconds(timestamp);
     const bool started = !in.text(start).empty(), finished = !in.text(finish).empty();
     const Time begin = started ? std::min(ready, Time{} + in.nanoseconds(start)) : ready;
-    // One that still runs at the end of the run touches all that follows.
+    // A job that was running at the end of the run has no finish.
     const Time end = finished ? Time{} + in.nanoseconds(finish) : started ? kNever : ready;
     if (begin >= window.to || std::max(ready, end) < window.from) continue;
     write_line([&](std::size_t c) { return in.text(c); });

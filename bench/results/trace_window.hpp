@@ -9,16 +9,16 @@
 
 namespace hotpath {
 
-/// A part of one repetition; instants since its epoch.
+/// A time window of one repetition, counted from its epoch.
 struct TraceWindow {
   std::string executor;
   std::uint32_t repetition = 0;
   Time from{}, to = kNever;
 };
 
-/// Writes the header of a jobs.csv, and its rows that touch the window [from, to): those of jobs that were
-/// ready, ran or were skipped or overwritten in it. Only what decides that is read, row by row. Throws
-/// InputError.
+/// Writes the header of a jobs.csv and the rows of jobs that were ready, running, skipped or
+/// overwritten in the window [from, to). Reads row by row and parses only the columns needed.
+/// Throws InputError.
 void write_window(std::ostream& out, const std::filesystem::path& jobs_csv, const TraceWindow& window);
 
 }  // namespace hotpath

@@ -30,8 +30,8 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
     spec.scheduler.ties = *ties;
   } else {
     throw UsageError("executor `" + spec.label + "` has no variant `" + variant +
-                     "`; the paper's executors take inherit, first, lifo, fifo, and multi, multi-jazzy, "
-                     "multi-fair, cbg take a number of threads");
+                     "`; the paper's executors accept inherit, first, lifo, fifo; multi, multi-jazzy, "
+                     "multi-fair, cbg accept a number of threads");
   }
 }
 
@@ -67,8 +67,8 @@ ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
   deployed->plan = std::move(plan);
   const std::string& file = deployed->plan.file;
   if (find_executor(deployed->plan.name) != nullptr) {
-    throw InputError(file, 1, "the deployment is called " + deployed->plan.name + ", which is an executor",
-                     "give it a name that no executor has");
+    throw InputError(file, 1, "the deployment has the name of an executor, " + deployed->plan.name,
+                     "rename the deployment");
   }
   for (const DeployedExecutor& e : deployed->plan.executors) {
     try {
@@ -79,9 +79,10 @@ ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
     const bool raises = deployed->executors.back().entry->traits.raises_timer_thread;
     const bool budget = e.policy.scheduling_class == ThreadPolicy::Class::deadline;
     if (raises && (budget || e.policy.priority >= kHighestPriority)) {
-      throw InputError(file, e.line,
-                       concat("executor ", e.name, ": no timer thread can be above ", to_string(e.policy)),
-                       concat("take fifo with a priority below ", kHighestPriority));
+      throw InputError(
+          file, e.line,
+          concat("executor ", e.name, ": a timer thread cannot have a priority above ", to_string(e.policy)),
+          concat("take fifo with a priority below ", kHighestPriority));
     }
   }
   return {deployed->plan.name, nullptr, defaults, deployed};

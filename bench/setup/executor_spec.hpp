@@ -13,20 +13,20 @@ namespace hotpath {
 
 struct Deployed;
 
-/// On what a graph runs live.
+/// The software stack of a live run.
 enum class Stack : std::uint8_t {
   native,  ///< hotpath's own executors and transports.
-  rclcpp,  ///< The real ROS 2 stack: the program hotpath_rclcpp_runner of a ROS 2 workspace.
+  rclcpp,  ///< ROS 2, through the program hotpath_rclcpp_runner of a ROS 2 workspace.
 };
 constexpr auto enum_texts(Stack) {
   return std::to_array<EnumText<Stack>>({{Stack::native, "native"}, {Stack::rclcpp, "rclcpp"}});
 }
 inline constexpr std::string_view kOnRclcpp = "@rclcpp";
 
-/// What runs a graph: an executor, or a deployment of several. An executor as a user names it: `NAME`, or
-/// `NAME:VARIANT[:VARIANT]`, then kOnRclcpp if it is that of the real stack, with the variants `inherit`,
-/// `first` (rule for subscriptions), `lifo`, `fifo` (ties), or a number of threads where there can be
-/// several.
+/// An executor, or a deployment of several executors. A user names an executor `NAME` or
+/// `NAME:VARIANT[:VARIANT]`, followed by kOnRclcpp for an executor of the ROS 2 stack. Variants:
+/// `inherit`, `first` (rule for subscriptions), `lifo`, `fifo` (ties), or the number of threads of
+/// a multi-threaded executor.
 struct ExecutorSpec {
   std::string label;                     ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.
@@ -35,26 +35,26 @@ struct ExecutorSpec {
   Stack stack = Stack::native;
 };
 
-/// A deployment whose executors are known.
+/// A deployment with its parsed executors.
 struct Deployed {
   Deployment plan;
   std::vector<ExecutorSpec> executors;  ///< Parallel to plan.executors.
 };
 
-/// Every executor of `spec`, which may be one.
+/// All executors of `spec`: one, or the executors of the deployment.
 [[nodiscard]] std::span<const ExecutorSpec> parts(const ExecutorSpec& spec);
 
-/// The deployment of that name or file. Throws InputError with the line of an executor that there is not.
+/// The deployment of that name or file. Throws InputError with the line of an unknown executor.
 [[nodiscard]] ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph,
                                   const GraphTasks& tasks, const SchedulerOptions& defaults);
 
-/// The same of a deployment made by this program.
+/// The same for a deployment that this program has created.
 [[nodiscard]] ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults);
 
-/// Throws UsageError that lists what there is.
+/// Throws UsageError that lists the known executors.
 ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& defaults);
 
-/// The paper's executors (Section VII), and all of the registry.
+/// The paper's executors (Section VII), and the whole registry.
 std::vector<std::string> paper_executor_names();
 std::vector<std::string> all_executor_names();
 

@@ -34,13 +34,17 @@ std::string time_stamp(const char* format) {
   return text;
 }
 
+std::string output_folder(const std::string& output, const std::string& name) {
+  return output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + name : output;
+}
+
 std::string output_folder(const CommonOptions& options, const Graph& graph) {
-  return options.output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + graph.name : options.output;
+  return output_folder(options.output, graph.name);
 }
 
 Graph graph_to_run(const CommonOptions& options) {
   if (options.phase_step_ms && options.phases != Phases::creation) {
-    throw UsageError(concat("--phase-step applies to --phases creation alone, not to ",
+    throw UsageError(concat("--phase-step applies to --phases creation only, not to ",
                             to_string(options.phases), "; leave one of the two out"));
   }
   Graph graph = load_graph(find_graph(options.graph));
@@ -63,7 +67,7 @@ Graph graph_to_run(const CommonOptions& options) {
 
 namespace {
 
-/// What --entity-order says; empty for the order of creation.
+/// The order that --entity-order selects; empty for the order of creation.
 std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& set) {
   const std::string& text = options.entity_order;
   std::vector<TaskId> order;
@@ -85,9 +89,9 @@ std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& se
     const auto task = std::ranges::find(set.tasks, name, &Task::name);
     const auto id = static_cast<TaskId>(task - set.tasks.begin());
     if (task == set.tasks.end())
-      throw InputError(text, line, concat("the graph has no task ", name), "name tasks");
+      throw InputError(text, line, concat("the graph has no task ", name), "give task names");
     if (std::ranges::count(order, id) > 0)
-      throw InputError(text, line, concat(name, " occurs twice"), "name it once");
+      throw InputError(text, line, concat(name, " occurs twice"), "list it once");
     order.push_back(id);
   }
   for (TaskId id = 0; id < set.size(); ++id) {

@@ -12,13 +12,13 @@
 
 namespace hotpath {
 
-/// What live and simulated runs are told alike on the command line.
+/// Command-line options that live and simulated runs share.
 struct CommonOptions {
   std::string graph = "autoware";
   std::vector<std::string> executors;
   std::vector<std::string> deployments;
   std::string entity_order = "creation";
-  /// In that order, in place of entity_order: of a stored run, whose file may have changed since.
+  /// Replaces entity_order for a stored run, whose file may have changed since.
   std::vector<std::string> entity_tasks;
   double duration_s = 30, warm_up_s = 2;
   std::uint32_t repetitions = 1;
@@ -33,10 +33,10 @@ struct CommonOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;
   std::string output;
-  std::vector<std::string> command;  ///< As given, without what changes no result.
+  std::vector<std::string> command;  ///< As given, without options that change no result.
 };
 
-/// What the options say of the simulated machine; what is left open follows from the graph's `platform`.
+/// Options of the simulated machine; the graph's `platform` supplies the missing values.
 struct PlatformOptions {
   std::optional<unsigned> cores;
   std::optional<TimerThread> timer_thread;
@@ -50,40 +50,43 @@ Duration seconds(double s);
 /// Local time by strftime's `format`.
 std::string time_stamp(const char* format);
 
-/// Where results go: what --output says, or runs/DATE-GRAPH.
+/// The folder for results: `output`, the value of --output, or runs/DATE-NAME if it is empty.
+std::string output_folder(const std::string& output, const std::string& name);
+/// The same with the name of the graph.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
-/// The graph of a run, with the work, load, rate and copies asked for, in this order. Throws InputError,
-/// UsageError.
+/// The graph of a run after applying --work, --load, --rate and --copies, in this order. Throws
+/// InputError, UsageError.
 Graph graph_to_run(const CommonOptions& options);
 
-/// How schedulers are made. Those with many workers that are not told how many have as many as there are
-/// `cores`, but 2 at least; 0: rclcpp's default. Throws InputError, UsageError for the order of entities.
+/// Options of the schedulers. Multi-threaded executors without a number of threads get one worker
+/// per core, but at least 2; `cores` = 0: rclcpp's default. Throws InputError, UsageError for the
+/// order of entities.
 [[nodiscard]] SchedulerOptions scheduling_of(const CommonOptions& options, const TaskSet& set,
                                              unsigned cores);
 
-/// The executors and deployments asked for. Throws InputError, UsageError, also for one named twice. `cores`:
-/// as in scheduling_of().
+/// The requested executors and deployments. Throws InputError, UsageError, also for duplicates.
+/// `cores`: as in scheduling_of().
 [[nodiscard]] std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
                                                          const GraphTasks& tasks, unsigned cores = 0);
 
-/// First timestamps for one repetition of an executor: the same for all executors of a repetition, except
-/// where a file of phases tells them apart. Throws InputError, UsageError.
+/// First timestamps for one repetition of an executor. All executors of a repetition have the same
+/// phases, unless a phases file distinguishes them. Throws InputError, UsageError.
 std::vector<Duration> phases_of_repetition(const CommonOptions& options, const Graph& graph,
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition);
 
-/// All (repetition, subject) in the order in which they are measured: repetitions one after the other, each
-/// with its subjects in random order, which the seed decides.
+/// All (repetition, subject) in measurement order: one repetition after the other, each with its
+/// subjects in random order, determined by the seed.
 std::vector<std::pair<std::uint32_t, std::size_t>> interleaved(std::uint32_t repetitions,
                                                                std::size_t subjects, std::uint64_t seed);
 
-/// Refuses traces that would not fit into the memory: those of `runs` repetitions, and `more` bytes. Throws
-/// UsageError, which ends with `remedy`.
+/// Throws UsageError, ending with `remedy`, if the traces of `runs` repetitions and `more` bytes
+/// exceed the memory.
 void check_trace_memory(const CommonOptions& options, const GraphTasks& tasks, std::size_t runs, double more,
                         const std::string& remedy);
 
-/// Takes first timestamps of timers as the tasks' phases.
+/// Sets the tasks' phases to the timers' first timestamps.
 void set_phases(TaskSet& set, const std::vector<Duration>& first);
 
 std::vector<std::string> chain_names(const Graph& graph);

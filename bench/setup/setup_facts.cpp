@@ -101,8 +101,8 @@ std::vector<std::string> idle_options(const CommonOptions& options,
         executors, [&](const ExecutorSpec& spec) { return std::ranges::any_of(parts(spec), is_of); });
   };
   std::vector<std::string> sentences;
-  const auto add = [&](const std::string& option, const char* why) {
-    sentences.push_back(option + " changes nothing: none of these executors has " + why);
+  const auto add = [&](const std::string& option, const char* missing) {
+    sentences.push_back(option + " changes nothing: none of these executors has " + missing);
   };
   if (none(Family::priority_events)) {
     if (options.rule != SubscriptionRule::inherit) add("--rule", "priorities");

@@ -16,11 +16,12 @@ namespace {
 
 template <class Value>
 std::optional<Value> optional_at(const json& facts, const char* key) {
-  const auto found = facts.find(key);
-  return found == facts.end() || found->is_null() ? std::optional<Value>() : found->get<Value>();
+  const auto value = facts.find(key);
+  return value == facts.end() || value->is_null() ? std::optional<Value>() : value->get<Value>();
 }
 
-/// The word under a key; the default of the enumeration for a word that this version does not know.
+/// The enumerator under a key; the enumeration's default for a word that this version does not
+/// know.
 template <class Enum>
 Enum word(const json& facts, const char* key) {
   return parse<Enum>(facts.at(key).get<std::string>()).value_or(Enum{});
@@ -49,22 +50,22 @@ CommonOptions options_of(const StoredRun& run) {
   return options;
 }
 
-/// A graph is stored by its name or path alone.
+/// run.json has only the graph's name or path, so the graph may have changed.
 void check_unchanged(const StoredRun& run, const Graph& graph, const TaskSet& set) {
-  for (const json& then : run.facts().at("tasks")) {
-    const auto name = then.at("task").get<std::string>();
-    const auto now = std::ranges::find(set.tasks, name, &Task::name);
-    // Another graph's tasks: reading the jobs says so, with the line.
-    if (now == set.tasks.end()) continue;
-    const auto compare = [&](const char* key, const char* what, Duration value) {
-      const auto before = then.value(key, value.count());
+  for (const json& stored : run.facts().at("tasks")) {
+    const auto name = stored.at("task").get<std::string>();
+    const auto task = std::ranges::find(set.tasks, name, &Task::name);
+    // A task of another graph: reading the jobs reports it, with the line.
+    if (task == set.tasks.end()) continue;
+    const auto compare = [&](const char* key, const char* attribute, Duration value) {
+      const auto before = stored.value(key, value.count());
       if (before == value.count()) return;
-      run.fail(concat("its task ", name, " has ", what, " of ", before, " ns, and of ", value.count(),
+      run.fail(concat("its task ", name, " has ", attribute, " of ", before, " ns, and of ", value.count(),
                       " ns in graph ", graph.name, ": the graph has changed since; run it again"));
     };
-    compare("wcet_ns", "an execution time", now->wcet);
-    compare("period_ns", "a period", now->period);
-    compare("deadline_ns", "a deadline", now->deadline);
+    compare("wcet_ns", "an execution time", task->wcet);
+    compare("period_ns", "a period", task->period);
+    compare("deadline_ns", "a deadline", task->deadline);
   }
 }
 
@@ -85,7 +86,7 @@ ExecutorSpec deployed(const StoredRun& run, const json& stored, const TaskSet& s
     for (const json& task : of.at("tasks")) {
       const auto at = std::ranges::find(set.tasks, task.get<std::string>(), &Task::name);
       if (at == set.tasks.end())
-        run.fail("the graph has no task " + task.dump() + "; was it of another graph?");
+        run.fail("the graph has no task " + task.dump() + "; does the run belong to another graph?");
       plan.executor_of[static_cast<std::size_t>(at - set.tasks.begin())] =
           static_cast<std::uint32_t>(plan.executors.size() - 1);
     }
@@ -96,9 +97,9 @@ ExecutorSpec deployed(const StoredRun& run, const json& stored, const TaskSet& s
 }  // namespace
 
 const ExecutorSpec& StoredSystem::executor(const std::string& label) const {
-  const auto found = std::ranges::find(executors, label, &ExecutorSpec::label);
-  if (found == executors.end()) throw std::out_of_range("`executors` has no " + label);
-  return *found;
+  const auto spec = std::ranges::find(executors, label, &ExecutorSpec::label);
+  if (spec == executors.end()) throw std::out_of_range("`executors` has no " + label);
+  return *spec;
 }
 
 GraphTasks StoredSystem::tasks_of(const StoredRun& run, const std::string& label,

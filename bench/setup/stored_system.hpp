@@ -10,27 +10,28 @@
 
 namespace hotpath {
 
-/// The system of a stored run as it ran: every command that simulates, bounds, exports or replays a run takes
-/// it from here, so that no option of the run is forgotten.
+/// The system of a stored run. Every command that simulates, bounds, exports or replays a run uses
+/// it, so that no option of the run is lost.
 struct StoredSystem {
-  CommonOptions options;                 ///< The run's, with its single executors.
-  Graph graph;                           ///< Scaled; the platform of a live run is that of the graph's file.
+  CommonOptions options;                 ///< Of the run, with its executors but not its deployments.
+  Graph graph;                           ///< Scaled; a live run has the platform of the graph's file.
   GraphTasks tasks;                      ///< Of the graph, without the phases of a repetition.
-  std::vector<ExecutorSpec> executors;   ///< In the order of the run's, deployments included.
-  std::optional<std::uint64_t> backlog;  ///< Of a simulation, where --max-backlog was given.
+  std::vector<ExecutorSpec> executors;   ///< In the run's order, deployments included.
+  std::optional<std::uint64_t> backlog;  ///< Of a simulation with --max-backlog.
   bool simulated = false;                ///< By `hotpath simulate`: same seed, same schedule.
   std::string execution_times;           ///< Of a simulation: a model, or `replay:RUN`.
 
-  /// Throws std::out_of_range unless it is one of the run's.
+  /// Throws std::out_of_range if the run has no such executor.
   [[nodiscard]] const ExecutorSpec& executor(const std::string& label) const;
-  /// With the phases of that repetition of `run`, whose system this is. Throws as first_timestamps().
+  /// The tasks with the phases of a repetition of `run`, whose system this is. Throws like
+  /// first_timestamps().
   [[nodiscard]] GraphTasks tasks_of(const StoredRun& run, const std::string& label,
                                     std::uint32_t repetition) const;
 };
 
-/// Rebuilds the system from run.json and the graph's file, or `graph`, a name or path in place of it. Keys
-/// that an older version did not write have the value that this version had. Throws UsageError for a graph
-/// that has changed since, InputError and UsageError for what cannot be read.
+/// Rebuilds the system from run.json and the graph's file, or from `graph`, another name or path. A
+/// key that an older version did not write gets the value that the older version used. Throws
+/// UsageError if the graph has changed since, InputError and UsageError for unreadable files.
 [[nodiscard]] StoredSystem stored_system(const StoredRun& run, const std::string& graph = "");
 
 }  // namespace hotpath

@@ -69,7 +69,7 @@ OwnCosts own_costs(const Trace& trace, unsigned cores) {
     const auto [last, is_first] = free_at.try_emplace(cores == 1 ? 0U : r.worker, r.finish);
     if (is_first) continue;
     const Time free = std::exchange(last->second, std::max(last->second, r.finish));
-    if (r.start < free) continue;  // it displaced a job
+    if (r.start < free) continue;  // it preempted a job
     if (r.job.timestamp > free) {
       wake_ups.push_back(r.start - r.job.timestamp);
     } else {
@@ -90,18 +90,18 @@ OwnCosts own_costs(const Trace& trace, unsigned cores) {
 std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const GraphTasks& tasks,
                                                const std::string& executor, std::uint32_t repetition) {
   const Trace& measured = run.trace(executor, repetition);
-  // Nodes that work until an instant of the clock count time in which they are displaced as work.
+  // Nodes that work until an instant of the clock count preemption as work.
   if (run.check([&] { return run.facts().at("work") == to_string(WorkMode::wall); })) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
   const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find_first_of(":@")));
-  const auto not_timed = [](const JobRecord& r) {
+  const auto lacks_cpu_time = [](const JobRecord& r) {
     return r.outcome == Outcome::ran && r.cpu_time < Duration{};
   };
-  if (entry == nullptr && std::ranges::any_of(measured.jobs, not_timed)) {
+  if (entry == nullptr && std::ranges::any_of(measured.jobs, lacks_cpu_time)) {
     throw UsageError(
         concat("deployment ", executor, " in ", run.folder().string(),
-               " has no CPU times of its jobs, which displace each other; measure with --cpu-time"));
+               " has no CPU times of its jobs, which preempt each other; measure with --cpu-time"));
   }
   Graph machine;
   if (run.facts().contains("platform")) {

@@ -10,31 +10,35 @@
 
 namespace hotpath {
 
-/// Before the folder of a run in `--execution-times replay:RUN`.
+/// Prefix of the run folder in `--execution-times replay:RUN`.
 inline constexpr std::string_view kReplay = "replay:";
 
-/// A measured trace in which finish - start is the time that each job had a core, for replaying jobs of fixed
-/// work: its CPU time where that was measured; else, while more jobs had begun than there are cores, those of
-/// the raised timer management thread (`raised`) count as running and the others share what is left.
+/// Returns the measured trace with finish - start replaced by the time that each job had a core,
+/// for replaying jobs of fixed work. This is the measured CPU time. Where that is missing, it is
+/// estimated: while more jobs are running than there are cores, jobs of the raised timer management
+/// thread (`raised`) have a core each, and the others share the remaining cores.
 [[nodiscard]] Trace with_own_times(Trace trace, unsigned cores, bool raised);
 
-/// What the threads of a live run took beside their jobs; zero where nothing tells.
+/// Overheads of the threads of a live run; zero without evidence.
 struct OwnCosts {
-  Duration dispatch{};  ///< On average, from the end of a job to the start of one that was due by then.
-  Duration
-      wake_up{};  ///< Median from the timestamp of a job for which a thread slept to its start, beyond that.
+  Duration dispatch{};  ///< Mean time from the end of a job to the start of the next one that was due.
+  /// Median time from a job's timestamp to its start on a thread that slept, without `dispatch`.
+  Duration wake_up{};
 };
-/// On one core of all its threads together, else of each by itself. The trace's jobs are by start.
+/// On one core the costs are those of all threads together, otherwise of each thread. The trace's
+/// jobs must be in the order of their starts.
 [[nodiscard]] OwnCosts own_costs(const Trace& trace, unsigned cores);
 
-/// Execution times that `run`, which is loaded, measured under one executor in one repetition. Throws
-/// UsageError when that did not run, or is a deployment whose jobs have no CPU times.
+/// The execution times that `run`, which must be loaded, measured under one executor in one
+/// repetition. Throws UsageError if that repetition is missing, or if it ran a deployment without
+/// CPU times of its jobs.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const GraphTasks& tasks,
                                                              const std::string& executor,
                                                              std::uint32_t repetition);
 
-/// Those with which a repetition of `run`, which is loaded and whose system that is, is simulated again: the
-/// ones that a simulation had, if the run that it replayed is still there; else as replayed_times().
+/// The execution times for repeating a repetition of `run`, which must be loaded, on its `system`.
+/// A simulation gets its own times again, unless it replayed a run that no longer exists; all
+/// others as replayed_times().
 [[nodiscard]] std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSystem& system,
                                                           const GraphTasks& tasks,
                                                           const std::string& executor,

@@ -12,8 +12,8 @@
 
 namespace hotpath {
 
-/// What a summary needs of a simulation whose jobs are not kept. Its size does not depend on the number of
-/// jobs.
+/// The data of a summary for a simulation that keeps no jobs. Its size does not depend on the
+/// number of jobs.
 class RunTotals final : public JobSink {
  public:
   /// Jobs after the instant `counted_from` count; the run ends at `end`.
@@ -45,13 +45,13 @@ class RunTotals final : public JobSink {
     t.sum_ms += to_ms(response);
   }
 
-  /// Fills in the counts of accounts whose expected numbers are known.
+  /// Fills in the counts of `accounts`.
   void count(std::vector<TaskAccount>& accounts) const {
     for (TaskId id = 0; id < set_.size(); ++id) accounts[id].count = of_task_[id].account.count;
   }
   /// Whether the sink's job belongs to the warm-up.
   bool early(JobRef sink) const { return early_.count({sink.task, sink.sequence}) != 0; }
-  /// Adds response times, waits and deadline overruns to a summary of this run's executor.
+  /// Adds response times, waits and deadline overruns to the summary of the run's executor.
   void add_to(ExecutorSummary& summary) const {
     for (TaskId id = 0; id < set_.size(); ++id) {
       const OfTask& t = of_task_[id];
@@ -61,11 +61,11 @@ class RunTotals final : public JobSink {
       task.longest_wait = std::max(task.longest_wait, t.longest_wait);
       if (t.responses == 0) continue;
       Quantiles& q = task.response_ms;
-      const double all = (q.n == 0 ? 0 : q.mean * static_cast<double>(q.n)) + t.sum_ms;
+      const double sum = (q.n == 0 ? 0 : q.mean * static_cast<double>(q.n)) + t.sum_ms;
       q.n += t.responses;
       q.min = std::fmin(q.min, to_ms(t.least));
       q.max = std::fmax(q.max, to_ms(t.most));
-      q.mean = all / static_cast<double>(q.n);
+      q.mean = sum / static_cast<double>(q.n);
     }
   }
 

@@ -29,7 +29,7 @@ namespace {
 
 using nlohmann::json;
 
-/// With what the options override of its platform.
+/// The graph to run, with the options' changes to its platform.
 Graph simulated_graph(const SimulateOptions& options) {
   Graph graph = graph_to_run(options);
   GraphPlatform& p = graph.platform;
@@ -73,7 +73,7 @@ class SimulatedRun {
   struct Simulation {
     GraphTasks tasks;  ///< With the phases of this repetition.
     Repetition* repetition = nullptr;
-    std::unique_ptr<RunTotals> totals;  ///< Without a trace.
+    std::unique_ptr<RunTotals> totals;  ///< With --no-trace.
   };
 
   void prepare() {
@@ -85,7 +85,7 @@ class SimulatedRun {
       replayed_->load(tasks_.set);
     } else if (!parse<ExecutionTimeModel>(times)) {
       throw UsageError("--execution-times: `" + times +
-                       "` is none of worst, uniform, measured and replay:RUN");
+                       "` is not worst, uniform, measured, replayed or replay:RUN");
     }
     for (const ExecutorSpec& e : executors_) {
       runs_.push_back({e.label, std::vector<Repetition>(options_.repetitions)});
@@ -95,7 +95,7 @@ class SimulatedRun {
       simulations_[i].tasks = tasks_;
       simulations_[i].repetition = &runs_[i / options_.repetitions].repetitions[repetition(i)];
       set_phases(simulations_[i].tasks.set, first_timestamps(executor(i), repetition(i)));
-      // What one of them cannot be, or a missing measurement, stops us before anything runs.
+      // Throws before anything runs, if a system is impossible or a measurement is missing.
       [[maybe_unused]] const SimulatedSystem system(executor(i), graph_, tasks_);
       execution_times(i);
     }
@@ -143,12 +143,12 @@ class SimulatedRun {
     simulation.repetition->trace.repetition = repetition(i);
   }
 
-  /// Each simulation is a function of its index alone, so threads may take them as they come.
+  /// Each simulation depends on its index alone, so threads may take them in any order.
   void simulate_all() {
     for_each_index(simulations_.size(), options_.threads, [this](std::size_t i) { simulate_one(i); });
   }
 
-  /// Neither the date nor this machine, so that the same input gives the same bytes.
+  /// Contains neither date nor machine, so that the same input gives the same bytes.
   json describe() const {
     json facts = common_facts(options_, graph_, tasks_.set, executors_);
     facts["kind"] = "simulated";
@@ -168,7 +168,7 @@ class SimulatedRun {
   void write(const Summary& summary) {
     RunFolder folder(output_folder(options_, graph_));
     json facts = describe(), begun = facts;
-    begun["runs"] = json::array();  // until their rows are there
+    begun["runs"] = json::array();  // until their rows are stored
     folder.write("run.json", begun);
     for (const Simulation& s : simulations_) {
       folder.append(s.tasks.set, counting_.chains, s.repetition->trace);

@@ -6,25 +6,25 @@
 
 namespace hotpath {
 
-/// What `simulate` is told on the command line.
+/// The command line of `simulate`.
 struct SimulateOptions : CommonOptions, PlatformOptions {
-  std::string phases_of;  ///< Folder of a run whose first timestamps count.
+  std::string phases_of;  ///< Folder of a run whose first timestamps are used.
   std::optional<std::string> execution_times;
   std::optional<std::uint64_t> max_backlog;
-  unsigned threads = 0;  ///< 0: as many as there are processors.
+  unsigned threads = 0;  ///< 0: one per processor.
   bool no_trace = false;
 };
 
-/// Simulates all repetitions of all executors, then writes one result folder, prints the table and draws the
-/// figure. The same options give the same files, byte by byte. Throws UsageError (OverloadError where a
-/// simulation does not get to its end), InputError, RunError; what cannot be simulated to its end leaves
-/// nothing behind.
+/// Simulates all repetitions of all executors, then writes one result folder, prints the table and
+/// draws the figure. The same options give the same files, byte by byte. Throws UsageError,
+/// InputError, RunError, and OverloadError if a simulation does not reach its end; then it writes
+/// nothing.
 void run_simulated(const SimulateOptions& options);
 
-/// What run_simulated() would summarise, and nothing written or printed. Throws as run_simulated().
+/// The summary of run_simulated(), without writing or printing. Throws as run_simulated().
 [[nodiscard]] Summary summary_of_simulation(const SimulateOptions& options);
 
-/// Throws what keeps run_simulated() from beginning.
+/// Throws the errors with which run_simulated() would not begin.
 void check_simulation(const SimulateOptions& options);
 
 }  // namespace hotpath

@@ -29,7 +29,7 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
     case ThreadPolicy::Class::deadline:
       throw InputError(
           file, executor.line,
-          concat("executor ", executor.name, ": the simulator has no ", to_string(executor.policy)),
+          concat("executor ", executor.name, ": the simulator does not support ", to_string(executor.policy)),
           "take fifo or other");
   }
   if (executor.processors.empty()) return thread;
@@ -39,7 +39,7 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
       throw InputError(
           file, executor.line,
           concat("executor ", executor.name, ": the simulated machine has no processor ", processor),
-          concat("it has 0 to ", cores - 1, "; give it more with --cores"));
+          concat("it has processors 0 to ", cores - 1, "; add some with --cores"));
     }
     thread.processors |= std::uint64_t{1} << processor;
   }

@@ -9,10 +9,11 @@
 
 namespace hotpath {
 
-/// The executors of one simulation of a graph, with the threads that they would have live.
+/// The executors of one simulation of a graph, with the same threads as in a live run.
 class SimulatedSystem {
  public:
-  /// Throws UsageError, or InputError with the line of a deployment, for what the simulated machine has not.
+  /// Throws UsageError, or InputError with the line of the deployment, if the simulated machine
+  /// lacks a processor or a policy.
   SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks);
 
   [[nodiscard]] std::span<const SimulatedExecutor> executors() const { return executors_; }

@@ -15,23 +15,23 @@ std::size_t Levels::count() const { return static_cast<std::size_t>((high - low)
 std::vector<std::size_t> Capacity::again() const {
   std::vector<std::size_t> levels;
   bool failed = false;
-  for (const auto& [level, why] : tried) {
-    failed = failed || !why.empty();
-    if (failed && why.empty()) levels.push_back(level);
+  for (const auto& [level, failure] : tried) {
+    failed = failed || !failure.empty();
+    if (failed && failure.empty()) levels.push_back(level);
   }
   return levels;
 }
 
 Capacity find_capacity(const Levels& levels, std::size_t coarse,
                        const std::function<std::string(double)>& failure) {
-  Capacity found;
+  Capacity capacity;
   const auto holds = [&](std::size_t level) {
-    const auto [at, added] = found.tried.try_emplace(level);
+    const auto [at, added] = capacity.tried.try_emplace(level);
     if (added) at->second = failure(levels.at(level));
     return at->second.empty();
   };
   const std::size_t last = levels.count() - 1;
-  std::optional<std::size_t> below, above;  // the last that held before the first that failed
+  std::optional<std::size_t> below, above;  // the first level that failed, and the last before it that held
   for (std::size_t i = 0; i < std::max<std::size_t>(coarse, 2); ++i) {
     const std::size_t level = i * last / (std::max<std::size_t>(coarse, 2) - 1);
     if (!holds(level)) {
@@ -44,8 +44,8 @@ Capacity find_capacity(const Levels& levels, std::size_t coarse,
     const std::size_t middle = *below + (*above - *below) / 2;
     (holds(middle) ? below : above) = middle;
   }
-  found.highest = below;
-  return found;
+  capacity.highest = below;
+  return capacity;
 }
 
 Requirement Requirement::parse(const std::vector<std::string>& words) {
@@ -60,11 +60,11 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
       const char* const end = word.data() + word.size();
       const auto parsed = std::from_chars(word.data() + latency.size(), end, ms);
       if (parsed.ec != std::errc{} || parsed.ptr != end || !(ms > 0)) {
-        throw UsageError("--require: `" + word + "` is no latency; write latency:60 for 60 ms");
+        throw UsageError("--require: `" + word + "` is not a latency; write latency:60 for 60 ms");
       }
       r.latency_ms = ms;
     } else {
-      throw UsageError("--require: `" + word + "` is none of no-loss, deadlines and latency:MS");
+      throw UsageError("--require: `" + word + "` is not no-loss, deadlines or latency:MS");
     }
   }
   return r;

@@ -9,9 +9,9 @@
 
 namespace hotpath {
 
-/// Runs this program, or another build of it, with these words in a process of its own, silently and without
-/// figures. Where it fails, the last that it said is thrown: as UsageError what it refuses as wrong use (exit
-/// code 2), as RunError anything else.
+/// Runs this program, or another build of it, with these words in its own process, silently and
+/// without figures. On failure, throws its last line of output: UsageError for wrong use (exit code
+/// 2), else RunError.
 void run_hotpath(std::vector<std::string> words, const std::string& program = "");
 
 /// The measures of a finished run.

@@ -13,7 +13,7 @@ namespace hotpath {
 
 namespace {
 
-constexpr int kDigits = 10;  // of a number of a range, as the cells' commands get it
+constexpr int kDigits = 10;  // of numbers of a range in the cells' commands
 
 std::string number_text(double value) { return text("%.*g", kDigits, value); }
 
@@ -47,8 +47,8 @@ std::string SweepAxis::named(const std::string& wanted) const {
   const double given = std::strtod(wanted.c_str(), nullptr);
   const double i = std::round((given - low) / step);
   if (!(i >= 0 && i < static_cast<double>(size()))) return "";
-  const std::string found = value(static_cast<std::uint64_t>(i));
-  return found == number_text(given) ? found : "";
+  const std::string nearest = value(static_cast<std::uint64_t>(i));
+  return nearest == number_text(given) ? nearest : "";
 }
 
 std::vector<SweepOption> SweepDesign::coordinates(std::uint64_t cell) const {
@@ -75,11 +75,11 @@ std::vector<SweepOption> SweepDesign::coordinates(std::uint64_t cell) const {
 std::uint64_t SweepDesign::seed_of(std::uint64_t cell) const {
   std::string place = std::to_string(seed) + ";";
   std::vector<SweepOption> at = coordinates(cell);
-  std::ranges::sort(at, {}, &SweepOption::name);  // the order of axes in the file decides nothing
+  std::ranges::sort(at, {}, &SweepOption::name);  // the order of axes in the file does not matter
   for (const SweepOption& option : at) {
     if (!names_executor(option.name)) place += option.name + "=" + option.value + ";";
   }
-  return hash_of(place + std::to_string(repetition(cell))) >> 11;  // 53 bits, as JSON and others keep it
+  return hash_of(place + std::to_string(repetition(cell))) >> 11;  // 53 bits, exact in JSON
 }
 
 bool SweepDesign::keeps(std::uint64_t cell) const {

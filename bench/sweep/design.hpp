@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// An option of the command that a sweep runs, with the value that it has in a cell, and where that stands.
+/// An option of the command that a sweep runs, its value, and its line in the sweep file.
 struct SweepOption {
   std::string name;  ///< Without the dashes.
   std::string value;
@@ -17,29 +17,29 @@ struct SweepOption {
   friend bool operator==(const SweepOption&, const SweepOption&) = default;
 };
 
-/// An option whose values a sweep goes through: those listed, or numbers from `low` to `high`.
+/// An option whose values a sweep varies: listed values, or numbers from `low` to `high`.
 struct SweepAxis {
   std::string name;
   int line = 0;
   std::vector<std::string> listed;
   double low = 0, high = 0;
-  double step = 0;  ///< 0: any number of the range, drawn at random.
+  double step = 0;  ///< 0: numbers of the range are drawn at random.
 
-  /// How many values there are, 0 if any number is one.
+  /// Number of values; 0: any number of the range.
   [[nodiscard]] std::uint64_t size() const;
-  /// The i-th of them, from 0.
+  /// The i-th value, from 0.
   [[nodiscard]] std::string value(std::uint64_t i) const;
-  /// Enough values to find those that a command refuses: of a range its ends, and the first step if it has
-  /// any.
+  /// Values with which to check that the command accepts the axis: all listed ones, or the ends of
+  /// a range and its first step.
   [[nodiscard]] std::vector<std::string> examples() const;
-  /// A value as the axis writes it, `20` for `20.0`; empty if it has no such value.
+  /// A value as the axis writes it, `20` for `20.0`; empty: the axis has no such value.
   [[nodiscard]] std::string named(const std::string& wanted) const;
-  /// Whether neighbours of a range with a step read differently.
+  /// Whether neighbouring values of a range with a step have different texts.
   [[nodiscard]] bool values_differ() const;
 };
 
-/// What a sweep file says: which cells there are, and how each is to be computed. A cell is a point of the
-/// axes and a repetition; its number decides all of it.
+/// The content of a sweep file: the cells, and how each is computed. A cell is a point of the axes
+/// and a repetition; both follow from its number.
 struct SweepDesign {
   std::string file, text;
   std::string command;  ///< simulate, run or analyze.
@@ -58,20 +58,20 @@ struct SweepDesign {
   }
   /// The values of the axes, in their order.
   [[nodiscard]] std::vector<SweepOption> coordinates(std::uint64_t cell) const;
-  /// The seed of a cell: of its coordinates and repetition, except the executor or deployment, so that all of
-  /// these meet the same phases and execution times.
+  /// The seed of a cell, from its coordinates and repetition. Executor and deployment do not enter,
+  /// so that all of them meet the same phases and execution times.
   [[nodiscard]] std::uint64_t seed_of(std::uint64_t cell) const;
   [[nodiscard]] bool keeps(std::uint64_t cell) const;
 };
 
-/// Most cells of a design: their numbers are kept in memory.
+/// Limit on the cells of a design, whose numbers are kept in memory.
 inline constexpr std::uint64_t kMostCells = 100'000'000;
 
-/// Whether an option names what schedules the graph.
+/// Whether an option sets executors or deployments.
 [[nodiscard]] bool names_executor(const std::string& option);
 
-/// Throws InputError with file and line for unknown keys and for axes that contradict each other. Whether the
-/// command has the options is not checked here.
+/// Throws InputError with file and line for unknown keys and for axes that contradict each other.
+/// It does not check that the command has the options.
 [[nodiscard]] SweepDesign load_sweep(const std::string& file);
 
 }  // namespace hotpath

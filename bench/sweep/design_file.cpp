@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kRemedy = "a sweep is one YAML map with `command` and `axes`; see docs/sweeps.md";
 
-/// Options of a command that the sweep gives itself.
+/// Options of a command that the sweep sets itself.
 const std::vector<std::string> kOwnOptions = {"output", "threads", "help", "csv", "page", "quick"};
 
 double number(const YamlValue& value) {
@@ -24,7 +24,7 @@ double number(const YamlValue& value) {
     const std::string given = value.text();
     const double parsed = std::stod(given, &end);
     if (end == given.size() && std::isfinite(parsed)) return parsed;
-  } catch (const std::logic_error&) {  // no number
+  } catch (const std::logic_error&) {  // not a number
   }
   value.fail("`" + value.text() + "` is not a number", "give a number");
 }
@@ -35,25 +35,25 @@ void parse_range(const YamlValue& value, bool random, SweepAxis& axis) {
   range.check_keys({"from", "to", "step"});
   axis.low = number(range.require("from", "NUMBER"));
   axis.high = number(range.require("to", "NUMBER"));
-  if (axis.low > axis.high) range.fail("axis " + axis.name + " goes from high to low", "exchange them");
+  if (axis.low > axis.high) range.fail("axis " + axis.name + " goes from high to low", "swap the ends");
   const auto step = range.find("step");
   if (!step && random) return;
   if (!step) range.fail("axis " + axis.name + " has no step", "add `step: NUMBER`, or `design: {random: N}`");
   axis.step = number(*step);
-  if (!axis.values_differ()) step->fail("this step makes no grid", "give a larger one");
+  if (!axis.values_differ()) step->fail("this step is too small for a grid", "give a larger one");
 }
 
-/// A value, or a list of values, which one cell has together.
-std::string option_text(const YamlValue& value, const std::string& what) {
+/// A value, or a list of values that a cell uses together.
+std::string option_text(const YamlValue& value, const std::string& item_name) {
   if (!value.is_list()) return value.text();
   std::vector<std::string> words;
-  for (const YamlValue& item : value.list(what)) words.push_back(item.text());
+  for (const YamlValue& item : value.list(item_name)) words.push_back(item.text());
   return joined(words, ",");
 }
 
 void check_own(const YamlMap& map, const std::string& name, int line, const std::string& file) {
   if (std::ranges::count(kOwnOptions, name) == 0) return;
-  throw InputError(file, line, map.what() + " has `" + name + "`, which the sweep decides itself",
+  throw InputError(file, line, map.what() + " has `" + name + "`, which the sweep sets itself",
                    "leave it out");
 }
 
@@ -70,7 +70,7 @@ class Parser {
     map.check_keys({"command", "fixed", "axes", "design", "repetitions", "seed", "keep"});
     const std::vector<std::string> commands = {"simulate", "run", "analyze"};
     design_.command = commands[map.require("command", "simulate").choice(commands)];
-    constexpr std::int64_t kMost = std::int64_t{1} << 53;  // as JSON and others keep it
+    constexpr std::int64_t kMost = std::int64_t{1} << 53;  // exact in JSON
     if (const auto seed = map.find("seed"))
       design_.seed = static_cast<std::uint64_t>(seed->integer(0, kMost));
     if (const auto n = map.find("repetitions"))
@@ -99,7 +99,7 @@ class Parser {
       const YamlValue given = *map.find(key);
       check_own(map, key, given.line(), design_.file);
       if (key == "seed" || key == "repetitions") {
-        given.fail("`" + key + "` of a cell follows from the sweep's",
+        given.fail("`" + key + "` of a cell follows from the sweep",
                    "write it beside `command`, not below `fixed`");
       }
       design_.fixed.push_back({key, option_text(given, key), given.line()});
@@ -126,7 +126,7 @@ class Parser {
     const double cells =
         (design_.random ? static_cast<double>(design_.points) : points) * design_.repetitions;
     if (cells > static_cast<double>(kMostCells)) {
-      value.fail(text("the design has %.3g cells, and 100 million are the most", cells),
+      value.fail(text("the design has %.3g cells; the limit is 100 million", cells),
                  "take larger steps, or `design: {random: N}`");
     }
     if (!design_.random) design_.points = static_cast<std::uint64_t>(points);
@@ -141,13 +141,14 @@ class Parser {
     }
     for (const SweepAxis& other : design_.axes) {
       if (!same_kind(other.name, axis.name)) continue;
-      given.fail("axis " + axis.name + " contradicts axis " + other.name + ": both say what runs the graph",
-                 "make a sweep of each");
+      given.fail("axis " + axis.name + " contradicts axis " + other.name + ": both set what runs the graph",
+                 "make a sweep for each");
     }
     std::vector<std::string> sorted = axis.listed;
     std::ranges::sort(sorted);
-    const auto twice = std::ranges::adjacent_find(sorted);
-    if (twice != sorted.end()) given.fail("axis " + axis.name + " has " + *twice + " twice", "name it once");
+    const auto duplicate = std::ranges::adjacent_find(sorted);
+    if (duplicate == sorted.end()) return;
+    given.fail("axis " + axis.name + " has " + *duplicate + " twice", "name it once");
   }
 
   static bool same_kind(const std::string& a, const std::string& b) {
@@ -155,7 +156,7 @@ class Parser {
   }
 
   void parse_keep(const YamlValue& value) {
-    if (design_.command == "analyze") value.fail("analyses leave no folders", "leave `keep` out");
+    if (design_.command == "analyze") value.fail("analyses write no folders", "leave `keep` out");
     if (value.is_text()) {
       design_.keep_all = value.choice({"none", "all"}) == 1;
       return;

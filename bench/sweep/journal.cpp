@@ -44,7 +44,7 @@ std::string line_of(std::uint64_t cell, const std::string& rows) {
   return checksum(record) + " " + record + "\n";
 }
 
-/// What the journal keeps of a line; false for one that is not as it was written.
+/// Parses a line of the journal; false: the line is damaged.
 bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
   if (line.size() < kChecksumDigits + 1 || line[kChecksumDigits] != ' ') return false;
   const std::string record = line.substr(kChecksumDigits + 1);
@@ -62,12 +62,12 @@ void check_same_sweep(const fs::path& folder, const SweepDesign& design) {
   const json facts = parse_shallow(in);
   if (read_text_file(folder / "sweep.yaml") != design.text) {
     throw UsageError("--output: " + folder.string() + " holds results of another sweep than " + design.file +
-                     " is now (its own is sweep.yaml there); give a new folder");
+                     " (see sweep.yaml there); give a new folder");
   }
   if (facts.value("build", std::uint64_t{0}) == build_fingerprint()) return;
   throw UsageError("--output: " + folder.string() + " was begun by another build of hotpath (version " +
                    facts.value("version", "unknown") +
-                   "), whose results may differ; go on with that one, or give a new folder");
+                   "), whose results may differ; continue with that build, or give a new folder");
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
   check_output_folder(folder_, fs::exists(folder_ / kFacts, unknown) ? kFacts : kJournal);
   create_folder(folder_);
   open();
-  // Whatever else is in the folder is read and written under the lock.
+  // All other files of the folder are read and written under the lock.
   if (fs::exists(folder_ / kFacts)) {
     try {
       check_same_sweep(folder_, design);
@@ -91,7 +91,7 @@ SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
       fail_damaged();
     }
     read_back();
-    // In case the journal is new; a new sweep.json is waited for, and the journal's name with it.
+    // Syncs the name of a new journal. Below, writing a new sweep.json syncs both names.
     if (const std::error_code error = await_disk(folder_)) {
       errno = error.value();
       fail();
@@ -140,16 +140,16 @@ void SweepJournal::read_back() {
   }
   if (in.bad()) fail();
   if (damaged_before > 0) {
-    notes_.push_back(
-        text("%s:%zu: damaged (%zu lines are), and left out; cells that are in no other line run again",
-             file_.c_str(), first_damaged, damaged_before));
+    notes_.push_back(text(
+        "%s:%zu: the first of %zu damaged lines, which are ignored; cells without an intact line run again",
+        file_.c_str(), first_damaged, damaged_before));
   }
-  // What follows was being written when the sweep ended, or is damaged as well.
+  // The rest was being written when the sweep ended, or is damaged as well.
   const std::uintmax_t size = fs::file_size(file_);
   if (size == whole) return;
   if (ftruncate(descriptor_, static_cast<off_t>(whole)) != 0) fail();
   notes_.push_back(concat(file_.string(), ": the last ", size - whole,
-                          " bytes are no whole line and were cut; their cells run again"));
+                          " bytes are an incomplete line and were removed; their cells run again"));
 }
 
 void SweepJournal::open() {
@@ -157,17 +157,17 @@ void SweepJournal::open() {
   if (descriptor_ < 0) fail();
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) {
-      throw UsageError("--output: another process works on the sweep in " + folder_.string() +
+      throw UsageError("--output: another process runs the sweep in " + folder_.string() +
                        "; wait until it ends, or give a new folder");
     }
     notes_.push_back(concat(file_.string(), ": ", std::strerror(errno),
-                            ", so that it cannot be locked; start no second sweep in this folder"));
+                            ": the file cannot be locked; do not start a second sweep in this folder"));
   }
 }
 
 void SweepJournal::fail() const {
   throw RunError(file_.string() + ": " + std::strerror(errno) + "; " + std::to_string(done_) +
-                 " cells are kept there, and the same command goes on with the others");
+                 " cells are stored there, and the same command continues with the others");
 }
 
 void SweepJournal::fail_damaged() const {
@@ -176,8 +176,8 @@ void SweepJournal::fail_damaged() const {
 
 void SweepJournal::fail_reading() const {
   throw RunError(file_.string() +
-                 ": it cannot be read back whole, so that no table is written; "
-                 "the same command tries again");
+                 ": the journal cannot be read back completely, so no table is written; "
+                 "repeat the command");
 }
 
 std::vector<std::uint64_t> SweepJournal::missing() const {

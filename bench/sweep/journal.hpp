@@ -11,38 +11,38 @@
 
 namespace hotpath {
 
-/// The folder of a sweep while it runs: each cell's rows are on disk soon after they were computed, so that a
-/// sweep that was killed, or whose disk was full, goes on where it was. Files: sweep.yaml (a copy),
-/// sweep.json (version, build, cells), cells.journal (a line with a checksum for each cell that is done),
-/// table.csv (when all are). The journal is locked: a folder has one sweep at a time. A line that is not as
-/// it was written counts as none.
+/// The folder of a running sweep. Each cell's rows are on disk soon after they were computed, so
+/// that a sweep continues after a kill or a full disk. Files: sweep.yaml (a copy), sweep.json
+/// (version, build, cells), cells.journal (a line with a checksum for each finished cell),
+/// table.csv (once all cells are finished). The journal is locked: a folder has one sweep at a
+/// time. Damaged lines are ignored.
 class SweepJournal {
  public:
-  /// Creates the folder, or takes up what is in it. Throws UsageError for one of another sweep file or of
-  /// another build, or on which another process works.
+  /// Creates the folder, or continues the sweep in it. Throws UsageError if the folder belongs to
+  /// another sweep file, to another build, or to a running process.
   SweepJournal(std::filesystem::path folder, const SweepDesign& design);
   ~SweepJournal();
   SweepJournal(const SweepJournal&) = delete;
   SweepJournal& operator=(const SweepJournal&) = delete;
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
-  /// What the user should know of what was found there: damage, above all.
+  /// Notes for the user about the existing folder, mainly damage.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
-  /// Cells that are not done, in order.
+  /// Unfinished cells, in order.
   [[nodiscard]] std::vector<std::uint64_t> missing() const;
-  /// Cells that are safely on the disk.
+  /// Number of cells on disk.
   [[nodiscard]] std::size_t done() const { return done_; }
 
-  /// Keeps a cell's rows. Throws RunError where they cannot be written; what was kept before stays.
+  /// Stores a cell's rows. Throws RunError if they cannot be written; earlier cells stay.
   void add(std::uint64_t cell, const std::string& rows);
-  /// Forces all to the disk.
+  /// Syncs all rows to disk.
   void flush();
 
   /// Writes table.csv: the header, then the rows of all cells in the order of their numbers.
   void write_table(const std::string& header);
 
  private:
-  /// Delegated to, so that the destructor unlocks whatever the public constructor throws.
+  /// The public constructor delegates to it, so that the destructor unlocks if it throws.
   SweepJournal(std::filesystem::path folder, std::uint64_t cells);
   void open();
   void read_back();

@@ -9,14 +9,14 @@
 
 namespace hotpath {
 
-/// What a table says of an executor and one chain; of a graph without chains there is one row without.
+/// A table row of an executor and a chain; a graph without chains has one row without a chain.
 struct MeasuredRow {
   std::string executor, chain;
   std::size_t samples = 0;
   std::optional<double> hot_path_p50_ms, hot_path_p99_ms, hot_path_max_ms, end_to_end_p50_ms,
       end_to_end_max_ms;
-  std::uint64_t drops = 0;  ///< On the way along the chain.
-  // Of the executor, whatever the chain:
+  std::uint64_t drops = 0;  ///< Samples lost along the chain.
+  // The same in all rows of the executor:
   std::uint64_t callbacks = 0, skipped = 0, overwritten = 0, deadline_overruns = 0;
   /// The largest response time of a timer divided by its deadline.
   std::optional<double> response_share_max;
@@ -31,7 +31,7 @@ struct MeasuredRow {
 
 /// The columns of csv_of(), beginning with `executor`.
 extern const char* const kMeasuredColumns;
-/// A line without its break; what could not be measured is empty.
+/// A line without line break; a missing measurement is an empty cell.
 [[nodiscard]] std::string csv_of(const MeasuredRow& row);
 
 }  // namespace hotpath

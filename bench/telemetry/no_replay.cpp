@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Without Fast DDS.
+// Replaces replay.cpp in a build without Fast DDS.
 #include "program/errors.hpp"
 #include "telemetry/replay.hpp"
 
 namespace hotpath {
 
 void replay_run(const ReplayOptions&) {
-  throw UsageError("replay publishes over Fast DDS, without which this hotpath was built: docs/ros2.md");
+  throw UsageError("replay needs Fast DDS, but this hotpath was built without it: docs/ros2.md");
 }
 
 }  // namespace hotpath

@@ -21,7 +21,7 @@ namespace {
 
 constexpr Duration kClockPeriod = std::chrono::milliseconds(10);
 constexpr int kTicksPerStatistics = 10;
-/// Readers that run already are found by then.
+/// Time to discover readers that are already running.
 constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
 constexpr Duration kFlush = std::chrono::seconds(1);
 
@@ -36,7 +36,7 @@ class Replay {
         start_(Time{} + seconds(options.start_s)),
         end_(options.duration_s ? std::min(trace_.end, start_ + seconds(*options.duration_s)) : trace_.end) {
     if (start_ >= trace_.end) {
-      throw UsageError(text("--start lies behind the end of the run, which lasted %.0f s",
+      throw UsageError(text("--start is after the end of the run, which lasted %.0f s",
                             to_ms(trace_.end - Time{}) / 1000));
     }
   }
@@ -101,7 +101,7 @@ class Replay {
     return info;
   }
 
-  /// `writers` none: before the start, where jobs count and chains do not.
+  /// `writers` is nullptr before the start: jobs count, chains do not.
   void advance(Time now, RunStatistics& statistics, TelemetryWriters* writers) {
     for (; next_job_ < trace_.jobs.size() && known_at(trace_.jobs[next_job_]) <= now; ++next_job_) {
       statistics.add(trace_.jobs[next_job_]);
@@ -114,7 +114,7 @@ class Replay {
   }
 
   telemetry::Statistics take(RunStatistics& statistics, Time now) const {
-    // Jobs that the end found running still published.
+    // Jobs that were running at the end of the run still published.
     const Time published_by = now == trace_.end ? kNever : now;
     for (TaskId id = 0; id < trace_.published.size(); ++id) {
       const std::vector<Time>& instants = trace_.published[id];
@@ -136,7 +136,7 @@ class Replay {
 }  // namespace
 
 void replay_run(const ReplayOptions& options) {
-  if (!options.live) throw UsageError("replay publishes a stored run over Fast DDS; add --live");
+  if (!options.live) throw UsageError("replay publishes a stored run over Fast DDS only; add --live");
   try {
     Replay(options).run();
   } catch (const nlohmann::json::exception& error) {

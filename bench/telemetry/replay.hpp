@@ -7,18 +7,18 @@
 
 namespace hotpath {
 
-/// What `hotpath replay` is told on the command line.
+/// Command-line options of `hotpath replay`.
 struct ReplayOptions {
-  std::string run, executor, graph;  ///< Executor and graph: empty for the run's first, and its own.
+  std::string run, executor, graph;  ///< Empty executor: the run's first. Empty graph: the run's own.
   std::uint32_t repetition = 0, domain = 0;
   double speed = 1, start_s = 0;
   std::optional<double> duration_s;
   bool live = false, all_interfaces = false;
 };
 
-/// Publishes a repetition of a stored run, live or simulated, as `run --live` does, in scaled real time. What
-/// happened before the start counts in the statistics and is not published; chain samples are numbered from
-/// the first that is. Throws UsageError, InputError, TransportError.
+/// Publishes a repetition of a live or simulated run like `run --live`, in scaled real time. Jobs
+/// before the start count in the statistics but are not published; chain samples are numbered from
+/// the first published sample. Throws UsageError, InputError, TransportError.
 void replay_run(const ReplayOptions& options);
 
 }  // namespace hotpath

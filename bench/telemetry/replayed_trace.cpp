@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace {
 
-/// A whole repetition ends as planned; that of an interrupted run with its last record.
+/// A complete repetition ends as planned, an interrupted repetition with its last record.
 Time end_of(const StoredRun& run, const Trace& trace) {
   const Time planned = Time{} + run.length();
   const nlohmann::json& last = run.facts().at("runs").back();
@@ -23,14 +23,15 @@ Time end_of(const StoredRun& run, const Trace& trace) {
   return std::min(end + Duration(1), planned);
 }
 
-/// The records of jobs that end a chain, by sequence; where several sink tasks have one, the last to start.
+/// The records of jobs that end a chain, by sequence. If several sink tasks have a job of a
+/// sequence, the last started job.
 std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const MeasuredChain& chain) {
   std::map<std::uint64_t, const JobRecord*> jobs;
   for (const JobRecord& r : trace.jobs) {
     const auto& sinks = chain.sink_tasks;
     if (!started(r) || std::ranges::find(sinks, r.job.task) == sinks.end()) continue;
-    const JobRecord*& found = jobs[r.job.sequence];
-    if (found == nullptr || r.start > found->start) found = &r;
+    const JobRecord*& last_started = jobs[r.job.sequence];
+    if (last_started == nullptr || r.start > last_started->start) last_started = &r;
   }
   return jobs;
 }
@@ -45,7 +46,7 @@ std::vector<ReplayedChain> replayed_chains(const StoredRun& run, const Trace& tr
     const std::string& name = run.chains()[record.chain];
     const auto chain = std::ranges::find(chains, name, &MeasuredChain::name);
     if (chain == chains.end()) {
-      run.fail("the graph has no chain `" + name + "`; name the run's own with --graph");
+      run.fail("the graph has no chain `" + name + "`; give the run's own graph with --graph");
     }
     ReplayedChain& r = replayed.emplace_back();
     r.record = record;
@@ -53,7 +54,7 @@ std::vector<ReplayedChain> replayed_chains(const StoredRun& run, const Trace& tr
     const auto sink = sinks[r.record.chain].find(r.record.sequence);
     if (sink == sinks[r.record.chain].end()) {
       run.fail("jobs.csv has no job " + std::to_string(record.sequence) + " of the sink of chain `" + name +
-               "`; the files are not of one run");
+               "`; the files do not belong to one run");
     }
     r.sink_start = sink->second->start;
     r.sink_finish = sink->second->outcome == Outcome::ran ? sink->second->finish : kNever;

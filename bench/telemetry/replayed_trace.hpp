@@ -9,20 +9,20 @@
 
 namespace hotpath {
 
-/// A row of chains.csv with the instants at its sink.
+/// A row of chains.csv with the start and finish of its sink job.
 struct ReplayedChain {
   ChainRecord record;
-  Time sink_start{}, sink_finish{};  ///< Finish: kNever when the run ended first.
+  Time sink_start{}, sink_finish{};  ///< Finish: kNever if the run ended first.
 };
 
-/// One repetition of a stored run in the order in which it became known. Instants count from an epoch of
-/// zero.
+/// One repetition of a stored run, its records in the order in which they became known. The epoch
+/// is time 0.
 struct ReplayedTrace {
   GraphTasks tasks;  ///< With the phases of the repetition.
   Time end{};
-  std::vector<JobRecord> jobs;        ///< Those that ran, by finish, and overwritten samples, by publication.
+  std::vector<JobRecord> jobs;        ///< Jobs that ran, by finish, and overwritten samples, by publication.
   std::vector<ReplayedChain> chains;  ///< By finish of the sink's job.
-  std::vector<std::vector<Time>> published;  ///< For each subscription, when its samples were, in order.
+  std::vector<std::vector<Time>> published;  ///< By task: publication times of its samples, in order.
 };
 
 /// When a record became known.

@@ -11,9 +11,8 @@
 
 namespace hotpath {
 
-/// What one repetition is, and what the graph says of it: its nodes with a layout, their connections and
-/// chains. The rest is the caller's. Its `run_id` tells repetitions apart, also those of runs at the same
-/// time.
+/// Describes one repetition and its graph: nodes with a layout, connections and chains. The caller
+/// fills in the other fields. The `run_id` is unique per repetition, also among concurrent runs.
 inline telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor,
                                         std::uint32_t repetition, std::int64_t epoch_ns) {
   telemetry::RunInfo info;
@@ -48,7 +47,7 @@ inline telemetry::RunInfo make_run_info(const Graph& graph, const std::string& e
   return info;
 }
 
-/// Nanoseconds from the Unix epoch to the instant `from_now` away.
+/// Unix time, in nanoseconds, of the time point `from_now` after now.
 inline std::int64_t unix_ns(Duration from_now) {
   const auto now = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
   return (now.time_since_epoch() + from_now).count();

@@ -36,7 +36,7 @@ void RunStatistics::add(const JobRecord& r) {
   if (!hotpath::counts(r, counted_from_)) return;
   const Duration response = response_time(r);
   node.counts.overruns(node.counts.overruns() + overruns_deadline(tasks_.set[task], response));
-  // A job that only stores its sample is no answer to anybody: another one works on it.
+  // A job that only stores its sample has no response time: another job processes the sample.
   if (stores_only_[task]) return;
   node.responses.add(response);
   node.window_responses += response;

@@ -12,43 +12,45 @@
 
 namespace hotpath {
 
-/// The run's own time as Unix time: fixed once per run, so that distances stay those of the steady clock.
+/// Converts the run's time to Unix time with an offset fixed once per run, which keeps the
+/// intervals of the steady clock.
 struct UnixTime {
-  Time epoch{};               ///< The run's time 0 ...
-  std::int64_t epoch_ns = 0;  ///< ... in nanoseconds since the Unix epoch.
+  Time epoch{};               ///< The run's time 0.
+  std::int64_t epoch_ns = 0;  ///< The same in nanoseconds since the Unix epoch.
   std::int64_t operator()(Time t) const { return epoch_ns + (t - epoch).count(); }
 };
 
-/// Running statistics of one repetition, from its records in the order in which they become known; the same
-/// for a live run and for a replay. Memory does not grow with the length of the run.
+/// Running statistics of one repetition, live or replayed, from its records in the order in which
+/// they become known. Memory does not grow with the length of the run.
 class RunStatistics {
  public:
-  /// `tasks` with the phases of the repetition. Response times of jobs with a timestamp in the warm-up do not
-  /// count.
+  /// `tasks` with the phases of the repetition. Response times of jobs with a timestamp in the
+  /// warm-up do not count.
   RunStatistics(const Graph& graph, const GraphTasks& tasks, std::string run_id, const UnixTime& time,
                 Duration warm_up);
 
-  /// A job, when it has finished, or a sample that was overwritten; other outcomes say nothing yet.
+  /// Adds a finished job or an overwritten sample; ignores other outcomes.
   void add(const JobRecord& record);
 
-  /// An output of a chain's sink whose job started at `sink_start`, as a numbered sample.
+  /// Adds an output of a chain, whose sink job started at `sink_start`, and returns it as a
+  /// numbered sample.
   telemetry::ChainSample add(const ChainRecord& record, Time sink_start);
 
-  /// Samples that were published for a subscription so far. Read after the records: a sample counts here
-  /// first.
+  /// Sets the number of samples published for a subscription so far. Read it after the records: a
+  /// sample is published before it is recorded.
   void set_published(TaskId subscription, std::uint64_t samples) { published_[subscription] = samples; }
 
-  /// What is known at `now`; begins a new window. `now` never goes back.
+  /// The statistics at `now`, which must not decrease; begins a new window.
   telemetry::Statistics take(Time now);
 
-  /// What was added before is in no window.
+  /// Begins a window at `now`; earlier records belong to no window.
   void begin_window(Time now);
 
  private:
   struct NodeState {
     telemetry::NodeStatistics counts;
     LatencyHistogram responses;
-    std::uint64_t accounted = 0;  ///< Timestamps and samples that became something.
+    std::uint64_t accounted = 0;  ///< Timestamps and samples with a known outcome.
     Duration window_busy{}, window_responses{};
     std::int64_t window_jobs = 0;
   };

@@ -25,11 +25,11 @@ dds::DataWriterQos writer_qos(std::int32_t depth) {
   qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = depth;
-  // Large samples are sent in fragments, and by a thread of Fast DDS's.
+  // Fast DDS sends large samples in fragments, from its own thread.
   qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
   qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.data_sharing().off();
-  // How soon readers acknowledge, and a lost packet is sent again; three seconds by default.
+  // Determines when readers acknowledge and when lost packets are resent; 3 s by default.
   qos.reliable_writer_qos().times.heartbeatPeriod = {0, 100'000'000};
   return qos;
 }

@@ -9,11 +9,12 @@
 
 namespace hotpath {
 
-/// A separate participant that publishes what reference_system/idl/Telemetry.idl describes, in the default
-/// partition. No publication waits for a reader. Its destruction removes all that Fast DDS created.
+/// A separate participant that publishes the types of reference_system/idl/Telemetry.idl in the
+/// default partition. Publications do not wait for readers. The destructor deletes all DDS
+/// entities.
 class TelemetryWriters {
  public:
-  /// Partition and topic prefix of `options` are not used. Throws TransportError.
+  /// Ignores partition and topic prefix of `options`. Throws TransportError.
   explicit TelemetryWriters(const FastDdsOptions& options);
   ~TelemetryWriters();
   TelemetryWriters(const TelemetryWriters&) = delete;
@@ -24,14 +25,14 @@ class TelemetryWriters {
   void publish(telemetry::Statistics statistics);  ///< Fills in `samples_lost`.
   void publish(telemetry::Clock clock);
 
-  /// Chain samples that may not have reached every reader. Fast DDS does not say what leaves a full history,
-  /// so that this takes every sample as unread until all readers have acknowledged all: it never says too
-  /// little.
+  /// Upper bound on the chain samples that did not reach every reader. Fast DDS does not report
+  /// samples dropped from a full history, so every sample counts as unread until all readers have
+  /// acknowledged all samples.
   std::uint64_t samples_lost() const { return samples_lost_; }
 
-  /// Waits until a reader of chain samples is there, or until `limit` has passed.
+  /// Waits at most `limit` until a reader of chain samples is matched.
   void await_reader(Duration limit) const;
-  /// Waits until every reader has what was published, or until `limit` has passed.
+  /// Waits at most `limit` until every reader has acknowledged all publications.
   void flush(Duration limit) const;
 
  private:

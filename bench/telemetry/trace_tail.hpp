@@ -9,8 +9,9 @@
 
 namespace hotpath {
 
-/// Reads what the processes of a run record, while they do, without their notice: each call returns what is
-/// new, a state of all logs at one instant, so that a job never comes before one that it waited for.
+/// Reads the records of a run's processes during the run without disturbing them. Each call returns
+/// the new records of a consistent snapshot of all logs, so a job never precedes a job that it
+/// waited for.
 class TraceTail {
  public:
   explicit TraceTail(const std::deque<RunMemory>& memories) {
@@ -26,7 +27,7 @@ class TraceTail {
     std::vector<ChainObservation> observations;  ///< In order of the sinks' starts.
   };
   News read() {
-    // Logs only grow: what two passes find alike was there at once, between them.
+    // Logs only grow: if two passes have equal counts, these are a snapshot of a time between them.
     Counts counts = count();
     for (Counts again = count(); again != counts; again = count()) counts = std::move(again);
 
@@ -55,7 +56,7 @@ class TraceTail {
 
   std::vector<RecordLog<JobRecord>> jobs_;
   std::vector<RecordLog<ChainObservation>> chains_;
-  Counts seen_;  ///< Of the logs of jobs, then of those of chains.
+  Counts seen_;  ///< Records read from each log of jobs, then from each log of chains.
 };
 
 }  // namespace hotpath

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is asked, what is suitable, and that predictions depend on the seed alone.
+// Objectives, candidates, and predictions that depend only on the seed.
 #include <gmock/gmock.h>
 
 #include <map>
@@ -147,6 +147,7 @@ TEST(Predictions, StopAfterTheDrawInWhichTheBudgetEnds) {
   std::uint32_t told = 0;
   const auto predictions = predict(candidates, options, [&](std::uint32_t draws) { told = draws; });
   EXPECT_EQ(told, 1U);
+  EXPECT_FALSE(predictions.empty());
   for (const Prediction& p : predictions) EXPECT_EQ(p.draws.size(), 1U);
 }
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""hotpath analyze: bounds that hold where earlier ones did not, and what happens when one does not."""
+"""hotpath analyze: bounds hold where an earlier version's bounds failed, and a violated bound is
+reported."""
 
 import csv
 import json
@@ -14,10 +15,11 @@ FUSION = "{{name: {0}, type: fusion, inputs: [{1}, {2}], execution_time_ms: {3}}
 
 
 class AnalyzeTest(CommandTest):
-    """Each case is a graph and a simulation whose observations exceeded a bound of an earlier version."""
+    """Each case is a graph and a simulation whose observations exceeded a bound of an earlier
+    version."""
 
     def graph(self, *nodes: str, chain: str = "", more: str = "") -> Path:
-        """A file of these nodes. `chain`: its sources and its sink."""
+        """Writes a graph file of these nodes. `chain`: its sources, then its sink."""
         path = self.folder / "graph.yaml"
         names = ", ".join(node.split("name: ")[1].split(",")[0] for node in nodes)
         lines = ["name: graph", more, "nodes:", *(f"  - {node}" for node in nodes)]
@@ -36,7 +38,8 @@ class AnalyzeTest(CommandTest):
         return output
 
     def rows(self, graph, executor: str, *options) -> dict:
-        """Of `analyze`: the tightest bound and the observed value of each task and chain, in ms."""
+        """The tightest bound and the observed value of each task and chain from `analyze`, in ms.
+        """
         table = self.folder / "bounds.csv"
         self.accepted("analyze", graph, "--executors", executor, "--csv", table, *options)
         rows: dict = {}
@@ -51,7 +54,8 @@ class AnalyzeTest(CommandTest):
         return rows
 
     def check(self, graph, executor: str, name: str, at_least: float, *options, **more) -> None:
-        """`name` is observed with more than an earlier bound, and the bound covers it."""
+        """Checks that the observed value of `name` exceeds `at_least`, an earlier version's bound,
+        but not today's."""
         rows = self.rows(graph, executor, "--trace", self.simulated(graph, executor, *options, **more))
         bound, observed = rows[name]
         self.assertGreater(observed, at_least)
@@ -109,7 +113,7 @@ class AnalyzeTest(CommandTest):
         self.assertGreater(one["localization"], self.rows("sequences", "rm-ro")["localization"])
 
     def test_a_delay_of_delivery_is_refused_where_no_method_covers_it(self):
-        _, out, _ = self.command("analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100)
+        out = self.accepted("analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100)
         self.assertIn("rm-ro: no bound is known", out)
         self.assertIn("it does not cover a delay of delivery; no method here does", out)
         self.assertIn("default, processing windows", out)
@@ -124,24 +128,24 @@ class AnalyzeTest(CommandTest):
 
     def test_chains_of_timers_need_their_phases(self):
         graph = self.graph(SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 2))
-        _, unknown, _ = self.command("analyze", graph, "--executors", "rm-ro", "--chain", "A,B")
+        unknown = self.accepted("analyze", graph, "--executors", "rm-ro", "--chain", "A,B")
         self.assertRegex(unknown, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover unknown phases")
         self.assertRegex(unknown, r"Duerr 2019, Davis 2007 \(exact\) +[0-9.]+")
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=1)
         known = ("analyze", graph, "--executors", "rm-ro", "--chain", "A,B", "--phases-of", run)
-        _, shifted, _ = self.command(*known)
+        shifted = self.accepted(*known)
         self.assertRegex(shifted, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover phases other than 0")
         self.assertRegex(shifted, r"Guenzel 2023, Davis 2007 \(exact\) +[0-9.]+")
 
     def test_an_overload_is_never_schedulable(self):
         graph = self.graph(SENSOR.format("A", 10, 6), SENSOR.format("B", 20, 12))
-        _, out, _ = self.command("analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous")
+        out = self.accepted("analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous")
         self.assertNotIn("Schedulable", out)
         self.assertIn("utilisation", out)
 
     def test_a_chain_without_a_bound_says_why(self):
         nodes = [SENSOR.format("S", 100, 5), TRANSFORM.format("T", "S", 100)]
-        _, out, _ = self.command("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
+        out = self.accepted("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
         self.assertIn("from S to T/S there is no bound", out)
 
     def test_the_page_is_made_from_a_table(self):
@@ -158,13 +162,13 @@ class AnalyzeTest(CommandTest):
         self.assertIn("blocked by Localization/PointsTransformer", self.of_timer(page, "IMU"))
 
     def of_timer(self, page: Path, name: str) -> str:
-        """What its tightest bound consists of."""
+        """The composition of the timer's tightest bound."""
         with (page / "bounds.csv").open(encoding="utf-8") as file:
             rows = [row for row in csv.DictReader(file) if row["name"] == name and row["bound_ns"]]
         return min(rows, key=lambda row: int(row["bound_ns"]))["dominated_by"]
 
     def tampered(self, kind: str) -> Path:
-        """A run with a latency of one chain that no run can have."""
+        """A run with one impossible chain latency."""
         costs = ("--dispatch-cost-us", 20) if kind == "simulated" else ()
         run = self.simulated("sequences", "rm-ro", *costs, seconds=1, repetitions=1)
         lines = (run / "chains.csv").read_text().splitlines()
@@ -216,9 +220,9 @@ class AnalyzeTest(CommandTest):
             "{name: A, type: callbacks, callbacks: [{timer: a, period_ms: 10, priority: 1, execution_time_ms: 1, publishes: {topic: t, every: 2}}]}",
             "{name: T, type: transform, input: t, execution_time_ms: 4}",
         ]
-        for nodes, why in ((own, "X/A has a priority of its own"), (sparse, "A/a publishes not with every job")):
+        for nodes, why in ((own, "X/A has a priority of its own"), (sparse, "A/a does not publish with every job")):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
-            _, out, _ = self.command("analyze", self.graph(*nodes), *exact)
+            out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertIn(why, out)
 
     def test_a_run_is_compared_with_bounds_for_what_ran(self):
@@ -226,8 +230,8 @@ class AnalyzeTest(CommandTest):
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=2)
         for options, why in (
             (("--load", 10), "--load excludes --trace|--trace excludes --load"),
-            (("--executors", "default"), "it has nothing that is bounded under these executors; it ran rm-ro"),
-            (("--phases", "synchronous"), "had other phases than these bounds are for"),
+            (("--executors", "default"), "no bound covers its tasks under these executors; it ran rm-ro"),
+            (("--phases", "synchronous"), "had other phases than these bounds assume"),
             (("--phases-of", run), "its repetition 1 had other phases"),
         ):
             code, _, err = self.command("analyze", graph, "--trace", run, *options)
@@ -264,7 +268,7 @@ class AnalyzeTest(CommandTest):
         run = self.simulated("sequences", "rm-ro", seconds=1, repetitions=1)
         code, _, err = self.command("analyze", "sequences", "--trace", run, "--dispatch-cost-us", 5)
         self.assertEqual(code, 2)
-        self.assertIn("leave out the options that change it", err)
+        self.assertIn("leave out options that change it", err)
 
 
 if __name__ == "__main__":

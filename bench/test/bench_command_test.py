@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath machine` and `hotpath bench` as a user meets them. The benchmark programs are stand-ins that write figures
-at once: what they measure is no test's concern."""
+"""`hotpath machine` and `hotpath bench` as a user starts them. Stand-ins that immediately write
+figures replace the benchmark programs, since a test must not depend on measured values."""
 
 import json
 import os
@@ -28,7 +28,7 @@ END"""
 class BenchCommand(CommandTest):
     def setUp(self):
         super().setUp()
-        # A copy of the command finds the programs that lie next to it.
+        # A copy of the command finds the programs next to it.
         self.programs = self.folder / "bin"
         self.programs.mkdir()
         real = hotpath_command.HOTPATH
@@ -54,8 +54,8 @@ class BenchCommand(CommandTest):
         return path
 
     def assert_refused(self, *arguments, code=2, words=()):
-        got, _, err = self.command(*arguments)
-        self.assertEqual(got, code, err)
+        ended_with, _, err = self.command(*arguments)
+        self.assertEqual(ended_with, code, err)
         for word in words:
             self.assertIn(word, err)
 
@@ -119,7 +119,7 @@ class BenchCommand(CommandTest):
         self.assertIn("not comparable", out)
         self.assertIn("3 repetitions", err)
 
-    def test_compare_refuses_folders_that_are_none(self):
+    def test_compare_rejects_folders_without_results(self):
         self.folder_with("old", [100])
         (self.folder / "old" / "bench.json").write_text("{}")
         self.assert_refused("bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: No such file"])
@@ -142,9 +142,9 @@ class BenchCommand(CommandTest):
 
 
 class Report(unittest.TestCase):
-    """report.md, from figures that are known."""
+    """report.md, made from known figures."""
 
-    ROOM = pathlib.Path(__file__).resolve().parents[1]  # has the package
+    ROOM = pathlib.Path(__file__).resolve().parents[1]  # contains the package
     MACHINE = {
         "cpu_model": "a processor", "processors": 2, "kernel": "6.1", "compiler": "g++ 12", "build_type": "Release",
         "noise": {"clock_cost_ns": 22, "hiccups": [{"cpu": 0, "p999_ns": 1500, "max_ns": 40000}]},

@@ -24,7 +24,7 @@ namespace {
 
 constexpr int kRuns = 4;  // of each graph
 
-/// What was asked and found, over all threads.
+/// Counts of refused graphs and ratios of bounds to observations, over all threads.
 class Statistics {
  public:
   void asked(const std::string& executor, bool refused) {
@@ -74,7 +74,7 @@ void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks) {
   for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
 }
 
-/// None when the machine cannot keep up: what a bound says of that is not looked at.
+/// std::nullopt if the machine is overloaded; such a run is not compared with its bounds.
 std::optional<Trace> simulated(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
                                const ExecutionTimes& times, std::vector<ChainObservation>* observations) {
   GraphWorkload workload(graph, tasks, times, observations);
@@ -207,9 +207,9 @@ class BoundCase {
   CaseResult result_;
 };
 
-/// Longest time from just after the start of a job of the chain's first timer, whose successor is the next to
-/// read, to the end of the first job of its last one that this reaches: what each writes at its end the next
-/// reads at its start.
+/// The largest reaction time of a chain of timers, each of which reads at its start and writes at
+/// its end. It spans from just after the start of a job of the first timer, whose next job is the
+/// first to see new input, to the end of the first job of the last timer that this input reaches.
 std::int64_t reaction_time(const Trace& trace, const std::vector<TaskId>& chain) {
   std::vector<std::vector<const JobRecord*>> jobs(chain.size());
   for (const JobRecord& r : trace.jobs) {

@@ -11,13 +11,17 @@ class EveryBound : public testing::TestWithParam<Property> {};
 
 TEST_P(EveryBound, HoldsForRandomGraphs) {
   const Property& property = GetParam();
+  std::uint64_t jobs = 0;
   for (std::uint64_t seed = 0; seed < property.cases; ++seed) {
-    ASSERT_EQ(property.check(seed).wrong, "");
+    const CaseResult result = property.check(seed);
+    ASSERT_EQ(result.wrong, "");
+    jobs += result.jobs;
   }
+  if (jobs == 0) GTEST_SKIP() << "no method bounds any of these graphs under " << property.name;
 }
 
-/// Without the check of one assumption the search finds a wrong bound. The methods for which subscriptions or
-/// shifted phases are not covered refuse them as input as well.
+/// Without the check of one assumption, the search finds a wrong bound. Methods that do not cover
+/// subscriptions or shifted phases also reject them as input.
 struct Unchecked {
   const char* executor;
   Assumption assumption;

@@ -87,7 +87,7 @@ TEST(Channel, SignalEndsTheWaitWithoutClosingIt) {
   struct sigaction action {};
   action.sa_handler = [](int) {};
   sigaction(SIGALRM, &action, nullptr);
-  // Repeated, since the first might come before the wait has begun.
+  // Repeated, since the first signal might come before the wait begins.
   const itimerval often{{0, 1000}, {0, 1000}};
   setitimer(ITIMER_REAL, &often, nullptr);
   EXPECT_FALSE(b.receive(soon()));

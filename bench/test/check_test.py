@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath check` accepts a schedule and finds each kind of edit that makes it none, with the line of jobs.csv."""
+"""`hotpath check` accepts a legal schedule, and reports each kind of illegal edit with its line of
+jobs.csv."""
 
 import csv
 import json
@@ -8,9 +9,9 @@ import unittest
 from hotpath_command import JOB_COLUMNS, CommandTest
 
 FAILURE, WRONG_USE = 1, 2
-# On two threads, at a load that skips timestamps and overwrites samples.
+# Includes two threads, at a load that skips timestamps and overwrites samples.
 RUN = ("simulate", "--executors", "default,multi:2", "--load", 140, "--duration", 0.6, "--warm-up", 0)
-FIRST_LINE = 2  # of the rows
+FIRST_LINE = 2  # line of the first row
 
 
 class Check(CommandTest):
@@ -98,7 +99,7 @@ class Check(CommandTest):
         self.set(later, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
         self.assert_found("published later", at=later)
 
-    def test_a_timestamp_that_is_none_of_its_timer(self):
+    def test_a_timestamp_off_the_grid_of_its_timer(self):
         at = self.started(kind="timer", start=9)
         self.set(at, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
         self.assert_found("periods of", at=at)
@@ -106,7 +107,7 @@ class Check(CommandTest):
     def test_a_job_that_is_there_twice(self):
         at = self.started(kind="timer")
         self.rows.insert(at + 1, dict(self.rows[at]))
-        self.assert_found("is there twice", at=at + 1)
+        self.assert_found("occurs twice", at=at + 1)
 
     def test_a_row_that_is_lost(self):
         for outcome in ("ran", "skipped", "overwritten", "queued", "running"):

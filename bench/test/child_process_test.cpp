@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Other programs as child processes: their errors and their ends.
+// Runs other programs as child processes and reports their errors and ends.
 #include "program/child_process.hpp"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ TEST(RunProgram, LetsAProgramGoOnThatWasStopped) {
 }
 
 TEST(RunProgram, KillsTheProgramWithThisProcess) {
-  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // the program becomes our child when its parent is gone
+  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // adopts the program when its parent is gone
   int channel[2];
   ASSERT_EQ(pipe(channel), 0);
   const pid_t parent = fork();

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One real use of each command of hotpath, for tests that are about every command.
+"""One real use of each hotpath command, for tests that cover every command.
 
-The uses belong together: they run in this order in one folder, where the later ones read what the earlier ones wrote.
+The uses must run in this order in one folder: later uses read the files of earlier ones.
 """
 
 import json
@@ -15,7 +15,8 @@ axes:
   load: [40, 80]
 """
 LIVE = ("--transport", "intra_process", "--load", 1, "--duration", 0.2, "--warm-up", 0)
-# By command: words after it, and a file that it writes or, with a leading `>`, a text that it prints; None: neither.
+# By command: its arguments, and a file that it writes or, after `>`, a text that it prints; None:
+# neither.
 USES = {
     "simulate": (("--executors", "default,rm-ro", "--duration", 1, "--warm-up", 0, "--output", "stored"), "stored/summary.json"),
     "timeline": (("stored", "--perfetto", "trace.json"), "trace.json"),
@@ -39,7 +40,7 @@ USES = {
     "compare": ((*LIVE, "--executors", "default,rm-ro", "--output", "compared"), "compared/summary.json"),
     "replay": (("live", "--live", "--duration", 0.1), None),
 }  # fmt: skip
-# `bench` measures for minutes with programs that lie beside the command: bench_command_test.py.
+# `bench` measures for minutes with programs next to the command: see bench_command_test.py.
 ELSEWHERE = {"bench"}
 
 
@@ -49,7 +50,7 @@ def commands_of(help_text):
 
 
 def prepare(name, folder):
-    """Makes what a use reads and no other command writes."""
+    """Makes the inputs of a use that no other command writes."""
     folder = pathlib.Path(folder)
     if name == "sweep":
         (folder / "sweep.yaml").write_text(SWEEP)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each command does its work once: quick enough for builds that take long, such as one without optimisation."""
+"""Runs each command once; fast enough for slow builds, such as a build without optimisation."""
 
 import unittest
 
@@ -16,6 +16,7 @@ class Commands(CommandTest):
             with self.subTest(name):
                 prepare(name, self.folder)
                 out = self.accepted(name, *arguments)
+                self.assertNotIn("Usage: hotpath", out)
                 if result and result.startswith(">"):
                     self.assertIn(result[1:], out)
                 elif result:

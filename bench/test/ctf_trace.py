@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Traces of small systems with the events of ros2_tracing, written byte by byte (CTF 1.8), so that they can have every
-fault that a recording may have."""
+"""Writes traces of small systems with ros2_tracing events byte by byte (CTF 1.8), so that a test
+can plant any fault of a recording."""
 
 import struct
 
@@ -24,8 +24,8 @@ MS = 1_000_000
 
 
 class CtfTrace:
-    """A trace of one process whose nodes have timers and subscriptions. Times are in nanoseconds; addresses
-    are made up unless given."""
+    """A trace of one process whose nodes have timers and subscriptions. Times are in nanoseconds;
+    addresses are invented unless given."""
 
     def __init__(self, initialised=True):
         self.initialised = initialised  # whether events of initialisation are recorded
@@ -83,9 +83,10 @@ class CtfTrace:
         return rmw, callback
 
     def job(self, start, end, callback, publishes=None, takes=None, after=None):
-        """One run of a callback; `end` None: it never ends. `publishes`: a publisher, whose message has the
-        instant of publication as its timestamp, `after` the start or just before the end; `takes`: a subscription's
-        handle and such a timestamp. Returns that instant."""
+        """Adds one run of a callback; `end` None: it never ends. `publishes`: a publisher; its
+        message is stamped with the publication instant, which is `after` the start or just before
+        the end. `takes`: a subscription's handle and the timestamp of the message it takes. Returns
+        the publication instant."""
         if takes:
             rmw, stamp = takes
             self.event(start - 1000, "rmw_take", rmw_subscription_handle=rmw, source_timestamp=stamp, taken=1)
@@ -99,7 +100,7 @@ class CtfTrace:
         return last
 
     def write(self, folder):
-        """One stream, events in the order in which they were added."""
+        """Writes one stream with the events in the order of their addition."""
         folder.mkdir(parents=True)
         kinds = {}
         for _, name, _, _, fields in self.events:
@@ -134,15 +135,16 @@ class CtfTrace:
 
 
 def sensor_and_filter(periods=200, **options):
-    """A timer of 10 ms with 2 ms of work whose messages a subscription takes for 3 ms. Returns the trace and what a
-    test needs in order to go on: the publisher, both callbacks, the subscription's handle and the next release.
+    """A trace of a 10 ms timer with 2 ms of work, and of a subscription that works 3 ms on each
+    message. Returns the trace and the means to extend it: the publisher, both callbacks, the
+    subscription's handle and the next release.
     """
     trace = CtfTrace(**options)
     sensor, reader = trace.node(MS, "sensor"), trace.node(MS, "filter")
     publisher = trace.publisher(MS, sensor, "/points")
     timer = trace.timer(2 * MS, sensor, 10 * MS)
     rmw, subscription = trace.subscription(2 * MS, reader, "/points")
-    made = {
+    handles = {
         "publisher": publisher,
         "timer": timer,
         "subscription": subscription,
@@ -150,13 +152,13 @@ def sensor_and_filter(periods=200, **options):
         "at": (12 + 10 * periods) * MS,
         "nodes": (sensor, reader),
     }
-    run_on(trace, made, 12 * MS, periods)
-    return trace, made
+    run_on(trace, handles, 12 * MS, periods)
+    return trace, handles
 
 
-def run_on(trace, made, at, periods):
-    """What `sensor_and_filter` made runs for so many periods from `at` on."""
+def run_on(trace, handles, at, periods):
+    """Extends the system of `sensor_and_filter` by this many periods from `at` on."""
     for _ in range(periods):
-        stamp = trace.job(at + 20_000, at + 2 * MS, made["timer"], publishes=made["publisher"])
-        trace.job(at + 2 * MS + 50_000, at + 5 * MS, made["subscription"], takes=(made["rmw"], stamp))
+        stamp = trace.job(at + 20_000, at + 2 * MS, handles["timer"], publishes=handles["publisher"])
+        trace.job(at + 2 * MS + 50_000, at + 5 * MS, handles["subscription"], takes=(handles["rmw"], stamp))
         at += 10 * MS

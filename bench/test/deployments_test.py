@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Deployments of the Autoware graph through the commands that take them, simulated and live."""
+"""Runs deployments of the Autoware graph through the commands that take them, simulated and live.
+"""
 
 import itertools
 import os
@@ -30,10 +31,12 @@ class Deployments(CommandTest):
         return path
 
     def check(self, run):
-        """Every job ran on a worker of its task's executor; one worker runs one job at a time."""
+        """Checks that every job ran on a worker of its task's executor, and each worker ran one job
+        at a time."""
         self.assertEqual(run.run["failures"], [])
         for executor in run.summary()["executors"]:
             self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
+        self.assertEqual({label for label, _ in run.jobs()}, set(run.run["executors"]))
         for (label, _), jobs in run.jobs().items():
             workers = {}
             for executor in run.run["deployments"][label]["executors"]:
@@ -60,7 +63,7 @@ class Deployments(CommandTest):
         self.assertEqual(repr(jobs[("default", 0)]), repr(jobs[("single", 0)]))
         run.run["deployments"]["default"] = run.run["deployments"]["single"]
         self.check(run)
-        # One core per branch needs four crunches; on one thread it is five, and then what comes between.
+        # The path takes four crunches with one core per branch, and more than five on one thread.
         self.assertLessEqual(self.latency(run, "prioritized", "p50"), 4.1 * CRUNCH_MS)
         self.assertLessEqual(self.latency(run, "prioritized", "max"), 5 * CRUNCH_MS)
         self.assertGreater(self.latency(run, "single", "p50"), 5 * CRUNCH_MS)
@@ -121,7 +124,8 @@ class Deployments(CommandTest):
         self.assertIn("isolated", self.refused("simulate", "--deployments", "isolatd", "--output", "none"))
         budget = self.write("budget.yaml", "name: a, policy: 'deadline:20/10/10', owns: rest")
         self.assertIn("budget.yaml:3: ", self.refused("compare", "--deployments", budget, "--output", "none"))
-        # More than one processor grants to all of a machine's threads: refused by Linux, as without permission.
+        # Exceeds the share of one CPU that Linux grants to deadline threads: denied like a missing
+        # permission.
         cpus = self.write("cpus.yaml", "name: a, policy: 'deadline:10/10/10', owns: rest")
         self.assertIn("cpus.yaml:3: ", self.refused("simulate", "--deployments", cpus, "--output", "none"))
         if len(os.sched_getaffinity(0)) > 1:
@@ -135,7 +139,7 @@ class Deployments(CommandTest):
         self.assertFalse((self.folder / "none").exists())
 
     def test_callback_isolated_executor_configuration(self):
-        written = self.command("graph", "autoware", "--cie")[1]
+        written = self.accepted("graph", "autoware", "--cie")
         cie = self.folder / "threads.yaml"
         cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
         self.assertIn("callback group", self.refused("graph", "autoware", "--cie", "--deployment", "single"))

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A library for LD_PRELOAD that notes what the processes of a command wait for. Below the folder
-// HOTPATH_DISK_FOLDER, it appends each fsync, fdatasync, mkdir and rename that succeeds to the file
-// HOTPATH_DISK_LOG: a line `KIND INODE SIZE<tab>PATH<tab>NEW PATH` and SIZE bytes of what the file holds, or,
-// of a folder, of lines `INODE NAME`. disk_test.py reads it.
+// A library for LD_PRELOAD that logs a command's file system calls below the folder
+// HOTPATH_DISK_FOLDER. It appends each successful fsync, fdatasync, mkdir and rename to the file
+// HOTPATH_DISK_LOG: a line `KIND INODE SIZE<tab>PATH<tab>NEW PATH`, then SIZE bytes of the file's
+// content or, for a folder, of lines `INODE NAME`. disk_test.py reads the log.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -45,7 +45,7 @@ std::string content_of(const std::string& path, bool is_folder) {
   return content;
 }
 
-/// Appends in one write, so that processes do not mix their entries.
+/// Appends an entry in one write, so that entries of several processes do not mix.
 void note(const char* kind, const std::string& path, const std::string& renamed = "") {
   const char* const below = getenv("HOTPATH_DISK_FOLDER");
   const char* const log = getenv("HOTPATH_DISK_LOG");

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a command stored survives a loss of power.
+"""Stored results survive a power loss.
 
-disk_calls.cpp notes each wait for the disk and each name that is given. A model disk keeps only what was waited for; when
-the command has ended, it must hold what the folder holds. On the way, a file gets its name after its content is kept; that
-name is kept before another is given in the same folder or below; run.json names repetitions whose rows are kept; and what
-grows under its own name has that name kept before its content. Each wait that is left out of the record must be noticed,
-but for those that repeat another.
+disk_calls.cpp logs each sync, mkdir and rename. A model disk keeps only synced content; when the
+command has ended, it must hold the same content as the folder. During the command:
+- a file is renamed only after its content is synced;
+- a new name is synced before another name is created in the same folder or below;
+- run.json names only repetitions whose rows are synced;
+- a file that grows under its final name has that name synced before its content.
+
+To prove that the check can fail, the test removes each necessary sync from the log and expects a
+defect.
 """
 
 import json
@@ -28,7 +32,7 @@ REPORT = (
 
 
 class Event:
-    """An entry of the record."""
+    """An entry of the log."""
 
     def __init__(self, line, content):
         facts, self.path, self.renamed = line.decode().rstrip("\n").split("\t")
@@ -57,13 +61,13 @@ def state_of(folder):
 
 
 class Disk:
-    """Keeps what was waited for, by inode; `first`: what was there before."""
+    """A model disk that keeps synced content by inode; `first`: the state before the command."""
 
     def __init__(self, first):
         self.kept = dict(first.values())
         self.names = {path: content for path, (_, content) in first.items() if isinstance(content, dict)}
         self.rows = {path.name: content for path, (_, content) in first.items() if path.suffix == ".part"}
-        self.unkept_names = set()  # folders in which a name was given that is not kept
+        self.unkept_names = set()  # folders with a new name that is not synced
         self.defects = []
 
     def take(self, event):
@@ -111,8 +115,9 @@ def defects_of(first, events, last):
 
 
 def is_needed(events, k):
-    """Whether the wait keeps something new, and something that relies on it is named before another wait for the same:
-    on a folder any name, on a file its own and that of run.json."""
+    """Whether the sync is necessary: it keeps new content, and a rename or mkdir relies on it
+    before the next sync of the same inode. Any name relies on a folder's sync; the file's own name
+    and run.json rely on a file's sync."""
     same = [i for i, e in enumerate(events) if (e.kind, e.inode) == (events[k].kind, events[k].inode)]
     before, after = [i for i in same if i < k], [i for i in same if i > k]
     if before and events[before[-1]].content == events[k].content:
@@ -133,7 +138,8 @@ class PowerLoss(CommandTest):
         self.log = self.folder / "log"
 
     def assert_survives(self, *arguments, program=None):
-        """The command leaves what survives, and needs each of its waits for it."""
+        """Checks that the command's result survives a power loss, and that each necessary sync is
+        needed for that."""
         self.log.write_bytes(b"")
         first = state_of(self.disk)
         self.environment |= {"LD_PRELOAD": LIBRARY, "HOTPATH_DISK_LOG": str(self.log),
@@ -149,7 +155,7 @@ class PowerLoss(CommandTest):
         self.assertGreater(len(needed), 1)
         for k in needed:
             without = events[:k] + events[k + 1 :]
-            self.assertNotEqual(defects_of(first, without, last), [], f"nobody misses {events[k]}")
+            self.assertNotEqual(defects_of(first, without, last), [], f"the check does not need {events[k]}")
 
     def test_simulate(self):
         self.assert_survives("simulate", "--executors", "default,rm-ro", *SHORT, "--output", self.disk / "a" / "run")

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A library for LD_PRELOAD that lets one call of the command `hotpath` and its processes fail. HOTPATH_CALLS
-// is a file of kPlaces zeros of eight bytes, in which each place that calls is noted: the innermost callers,
-// hashed, and above that the kind of call, by its number in kCalls. HOTPATH_FAIL=`PLACE ERRNO` lets the first
-// call at that place fail with that error; ERRNO 0 lets a write end after half of its bytes. The first eight
-// bytes of the file then become 1.
+// A library for LD_PRELOAD that makes one system call of `hotpath` and its processes fail.
+// HOTPATH_CALLS names a file of kPlaces zeros of eight bytes, in which the library notes each
+// calling place: a hash of the innermost callers and, in the upper bits, the kind of call (its
+// number in kCalls plus 1). HOTPATH_FAIL=`PLACE ERRNO` makes the first call at that place fail with
+// that error; ERRNO 0 makes a write end after half of its bytes. The first eight bytes of the file
+// then become 1.
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <fcntl.h>
@@ -66,15 +67,15 @@ constexpr std::size_t number(const char* name) {
 }
 
 constexpr std::size_t kPlaces = 1 << 16;
-constexpr int kCallers = 8;          // that tell one place from another
-constexpr int kCallersOfMalloc = 3;  // which is called from thousands of places
+constexpr int kCallers = 8;          // number of callers that identify a place
+constexpr int kCallersOfMalloc = 3;  // fewer, as thousands of places call malloc
 constexpr unsigned kHashBits = 48;
 
 std::atomic<std::uint64_t>* places = nullptr;  // shared with all processes of the run
 std::uint64_t failing_place = 0;
 int failing_error = 0;
 
-/// Before any other code of the program, and without a call that is replaced below.
+/// Runs before any other code of the program, and uses none of the functions replaced below.
 __attribute__((constructor)) void begin() {
   const char* const file = getenv("HOTPATH_CALLS");
   if (file == nullptr || strcmp(program_invocation_short_name, "hotpath") != 0) return;
@@ -87,11 +88,11 @@ __attribute__((constructor)) void begin() {
     if (sscanf(plan, "%lu %d", &failing_place, &failing_error) != 2) abort();
   }
   void* callers[1];
-  backtrace(callers, 1);  // which loads a library the first time
+  backtrace(callers, 1);  // its first call loads a library
   places = reinterpret_cast<std::atomic<std::uint64_t>*>(memory);
 }
 
-/// The same in every run: addresses within the files that the callers are in.
+/// Identical in every run: hashes the callers' offsets within their files.
 __attribute__((noinline)) std::uint64_t place_of(std::size_t call) {
   constexpr int kOwn = 3;  // this function, fails() and the call
   void* callers[kOwn + kCallers];
@@ -107,7 +108,8 @@ __attribute__((noinline)) std::uint64_t place_of(std::size_t call) {
   return (hash >> (64 - kHashBits)) | (call + 1) << kHashBits;
 }
 
-/// Open addressing; the first of the table is the mark.
+/// Inserts the place with open addressing; entry 0 of the table is the mark that the fault was
+/// injected.
 void note(std::uint64_t place) {
   for (std::size_t i = place % (kPlaces - 1), tried = 0; tried < kPlaces - 1; ++tried) {
     std::uint64_t there = 0;
@@ -117,9 +119,9 @@ void note(std::uint64_t place) {
   abort();
 }
 
-/// Notes the place; true, with errno, for the call that fails.
+/// Notes the place. Returns true and sets errno for the call that must fail.
 __attribute__((noinline)) bool fails(std::size_t call) {
-  static thread_local bool inside = false;  // of a search for callers, which may allocate
+  static thread_local bool inside = false;  // true during the search for callers, which may allocate
   if (places == nullptr || inside) return false;
   inside = true;
   const std::uint64_t place = place_of(call);
@@ -182,7 +184,7 @@ int open(const char* path, int flags, ...) {
   if (fails(number("open"))) return -1;
   va_list more;
   va_start(more, flags);
-  const mode_t mode = va_arg(more, mode_t);  // garbage that is not used, without O_CREAT
+  const mode_t mode = va_arg(more, mode_t);  // without O_CREAT, garbage that is not used
   va_end(more);
   return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags, mode));
 }

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One system call fails: the command succeeds all the same, or ends with one clear sentence; nothing stays behind.
+"""Makes one system call fail: the command must succeed anyway or end with one clear sentence, and
+leave nothing behind.
 
-Every kind of call that failing_calls.cpp knows fails in a short simulation and a short live run, with each of its errors,
-at `HOTPATH_FAULTS` places each (default 1; 0: at all). A place is where a call comes from, as the innermost callers; its
-first call fails. The places are those of a run without a fault. With HOTPATH_RELIABILITY, a folder, the counts are written
-to its faults.json.
+In a short simulation and a short live run, each kind of call in failing_calls.cpp fails with each
+of its errors, at `HOTPATH_FAULTS` places (default 1; 0: all of them). A place is identified by its
+innermost callers; its first call fails. A run without a fault collects the places. If
+HOTPATH_RELIABILITY names a folder, the counts are written to its faults.json.
 """
 
 import array
@@ -62,7 +63,7 @@ COMMANDS = {
 
 
 def noted_places(calls):
-    """Of the file that began as NO_PLACES: whether the call failed, and the places by kind."""
+    """Reads the file that began as NO_PLACES: whether the call failed, and the places by kind."""
     noted = array.array("Q", calls.read_bytes())
     places = {kind: [] for kind in KINDS}
     for place in sorted(filter(None, noted[1:])):
@@ -76,14 +77,15 @@ def kind_of(fault):
 
 
 class Run:
-    """The command with a fault, in a session of its own."""
+    """The command with a fault, in its own session."""
 
     def __init__(self, folder, arguments, fault=None):
         calls = folder / "calls"
         calls.write_bytes(NO_PLACES)
         self.output = folder / "run"
         environment = dict(os.environ, LD_PRELOAD=LIBRARY, HOTPATH_CALLS=str(calls))
-        # Figures take long: Python is started where that is what fails, and finds no library of ours.
+        # Figures are slow: Python starts only if starting it is the fault, and then finds no
+        # statistics library.
         environment["HOTPATH_STATISTICS"] = str(folder / "missing.so")
         if fault and kind_of(fault) != "posix_spawnp":
             environment["HOTPATH_FIGURES"] = "none"
@@ -106,7 +108,8 @@ class Run:
 
     @staticmethod
     def processes_left(session):
-        """Processes of the session; a moment after the command has ended there must be none."""
+        """Processes of the session that still live 10 s after the command has ended; there must be
+        none."""
         limit = time.monotonic() + 10
         while True:
             left = processes_of(session)
@@ -119,8 +122,8 @@ class Run:
         return json.loads(file.read_text()) if file.exists() else {}
 
     def defect(self):
-        """What is wrong with how it ended; empty: nothing."""
-        # Without memory, Fast DDS and glibc may end a process of the run in an assertion of their own.
+        """A description of what is wrong with the command's end; empty: nothing."""
+        # Out of memory, Fast DDS and glibc may end a process of the run with an assertion.
         foreign = re.compile(r".*\./src/cpp/rtps/|hotpath: \w+\.c:\d+: .*Assertion")
         lines = [line for line in self.errors.splitlines() if not foreign.match(line)]
         sentences = [line for line in lines if line.startswith("hotpath: ")]
@@ -140,14 +143,14 @@ class Run:
             return f"{len(sentences)} sentences: {self.errors[-300:]}"
         if not self.facts().get("complete"):
             return ""
-        # Afterwards it may still fail to print, and JSON needs memory even to be destroyed.
-        said = any(sign in sentences[0] for sign in ("standard output", "is whole"))
+        # With a whole result, printing may still fail; JSON needs memory even for its destruction.
+        reported = any(sign in sentences[0] for sign in ("standard output", "is whole"))
         whole = (self.output / "summary.json").exists() and not (self.output / "jobs.csv.part").exists()
-        return "" if said and whole else f"it fails with a result that looks whole: {sentences[0]}"
+        return "" if reported and whole else f"it fails with a result that looks whole: {sentences[0]}"
 
 
 def some(places):
-    """As many as are wanted."""
+    """A sample of the wanted size."""
     return places if PLACES == 0 else places[:: max(1, len(places) // PLACES)][:PLACES]
 
 
@@ -172,7 +175,7 @@ class FailingCalls(unittest.TestCase):
                 injected += run.failed
                 if defect != "":
                     defects += 1
-                    print(f"{name}, {fault}: {defect}", file=sys.stderr)  # long before the end
+                    print(f"{name}, {fault}: {defect}", file=sys.stderr)  # at once: the test takes long
                 self.assertEqual(defect, "")
             if sys.stderr.isatty():
                 left = (time.monotonic() - begin) / (i + 1) * (len(faults) - i - 1)

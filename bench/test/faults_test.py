@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wrong use and faults: one clear sentence, the right exit code, and no half result that looks whole."""
+"""Wrong use and faults: one clear sentence, the right exit code, and no half result that looks
+whole."""
 
 import os
 import pathlib
 import resource
-import shutil
 import signal
 import subprocess
 import unittest
@@ -27,7 +27,8 @@ def can_unshare_network():
 
 class FaultTest(CommandTest):
     def assert_says(self, err, *parts):
-        """Exactly one line from us, apart from notes and from Fast DDS's own log; it has all `parts`."""
+        """Checks that hotpath printed exactly one error line, which contains all `parts`. Notes and
+        Fast DDS's log do not count."""
         sentences = [line for line in err.splitlines() if line.startswith("hotpath: ")]
         self.assertEqual(len(sentences), 1, err)
         for part in parts:
@@ -43,7 +44,7 @@ class FaultTest(CommandTest):
         return err
 
     def assert_nothing_looks_whole(self, output):
-        """What a run that failed left behind, if anything."""
+        """Checks that the folder of a failed run, if any, does not look like a result."""
         path = self.folder / output
         if not path.exists():
             return
@@ -61,7 +62,7 @@ class FaultTest(CommandTest):
         return [int(pid) for pid in text.split()]
 
     def start_and_await_jobs(self, *arguments, count, **options):
-        """A run of `count` processes, once its executor threads run."""
+        """Starts a run of `count` processes and waits until its executor threads run."""
         process = self.start(*arguments, **options)
         self.addCleanup(lambda: process.poll() is None and process.kill())
 
@@ -152,9 +153,8 @@ class WrongUse(FaultTest):
 
 
 class Machine(FaultTest):
-    """What this machine or this user does not permit."""
+    """Actions that this machine or this user does not permit."""
 
-    @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
     def test_ros2_that_is_not_there(self):
         for name in ("AMENT_PREFIX_PATH", "HOTPATH_ROS2_RUNNER"):
             self.environment.pop(name, None)
@@ -184,12 +184,13 @@ class Machine(FaultTest):
         self.environment["ROS_DISTRO"] = "humble"
         self.assert_refused((*run, "events-re"), "events-re@rclcpp", "ROS 2 humble", "static, multi, rm-ro")
 
+    @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
     def test_real_time_policy_asked_for_and_refused(self):
         err = self.assert_refused(
             ["run", *BRIEF, "--timer-policy", "fifo:50", "--output", "run"], "fifo:50", "refused",
             code=FAILURE, user=NOBODY, group=NOBODY,
         )  # fmt: skip
-        self.assertNotIn("ordinary policy", err)
+        self.assertNotIn("SCHED_FIFO was not permitted", err)
         self.assert_nothing_looks_whole("run")
 
     @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
@@ -253,7 +254,7 @@ class Machine(FaultTest):
         self.assert_nothing_looks_whole("disk/run")
 
     def test_closed_standard_streams(self):
-        """Their numbers must not become a result's."""
+        """The numbers of closed standard streams must not be reused for result files."""
         output = self.folder / "run"
         process = subprocess.Popen(
             [HOTPATH, "run", *map(str, BRIEF), "--output", output],
@@ -284,7 +285,7 @@ class Machine(FaultTest):
 
 
 class Processes(FaultTest):
-    """Processes that die, hang, or are told to end."""
+    """Processes that die, hang, or are asked to end."""
 
     def two_processes(self, *arguments):
         return self.start_and_await_jobs(
@@ -349,7 +350,7 @@ class Processes(FaultTest):
         self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
 
     def await_work(self, process):
-        """Until the children have used so much CPU time that jobs must have run."""
+        """Waits until the children have used enough CPU time that jobs must have run."""
 
         def worked():
             ticks = 0

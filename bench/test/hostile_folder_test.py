@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Nothing in the current folder, and nothing that Python's variables name, is executed: every module that a report or a
-figure imports, the package itself, what Python imports at its start, the program's own libraries, and a matplotlibrc lie
-there, and each would leave a mark."""
+"""Commands execute nothing from the current folder or from paths in Python's environment variables.
 
-import os
+The test fills the folder with traps: every module that a report or a figure imports, the package
+itself, the modules that Python imports at start-up, the program's own libraries, and a
+matplotlibrc. Each trap would leave a mark."""
+
 import pathlib
 import re
 import subprocess
@@ -32,7 +33,7 @@ class HostileFolder(CommandTest):
         del self.environment["HOTPATH_FIGURES"]
         self.home, self.mark = self.folder, self.folder / "executed"
         self.accepted("simulate", *SHORT, "--output", self.home / "run")
-        self.folder = self.home / "hostile"  # where commands are started from here on
+        self.folder = self.home / "hostile"  # commands start here from now on
         self.folder.mkdir()
         names = self.imported() | AT_START
         self.assertGreater(len(names), 100)
@@ -45,7 +46,7 @@ class HostileFolder(CommandTest):
                 (self.folder / package / f"{name}.py").write_text(code)
         libraries = subprocess.run(["ldd", HOTPATH], capture_output=True, text=True, check=True).stdout
         for library in re.findall(r"^\s+(\S+\.so\S*) =>", libraries, re.MULTILINE):
-            (self.folder / library).write_text("no library")  # the loader ends a program that it gives this
+            (self.folder / library).write_text("no library")  # the loader would abort the program
         (self.folder / "matplotlibrc").write_text("no_such_key: 1\n")  # matplotlib would complain
         variables = {name: str(self.folder) for name in ("PYTHONPATH", "PYTHONHOME", "MATPLOTLIBRC")}
         self.environment |= variables | {"PYTHONSTARTUP": str(self.folder / "start.py"), "PYTHONUSERBASE": str(self.home)}
@@ -54,7 +55,7 @@ class HostileFolder(CommandTest):
         (user / "usercustomize.py").write_text(code)
 
     def imported(self):
-        """The modules, without their parents' names, that a report and a page of tests import."""
+        """The top-level modules that a report imports."""
         words = ["/usr/bin/python3", "-I", "-B", "-c", IMPORTED, PACKAGE / "__main__.py", "report", self.home / "run"]
         environment = self.environment | {"HOTPATH": HOTPATH}
         done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment)

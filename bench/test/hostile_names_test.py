@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that would command what shows them: a terminal, a page in Markdown or HTML, a figure, a graph's file. They stand in
-options, names of files, graphs, traces and stored runs; what reaches people neither controls a terminal nor is markup."""
+"""Hostile names in options, file names, graphs, traces and stored runs. They contain control
+sequences and markup for terminals, Markdown, HTML, figures and graph files; the output must neither
+control a terminal nor contain their markup."""
 
 import json
 import re
@@ -10,9 +11,10 @@ from xml.etree import ElementTree
 
 from ctf_trace import sensor_and_filter
 from hotpath_command import CommandTest
-from import_files_test import ARCHITECTURE, TOPOLOGY
+from import_files_test import ARCHITECTURE
 
-# Clear the screen, ring, overwrite the line, turn the direction; a script, a cell, code, a link, a formula.
+# Clears the screen, rings, overwrites the line, reverses the text; a script, a table cell, code, a
+# link, a formula.
 NAME = "x\x1b[2J\x07\r\u202e\u009b1m<script>alert(1)</script>|`a`](http://b)$y^{$*z*"
 LINES = NAME + "\n# heading\n```\n"
 CONTROL = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
@@ -20,8 +22,9 @@ SCRIPT, MARKUP = re.compile("<script"), re.compile(r"<script|(?<!\\)\]\(http|^# 
 
 
 class HostileNames(CommandTest):
-    def said(self, *arguments, codes=(0, 1, 2)):
-        """What a command prints, of which nothing controls a terminal."""
+    def printed(self, *arguments, codes=(0, 1, 2)):
+        """(exit code, standard output, standard error) of a command; checks that nothing controls a
+        terminal."""
         code, out, err = self.command(*arguments, errors="replace")
         self.assertIn(code, codes, err)
         for text in (out, err):
@@ -30,13 +33,13 @@ class HostileNames(CommandTest):
         return code, out, err
 
     def check_pages(self, folder):
-        """Those below a folder; how many there are."""
+        """Checks all pages below a folder and returns their number."""
         pages = [f for f in folder.rglob("*") if f.suffix in (".md", ".html", ".svg", ".xml")]
         for page in pages:
             with self.subTest(page=page.name):
                 text = page.read_text(encoding="utf-8")
                 self.assertIsNone(CONTROL.search(text))
-                if page.suffix == ".md":  # nothing is markup in a block of code, which ends at its fence
+                if page.suffix == ".md":  # a fenced code block contains no markup
                     text = re.sub(r"^```\n.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
                 self.assertEqual((MARKUP if page.suffix == ".md" else SCRIPT).findall(text), [])
                 if page.suffix in (".svg", ".xml"):
@@ -50,25 +53,29 @@ class HostileNames(CommandTest):
             ("simulate", "--entity-order", NAME), (f"--{NAME}",), ("check", NAME), ("summarize", NAME), ("sweep", NAME),
             ("summarize", "--golden", NAME), ("recover", NAME), ("report", NAME), ("compare-results", NAME, NAME),
             ("timeline", NAME), ("bench", "--compare", NAME, NAME), ("bench", "--only", NAME), ("validate", NAME),
-            ("import", "ctf", NAME), ("import", "caret", NAME), ("import", "irobot", NAME), ("export", "ctf", NAME),
+            ("import", "ctf", NAME), ("import", "caret", NAME), ("export", "ctf", NAME),
             ("advise", NAME), ("advise", "--for", NAME), ("analyze", NAME), ("analyze", "--trace", NAME),
             ("capacity", "--require", NAME), ("capacity", "--executors", NAME), ("timeline", LINES),
         ):  # fmt: skip
             with self.subTest(words=words):
-                _, _, err = self.said(*words, codes=(1, 2))
+                _, _, err = self.printed(*words, codes=(1, 2))
                 self.assertEqual(len([line for line in err.splitlines() if not line.startswith("note: ")]), 1, err)
 
     def test_a_graph(self):
-        source = json.dumps({"name": "good", "description": LINES, "nodes": [{"name": "a", "type": "sensor"}]})
+        nodes = [{"name": "a", "type": "sensor", "period_ms": 100}]
+        source = json.dumps({"name": "good", "description": LINES, "nodes": nodes})
         graph = self.folder / "graph.yaml"
+        self.environment["HOTPATH_GRAPHS"] = str(self.folder)
         for text in (source, *(source.replace(word, json.dumps(NAME)) for word in ('"good"', '"a"', '"sensor"', '"nodes"'))):
             graph.write_text(text)
-            self.said("graph", graph)
-            self.said("graph", graph, "--dot")
-        self.said("list", "graphs")
+            codes = (0,) if text == source else (0, 1, 2)
+            self.printed("graph", graph, codes=codes)
+            self.printed("graph", graph, "--dot", codes=codes)
+            listed = self.printed("list", "graphs", codes=(0,))[1]
+            self.assertRegex(listed, "(?m)^graph ")
 
     def stored_run(self):
-        """A run whose graph, chain, node and warnings have such names."""
+        """A run whose graph, chain, node and warnings have hostile names."""
         brief = ("--executors", "default,rm-ro", "--duration", 2)
         self.accepted("simulate", "--graph", "sequences", *brief, "--output", "run")
         folder = self.folder / "run"
@@ -86,14 +93,14 @@ class HostileNames(CommandTest):
 
     def test_a_stored_run(self):
         run = self.stored_run()
-        self.assertIn("script", self.said("summarize", run, codes=(0,))[1])
-        self.said("check", run)
-        self.said("validate", run, "--output", "validated")
-        self.said("report", run, codes=(0,))
-        self.said("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
+        self.assertIn("script", self.printed("summarize", run, codes=(0,))[1])
+        self.printed("check", run)
+        self.printed("validate", run, "--output", "validated")
+        self.printed("report", run, codes=(0,))
+        self.printed("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
         gate = ("--junit", "gate.xml", "--markdown", "gate.md")
-        self.said("compare-results", run, run, "--gate", *gate, codes=(0,))
-        self.said("compare-results", run, run, codes=(0,))
+        self.printed("compare-results", run, run, "--gate", *gate, codes=(0,))
+        self.printed("compare-results", run, run, codes=(0,))
         self.assertGreater(self.check_pages(self.folder), 5)
 
     def test_a_trace(self):
@@ -103,33 +110,28 @@ class HostileNames(CommandTest):
                 if value in ("sensor", "/points"):
                     fields[key] = value + LINES
         folder = trace.write(self.folder / NAME.replace("/", ""))
-        _, out, _ = self.said("import", "ctf", folder, "--output", "imported", codes=(0,))
+        _, out, _ = self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertIn("Self-check:", out)
-        self.said("graph", "imported/graph.yaml", codes=(0,))
+        self.printed("graph", "imported/graph.yaml", codes=(0,))
         del self.environment["HOTPATH_FIGURES"]
         shutil.rmtree(self.folder / "imported")
-        self.said("import", "ctf", folder, "--output", "imported", codes=(0,))
+        self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "imported"), 1)
 
-    def test_files_of_caret_and_irobot(self):
+    def test_files_of_caret(self):
         source = self.folder / "architecture.yaml"
         text = ARCHITECTURE
         for word in ("/ns/first", "/second", "/third", "/a", "/b", "g0", "c0", "all", "executor_0"):
             text = re.sub(rf"{word}(?=[,}}\]\n])", lambda m: json.dumps(m[0] + LINES), text)
         source.write_text(text)
-        self.said("import", "caret", source, "--output", "caret")
+        self.printed("import", "caret", source, "--output", "caret")
         if (self.folder / "caret").exists():
-            self.said("graph", "caret/graph.yaml", codes=(0,))
-        topology = json.dumps(TOPOLOGY).replace('"talker"', json.dumps("talker" + LINES))
-        source = self.folder / "topology.json"
-        source.write_text(topology)
-        self.said("import", "irobot", source, "--output", "irobot", codes=(0,))
-        self.said("graph", "irobot/graph.yaml", codes=(0,))
+            self.printed("graph", "caret/graph.yaml", codes=(0,))
 
     def test_a_page_of_capacities(self):
         (self.folder / "x<script>.csv").write_text("task,first_release_ms\nnobody,0\n")
         words = ("--graph", "sequences", "--executors", "rm-ro", "--from", 20, "--to", 20, "--duration", 1)
-        self.said("capacity", *words, "--require", "no-loss", "--output", "capacity", codes=(0,))
+        self.printed("capacity", *words, "--require", "no-loss", "--output", "capacity", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "capacity"), 1)
 
 

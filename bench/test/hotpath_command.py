@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starts the command `hotpath` as a user would and reads what it leaves, for tests of the whole program."""
+"""Starts the command `hotpath` like a user and reads its results, for tests of the whole program.
+"""
 
 import csv
 import json
@@ -26,7 +27,7 @@ def shared_memory_files():
 
 
 def in_use(name):
-    """Whether a living process maps or has open that file of /dev/shm."""
+    """Whether a living process has mapped or opened this file of /dev/shm."""
     path = str(SHARED_MEMORY / name)
     for process in pathlib.Path("/proc").iterdir():
         if not process.name.isdigit():
@@ -36,18 +37,19 @@ def in_use(name):
                 return True
             if any(os.readlink(fd) == path for fd in (process / "fd").iterdir()):
                 return True
-        except OSError:  # it has ended meanwhile
+        except OSError:  # the process has ended
             pass
     return False
 
 
 def left_behind(before):
-    """Files that have come to /dev/shm since `before` and that nobody uses (others may run DDS, too)."""
+    """New files of /dev/shm since `before` that no process uses (other programs may use DDS, too).
+    """
     return {name for name in shared_memory_files() - before if not in_use(name)}
 
 
 class Job:
-    """One row of jobs.csv; instants and sequences as integers, None where empty."""
+    """One row of jobs.csv; instants and sequences are integers, empty cells None."""
 
     def __init__(self, row):
         self.task, self.kind, self.outcome = row["task"], row["kind"], row["outcome"]
@@ -64,7 +66,7 @@ class Job:
 
 
 class RunFolder:
-    """What a run wrote."""
+    """The result folder of a run."""
 
     def __init__(self, path):
         self.path = pathlib.Path(path)
@@ -79,7 +81,11 @@ class RunFolder:
             return reader.fieldnames, list(reader)
 
     def summary(self):
-        return json.loads((self.path / "summary.json").read_text())
+        """summary.json, which must name executors: checks that loop over them would pass otherwise.
+        """
+        summary = json.loads((self.path / "summary.json").read_text())
+        assert summary["executors"], f"{self.path}/summary.json names no executor"
+        return summary
 
     def jobs(self):
         """{(executor, repetition): jobs in file order}"""
@@ -113,7 +119,7 @@ def processes_of(session):
 
 
 class CommandTest(unittest.TestCase):
-    """A test that runs the command in a new folder and finds /dev/shm afterwards as it was before."""
+    """A test that runs the command in a new folder, and checks that no file is left in /dev/shm."""
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="hotpath_test_")
@@ -156,7 +162,7 @@ class CommandTest(unittest.TestCase):
         return self.finish(self.start(*arguments, **options))
 
     def accepted(self, *arguments):
-        """What a command prints that must succeed."""
+        """Standard output of a command that must succeed."""
         code, out, err = self.command(*arguments)
         self.assertEqual(code, 0, err)
         return out
@@ -169,7 +175,7 @@ class CommandTest(unittest.TestCase):
         return self.checked(output)
 
     def checked(self, output):
-        """The folder of a run whose jobs are a legal schedule, which `hotpath check` says."""
+        """The folder of a run whose schedule `hotpath check` accepts."""
         self.accepted("check", self.folder / output)
         return RunFolder(self.folder / output)
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs from files of CARET and iRobot's topologies, and what is said of files that are neither."""
+"""Graphs from files of CARET, the rejection of other files, and the recorded graphs that ship."""
 
-import json
 import pathlib
 import unittest
 
@@ -9,28 +8,6 @@ from hotpath_command import CommandTest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 RECORDED = SOURCE / "reference_system" / "graphs" / "recorded" / "deployments"
-
-TOPOLOGY = {
-    "nodes": [
-        {
-            "node_name": "talker",
-            "number": 2,
-            "executor_id": 3,
-            "publishers": [{"topic_name": "chat", "msg_type": "stamped_int64", "freq_hz": 30}],
-            "servers": [{"service_name": "s", "srv_type": "t"}],
-        },
-        {
-            "node_name": "listener",
-            "executor_id": 4,
-            "publishers": [{"topic_name": "answer", "msg_type": "x", "period_ms": 12.5, "msg_size": 100}],
-            "subscribers": [
-                {"topic_name": "chat", "msg_type": "stamped_int64", "qos_depth": 3},
-                {"topic_name": "silence", "msg_type": "x", "qos_reliability": "reliable"},
-            ],
-        },
-        {"node_name": "empty"},
-    ]
-}
 
 # Two nodes in series and one whose timer takes what is newest; CARET could not tell who publishes /c.
 ARCHITECTURE = """
@@ -109,39 +86,6 @@ class ImportFiles(CommandTest):
         self.assertFalse((self.folder / "out").exists())
         return err
 
-    def test_a_topology_becomes_a_graph_and_its_executors_a_deployment(self):
-        out, graph = self.imported("irobot", self.write("mine.json", json.dumps(TOPOLOGY)))
-        self.assertIn("3 nodes, 3 timers, 1 subscriptions, 2 executors", out)
-        self.assertIn("nobody publishes silence", out)
-        self.assertIn("node empty has no callbacks", out)
-        self.assertIn("1 services", out)
-        self.assertIn("{timer: chat, period_ms: 33.333, publishes: chat}", graph)  # whole microseconds
-        self.assertIn("{subscription: chat, depth: 3}", graph)
-        self.assertIn("{timer: answer, period_ms: 12.5, publishes: answer}", graph)
-        run = self.measure(
-            *("simulate", "--graph", self.folder / "out" / "graph.yaml", "--cores", 2, "--duration", 2),
-            *("--deployments", self.folder / "out" / "deployment.yaml"),
-        )
-        executors = run.run["deployments"]["mine"]["executors"]
-        self.assertEqual([len(e["tasks"]) for e in executors], [2, 2])
-
-    def test_what_is_no_topology_is_refused_with_its_line(self):
-        for text, line, what in (
-            ("{", ":1: ", "not valid JSON"),
-            ('{\n"nodes": [\n{"node_name" "x"}\n]}', ":3: ", "not valid JSON"),
-            ('{"nodes": []}', ":1: ", "empty list"),
-            ('{"nodes": [{"node_name": "x",\n"publisher": []}]}', ":2: ", "did you mean `publishers`"),
-            ('{"nodes": [{"node_name": "x"}]}', ":1: ", "no node of this topology has a callback"),
-            ("[]", ":1: ", "not a map"),
-        ):
-            err = self.refused("irobot", self.write("bad.json", text))
-            self.assertIn("bad.json" + line, err)
-            self.assertIn(what, err)
-        publisher = {"topic_name": "t", "msg_type": "m", "freq_hz": 0}
-        text = json.dumps({"nodes": [{"node_name": "x", "publishers": [publisher]}]})
-        self.assertIn("a frequency of 0 Hz", self.refused("irobot", self.write("bad.json", text)))
-        self.assertIn("cannot be opened", self.refused("irobot", "missing.json"))
-
     def caret(self):
         for name, text in STATISTICS.items():
             (self.folder / "stats").mkdir(exist_ok=True)
@@ -158,7 +102,7 @@ class ImportFiles(CommandTest):
         self.assertIn("cores: 4", graph)
         self.assertIn("name: ns.first\n", graph)
         self.assertIn("execution_time_ms: {min: 1, p50: 2, p95: 3, p99: 4, max: 5}", graph)
-        # The frequency tells that it is not the timer.
+        # The frequency rules the timer out.
         self.assertRegex(graph, r"subscription: a,.* publishes: b}  # guessed: publishes b")
         self.assertRegex(graph, r"name: external .*\n.*\n.*\n.*\n +- {timer: outside, period_ms: 20,")
         self.assertIn("nodes: [ns.first/c0, second/a, third/b]", graph)
@@ -191,9 +135,9 @@ class ImportFiles(CommandTest):
         self.assertIn("a node has no `callbacks`", err)
 
     def test_existing_results_stay(self):
-        topology = self.write("mine.json", json.dumps(TOPOLOGY))
-        self.imported("irobot", topology)
-        code, _, err = self.command("import", "irobot", topology, "--output", self.folder / "out")
+        architecture = self.caret()
+        self.imported("caret", architecture)
+        code, _, err = self.command("import", "caret", architecture, "--output", self.folder / "out")
         self.assertEqual(code, 2)
         self.assertIn("holds files already", err)
 
@@ -203,7 +147,8 @@ class ImportFiles(CommandTest):
             self.assertRegex(listed, rf"(?m)^{name} ")
 
     def test_autoware_universe_is_predicted_as_caret_measured_it(self):
-        """p50 and p99 of the best case of stats_path.yaml, end to end, with the recorded executors."""
+        """Compares p50 and p99 with the end-to-end best case of stats_path.yaml, under the recorded
+        executors."""
         measured = {
             "component_sensing_0": (83.672, 121.902),
             "component_localization_0": (44.722, 77.603),

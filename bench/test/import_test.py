@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath import ctf` against what an independent reader found in traces of the real ROS 2 stack, and against runs of
-ours that `export ctf` wrote. HOTPATH_TRACES names another folder of traces (NAME.tar.xz and truth.json)."""
+"""Compares `hotpath import ctf` with an independent reader's findings in traces of the real ROS 2
+stack, and with hotpath's own runs written by `export ctf`. HOTPATH_TRACES names another folder of
+traces (NAME.tar.xz and truth.json)."""
 
 import json
 import os
@@ -17,13 +18,13 @@ SHIPPED = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_refer
 TRACES = Path(os.environ.get("HOTPATH_TRACES", SHIPPED))
 HOT_PATH = ("--chain", "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator")
 QUANTILES = ("p50", "p99", "max")
-# What a good prediction must keep: percent of median and p99, percentage points of losses.
+# Limits for a good prediction: percent of median and p99, percentage points of losses.
 MEDIAN, P99, LOST = 3, 8, 1
 
 
 class ImportTest(CommandTest):
     def imported(self, trace, *arguments):
-        """What an import says; its output is beside the trace."""
+        """(content of import.json, output folder) of an import; the folder is beside the trace."""
         output = trace.parent / f"{trace.name}_imported"
         code, out, err = self.command("import", "ctf", trace, "--output", output, *arguments)
         self.assertEqual(code, 0, err)
@@ -43,7 +44,8 @@ class ImportTest(CommandTest):
 
 
 class Truth(ImportTest):
-    """Counts equal, durations within 0.1 microseconds, and the self-check within its bar."""
+    """Counts are equal, durations agree within 0.1 microseconds, and the self-check stays within
+    its limits."""
 
     def test_recorded_traces(self):
         truth = json.loads((TRACES / "truth.json").read_text())
@@ -87,21 +89,23 @@ class Truth(ImportTest):
         self.assertLessEqual(abs(chain["p99_error_percent"]), P99)
 
     def check_run(self, output, facts):
-        """The folder of the recorded run is one that every other command reads."""
+        """Checks that other commands can read the folder of the recorded run."""
         run = RunFolder(output / "run")
         self.assertTrue(run.run["complete"])
         ran = sum(task["jobs"] for task in facts["tasks"])
         (jobs,) = run.jobs().values()
         self.assertEqual(sum(job.outcome == "ran" for job in jobs), ran)
-        code, out, err = self.command("summarize", output / "run")
-        self.assertEqual(code, 0, err)
-        self.assertNotIn("does not hold", out)
+        self.accepted("summarize", output / "run")
+        for executor in run.summary()["executors"]:
+            self.assertTrue(executor["loss_equations"]["hold"], executor["loss_equations"])
 
 
 class RoundTrip(ImportTest):
-    """A run, its trace, imported: the same tasks, jobs and outputs, which are a legal schedule."""
+    """A run that is exported and imported again has the same tasks, jobs and outputs, and a legal
+    schedule."""
 
-    # With the chain whose outputs are compared, by its sources and sink, and its name in the graph.
+    # By graph: the chain whose outputs are compared, as sources and sink, and its name in the
+    # graph.
     CHAINS = {
         "autoware": (HOT_PATH[1], "hot_path"),
         "many_to_many": ("SensorA:SinkLogger", "sensor_a"),
@@ -114,7 +118,7 @@ class RoundTrip(ImportTest):
         "sequences": ("edf-ro", "multi-jazzy:2"),
         "many_to_many": ("events-ro", "rm-re", "multi:2"),
     }
-    # What the trace of a run on several processors may add, so that what happens at one instant has an order.
+    # The export may shift simultaneous events of several CPUs by this much, to give them an order.
     APART_NS = 100
     TWO_PROCESSES = """name: two
 executors:
@@ -151,13 +155,13 @@ executors:
                     self.assertEqual(owners.count("process_1000_") > 0, deployment == two)
                     self.assertEqual(owners.count("process_2000_") > 0, deployment == two)
 
-    def check(self, graph, name, options, told):
+    def check(self, graph, name, options, import_options):
         run, trace = self.folder / name, self.folder / f"trace-{name}"
         plan = ("--graph", graph, "--duration", 3, "--warm-up", 0, "--cores", 2)
         self.accepted("simulate", *plan, *options, "--output", run)
         self.accepted("export", "ctf", run, "--output", trace)
         chain, chain_name = self.CHAINS.get(graph, (None, None))
-        facts, output = self.imported(trace, *told, *(("--chain", chain) if chain else ()))
+        facts, output = self.imported(trace, *import_options, *(("--chain", chain) if chain else ()))
         run, recorded = RunFolder(run), self.checked(output / "run")
         self.accepted("check", output / "simulated")
         self.assertEqual(len(facts["tasks"]), len(run.run["tasks"]))
@@ -172,7 +176,8 @@ executors:
         return output
 
     def assert_near(self, found, expected):
-        """Of both the same keys and numbers of values, which are nearly the same."""
+        """Checks that both have the same keys, and for each key the same number of values within
+        APART_NS."""
         self.assertEqual({k: len(v) for k, v in found.items()}, {k: len(v) for k, v in expected.items()})
         for name, values in found.items():
             for value, other in zip(values, expected[name]):
@@ -186,8 +191,8 @@ executors:
         return sorted(task["period_ns"] for task in run.run["tasks"] if task["kind"] == "timer")
 
     def jobs(self, run):
-        """Starts and finishes of what ran, by what it was for; timers by their nodes, of which each has one here that
-        counts."""
+        """Starts and finishes of the jobs that ran, by node and topic or, for timers, by node and
+        period."""
         periods = {t["task"]: t["period_ns"] for t in run.run["tasks"] if t["kind"] == "timer"}
         seen = {}
         (jobs,) = run.jobs().values()
@@ -200,14 +205,14 @@ executors:
 
 
 class BadInput(ImportTest):
-    """One clear sentence each, with exit code 2."""
+    """Unusable inputs: each ends with one clear sentence and exit code 2."""
 
     def test_what_is_no_trace(self):
         self.refused(2, "is not a folder", self.folder / "nowhere")
         self.refused(2, "holds no CTF trace", self.folder)
 
     def test_formats(self):
-        for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "none of CTF")):
+        for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "is not CTF")):
             (self.folder / "metadata").write_bytes(content)
             self.refused(2, words, self.folder)
 
@@ -241,7 +246,7 @@ class BadInput(ImportTest):
 
     def test_chains(self):
         trace = self.unpacked("sequences_default")
-        for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is no node or task")):
+        for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is not a node or task")):
             self.refused(2, words, trace, "--chain", chain)
 
     def test_a_chain_without_outputs_is_not_green(self):
@@ -271,7 +276,7 @@ class BadInput(ImportTest):
 
 
 class Faults(ImportTest):
-    """Of a recording that is a trace: one sentence each, and the rest is used."""
+    """Faults of a readable trace: each gives one warning, and the import uses the rest."""
 
     def warned(self, trace, words, jobs):
         facts, _ = self.imported(trace.write(self.folder / "trace"))
@@ -296,35 +301,35 @@ class Faults(ImportTest):
         self.warned(trace, "discarded at least 17 events", 400)
 
     def test_a_clock_that_jumps(self):
-        trace, made = sensor_and_filter()
-        run_on(trace, made, made["at"] + 60_000 * MS, 100)
+        trace, handles = sensor_and_filter()
+        run_on(trace, handles, handles["at"] + 60_000 * MS, 100)
         facts = self.warned(trace, "no event for 60.0 s from 2.0 s on", 600)
         self.assertNotEqual(facts["self_check"]["light"], "green")
 
     def test_a_clock_that_jumps_by_a_year(self):
-        trace, made = sensor_and_filter()
-        run_on(trace, made, made["at"] + 365 * 24 * 3_600_000 * MS, 100)
+        trace, handles = sensor_and_filter()
+        run_on(trace, handles, handles["at"] + 365 * 24 * 3_600_000 * MS, 100)
         self.refused(2, "the trace's clock jumps, or the trace is damaged", trace.write(self.folder / "trace"))
 
     def test_a_clock_that_jumps_back(self):
-        trace, made = sensor_and_filter()
-        run_on(trace, made, made["at"] - 1000 * MS, 100)
+        trace, handles = sensor_and_filter()
+        run_on(trace, handles, handles["at"] - 1000 * MS, 100)
         self.warned(trace, "breaks off: its clock jumps back after 2.0 s", 400)
 
     def test_two_nodes_of_one_name(self):
-        trace, made = sensor_and_filter(0)
+        trace, handles = sensor_and_filter(0)
         second = trace.timer(3 * MS, trace.node(3 * MS, "sensor"), 10 * MS)
         for i in range(100):
-            run_on(trace, made, made["at"] + 10 * i * MS, 1)
-            trace.job(made["at"] + (10 * i + 6) * MS, made["at"] + (10 * i + 7) * MS, second)
+            run_on(trace, handles, handles["at"] + 10 * i * MS, 1)
+            trace.job(handles["at"] + (10 * i + 6) * MS, handles["at"] + (10 * i + 7) * MS, second)
         facts = self.warned(trace, "several nodes /sensor; one of them is called sensor_2", 300)
         self.assertEqual(
             {t["task"] for t in facts["tasks"]}, {"sensor/timer", "sensor_2/timer", "filter/points"}
         )
 
     def test_a_callback_that_never_ends(self):
-        trace, made = sensor_and_filter()
-        trace.job(made["at"], None, made["timer"])
+        trace, handles = sensor_and_filter()
+        trace.job(handles["at"], None, handles["timer"])
         self.warned(trace, "1 jobs have no end in the trace", 401)
 
     def test_a_trace_that_its_library_does_not_survive(self):
@@ -340,32 +345,32 @@ class Faults(ImportTest):
         self.refused(2, "a name in `ros2:rcl_node_init` is not valid UTF-8", trace)
 
     def test_handles_used_again(self):
-        trace, made = sensor_and_filter(100)
-        timer = trace.timer(made["at"], trace.node(made["at"], "next"), 10 * MS, callback=made["timer"])
+        trace, handles = sensor_and_filter(100)
+        timer = trace.timer(handles["at"], trace.node(handles["at"], "next"), 10 * MS, callback=handles["timer"])
         for i in range(1, 101):
-            trace.job(made["at"] + 10 * i * MS, made["at"] + (10 * i + 1) * MS, timer)
-        facts = self.warned(trace, "1 addresses of callbacks were used again", 300)
+            trace.job(handles["at"] + 10 * i * MS, handles["at"] + (10 * i + 1) * MS, timer)
+        facts = self.warned(trace, "1 addresses of callbacks were reused", 300)
         self.assertEqual({t["task"]: t["jobs"] for t in facts["tasks"]}["next/timer"], 100)
 
     def test_topics_without_publishers(self):
-        trace, made = sensor_and_filter(0)
-        outer = trace.subscription(3 * MS, made["nodes"][1], "/outer")
-        trace.subscription(3 * MS, made["nodes"][1], "/silent")
+        trace, handles = sensor_and_filter(0)
+        outer = trace.subscription(3 * MS, handles["nodes"][1], "/outer")
+        trace.subscription(3 * MS, handles["nodes"][1], "/silent")
         for i in range(100):
-            at = made["at"] + 10 * i * MS
-            run_on(trace, made, at, 1)
+            at = handles["at"] + 10 * i * MS
+            run_on(trace, handles, at, 1)
             trace.job(at + 6 * MS, at + 7 * MS, outer[1], takes=(outer[0], at + 5 * MS))
-        facts = self.warned(trace, "/outer is not published by any callback", 300)
+        facts = self.warned(trace, "No callback of the trace publishes topic /outer", 300)
         self.assertTrue(any("Nobody published /silent" in w for w in facts["warnings"]))
 
     def test_publications_long_before_the_end(self):
-        trace, made = sensor_and_filter(0)
+        trace, handles = sensor_and_filter(0)
         for i in range(100):
-            at = made["at"] + 10 * i * MS
-            trace.job(at + 20_000, at + 8 * MS, made["timer"], publishes=made["publisher"], after=MS)
-            taken = (made["rmw"], at + 20_000 + MS)
+            at = handles["at"] + 10 * i * MS
+            trace.job(at + 20_000, at + 8 * MS, handles["timer"], publishes=handles["publisher"], after=MS)
+            taken = (handles["rmw"], at + 20_000 + MS)
             trace.thread = 101
-            trace.job(at + 2 * MS, at + 3 * MS, made["subscription"], takes=taken)
+            trace.job(at + 2 * MS, at + 3 * MS, handles["subscription"], takes=taken)
             trace.thread = 100
         trace.events.sort(key=lambda event: event[0])
         facts = self.warned(
@@ -377,9 +382,10 @@ class Faults(ImportTest):
 
 
 class Mutations(ImportTest):
-    """Traces of which a few bytes are others are read, or refused with one sentence. HOTPATH_MUTATIONS: how many.
+    """Traces with a few changed bytes are read, or rejected with one sentence. HOTPATH_MUTATIONS
+    sets their number.
 
-    With HOTPATH_RELIABILITY, a folder, the counts are written to its mutations.json.
+    If HOTPATH_RELIABILITY names a folder, the counts are written to its mutations.json.
     """
 
     def test_any_bytes(self):
@@ -400,13 +406,15 @@ class Mutations(ImportTest):
                 output = self.folder / "imported"
                 code, _, err = self.command("import", "ctf", trace, "--output", output)
                 self.assertIn(code, (0, 2), err)
-                if code == 2:  # before it, an assertion of libbabeltrace2 may say that it failed
+                if code == 2:  # a failed assertion of libbabeltrace2 may precede the sentence
                     lines = [line for line in err.strip().splitlines() if "Assertion" not in line]
                     self.assertEqual([line[:9] for line in lines], ["hotpath: "], err)
                 shutil.rmtree(output, ignore_errors=True)
                 accepted += 1
                 read += code == 0
                 library_ended += "libbabeltrace2 does not survive it" in err
+        if count >= 40:
+            self.assertTrue(0 < read < count, f"{read} of {count} were read")
         if "HOTPATH_RELIABILITY" in os.environ and accepted == count:
             facts = {"tried": count, "read": read, "library_ended": library_ended}
             file = Path(os.environ["HOTPATH_RELIABILITY"]) / "mutations.json"

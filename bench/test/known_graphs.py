@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The graphs that the tests of the whole program run, written down independently of their YAML files."""
+"""The graphs of the whole-program tests, described independently of their YAML files."""
 
 from dataclasses import dataclass, field
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live publishing and replay of the real command, as a Fast DDS reader in another process sees them, held against
-what the run wrote."""
+"""Compares live publishing and replay, as received by a Fast DDS reader in another process, with
+the run's results."""
 
 import collections
 import json
@@ -19,7 +19,7 @@ SHORT = ("--load", 20, "--duration", 2, "--warm-up", 0.5)
 
 
 class Received:
-    """What a listener printed, by kind and in order."""
+    """A listener's output, by kind and in order."""
 
     def __init__(self, text):
         self.by_kind = collections.defaultdict(list)
@@ -46,7 +46,7 @@ class Received:
         return last
 
     def values(self):
-        """As CommandTest's chains(), in order."""
+        """Rows as in RunFolder.chains(), in order."""
         chains = self.run["chains"]
         return [
             (chains[s["chain"]]["name"], s["job"], s["hot_path_latency_ns"],
@@ -64,7 +64,7 @@ class LiveTest(CommandTest):
         self.domain = random.randint(100, 200)
 
     def listen(self, *arguments):
-        """A listener that is ready."""
+        """Starts a listener and waits until it is ready."""
         process = subprocess.Popen(
             [LISTENER, "--domain", str(self.domain), *map(str, arguments)], stdout=subprocess.PIPE, text=True
         )
@@ -85,7 +85,7 @@ class LiveTest(CommandTest):
         self.assertEqual((code, out, err), (0, "", ""))
 
     def check_samples(self, received, folder):
-        """All samples of chains.csv once, numbered by chain without a gap."""
+        """Checks that each row of chains.csv was received once, numbered by chain without gaps."""
         ((key, rows),) = folder.chains().items()
         self.assertEqual(sorted(received.values(), key=repr), sorted(rows, key=repr), key)
         numbers = collections.defaultdict(list)
@@ -96,12 +96,12 @@ class LiveTest(CommandTest):
         self.assertGreater(len(rows), 0)
 
     def check_last_statistics(self, received, folder):
-        """Its counts are those of jobs.csv, its overruns and latencies those of summary.json."""
+        """Checks the counts against jobs.csv, and overruns and latencies against summary.json."""
         (jobs,) = folder.jobs().values()
         (executor,) = folder.summary()["executors"]
         overruns = {task["task"]: task.get("deadline_overruns", 0) for task in executor["tasks"]}
         names = [node["name"] for node in received.run["nodes"]]
-        for name, node in zip(names, received.last["nodes"]):
+        for name, node in zip(names, received.last["nodes"], strict=True):
             own = [j for j in jobs if j.node == name]
             count = collections.Counter(j.outcome for j in own)
             self.assertEqual(
@@ -110,7 +110,8 @@ class LiveTest(CommandTest):
                 name,
             )
             self.assertEqual(node["overruns"], sum(overruns[task] for task in {j.task for j in own}), name)
-        for chain, summary in zip(received.last["chains"], executor["chains"]):
+        self.assertGreater(len(executor["chains"]), 0)
+        for chain, summary in zip(received.last["chains"], executor["chains"], strict=True):
             exact = summary["hot_path_latency_ms"]
             self.assertEqual(chain["samples"], exact["n"])
             self.assertAlmostEqual(chain["latency_max_ns"] / 1e6, exact["max"])
@@ -122,7 +123,7 @@ class LiveTest(CommandTest):
         self.assertEqual(stamps, sorted(stamps))
         self.assertEqual({s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]})
         for before, after in zip(received.statistics, received.statistics[1:]):
-            for a, b in zip(before["nodes"], after["nodes"]):
+            for a, b in zip(before["nodes"], after["nodes"], strict=True):
                 for count in ("ran", "skipped", "overwritten", "overruns"):
                     self.assertLessEqual(a[count], b[count])
 
@@ -210,7 +211,7 @@ class Live(LiveTest):
         first.kill()
         first.communicate()
         late = self.listen()
-        os.killpg(process.pid, signal.SIGINT)  # only once the late one has come
+        os.killpg(process.pid, signal.SIGINT)  # only after the late listener is ready
         self.finish(process)
         received = self.received(late)
         self.assertEqual(received.run["executor"], "rm-ro")
@@ -325,12 +326,12 @@ class Replay(LiveTest):
             received.values(), [c for c in folder.chains()["default", 0] if 2e9 <= sink[c[1]] <= 3e9]
         )
         finished = collections.Counter(j.node for j in jobs if j.outcome == "ran" and j.finish <= 3e9)
-        for node, last in zip(received.run["nodes"], received.last["nodes"]):
+        for node, last in zip(received.run["nodes"], received.last["nodes"], strict=True):
             self.assertEqual(last["ran"], finished[node["name"]], node["name"])
 
 
 class SlowReader(LiveTest):
-    def test_it_holds_up_nobody_and_what_it_may_lose_is_counted(self):
+    def test_a_slow_reader_blocks_nobody_and_its_losses_are_counted(self):
         output = self.folder / "run"
         code, _, err = self.command(
             "simulate", "--executors", "rm-ro", "--duration", 200, "--warm-up", 0, "--output", output

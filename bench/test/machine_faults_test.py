@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The machine does what a run does not expect: its real-time clock is stepped, the memory of its cgroup ends."""
+"""Machine faults during a run: the real-time clock is stepped, or the cgroup's memory runs out."""
 
 import json
 import os
@@ -13,9 +13,10 @@ import unittest
 from hotpath_command import CommandTest, processes_of
 
 STEPPING_CLOCK = os.environ.get("STEPPING_CLOCK", "libstepping_clock.so")
-MEMORY = pathlib.Path("/sys/fs/cgroup/memory")  # of version 1, which a test may divide
+MEMORY = pathlib.Path("/sys/fs/cgroup/memory")  # cgroup version 1, in which a test may create groups
 FAILURE, WRONG_USE = 1, 2
-# Takes memory, in processes smaller than those of a run, until the kernel has killed one of its cgroup.
+# Allocates memory in processes smaller than those of a run, until the kernel has killed a process
+# of the cgroup.
 HOG = """
 import os, signal, sys, time
 children = []
@@ -51,15 +52,15 @@ class Clock(CommandTest):
 
     def test_the_library_steps_the_clock(self):
         self.stepped(3600, after=0)
-        says = [sys.executable, "-c", "import time; print(time.time(), time.monotonic())"]
-        told = subprocess.run(says, env=self.environment, capture_output=True, check=True).stdout.split()
-        self.assertGreater(float(told[0]), time.time() + 3000)
-        self.assertLess(float(told[1]), time.monotonic() + 1)
+        command = [sys.executable, "-c", "import time; print(time.time(), time.monotonic())"]
+        printed = subprocess.run(command, env=self.environment, capture_output=True, check=True).stdout.split()
+        self.assertGreater(float(printed[0]), time.time() + 3000)
+        self.assertLess(float(printed[1]), time.monotonic() + 1)
 
 
 class Memory(CommandTest):
     def limited(self, mebibytes):
-        """Options that start a process with so much memory."""
+        """Options that start a process with this memory limit."""
         group = MEMORY / f"hotpath_test_{os.getpid()}"
         try:
             group.mkdir()
@@ -76,7 +77,7 @@ class Memory(CommandTest):
             with self.subTest(command=command):
                 code, _, err = self.command(*command, "--output", "run", **limit)
                 self.assertEqual(code, WRONG_USE, err)
-                self.assertRegex(err, r"--duration .* about \d\S* GB of memory, and there are 0.31; take a shorter")
+                self.assertRegex(err, r"--duration .* GB of memory, but 0.31 GB are available; take a shorter")
                 self.assertFalse((self.folder / "run").exists())
 
     def test_the_limit_is_reached_during_a_run(self):
@@ -94,7 +95,7 @@ class Memory(CommandTest):
         )  # fmt: skip
         self.assertEqual(hog.returncode, 0)
         code, _, err = self.finish(process)
-        if code == -signal.SIGKILL:  # between two repetitions Linux has nobody to end but the command
+        if code == -signal.SIGKILL:  # between two repetitions the command is the only process to kill
             self.accepted("recover", "run")
             self.assertGreater(len(self.checked("run").jobs()), 0)
             return
@@ -102,7 +103,7 @@ class Memory(CommandTest):
         sentences = [line for line in err.splitlines() if line.startswith("hotpath: ")]
         self.assertEqual(len(sentences), 1, err)
         run = self.checked("run")
-        failures = run.run["failures"]  # the next one may begin before the memory is free again
+        failures = run.run["failures"]  # perhaps several: the next run may start before the memory is free
         self.assertIn(f"{len(failures)} of 4 runs failed", sentences[0])
         self.assertIn("Killed", failures[0])
         self.assertEqual(len(run.jobs()), 4 - len(failures))

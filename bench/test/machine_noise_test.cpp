@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The noise floor: what `hotpath machine` says and every result folder carries.
+// The noise floor, which `hotpath machine` prints and every result folder records.
 #include "machine/machine.hpp"
 
 #include <unistd.h>
@@ -96,8 +96,8 @@ TEST(MachineNoise, WarnsInWholeSentencesThatNameTheWorstCore) {
   MachineNoise noise;
   noise.cores = {{0, 30ns, 200ns, 600us, 0.1}, {2, 30ns, 200ns, 3ms, 12.5}};
   noise.clock_cost_ns = 800;
-  EXPECT_THAT(warnings(noise), ElementsAre(HasSubstr("processor 2 was held up for 3000 us"),
-                                           HasSubstr("processor 2 a busy thread lost 12.5 %"),
+  EXPECT_THAT(warnings(noise), ElementsAre(HasSubstr("CPU 2 was interrupted for 3000 us"),
+                                           HasSubstr("CPU 2 a busy thread lost 12.5 %"),
                                            HasSubstr("Reading the clock costs 800 ns")));
   for (const std::string& sentence : warnings(noise)) EXPECT_EQ(sentence.back(), '.');
 }

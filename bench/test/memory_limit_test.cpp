@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much memory there is, and traces that would need more.
+// The memory limit, and the rejection of traces that would exceed it.
 #include "program/memory_limit.hpp"
 
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Memory that a command may have: each limit lies well above what is needed, and below what structures of the size of the
-run, or quadratic in the graph, would need."""
+"""Runs commands under memory limits. Each limit is well above the need, but below the need of
+structures that grow with the length of the run or with the square of the graph."""
 
 import json
 import pathlib
@@ -10,7 +10,7 @@ import unittest
 from hotpath_command import HOTPATH, CommandTest
 
 MB = 1 << 20
-# A chain of three nodes and 1000 jobs of each a second, as short as rows can be.
+# A chain of three nodes with 1000 jobs per second each, and rows as short as possible.
 CHAIN = """name: chain
 nodes:
   - {name: S, type: sensor, period_ms: 1}
@@ -23,7 +23,7 @@ SECONDS = 200  # 600,000 jobs
 
 
 def lines_of_five(nodes):
-    """A graph of so many nodes in lines of five, each behind a timer."""
+    """A graph of this many nodes, in lines of five that begin with a timer."""
     text = ["name: lines", "nodes:"]
     for n in range(nodes):
         what = f"transform, input: N{n - 1}" if n % 5 else f"sensor, period_ms: {100 * (1 + n % 7)}"
@@ -41,7 +41,8 @@ class Memory(CommandTest):
         self.environment |= {"OPENBLAS_NUM_THREADS": "1", "HOTPATH_FIGURES": "none"}
 
     def limited(self, megabytes, *arguments):
-        """(exit code, standard error) of a command and what it starts, each with so much memory to write to."""
+        """(exit code, standard error) of a command; each of its processes has this limit of
+        writable memory."""
         limit = megabytes * MB
         code, _, err = self.command(
             *arguments, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
@@ -88,7 +89,7 @@ class Memory(CommandTest):
         ):
             code, err = self.limited(80, *arguments)
             self.assertEqual(code, 2, err)
-            self.assertIn("GB of memory, and there are 0.084", err)
+            self.assertIn("GB of memory, but 0.084 GB are available", err)
             self.assertEqual(err.count("\n"), 1, err)
 
     def test_advice_grows_with_nodes_and_not_with_their_square(self):

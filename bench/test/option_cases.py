@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an option does, for tests that are about every option: a command's results with it and without it."""
+"""Checks the effect of every option by comparing a command's results with and without it."""
 
 import dataclasses
 import json
@@ -13,20 +13,22 @@ import unittest
 from hotpath_command import HOTPATH, TIME_LIMIT_S
 
 TESTS = pathlib.Path(__file__).parent
-NOT_ITS_RESULT = {"command"}  # of run.json: how it was called
+NOT_ITS_RESULT = {"command"}  # keys of run.json that describe the call
 
 
 @dataclasses.dataclass(frozen=True)
 class Changes:
-    """Words that make another result. `given`: words that are there with and without the option."""
+    """Words that change the result. `given`: words of both runs. `refused`: the run with the option
+    is rejected with this message, since the option's effect is to reject it."""
 
     words: dict
     given: dict = dataclasses.field(default_factory=dict)
+    refused: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
 class Refused:
-    """Words that are refused, because the option would be ignored; the message names `says`."""
+    """Words that are rejected because the option would be ignored; the message contains `says`."""
 
     words: dict
     says: str
@@ -34,7 +36,7 @@ class Refused:
 
 @dataclasses.dataclass(frozen=True)
 class Same:
-    """Words that must change nothing, for this reason. `recorded`: but run.json remembers them."""
+    """Words that must change nothing, for this reason. `recorded`: run.json still records them."""
 
     words: dict
     reason: str
@@ -43,19 +45,21 @@ class Same:
 
 @dataclasses.dataclass(frozen=True)
 class Elsewhere:
-    """Another test program is about this option, or nothing can show it, for this reason."""
+    """For this reason, another test program covers the option, or no test can show its effect."""
 
     reason: str
     program: str = ""
 
 
 def options_of(help_text):
-    """The names of the options that a help text lists; of several for one option the first."""
+    """The names of the options that a help text lists; for several names of one option, the first.
+    """
     return re.findall(r"^  (--[a-z0-9-]+)", help_text, re.MULTILINE)
 
 
 def words_of(arguments):
-    """A command line. A key without dashes stands for a word without a name; True: a flag; None: nothing."""
+    """A command line. A key without dashes is a positional argument; value True: a flag; None: left
+    out."""
     words = []
     for option, value in arguments.items():
         if value is None:
@@ -66,7 +70,7 @@ def words_of(arguments):
 
 
 class OptionTest(unittest.TestCase):
-    """Runs commands, each in a new folder, and remembers their results."""
+    """Runs commands, each in a new folder, and caches their results."""
 
     @classmethod
     def setUpClass(cls):
@@ -88,11 +92,11 @@ class OptionTest(unittest.TestCase):
         )
 
     def facts_of(self, run):
-        """What of run.json follows from the options."""
+        """The part of run.json that follows from the options."""
         return {key: value for key, value in run.items() if key not in NOT_ITS_RESULT}
 
     def outcome(self, command, arguments):
-        """(exit code, what it printed and wrote, the run.json of that by path, standard error)"""
+        """(exit code, output and files by path, each run.json by path, standard error)"""
         words = tuple(map(str, [*command.split(), *words_of(arguments)]))
         if words not in self.known:
             folder = pathlib.Path(tempfile.mkdtemp(prefix="result_", dir=self.folder))
@@ -105,12 +109,14 @@ class OptionTest(unittest.TestCase):
         return self.known[words]
 
     def help_of(self, command):
-        return self.run_in(self.folder, [*command.split(), "--help"]).stdout
+        done = self.run_in(self.folder, [*command.split(), "--help"])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
 
     def check_command(self, command, base, cases):
-        """Every option that the command has counts."""
+        """Checks that every option of the command has an effect."""
         options = options_of(self.help_of(command))
-        self.assertEqual(sorted(set(options) - cases.keys()), [], f"{command}: say here what they do")
+        self.assertEqual(sorted(set(options) - cases.keys()), [], f"{command}: list their effect here")
         self.assertEqual(sorted(cases.keys() - set(options)), [], f"{command} has no such options")
         for option in options:
             with self.subTest(command=command, option=option):
@@ -132,13 +138,17 @@ class OptionTest(unittest.TestCase):
         self.assertEqual(without[0], 0, without[3])
         if isinstance(case, Same):
             self.assertEqual(with_it[:2], without[:2], case.reason)
-            self.assertEqual(with_it[2] != without[2], case.recorded, "run.json")
+            self.assertEqual(with_it[2] != without[2], case.recorded, f"{option} in run.json")
             return
-        self.assertIn(with_it[0], (0, 2), with_it[3])
+        if case.refused:
+            self.assertEqual(with_it[0], 2, with_it[3])
+            self.assertIn(case.refused, with_it[3])
+            return
+        self.assertEqual(with_it[0], 0, f"{option} ends with an error: {with_it[3]}")
         self.assertTrue(self.differs(without, with_it), f"{option} is ignored")
         if without[2]:
-            self.assertNotEqual(with_it[2], without[2], f"run.json does not remember {option}")
+            self.assertNotEqual(with_it[2], without[2], f"run.json does not record {option}")
 
     def differs(self, without, with_it):
-        """Whether the results differ; what run.json remembers is none."""
+        """Whether the results differ, apart from run.json."""
         return with_it[:2] != without[:2]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every option of `run` and `compare` counts: run.json or jobs.csv tell a run with it from one without. Measurements
-differ anyhow, so that only what follows from the options is compared."""
+"""Every option of `run` and `compare` has an effect: run.json or jobs.csv differ with and without
+it. Measured values always differ, so the test compares only values that follow from the options."""
 
 import csv
 import unittest
@@ -8,7 +8,7 @@ import unittest
 from option_cases import TESTS, Changes, Elsewhere, OptionTest, Refused, options_of
 
 PHASES = TESTS.parents[1] / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
-# What two runs with the same options do not have in common.
+# Keys whose values differ between two runs with the same options.
 MEASURED = {"bounds", "calibration", "command", "date", "machine", "warnings"}
 OF_A_RUN = ("executor", "repetition", "first_timestamps_ms", "live", "thread_policies")
 BASE = {"--executor": "rm-ro", "--load": 1, "--transport": "intra_process", "--duration": 0.1, "--warm-up": 0, "--output": "out"}  # fmt: skip
@@ -32,9 +32,9 @@ RUN = {
     "--warm-up": Changes({"--warm-up": 0.1}),
     "--repetitions": Changes({"--repetitions": 2}),
     "--seed": Changes({"--seed": 2}, {"--phases": "random"}),
-    "--repeat-disturbed": Elsewhere("it takes a slow processor", "slow_processor_test.py"),
-    "--time-out": Elsewhere("only what hangs shows it", "process_faults_test.py"),
-    "--stack": Elsewhere("it takes ROS 2", "faults_test.py"),
+    "--repeat-disturbed": Elsewhere("it needs a slow CPU", "slow_processor_test.py"),
+    "--time-out": Elsewhere("it needs a process that hangs", "process_faults_test.py"),
+    "--stack": Elsewhere("it needs ROS 2", "faults_test.py"),
     "--ros2-runner": Refused({"--ros2-runner": "x"}, "--stack"),
     "--transport": Changes(DDS),
     "--processes": Changes({"--processes": 2}, DDS),
@@ -54,9 +54,9 @@ RUN = {
 COMPARE = {
     "--executors": Changes({"--executors": "default,rm-ro"}),
     "--deployments": Changes({"--deployments": "isolated"}),
-    "--against": Elsewhere("it takes another build", "sweep_test.py"),
-    "--junit": Elsewhere("it is of --against", "sweep_test.py"),
-    "--markdown": Elsewhere("it is of --against", "sweep_test.py"),
+    "--against": Elsewhere("it needs another build", "sweep_test.py"),
+    "--junit": Elsewhere("it belongs to --against", "sweep_test.py"),
+    "--markdown": Elsewhere("it belongs to --against", "sweep_test.py"),
 }
 
 
@@ -77,7 +77,7 @@ class EveryLiveOptionCounts(OptionTest):
         return any(row["cpu_ns"] for row in csv.DictReader(jobs.decode().splitlines()))
 
     def differs(self, without, with_it):
-        """Also in what run.json says of the run."""
+        """Whether the results differ, including run.json."""
         return with_it[:3] != without[:3]
 
     def test_run(self):

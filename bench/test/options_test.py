@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every option of every command counts: it changes the result, it is refused where it would be ignored, or it stands
-here with the reason why it changes nothing. The commands and their options are those that --help lists."""
+"""Every option of every command has an effect: it changes the result, it is rejected where it would
+be ignored, or it is listed here with the reason why it changes nothing. --help supplies the
+commands and their options."""
 
 import re
 import shutil
@@ -10,11 +11,11 @@ from option_cases import TESTS, Changes, Elsewhere, OptionTest, Refused, Same, o
 
 REFERENCE = TESTS.parents[1] / "reference_system" / "ros2_reference"
 GOLDEN = REFERENCE / "traces" / "timers_only_80.rm-ro.csv"
-THREADS = Same({"--threads": 3}, "threads share the work, and each part is a function of its number")
+THREADS = Same({"--threads": 3}, "results do not depend on the number of threads")
 ELSEWHERE = Changes({"--output": "elsewhere"})
 BRIEF = {"--duration": 1, "--warm-up": 0}
 
-# What simulated systems have in common.
+# The options of simulated systems.
 GRAPHS = {
     "--graph": Changes({"--graph": "sequences"}),
     "--load": Changes({"--load": 50}),
@@ -48,11 +49,11 @@ PLATFORM = {
 SIMULATIONS = GRAPHS | PLATFORM | {
     "--phases-of": Changes({"--phases-of": "{run}"}),
     "--repetitions": Changes({"--repetitions": 3}),
-    "--max-backlog": Changes({"--max-backlog": 1}, {"--load": 95}),
+    "--max-backlog": Changes({"--max-backlog": 1}, {"--load": 95}, refused="overload: more than 1 "),
     "--execution-times": Changes({"--execution-times": "uniform"}, {"--graph": "callbacks"}),
 }  # fmt: skip
 
-# By command: its words, and what each of its options does.
+# By command: its arguments, and the effect of each option.
 CASES = {
     "simulate": (
         {"--executors": "default,rm-ro", "--output": "out", **BRIEF},
@@ -92,7 +93,7 @@ CASES = {
             "--cores": Changes({"--cores": 2}),
             "--costs": Changes({"--costs": "graph"}),
             "--draws": Changes({"--draws": 3}),
-            "--budget": Elsewhere("how many draws a time suffices for depends on the machine", "advise_command_test.py"),
+            "--budget": Elsewhere("the number of draws in a given time depends on the machine", "advise_command_test.py"),
         },
     ),
     "analyze": (
@@ -118,9 +119,9 @@ CASES = {
     "sweep": (
         {"FILE": "{sweep}", "--output": "out"},
         {
-            "--threads": Elsewhere("cells are functions of their numbers, and the estimate is not", "sweep_test.py"),
-            "--rank-time-out": Elsewhere("it takes a rank that dies", "sweep_test.py"),
-            "--yes": Elsewhere("it begins what takes an hour, which sweep_test.py refuses without it"),
+            "--threads": Elsewhere("only the printed estimate depends on it", "sweep_test.py"),
+            "--rank-time-out": Elsewhere("it needs a rank that dies", "sweep_test.py"),
+            "--yes": Elsewhere("it starts a sweep of more than an hour; sweep_test.py tests the rejection without it"),
             "--output": ELSEWHERE,
         },
     ),
@@ -138,10 +139,10 @@ CASES = {
     ),
     "replay": (
         {"RUN": "{run}"},
-        {"--live": Elsewhere("there is nothing to do without it", "live_test.py")} | {
-            option: Elsewhere("what subscribers get of it", "live_test.py")
+        {"--live": Elsewhere("replay does nothing without it", "live_test.py")} | {
+            option: Elsewhere("only subscribers see its effect", "live_test.py")
             for option in ("--executor", "--repetition", "--graph", "--speed", "--start", "--duration", "--domain")
-        } | {"--all-interfaces": Elsewhere("it takes another machine")},
+        } | {"--all-interfaces": Elsewhere("it needs another machine")},
     ),
     "validate": (
         {"RUN": "{run}", "--output": "out"},
@@ -202,7 +203,7 @@ CASES = {
         {
             "--csv": Changes({"--csv": "table.csv"}),
             "--gate": Changes({"--gate": True}),
-            "--across-loads": Elsewhere("it takes runs of two loads", "../hotpath_report/test/test_gate.py"),
+            "--across-loads": Elsewhere("it needs runs of two loads", "../hotpath_report/test/test_gate.py"),
             "--junit": Changes({"--junit": "gate.xml"}, {"--gate": True}),
             "--markdown": Changes({"--markdown": "gate.md"}, {"--gate": True}),
         },
@@ -220,9 +221,8 @@ CASES = {
     ),
     "import caret": (
         {},
-        {option: Elsewhere("it takes CARET's files", "import_files_test.py") for option in ("--stats", "--cores", "--output")},
+        {option: Elsewhere("it needs CARET's files", "import_files_test.py") for option in ("--stats", "--cores", "--output")},
     ),
-    "import irobot": ({}, {"--output": Elsewhere("it takes a topology", "import_files_test.py")}),
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
     "recover": ({}, {}),
     "check": ({}, {}),
@@ -234,7 +234,7 @@ class EveryOptionCounts(OptionTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        made = {
+        runs = {
             "run": ("--executors", "default,rm-ro", "--repetitions", 3, "--phases", "random", "--seed", 5),
             "timers": (
                 "--graph",
@@ -245,13 +245,13 @@ class EveryOptionCounts(OptionTest):
                 "synchronous",
             ),
         }
-        cls.places = {name: cls.folder / name for name in (*made, "sweep", "deployment")}
-        for name, words in made.items():
+        cls.places = {name: cls.folder / name for name in (*runs, "sweep", "deployment")}
+        for name, words in runs.items():
             cls.must("simulate", *words, "--duration", 1, "--warm-up", 0, "--output", cls.places[name])
         cls.must("export", "ctf", cls.places["run"], "--output", cls.folder / "exported")
         cls.places["trace"] = cls.folder / "exported" / "default-0"
         cls.places["deployment"].write_text(
-            "name: mine\nexecutors:\n  - {name: all, executor: static, nodes: rest}\n"
+            "name: mine\nexecutors:\n  - {name: all, executor: static, owns: rest}\n"
         )
         cls.places["sweep"].write_text(
             "command: simulate\nfixed: {duration: 1, warm-up: 0}\naxes: {load: [40, 80]}\n"
@@ -274,7 +274,7 @@ class EveryOptionCounts(OptionTest):
         super().check_option(command, self.filled(base), option, case)
 
     def commands(self, command=""):
-        """All commands, with a parent's name before its own."""
+        """All commands; subcommands after their parent's name."""
         names = re.findall(
             r"^  ([a-z][a-z-]+) ", self.help_of(command).partition("Subcommands:")[2], re.MULTILINE
         )
@@ -290,17 +290,20 @@ class EveryOptionCounts(OptionTest):
             self.check_command(command, base, cases)
 
     def test_the_check_finds_an_option_that_is_ignored(self):
-        """Planted: words that say what holds without them."""
+        """Planted defects: an option without effect, an option that ends with an error, and an
+        option that is not listed."""
         base, cases = CASES["simulate"]
         with self.assertRaisesRegex(AssertionError, "--ties is ignored"):
             self.check_option("simulate", base, "--ties", Changes({"--ties": "lifo"}))
-        with self.assertRaisesRegex(AssertionError, "say here what they do.*simulate|simulate"):
+        with self.assertRaisesRegex(AssertionError, "--ties ends with an error"):
+            self.check_option("simulate", base, "--ties", Changes({"--ties": "nonsense"}))
+        with self.assertRaisesRegex(AssertionError, "simulate: list their effect here"):
             self.check_command("simulate", base, {k: v for k, v in cases.items() if k != "--ties"})
         self.assertIn("--ties", options_of(self.help_of("simulate")))
 
 
 class Contradictions(OptionTest):
-    """What is refused because one of two options would be ignored; the message names both."""
+    """Pairs that are rejected because one option would be ignored; the message names both."""
 
     def test_pairs(self):
         for words, parts in (
@@ -366,7 +369,7 @@ class Contradictions(OptionTest):
                 self.assertRegex(err, r"--[a-z]+: `[^`]*` has an empty item")
                 self.assertIn([w for w in words.split() if w.startswith("--")][0], err)
 
-    def test_what_no_executor_has_is_said(self):
+    def test_an_option_that_no_executor_uses_is_noted(self):
         base = {"--executors": "default", "--output": "out", **BRIEF}
         for words in (
             {"--ties": "fifo"},

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every option that names a file or folder to write treats each kind of target as a careful tool does.
+"""Every option that names an output file or folder handles each kind of target safely.
 
-The options are those of the commands' own --help. A device, a FIFO and an open descriptor are written to; a link is
-followed; a file is replaced by a whole new one with its permissions; what is beside it stays as it is; what cannot be
-written, or holds something else, is refused before anything is computed.
+--help supplies the options. A device, a FIFO and an open descriptor are written to; a link is
+followed; a file is replaced by a complete new file with the same permissions; neighbouring files
+stay unchanged. A target that cannot be written, or that holds other content, is rejected before
+anything is computed.
 """
 
 import contextlib
@@ -28,7 +29,7 @@ LONG = ("--duration", 3000)
 INPUTS = """
 --against --deployment --golden --phases-file --reference --ros2-runner --stats
 """.split()
-# {(command, option): the rest of the command line}; RUN is a short simulation, LONG_RUN takes longer than the test may.
+# {(command, option): the rest of the command line}; RUN is a short simulation.
 FILES = {
     ("machine", "--output"): ["machine", "--duration", 0.01],
     ("summarize", "--responses"): ["summarize", "RUN"],
@@ -36,14 +37,14 @@ FILES = {
     ("timeline", "--csv"): ["timeline", "RUN"],
     ("timeline", "--perfetto"): ["timeline", "RUN"],
 }
-# They start Python as well, and pass through the same function there.
+# These also start Python, where one function writes all files.
 FILES_OF_PYTHON = {
     ("timeline", "--svg"): ["timeline", "RUN"],
     ("compare-results", "--csv"): ["compare-results", "RUN", "RUN"],
     ("compare-results", "--junit"): ["compare-results", "RUN", "RUN", "--gate"],
     ("compare-results", "--markdown"): ["compare-results", "RUN", "RUN", "--gate"],
 }
-# Measured for minutes, and written as by compare-results.
+# These measure for minutes and write like compare-results.
 FILES_OF_LONG_RUNS = {
     ("compare", "--junit"): ["compare", "--against", "hotpath", *LONG],
     ("compare", "--markdown"): ["compare", "--against", "hotpath", *LONG],
@@ -64,10 +65,9 @@ FOLDERS = {
     ("advise", "--output"): ["advise", *LONG],
     ("import ctf", "--output"): ["import", "ctf", "trace"],
     ("import caret", "--output"): ["import", "caret", "architecture.yaml"],
-    ("import irobot", "--output"): ["import", "irobot", "topology.json"],
     ("export ctf", "--output"): ["export", "ctf", "RUN"],
 }
-# The file by which a folder is known that the same command may write again.
+# The file that marks a folder as replaceable by the same command.
 MARKS = {
     "analyze --page": "bounds.json",
     "experiment wcrt-table --output": "wcrt_table.csv",
@@ -82,7 +82,7 @@ NUMBERS = "N SECONDS MS US PERCENT LEVEL X JOBS FLOAT".split()
 
 
 def state_of(folder):
-    """All that is below a folder: where links lead, contents, kinds and permissions."""
+    """The state of everything below a folder: link targets, contents, kinds and permissions."""
     found = {}
     for path in sorted(folder.rglob("*")):
         facts = path.lstat()
@@ -111,7 +111,7 @@ class OutputTargets(CommandTest):
         return [self.run_folder if word == "RUN" else word for word in words]
 
     def with_target(self, at, target, **options):
-        """(exit code, standard output, standard error) of the command that writes there."""
+        """(exit code, standard output, standard error) of the command with this target."""
         return self.command(
             *self.words(ALL_FILES[at] if at in ALL_FILES else FOLDERS[at]), at[1], target, **options
         )
@@ -121,7 +121,7 @@ class OutputTargets(CommandTest):
 
     @contextlib.contextmanager
     def trying(self, at):
-        """An option, in an empty folder."""
+        """A subtest for one option, with an empty folder."""
         with self.subTest(" ".join(at)):
             shutil.rmtree(self.place)
             self.place.mkdir()
@@ -133,7 +133,8 @@ class OutputTargets(CommandTest):
         self.assertEqual(code, 0, err)
 
     def assert_refused(self, at, target, **options):
-        """It names the option, prints nothing before, and changes nothing."""
+        """Checks that the error names the option, that nothing else is printed, and that no file
+        changes."""
         before = state_of(self.folder)
         code, out, err = self.with_target(at, target, **options)
         self.assertEqual((code, out), (WRONG_USE, ""), err)
@@ -143,10 +144,10 @@ class OutputTargets(CommandTest):
 
 
 class Commands(OutputTargets):
-    """What --help says."""
+    """The options that --help lists."""
 
     def commands(self, *above):
-        """Words of all commands, and what their help says."""
+        """(words, help text) of all commands."""
         found = self.accepted(*above, "--help")
         below = re.search(r"^Subcommands:\n((?:  .*\n)+)", found, re.M)
         if not below:
@@ -181,7 +182,7 @@ class Commands(OutputTargets):
 
 class FileTargets(OutputTargets):
     def device(self, name, major, minor):
-        """A device of our own: a defect must not replace one of the machine's."""
+        """A device made for the test, so that a defect cannot replace a device of the machine."""
         path = self.place / name
         try:
             os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(major, minor))
@@ -191,7 +192,7 @@ class FileTargets(OutputTargets):
         return path
 
     def test_full_device(self):
-        for at in {**FILES, **FILES_OF_PYTHON}.keys() - {("timeline", "--svg")}:  # which names its kind
+        for at in {**FILES, **FILES_OF_PYTHON}.keys() - {("timeline", "--svg")}:  # needs a suffix
             with self.trying(at):
                 device = self.device("full", 1, 7)
                 code, _, err = self.with_target(at, device)
@@ -209,7 +210,7 @@ class FileTargets(OutputTargets):
                 self.assertTrue(device.is_char_device())
 
     def test_standard_output(self):
-        """A link as /dev/stdout is one, to a pipe and to a file, which is not replaced."""
+        """A link like /dev/stdout, to a pipe and to a file; the file is not replaced."""
         for at in FILES:
             with self.trying(at):
                 link, file = self.target(at), self.place / "file"
@@ -245,7 +246,8 @@ class FileTargets(OutputTargets):
                     self.assertGreater(os.fstat(read.fileno()).st_size, 0)
 
     def test_links_are_followed_and_what_is_beside_stays(self):
-        """The user's own FILE.part, and links under names that a writer might take for its own."""
+        """Keeps the user's own FILE.part, and links with names that a writer might use for
+        temporary files."""
         for at in FILES | FILES_OF_PYTHON:
             with self.trying(at):
                 (self.place / "there").mkdir()
@@ -259,7 +261,7 @@ class FileTargets(OutputTargets):
                     for name in ("{}.tmp", ".{}.part", "{}~", "{}.new"):
                         target.with_name(name.format(target.name)).symlink_to(precious)
                 before = state_of(self.place)
-                self.assert_written(at, link)  # it leads nowhere yet
+                self.assert_written(at, link)  # it is still dangling
                 after = state_of(self.place)
                 self.assertGreater(len(after.pop("there/file", [b""])[0]), 0)
                 after.pop("out.png", None)
@@ -272,7 +274,8 @@ class FileTargets(OutputTargets):
                 self.assertEqual(state_of(self.place).keys(), {*before, "there/file"})
 
     def test_permissions(self):
-        """A new file is the user's alone (the command's umask), and a replaced one keeps what it had."""
+        """A new file is private to the user (by the command's umask); a replaced file keeps its
+        permissions."""
         for at in FILES:
             with self.trying(at):
                 target = self.target(at)
@@ -316,7 +319,6 @@ class FolderTargets(OutputTargets):
         super().setUp()
         (self.folder / "sweep.yaml").write_text(SWEEP)
         (self.folder / "architecture.yaml").write_text(CARET)
-        (self.folder / "topology.json").write_text("{}")
         (self.folder / "trace").mkdir()
         (self.folder / "trace" / "metadata").write_text("")
 
@@ -349,18 +351,27 @@ class FolderTargets(OutputTargets):
                     (self.place / mark / mark).write_text("{}")
                     self.assert_refused(at, self.place / mark)
         for words, file in (
-            (["report", "no_run", "--output"], "report.html"),
-            (["analyze", "no_graph", "--page"], "bounds.json"),
+            (["analyze", "timers_only_60", "--executors", "rm-ro", "--page"], "bounds.json"),
             (["experiment", "wcrt-table", "--output"], "wcrt_table.csv"),
             (
                 ["experiment", "waters", "--sets", 1, "--utilisations", 0.5, "--paper-only", "--output"],
                 "waters.csv",
             ),
         ):
-            shutil.rmtree(self.place)
-            self.place.mkdir()
-            (self.place / file).write_text("")
-            self.assertNotIn("holds other files", self.command(*words, self.place)[2])
+            with self.subTest(words=words):
+                shutil.rmtree(self.place)
+                self.place.mkdir()
+                (self.place / file).write_text("")
+                self.accepted(*words, self.place)
+                self.assertGreater((self.place / file).stat().st_size, 0)
+        # A page takes seconds: a missing run shows that the folder was accepted before it was read.
+        shutil.rmtree(self.place)
+        self.place.mkdir()
+        (self.place / "report.html").write_text("")
+        code, _, err = self.command("report", "no_run", "--output", self.place)
+        self.assertIn(code, (1, WRONG_USE), err)
+        self.assertIn("no_run", err)
+        self.assertNotIn("holds other files", err)
 
     def test_an_empty_folder_and_a_link_to_one_are_taken(self):
         for words in (["simulate", "--duration", 0.1, "--warm-up", 0], ["export", "ctf", self.run_folder]):

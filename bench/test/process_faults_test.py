@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processes of a run are killed or stopped at random instants, HOTPATH_KILLS (default 6) times; and files run out.
+"""Kills or stops processes of a run at random instants, HOTPATH_KILLS (default 6) times, and limits
+open files.
 
-With HOTPATH_RELIABILITY, a folder, the counts are written to its process_faults.json.
+If HOTPATH_RELIABILITY names a folder, the counts are written to its process_faults.json.
 """
 
 import json
@@ -22,7 +23,7 @@ WHOLE, FAILED, WRONG_USE = 0, 1, 2
 
 
 def children(process):
-    """Of the command itself."""
+    """Child processes of the command."""
     try:
         text = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
     except OSError:
@@ -32,7 +33,8 @@ def children(process):
 
 class ProcessFaults(CommandTest):
     def hit(self, process, number, seconds, choice):
-        """Sends a signal to one of the run's processes, after so long; whether there was one."""
+        """After `seconds`, sends a signal to one of the run's processes. Returns whether there was
+        one."""
         time.sleep(seconds)
         while process.poll() is None:
             found = children(process)
@@ -46,7 +48,8 @@ class ProcessFaults(CommandTest):
         return False
 
     def check_end(self, code, err, output):
-        """A whole result, or one sentence and none that looks whole; what was stored is right."""
+        """Checks for a whole result, or for one error sentence and no result that looks whole;
+        stored rows are right."""
         sentences = [line for line in err.splitlines() if line.startswith("hotpath: ")]
         self.assertIn(code, (WHOLE, FAILED, WRONG_USE), err)
         self.assertEqual(len(sentences), code != WHOLE, err)

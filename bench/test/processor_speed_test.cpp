@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slow processors, found in synthetic traces: when and by how much; and none where nothing was slow.
+// Finds slow CPUs in synthetic traces, with time and factor, and reports none in undisturbed
+// traces.
 #include "results/processor_speed.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +18,7 @@ using testing::SizeIs;
 constexpr Time kEpoch = from_ns(7'000'000'000);
 constexpr TaskId kWork = 0, kStore = 1, kSmall = 2;
 
-/// Jobs of 4 ms, of 4 ms that may only store a sample, and without work.
+/// Tasks with jobs of 4 ms, with jobs of 4 ms that may only store a sample, and without work.
 TaskSet set() {
   TaskSet s;
   for (const Duration wcet : {4ms, 4ms, 0ms}) {
@@ -28,8 +29,8 @@ TaskSet set() {
   return s;
 }
 
-/// A repetition of one thread on one processor, which is always slower by `pace`, and by `factor` from
-/// `begin` to `end`.
+/// A repetition of one thread on one CPU, which is slower by `pace` throughout, and also by
+/// `factor` from `begin` to `end`.
 struct Host {
   double pace = 1;
   Duration begin{}, end{};
@@ -124,7 +125,7 @@ TEST(ProcessorSpeed, ForgivesOnePreemptionAndNotManyOfThem) {
   }
   EXPECT_THAT(slow_in(once), IsEmpty());
 
-  // A quota: 30 of every 100 ms are withheld, from whichever job comes then.
+  // A quota withholds 30 of every 100 ms, from whichever job runs then.
   Trace often;
   often.epoch = kEpoch;
   Duration now{};
@@ -137,7 +138,7 @@ TEST(ProcessorSpeed, ForgivesOnePreemptionAndNotManyOfThem) {
 }
 
 TEST(ProcessorSpeed, JobsThatPreemptEachOtherAreNoSlowness) {
-  // A timer thread above the executor thread, on one processor: each job of the latter lasts 4 ms longer.
+  // A timer thread preempts the executor thread on one CPU: each executor job lasts 4 ms longer.
   Trace nested;
   nested.epoch = kEpoch;
   for (Duration now{}; now < 10s; now += 10ms) {
@@ -147,7 +148,7 @@ TEST(ProcessorSpeed, JobsThatPreemptEachOtherAreNoSlowness) {
   }
   EXPECT_THAT(slow_in(nested), IsEmpty());
 
-  // Two threads of equal rank that share a processor all the time for some seconds.
+  // Two threads of equal priority share a CPU for some seconds.
   Trace shared;
   shared.epoch = kEpoch;
   for (Duration now{}; now < 10s; now += 10ms) {
@@ -178,7 +179,7 @@ TEST(ProcessorSpeed, ThreadsThatChangeProcessorsTellItWhereTheyAreAlone) {
       const double pace = now >= 9s && now < 15s ? factor : 1;
       const std::int16_t cpu = now / 10ms % 2 == 0 ? 0 : 1;
       Host::append(t, kWork, now, now + from_ms(4.05 * pace), 0, cpu);
-      // For some seconds they meet on one processor for a while, and finish on two.
+      // For some seconds they overlap on one CPU for a while, and finish on two.
       if (meet && now >= 9s && now < 15s) {
         t.jobs.back().finish += 2ms;
         Host::append(t, kWork, now + 1ms, now + 7ms, 1, static_cast<std::int16_t>(1 - cpu));
@@ -187,7 +188,7 @@ TEST(ProcessorSpeed, ThreadsThatChangeProcessorsTellItWhereTheyAreAlone) {
     return t;
   };
   EXPECT_THAT(slow_in(trace(1, true)), IsEmpty());
-  // For a second each thread finishes on a processor of its own.
+  // For a second each thread finishes on its own CPU.
   Trace settled = trace(1, true);
   for (JobRecord& r : settled.jobs) {
     if (r.start >= kEpoch + 11s && r.start < kEpoch + 12s) r.cpu = static_cast<std::int16_t>(r.worker);
@@ -201,11 +202,11 @@ TEST(ProcessorSpeed, TheWholeRepetitionIsSlowAgainstOthersOrTheCalibration) {
   EXPECT_THAT(slow_in(quick.run(), {slow.run(), slow.run()}), IsEmpty());
   expect_one(slow_in(slow.run(), {quick.run()}), 0s, 30s, 1.28);
   expect_one(slow_in(slow.run()), 0s, 30s, 1.28);  // against the calibration
-  // The calibration was slow, and one repetition is as slow.
+  // The calibration was slow, and one repetition is equally slow.
   expect_one(slow_in(quick.run(), {Host{.pace = 0.78}.run()}), 0s, 30s, 1.28);
 }
 
-TEST(ProcessorSpeed, ChangesOfProcessorsAndWarmUpAreNoneOfIts) {
+TEST(ProcessorSpeed, IgnoresTheWarmUp) {
   const Host host{.begin = 0s, .end = 3s, .factor = 2};
   EXPECT_THAT(slow_in(host.run()), SizeIs(1));
   EXPECT_THAT(slow_in(host.run(), {}, 4s), IsEmpty());

@@ -10,7 +10,7 @@
 namespace hotpath {
 namespace {
 
-/// Repetitions of one executor with one chain, of which those published by turns take `slower` times as long.
+/// Repetitions of one executor with one chain; published repetitions take `slower` times as long.
 std::vector<ExecutorRuns> runs(std::uint32_t repetitions, double slower) {
   ExecutorRuns of_executor{"rm-ro", {}};
   for (std::uint32_t r = 0; r < repetitions; ++r) {

@@ -26,7 +26,7 @@ class Generator {
     for (Node& node : graph_.nodes) {
       if (node.type == NodeType::fusion && chance(random_, 30)) make_callbacks(node);
     }
-    for (Node& node : graph_.nodes) {  // fewer topics than it wanted
+    for (Node& node : graph_.nodes) {  // too few topics were available
       if (node.type == NodeType::fusion && node.inputs.size() == 1) node.type = NodeType::transform;
     }
     scale_to_load(graph_, static_cast<double>(draw(random_, 20, 97)));
@@ -84,7 +84,7 @@ class Generator {
     read_.insert(topic);
   }
 
-  /// Sometimes a topic that others publish and nobody has subscribed to yet, so that no circle comes about.
+  /// Sometimes reuses another node's topic, if it has no subscriber yet, so that no cycle arises.
   void add_output(Node& node) {
     std::vector<std::string> shared;
     for (const std::string& topic : topics_) {
@@ -99,7 +99,7 @@ class Generator {
     topics_.push_back(node.outputs.back());
   }
 
-  /// The same fusion as callbacks, each with an execution time of its own.
+  /// Turns the fusion into equivalent callbacks, each with its own execution time.
   void make_callbacks(Node& node) {
     node.callbacks = callbacks_of(node);
     node.type = NodeType::callbacks;
@@ -119,7 +119,7 @@ class Generator {
     if (chance(random_, 30)) graph_.platform.timer_thread = TimerThread::equal;
   }
 
-  /// From all timers upstream to some node.
+  /// Adds chains from the timers upstream of a node to that node.
   void add_chains() {
     const GraphTasks tasks = make_tasks(graph_);
     for (std::uint32_t n = 0; n < graph_.nodes.size(); ++n) {

@@ -12,12 +12,12 @@ using Random = std::mt19937_64;
 std::int64_t draw(Random& random, std::int64_t least, std::int64_t most);
 bool chance(Random& random, int percent);
 
-/// The default mix of docs/analysis.md: sensors, transforms, fusions in series, cyclic nodes, intersections,
-/// commands; fan-out, fan-in, several publishers of a topic, equal periods, priorities of subscriptions,
-/// depths, and in two of five graphs what a platform costs.
+/// The default mix of docs/analysis.md: sensors, transforms, fusions in series, cyclic nodes,
+/// intersections, commands; fan-out, fan-in, several publishers per topic, equal periods,
+/// subscription priorities, depths, and platform costs in two of five graphs.
 Graph random_graph(Random& random);
 
-/// One to five timers, and the same costs.
+/// One to five timers with the same platform costs.
 Graph random_timers(Random& random);
 
 }  // namespace hotpath::test

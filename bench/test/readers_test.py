@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each file that hotpath reads, by each command that reads it: empty, cut off, nested without end, of wrong types, a device
-without end, a FIFO without a writer, a folder, missing. The command ends with exit code 1 or 2 and one sentence that names
-the file; it neither crashes nor hangs nor takes memory without bound."""
+"""Damages each file that hotpath reads, for each command that reads it: empty, cut off, deeply
+nested, of wrong types, an endless device, a FIFO without a writer, a folder, missing. The command
+must end with exit code 1 or 2 and one sentence that names the file, and must not crash, hang or
+take unbounded memory."""
 
 import contextlib
 import io
@@ -26,10 +27,11 @@ sys.path.insert(0, str(PACKAGE.parent))
 from hotpath_report.__main__ import main  # noqa: E402
 
 MOST_MEMORY = 1 << 30
-MOST_SECONDS = 20  # only a guard: what hangs, hangs for ever
+MOST_SECONDS = 20  # a guard against hanging for ever
 DEEP = 200_000
 
-# By file below the folder of inputs: the commands that read it. `{f}` is that file, `{d}` its folder.
+# By file below the folder of inputs: the commands that read it. `{f}` is the file, `{d}` its
+# folder.
 READERS = {
     "run/run.json": ["summarize {d}", "check {d}", "recover {d}", "export ctf {d} --output exported", "validate {d} --output v"],
     "run/jobs.csv": ["summarize {d}", "check {d}", "export ctf {d} --output exported"],
@@ -46,13 +48,13 @@ READERS = {
     "swept/sweep.yaml": ["sweep {d}/../sweep.yaml --output {d}"],
     "reference/rclcpp_timers_only.csv": ["validate --reference {d} --output v"],
     "reference/rclcpp_autoware_phases.csv": ["validate --reference {d} --output v"],
-    "topology.json": ["import irobot {f} --output i"],
     "caret/architecture.yaml": ["import caret {f} --output i"],
     "caret/stats/stats.yaml": ["import caret {d}/../architecture.yaml --stats {d} --output i"],
     "ctf/rm-ro-0/metadata": ["import ctf {d} --output i"],
     "ctf/rm-ro-0/stream": ["import ctf {d} --output i"],
 }
-# The same of the package in Python, which is called in this process: a new one takes a second to import everything.
+# The same for the Python package, which runs in this process: a new process takes a second for its
+# imports.
 PYTHON_READERS = {
     "run/run.json": ["report {d} --output p", "timeline {d}", "compare-results {d} {d}", "hot-path {d} --output p"],
     "run/summary.json": ["timers-only {d} --output p", "report {d} --output p"],
@@ -66,7 +68,7 @@ PYTHON_READERS = {
     "bounds/bounds.csv": ["guarantees {d}"],
     "validation/validation.json": ["validate {d}"],
 }
-# Where a file with this defect is not refused, and why.
+# Defects that a file may have, with the reason.
 ACCEPTED = {
     ("empty", "order.txt"): "names no task: all come in the order of creation",
     ("nothing", "stats.yaml"): "no callback was measured",
@@ -79,7 +81,8 @@ def nested(name):
 
 
 def of_wrong_types(path):
-    """Numbers become texts, texts numbers; of a text file every word is one."""
+    """Turns numbers into texts and texts into numbers; in a text file, adds wrong types to every
+    item."""
     text = path.read_text(errors="replace")
 
     def changed(value):
@@ -96,7 +99,7 @@ def of_wrong_types(path):
 
 
 def cut(text):
-    """In the middle of the middle line."""
+    """Cuts the text in the middle of the middle line."""
     lines = text.splitlines(keepends=True)
     before, middle = lines[: len(lines) // 2], (lines or [b""])[len(lines) // 2]
     return b"".join(before) + middle[: max(len(middle) // 2, 1)]
@@ -134,7 +137,7 @@ class Readers(CommandTest):
         cls.addClassCleanup(shutil.rmtree, cls.inputs)
 
     def each(self, readers, call):
-        """Calls each command with each defect of the file, in a copy of the inputs."""
+        """Calls each command with each defect of its file, in a copy of the inputs."""
         for (name, commands), defect in itertools.product(readers.items(), DEFECTS):
             for command in commands:
                 with self.subTest(defect=defect, file=name, command=command):

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which repetitions are measured again, and which attempt counts, with attempts that nobody measured.
+// Which repetitions are repeated and which attempt counts, tested with synthetic attempts.
 #include "live/repeated_attempts.hpp"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// 10 s of work, `factor` times as long in the second half.
+/// 10 s of work that takes `factor` times as long in the second half.
 Repetition repetition(std::uint32_t number, double factor) {
   Repetition r;
   r.trace.repetition = number;
@@ -23,7 +23,7 @@ Repetition repetition(std::uint32_t number, double factor) {
 }
 
 struct Attempts : testing::Test {
-  /// What the attempts find: one factor after the other, 0 for one that fails.
+  /// `factors`: the slowness of each attempt in turn; 0: the attempt fails.
   void repeat(std::uint32_t times, std::vector<double> factors) {
     repeat_disturbed(
         runs, 3, times,
@@ -71,7 +71,7 @@ TEST_F(Attempts, NothingSlowIsNothingToRepeat) {
   EXPECT_THAT(made, IsEmpty());
 }
 
-TEST_F(Attempts, NeverAreNoAttempts) {
+TEST_F(Attempts, ZeroTimesRepeatNothing) {
   repeat(0, {});
   EXPECT_THAT(made, IsEmpty());
 }

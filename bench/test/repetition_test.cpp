@@ -33,7 +33,7 @@ Node node(const std::string& name, NodeType type, std::vector<Input> inputs = {}
   return n;
 }
 
-/// Two timers, of which one starts a chain; no node does any work.
+/// Two timers, one of which starts a chain; the nodes do no work.
 Graph idle_graph() {
   Graph g;
   g.nodes = {node("Lidar", NodeType::sensor), node("Camera", NodeType::sensor),
@@ -73,7 +73,7 @@ TEST(AssignProcesses, NodesAreSharedOutInCreationOrderAndAsEvenlyAsPossible) {
 // design.md: timestamps reached = ran + skipped + queued + running, and samples matched likewise.
 TEST_F(RepetitionTest, EveryTimestampAndSampleIsAccountedFor) {
   for (const ExecutorEntry& entry : executors()) {
-    if (entry.name.starts_with("fp-")) continue;  // this graph gives no priorities
+    if (entry.traits.policy == Policy::fp) continue;  // this graph gives no priorities
     SCOPED_TRACE(entry.name);
     plan.executor = parse_executor(std::string(entry.name), {});
     const RepetitionResult result = run();
@@ -138,7 +138,7 @@ TEST_F(RepetitionTest, NoProcessIsLeft) {
   EXPECT_EQ(errno, ECHILD);
 }
 
-/// A process that maps one new file of /dev/shm and has another one open, until it is killed.
+/// A process that maps one new file of /dev/shm and holds another open, until it is killed.
 class SharedMemoryUser {
  public:
   explicit SharedMemoryUser(const std::string& name = "hotpath_test_")

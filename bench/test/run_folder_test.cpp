@@ -107,7 +107,7 @@ TEST_F(RunFolderTest, FolderThatCannotBeMadeIsRefused) {
   EXPECT_THAT(refusal(base_ / "file" / "below"), AllOf(HasSubstr("Not a directory"), HasSubstr("--output")));
 }
 
-/// Stands for a full disk: the system refuses to let a file grow.
+/// Emulates a full disk: a limit prevents files from growing.
 class RunFolderOnAFullDisk : public RunFolderTest {
  protected:
   RunFolderOnAFullDisk() {

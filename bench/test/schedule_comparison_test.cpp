@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two schedules of one task set side by side, and the authors' response time (their sensor.hpp).
+// The comparison of two schedules of one task set, and the authors' response time (their
+// sensor.hpp).
 #include "validation/validation.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ TaskSet timers(std::vector<Duration> periods) {
   return set;
 }
 
-/// Jobs of 1 ms, one after another.
+/// Consecutive jobs of 1 ms.
 Schedule in_order(const TaskSet& set, const std::vector<TaskId>& tasks) {
   Schedule s{set, {}};
   for (std::size_t i = 0; i < tasks.size(); ++i) {
@@ -60,11 +61,11 @@ TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
   // T0 has timestamps at 0 to 9 ms; the first schedule runs it five times, the second always.
   const ScheduleComparison c = compare_schedules(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}),
                                                  in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
-  // Up to a millisecond after the last start, so at 10 ms too.
+  // The comparison includes one millisecond after the last start, and so the timestamp at 10 ms.
   EXPECT_NEAR(c.measured.lost_percent.at("T0"), 100 * (1 - 5.0 / 11), 1e-9);
   EXPECT_NEAR(c.other.lost_percent.at("T0"), 100 * (1 - 10.0 / 11), 1e-9);
   EXPECT_EQ(c.largest_loss_difference_percent,
-            100);  // T1, whose one timestamp only the first schedule serves
+            100);  // T1: only the first schedule serves its one timestamp
 }
 
 JobRecord timer_job(TaskId task, std::uint64_t sequence, Duration timestamp, Duration release, Duration start,
@@ -89,7 +90,8 @@ TEST(AuthorsResponse, IsFromTheOwnTimestampWhileNothingElseWasReleased) {
 }
 
 TEST(AuthorsResponse, RefersToTheLatestReleaseUnderBacklog) {
-  // Facts, C1: with two releases waiting, the first job's start already sees the call after the second.
+  // With two waiting releases, the start of the first job already sees the next call after the
+  // second.
   const TaskSet set = timers({30ms});
   Trace trace;
   trace.jobs = {timer_job(0, 0, 0ms, 0ms, 40ms, 41ms), timer_job(0, 1, 30ms, 30ms, 41ms, 42ms)};
@@ -127,7 +129,8 @@ TEST(OwnTimes, TimeOfTheRaisedThreadIsNotThatOfTheJobItDisplaces) {
 
 TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
   Trace trace;
-  // Woken 120 us late; two that waited, after 10 and 30 us; one on another thread in the midst of a job.
+  // One job woken 120 us late, two waiting jobs after gaps of 10 and 30 us, one on another thread
+  // during a job.
   trace.jobs = {timer_job(0, 0, 0ms, 0ms, 0ms, 1ms), timer_job(0, 1, 10ms, 10ms, 10120us, 20ms),
                 timer_job(1, 0, 15ms, 15ms, 15ms, 16ms), timer_job(0, 2, 20ms, 20ms, 20010us, 25ms),
                 timer_job(1, 1, 20ms, 20ms, 25030us, 26ms)};
@@ -135,7 +138,7 @@ TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
   const OwnCosts one = own_costs(trace, 1);
   EXPECT_EQ(one.dispatch, 20us);
   EXPECT_EQ(one.wake_up, 100us);
-  trace.jobs[4].worker = 1;  // with a core of its own it slept for this job, and was woken 5 ms late
+  trace.jobs[4].worker = 1;  // a sleeping thread on its own core, woken 5 ms late
   EXPECT_EQ(own_costs(trace, 2).dispatch, 10us);
   EXPECT_EQ(own_costs(trace, 2).wake_up, 5030us - 10us);
   EXPECT_EQ(own_costs(Trace{}, 1).dispatch, 0us);

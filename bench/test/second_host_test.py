@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two hosts, which are network namespaces with a wire between them: without --all-interfaces nothing listens beyond the
-loopback of its own, and whoever publishes on the other one is not met."""
+"""Two hosts, emulated by network namespaces with a wire between them. Without --all-interfaces,
+nothing listens beyond the host's own loopback, and publishers on the other host are not matched."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from strangers_test import STRANGER
 
 HERE, THERE = (f"hotpath{os.getpid()}{side}" for side in "ab")
 RUN = ("--load", 5, "--duration", 0.5, "--warm-up", 0)
-# Every command that has a network, and those of its options that change what listens.
+# Every command that uses the network, with the options that change which sockets listen.
 NETWORKED = {
     "run": ("run", *RUN),
     "live": ("run", *RUN, "--live"),
@@ -64,7 +64,8 @@ class SecondHost(CommandTest):
         self.accepted("simulate", "--duration", 0.5, "--warm-up", 0, "--output", "stored")
 
     def network_of(self, *arguments):
-        """(sockets, multicast groups) that there ever were on this host while the command ran; nobody else is here."""
+        """(sockets, multicast groups) seen on this host while the command ran. No other program
+        runs on this host."""
         sockets, groups = set(), set()
         process = self.start_here(*arguments)
 
@@ -114,7 +115,8 @@ class SecondHost(CommandTest):
                 self.assertNotEqual(places["malloc"], [], "the calls are not noted")
 
     def beside_a_stranger_there(self, *arguments):
-        """The run, while somebody on the other host spies out what its topics are called, and publishes there."""
+        """Standard error of a run while a program on the other host reads its topic names from
+        discovery traffic and publishes there."""
         with tempfile.TemporaryFile() as log:
             stranger = subprocess.Popen(
                 [*inside(THERE), STRANGER, "--all-interfaces", "--topic", "FrontLidarDriver", "--spy"],
@@ -125,6 +127,7 @@ class SecondHost(CommandTest):
             finally:
                 stranger.send_signal(signal.SIGTERM)
                 stranger.wait()
+        self.assertEqual(stranger.returncode, 0, "the stranger failed")
         self.assertEqual(code, 0, err)
         return err
 
@@ -132,7 +135,7 @@ class SecondHost(CommandTest):
         self.assertNotIn("samples of other programs", self.beside_a_stranger_there())
         self.checked("run")
 
-    def test_with_all_interfaces_it_is(self):
+    def test_with_all_interfaces_a_stranger_is_met(self):
         self.assertIn("samples of other programs", self.beside_a_stranger_there("--all-interfaces"))
 
 

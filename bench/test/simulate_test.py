@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath simulate` as a user starts it: every executor on every graph, repeatable bytes, wrong use."""
+"""`hotpath simulate` as a user starts it: every executor on every graph, repeatable bytes, wrong
+use."""
 
 import json
 import unittest
@@ -76,7 +77,8 @@ class Experiments(SimulateTest):
         skipped = {e["executor"]: e["skipped"] for e in run.summary()["executors"]}
         for executor in run.summary()["executors"]:
             for task in executor["tasks"]:
-                # The authors' refers to the latest release, a job's own or, with backlog, a later one.
+                # The authors' response time starts at the latest release: a job's own or, with
+                # backlog, a later one.
                 self.assertEqual(task["response_authors_ms"]["n"], task["response_ms"]["n"])
                 self.assertLessEqual(task["response_authors_ms"]["max"], task["response_ms"]["max"])
         self.assertEqual(skipped["rm-ro"], 0)
@@ -140,8 +142,9 @@ class Experiments(SimulateTest):
 
 class Timeline(SimulateTest):
     def assert_chrome_trace(self, text):
-        """The Trace Event Format's object form as importers read it: events are sorted by `ts`, equal ones stay in
-        the order of the file, and the end of a flow binds to the latest slice of its thread."""
+        """Reads the object form of the Trace Event Format like an importer: events are sorted by
+        `ts`, ties keep the order of the file, and the end of a flow binds to the latest slice of
+        its thread. Returns the flows."""
         trace = json.loads(text)
         self.assertEqual(set(trace), {"displayTimeUnit", "traceEvents"})
         keys = {
@@ -177,7 +180,7 @@ class Timeline(SimulateTest):
             self.assertGreaterEqual(end["ts"], begun[flow]["ts"])
         return [(begun[flow]["name"], ended[flow]["name"]) for flow in begun]
 
-    def test_perfetto_trace_is_one_whose_flows_follow_the_hot_path(self):
+    def test_perfetto_flows_follow_the_hot_path(self):
         run = self.simulate("--executors", "rm-re,multi", "--cores", 2, "--execution-times", "uniform", *BRIEF)
         hot_path = {
             ("RearLidarDriver", "PointsTransformerRear/RearLidarDriver"),
@@ -188,7 +191,7 @@ class Timeline(SimulateTest):
         file = self.folder / "trace.json"
         for executor in ("rm-re", "multi"):
             for part in ((), ("--from", 500, "--to", 900)):
-                self.command("timeline", run.path, "--executor", executor, *part, "--perfetto", file)
+                self.accepted("timeline", run.path, "--executor", executor, *part, "--perfetto", file)
                 self.assertLessEqual(hot_path, set(self.assert_chrome_trace(file.read_text())))
 
     def test_perfetto_trace_has_every_job_and_the_flows_between_them(self):
@@ -213,7 +216,7 @@ class Timeline(SimulateTest):
     def test_part_of_a_trace(self):
         run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
         file = self.folder / "part.json"
-        self.command("timeline", run.path, "--from", 1000, "--to", 1100, "--perfetto", file)
+        self.accepted("timeline", run.path, "--from", 1000, "--to", 1100, "--perfetto", file)
         slices = [e for e in json.loads(file.read_text())["traceEvents"] if e["ph"] == "X"]
         self.assertGreater(len(slices), 5)
         for e in slices:
@@ -344,7 +347,7 @@ class WrongUse(SimulateTest):
         self.assert_refused("--executors", "rm-ro", "--phases-of", run.path, says=["--phases-of", "another graph"])
         self.assert_refused(
             *("--graph", "timers_only_60", "--executors", "edf-ro", "--execution-times", f"replay:{run.path}"),
-            says=["edf-ro (repetition 0) did not run there", "rm-ro (repetition 0)"],
+            says=["edf-ro (repetition 0) is not in this run", "rm-ro (repetition 0)"],
         )
         self.assert_refused("--phases-of", self.folder, says=["run.json"])
 
@@ -358,7 +361,7 @@ class WrongUse(SimulateTest):
         self.assert_refused("--graph", "timers_only_60", "--phases-of", run.path, says=["run.json"])
 
     def test_the_summary_of_a_stored_run_is_that_of_the_run(self):
-        """In whatever order its repetitions stand in the files: those of live runs are interleaved."""
+        """Holds for any order of the repetitions in the files: live runs interleave them."""
         for graph in ("autoware", "timers_only_90"):
             several = ("--executors", "default,rm-ro,events-ro", "--repetitions", 2, "--phases", "random")
             run = self.simulate("--graph", graph, *several, "--duration", 3, "--warm-up", 0.5, output=graph)

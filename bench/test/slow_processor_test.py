@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A processor that somebody else uses during a live run: the run says so, and measures again what it disturbed."""
+"""Another program uses the CPU of a live run: the run reports it and repeats the disturbed
+repetitions."""
 
 import json
 import os
@@ -20,12 +21,13 @@ class SlowProcessor(CommandTest):
         self.cpu = max(os.sched_getaffinity(0))
 
     def runs_in(self, output):
-        """Entries of `runs`; None before the calibration has ended."""
+        """The entries of `runs` in run.json; None before the calibration has ended."""
         file = output / "run.json"
         return json.loads(file.read_text())["runs"] if file.exists() else None
 
     def measure_beside_a_sibling(self, *arguments):
-        """A run beside a busy thread on its processor, from the calibration until the first repetition has ended."""
+        """Measures a run while another thread keeps its CPU busy, from the calibration to the first
+        repetition's end."""
         output = self.folder / "run"
         process = self.start(
             "run", "--executor", "rm-ro", "--transport", "intra_process", "--cpus", self.cpu, "--load", 80,
@@ -73,8 +75,8 @@ class SlowProcessor(CommandTest):
         self.assertEqual(entries[attempt]["attempt_of"], 0)
         self.assertNotIn("replaced_by", entries[attempt])
         self.assertEqual(entries[attempt]["first_timestamps_ms"], entries[0]["first_timestamps_ms"])
-        told = [w for w in run.run["warnings"] if w.startswith("rm-ro, repetition 0:")]
-        self.assertRegex(told[0], rf"slow by a factor of \d.*; repetition {attempt} was measured instead and counts")
+        warnings = [w for w in run.run["warnings"] if w.startswith("rm-ro, repetition 0:")]
+        self.assertRegex(warnings[0], rf"slow by a factor of \d.*; repetition {attempt} was measured instead and counts")
         (executor,) = run.summary()["executors"]
         self.assertEqual(executor["repetitions"], 2)
         self.assertTrue(run.run["complete"])
@@ -92,15 +94,15 @@ class SlowProcessor(CommandTest):
 
 
 class Refused(CommandTest):
-    def test_what_the_durations_of_jobs_do_not_tell(self):
+    def test_repeat_disturbed_warns_without_known_work(self):
         run = self.measure(
             "run", "--transport", "intra_process", "--work", "wall", "--duration", 0.2, "--warm-up", 0,
             "--repeat-disturbed", 1,
         )  # fmt: skip
-        self.assertIn("--repeat-disturbed had nothing to go by", " ".join(run.run["warnings"]))
+        self.assertIn("--repeat-disturbed has no effect", " ".join(run.run["warnings"]))
         self.assertEqual(run.summary()["executors"][0]["processor_speed"], {"observed": 0, "slow": []})
 
-    def test_repetitions_that_must_follow_each_other(self):
+    def test_repeat_disturbed_excludes_live_alternate(self):
         code, _, err = self.command(
             "run", "--live-alternate", "--repetitions", 4, "--repeat-disturbed", 1, "--output", "never"
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What processes listen to, from the kernel's tables."""
+"""The sockets and multicast groups of processes, from the kernel's tables."""
 
 import os
 import pathlib
@@ -8,11 +8,12 @@ import socket
 import struct
 
 PROTOCOLS = ("udp", "tcp", "udp6", "tcp6", "raw")
-ALL_HOSTS = "224.0.0.1"  # every interface is in this group
+ALL_HOSTS = "224.0.0.1"  # every interface joins this group
 
 
 def sockets_in(tables):
-    """{inode: (protocol, address)} of all internet sockets of a network namespace; `tables`: /proc/PID/net."""
+    """{inode: (protocol, address)} of all internet sockets in a network namespace; `tables`:
+    /proc/PID/net."""
     found = {}
     for protocol in PROTOCOLS:
         for line in (pathlib.Path(tables) / protocol).read_text().splitlines()[1:]:
@@ -22,7 +23,7 @@ def sockets_in(tables):
 
 
 def sockets_of(session):
-    """(protocol, address) of all internet sockets that processes of the session hold."""
+    """(protocol, address) of all internet sockets held by processes of the session."""
     inodes = set()
     for process in pathlib.Path("/proc").glob("[0-9]*"):
         try:
@@ -39,12 +40,13 @@ def sockets_of(session):
 
 
 def dotted(address):
-    """An IPv4 address of the kernel's tables."""
+    """Converts an IPv4 address of the kernel's tables to dotted notation."""
     return socket.inet_ntoa(struct.pack("=I", int(address, 16)))
 
 
 def is_local(protocol, address):
-    """Whether it is this machine's loopback, or a multicast group, which is joined on an interface."""
+    """Whether the address is a loopback address, or a multicast group (groups_in() checks its
+    interface)."""
     if len(address) != 8:
         return False
     ip = dotted(address)
@@ -52,7 +54,7 @@ def is_local(protocol, address):
 
 
 def groups_in(tables):
-    """(interface, multicast group) of a network namespace, but for those that every interface is in."""
+    """(interface, multicast group) pairs of a network namespace, without ALL_HOSTS."""
     joined, interface = set(), ""
     for line in (pathlib.Path(tables) / "igmp").read_text().splitlines()[1:]:
         fields = line.split()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The published examples of starvation through `simulate`, against the jobs that the real executors ran."""
+"""Compares `simulate` on the published starvation examples with the jobs that the real executors
+ran."""
 
 import csv
 import unittest
@@ -9,13 +10,13 @@ from hotpath_command import CommandTest, RunFolder
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "starvation.csv"
 EXAMPLES = (4, 5, 6)
-# A timer's first release is one period after the start: 16.5 s hold 16 of those with a period of 1 s.
+# A timer's first release is one period after the start, so a 1 s timer has 16 releases in 16.5 s.
 PLAN = ("--cores", 2, "--phases", "given", "--duration", 16.5, "--warm-up", 0)
 
 
 class Starvation(CommandTest):
     def simulate(self, example, *arguments):
-        """The run and what it printed."""
+        """(run folder, standard output) of a simulation."""
         output = self.folder / f"{example}{'-'.join(arguments)}"
         code, out, err = self.command(
             *("simulate", "--graph", f"starvation_{example}", *PLAN, *arguments, "--output", output)
@@ -30,6 +31,7 @@ class Starvation(CommandTest):
         with REFERENCE.open(newline="", encoding="utf-8") as file:
             rows = [r for r in csv.DictReader(file) if r["ros2"] == ros2 and int(r["example"]) == example]
         self.assertEqual(len(rows), 1)
+        self.assertEqual(len(tasks), sum(1 for name, count in rows[0].items() if name.startswith("timer") and count))
         for number, task in enumerate(tasks, start=1):
             started, real = task["ran"] + task["running"], int(rows[0][f"timer{number}"])
             with self.subTest(example=example, ros2=ros2, task=task["task"]):
@@ -48,18 +50,18 @@ class Starvation(CommandTest):
 
     def test_multi_jazzy_starves_nobody(self):
         for example in EXAMPLES:
-            # The timers of one node enter the wait set together, out of a hash map.
+            # The timers of one node enter the wait set together, in the order of a hash map.
             run, out = self.simulate(example, "--executors", "multi-jazzy:2", "--entity-order", "reverse")
             self.check_counts(example, "jazzy", self.tasks(run)["multi-jazzy:2"])
             self.assertNotIn("never ran", out)
 
-    def test_waits_are_the_same_made_anew_and_without_a_trace(self):
+    def test_waits_are_the_same_when_recomputed_and_without_a_trace(self):
         run, out = self.simulate(4, "--executors", "multi:2,multi-fair:2")
         waits = {e: [t["longest_wait_ms"] for t in tasks] for e, tasks in self.tasks(run).items()}
         self.assertAlmostEqual(waits["multi:2"][1], 16_500 - 1000.05)
         self.assertIn("\nmulti-fair:2: Node/timer2 waited up to 15", out)
         (run.path / "summary.json").unlink()
-        self.command("summarize", run.path)
+        self.accepted("summarize", run.path)
         untraced, _ = self.simulate(4, "--executors", "multi:2,multi-fair:2", "--no-trace")
         for other in (run, untraced):
             self.assertEqual(

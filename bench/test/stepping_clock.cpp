@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A library for LD_PRELOAD in whose programs the real-time clock is stepped: by HOTPATH_CLOCK_STEP seconds,
-// once each has run for HOTPATH_CLOCK_STEP_AFTER seconds. Waits until an instant of that clock become waits
-// until the same instant of the kernel's, as they are for one that was really stepped.
+// A library for LD_PRELOAD that steps the real-time clock of a program by HOTPATH_CLOCK_STEP
+// seconds after HOTPATH_CLOCK_STEP_AFTER seconds. It converts deadlines on this clock to the
+// kernel's clock, so that timed waits behave as after a real step.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <semaphore.h>
@@ -25,7 +25,7 @@ timespec kernel_clock(clockid_t clock) {
   return now;
 }
 
-/// Seconds by which the clock differs from the kernel's.
+/// Current difference from the kernel's clock, in seconds.
 time_t step() {
   static const time_t began = kernel_clock(CLOCK_MONOTONIC).tv_sec, by = number("HOTPATH_CLOCK_STEP"),
                       after = number("HOTPATH_CLOCK_STEP_AFTER");

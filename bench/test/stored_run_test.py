@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A stored run says all that was asked for: `hotpath validate` simulates a simulated run again, exactly, whatever options
-it had, and even where the files that they named have changed since."""
+"""A stored run records all of its options: `hotpath validate` repeats a simulated run exactly, with
+any options, even if the files that the options named have changed since."""
 
 import json
 import re
@@ -15,7 +15,7 @@ executors:
   - {name: front, executor: "%s", policy: "fifo:10", processors: [1], owns: [FrontLidarDriver, PointsTransformerFront]}
   - {name: others, executor: "multi", owns: rest}
 """
-# For each option of `simulate` those with which it is tried; files and folders are made by the test.
+# By option of `simulate`: the options of its test run. The test makes the files and folders.
 USES = {
     "--executors": {"--executors": "all"},
     "--deployments": {"--executors": "multi", "--deployments": "isolated,prioritized,mine.yaml", "--cores": 2},
@@ -70,7 +70,7 @@ class StoredRun(CommandTest):
         timers = [task["task"] for task in other.run["tasks"] if task["kind"] == "timer"]
         self.write_files("rm-ro:first", timers, [task["task"] for task in reversed(other.run["tasks"])])
         runs = {option: self.simulate(option[2:], BASE | use) for option, use in USES.items()}
-        self.write_files("default", timers[::-1], timers[:1])  # what was read must not be read again
+        self.write_files("default", timers[::-1], timers[:1])  # validate must not read these files again
         self.accepted("validate", *(run.path for run in runs.values()), "--output", "validation")
         result = json.loads((self.folder / "validation" / "validation.json").read_text())
         compared = {}

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A DDS participant that is none of ours. Publishes on a topic, under its type's name, payloads of any length
-// and content, until it is told to end; prints how many. Or reads reliably, and prints `matched` when it has
-// a writer. With
-// --spy it waits until discovery tells what a run calls that topic.
+// A foreign DDS participant. Publishes payloads of any length and content on a topic, under its
+// type's name, until SIGTERM, and prints their number. With --read, it reads reliably and prints
+// `matched` once it has a writer. With --spy, it first waits until discovery reveals the run's name
+// of the topic.
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -34,7 +34,7 @@ struct Arguments {
   bool everywhere = false, spies = false, reads = false;
 };
 
-/// Whether it has been told to end, after at most one pace.
+/// Waits for at most one pace; returns whether SIGTERM came.
 bool told_to_end() {
   sigset_t end;
   sigemptyset(&end);
@@ -42,7 +42,7 @@ bool told_to_end() {
   return sigtimedwait(&end, nullptr, &kPace) == SIGTERM;
 }
 
-/// Bytes as they are, under the name of another type.
+/// Sends raw bytes under the name of another type.
 class AnyBytes final : public fast::TopicDataType {
  public:
   explicit AnyBytes(const std::string& name) {
@@ -70,7 +70,7 @@ class AnyBytes final : public fast::TopicDataType {
   static constexpr std::uint32_t kMost = 8192;
 };
 
-/// Half of them begin like a message of the right size.
+/// A random payload; half of the payloads begin like a message of the right size.
 std::vector<std::uint8_t> any_payload(std::mt19937_64& random, std::size_t size) {
   const bool plausible = random() % 2 == 0;
   std::vector<std::uint8_t> bytes(plausible ? size : random() % AnyBytes::kMost);
@@ -79,12 +79,12 @@ std::vector<std::uint8_t> any_payload(std::mt19937_64& random, std::size_t size)
   return bytes;
 }
 
-/// Reads the names of others' topics in the traffic of discovery.
+/// Reads the topic names of other programs from the discovery traffic.
 class Spy final : public fast::DomainParticipantListener {
  public:
   explicit Spy(const std::string& topic) : ending_("/" + topic) {}
 
-  /// What a run calls the topic; empty: not seen yet.
+  /// The run's name of the topic; empty: not seen yet.
   std::string found() const {
     const std::lock_guard lock(mutex_);
     return found_;
@@ -138,7 +138,7 @@ void read(fast::DomainParticipant& participant, fast::Topic* topic, const Argume
   }
 }
 
-/// Until it is told to end.
+/// Publishes or reads until SIGTERM.
 void meet(fast::DomainParticipant& participant, const Spy& spy, const Arguments& arguments) {
   std::string name = arguments.topic;
   while (arguments.spies && (name = spy.found()).empty()) {
@@ -157,16 +157,16 @@ int main(int argc, char** argv) {
   app.add_option("--domain", arguments.options.domain);
   app.add_option("--topic", arguments.topic)->required();
   app.add_option("--type", arguments.type);
-  app.add_option("--size", arguments.size, "Of half of the payloads");
-  app.add_option("--partition", arguments.partition, "Empty: the default one");
-  app.add_flag("--spy", arguments.spies, "Takes the topic's name from discovery");
+  app.add_option("--size", arguments.size, "Size of half of the payloads, in bytes");
+  app.add_option("--partition", arguments.partition, "DDS partition; empty: the default partition");
+  app.add_flag("--spy", arguments.spies, "Take the topic's name from discovery");
   app.add_flag("--read", arguments.reads);
-  app.add_flag("--all-interfaces", arguments.everywhere, "Not on this machine alone");
+  app.add_flag("--all-interfaces", arguments.everywhere, "Use all network interfaces, not only the loopback");
   CLI11_PARSE(app, argc, argv);
   sigset_t end;
   sigemptyset(&end);
   sigaddset(&end, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &end, nullptr);  // in all threads that come from here
+  pthread_sigmask(SIG_BLOCK, &end, nullptr);  // inherited by all later threads
 
   arguments.options.loopback_only = !arguments.everywhere;
   Spy spy(arguments.topic);

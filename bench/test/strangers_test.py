@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Others on the same DDS domain: they change no record, and the run counts what was not its own; nothing listens beyond
-this machine unless asked for."""
+"""Foreign programs on the same DDS domain: they change no record, and the run counts their samples.
+Without --all-interfaces nothing listens beyond this machine."""
 
 import os
 import signal
 import subprocess
 import unittest
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest
 from sockets import is_local, sockets_of
 
 STRANGER = os.environ.get("STRANGER", "stranger")
@@ -24,7 +24,7 @@ class Strangers(CommandTest):
         return stranger
 
     def run_beside_strangers(self, *arguments):
-        """The run, beside strangers on three of its topics."""
+        """A run while strangers publish on three of its topics."""
         strangers = [self.strange("--topic", t, *arguments) for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")]  # fmt: skip
         code, _, err = self.command(*RUN)
         for stranger in strangers:
@@ -36,7 +36,7 @@ class Strangers(CommandTest):
         self.assertTrue(run.run["complete"])
         return run
 
-    def test_the_names_of_the_graph_meet_nobody_in_all_partitions(self):
+    def test_publishers_under_the_topic_names_of_the_graph_are_not_matched(self):
         self.assertTrue(self.whole(self.run_beside_strangers("--partition", "*")))
 
     def whole(self, run):
@@ -44,7 +44,8 @@ class Strangers(CommandTest):
         return all(e["loss_equations"]["hold"] for e in run.summary()["executors"])
 
     def test_samples_of_spies_are_left_out_and_counted(self):
-        # In a reader's history their samples may replace ours, so that the loss equations need not hold.
+        # Their samples may displace the run's own in a reader's history, so the loss equations need
+        # not hold.
         run = self.run_beside_strangers("--spy")
         self.assertIn("samples of other programs", " ".join(run.run["warnings"]))
 
@@ -78,10 +79,15 @@ class Strangers(CommandTest):
         self.assertTrue(self.checked("run").run["complete"])
 
     def test_telemetry_goes_on_beside_nonsense_on_its_topics(self):
-        for topic, kind in {"run": "RunInfo", "statistics": "Statistics", "chain_samples": "ChainSample"}.items():
-            self.strange("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}", "--size", 200, "--partition", "")  # fmt: skip
+        strangers = [
+            self.strange("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}", "--size", 200, "--partition", "")
+            for topic, kind in {"run": "RunInfo", "statistics": "Statistics", "chain_samples": "ChainSample"}.items()
+        ]  # fmt: skip
         code, _, err = self.command(*RUN, "--live")
         self.assertEqual(code, 0, err)
+        for stranger in strangers:
+            stranger.send_signal(signal.SIGTERM)
+            self.assertGreater(int(stranger.communicate()[0]), 0, "it published nothing")
         self.assertTrue(self.checked("run").run["complete"])
 
     def listening(self, *arguments):

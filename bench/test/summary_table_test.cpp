@@ -62,7 +62,7 @@ default   1500         42.5         48.0         51.0         52.2        0     
 rm-ro     1500         21.2         24.0         25.5         26.1        0       12      38.1  0.500*  0.500*
                 [21.0,21.5]  [23.5,24.5]  [25.0,26.0]  [25.2,26.1]
 
-* beyond noise: the interval of this ratio to default, given in summary.json, leaves out 1.
+* beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.
 Loss equations hold for every task of every run.
 )");
 }
@@ -134,7 +134,7 @@ TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
   s.executors[0].lost_records = 17;
   s.executors[1].chains[0].drops = 3;
   EXPECT_THAT(plain(s), HasSubstr("default had no room for 17 records"));
-  EXPECT_THAT(plain(s), HasSubstr("rm-ro lost 3 samples on the way along hot_path"));
+  EXPECT_THAT(plain(s), HasSubstr("rm-ro lost 3 samples along hot_path"));
 }
 
 TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {

@@ -15,7 +15,7 @@ constexpr Time kEpoch = from_ns(5'000'000'000);
 
 Time at(double ms) { return kEpoch + from_ms(ms); }
 
-/// A LiDAR driver feeds both inputs of an estimator; a planner only has its timer.
+/// A LiDAR driver feeds both inputs of an estimator; a planner has only its timer.
 TaskSet small_set() {
   TaskSet set;
   const auto timer = [](std::string name) {
@@ -227,7 +227,8 @@ TEST(Ratio, IsAbsentWithoutDefault) {
   EXPECT_TRUE(nlohmann::json(s)["executors"][0]["chains"][0]["ratio_to_default"]["max"].is_null());
 }
 
-// reference-system's BehaviorPlanner period: distance of the starts of consecutive executed jobs.
+// The reference-system's BehaviorPlanner period: the distance between starts of consecutive
+// executed jobs.
 TEST(PlannerPeriod, IsTheDistanceOfStartsSoThatASkippedTimestampShows) {
   const ExecutorSummary s = summary_of({repetition(
       0, {ran(kPlanner, 3, 300, 310, 311), ran(kPlanner, 0, 0, 4, 5), ran(kPlanner, 1, 100, 110, 111)}, {})});
@@ -267,7 +268,7 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
   EXPECT_EQ(s.tasks[kPlanner].account[Outcome::queued], 2u);
   EXPECT_EQ(s.tasks[kPoints].account[Outcome::overwritten], 2u);
   EXPECT_EQ(s.tasks[kPlanner].response_ms.n, 0u);
-  // The LiDAR's five timestamps and the two samples of Estimator/clusters are nowhere.
+  // No row accounts for the LiDAR's five timestamps and the two samples of Estimator/clusters.
   ASSERT_EQ(s.unbalanced.size(), 4u);
   EXPECT_EQ(s.unbalanced[0].task, "Lidar");
   EXPECT_EQ(s.unbalanced[0].accounted, 0u);
@@ -281,7 +282,7 @@ TEST(AuthorsResponse, RefersToTheLatestReleaseBeforeTheStart) {
   Task& timer = set.tasks.emplace_back();
   timer.name = "IMU";
   timer.period = timer.deadline = milliseconds(30);
-  // Both timestamps are released on time; the first job starts when the second one waits already.
+  // Both timestamps are released on time; the second job already waits when the first starts.
   const JobRecord first = ran(0, 0, 0, 40, 45), second = ran(0, 1, 30, 45, 50);
   const auto of = [](const TaskSet& tasks, const std::vector<JobRecord>& jobs) {
     return summarize(tasks, {{"rm-ro", {repetition(0, jobs, {})}}}, {}).executors.at(0).tasks.at(0);

@@ -107,15 +107,16 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
               HasSubstr("sweep.yaml:4: axis deployments contradicts axis executors"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 1]}\n"), HasSubstr("has 1 twice"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2}}\n"), HasSubstr("has no step"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0}}\n"), HasSubstr("no grid"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0}}\n"),
+              HasSubstr("too small for a grid"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 1e-12}}\n"),
-              HasSubstr("no grid"))
+              HasSubstr("too small for a grid"))
       << "values that read the same";
-  EXPECT_THAT(refusal("command: simulate\naxes: {output: [a]}\n"), HasSubstr("decides itself"));
+  EXPECT_THAT(refusal("command: simulate\naxes: {output: [a]}\n"), HasSubstr("sets itself"));
   EXPECT_THAT(refusal("command: fly\naxes: {load: [1]}\n"), HasSubstr("simulate"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 9e5, step: 1}, rate: {from: 1, to: 9e5, "
                       "step: 1}}\n"),
-              HasSubstr("100 million are the most"));
+              HasSubstr("the limit is 100 million"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 2]}\nkeep: [{load: 3}]\n"),
               HasSubstr("no value `3`"));
   EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0.25}}\nkeep: [{load: 1.3}]\n"),
@@ -158,7 +159,7 @@ TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
   EXPECT_EQ(content(folder / "table.csv"), "header\nzero\none,\"a\"\nfour\n");
 }
 
-/// Adds the cells that are missing, and returns the table and how many were.
+/// Adds the missing cells; returns the table and the number of missing cells.
 std::pair<std::string, std::size_t> finished(SweepJournal& journal) {
   const std::vector<std::uint64_t> missing = journal.missing();
   for (const std::uint64_t cell : missing) journal.add(cell, concat("rows \"of\" ", cell * cell, "\n"));
@@ -167,7 +168,7 @@ std::pair<std::string, std::size_t> finished(SweepJournal& journal) {
   return {content(journal.folder() / "table.csv"), missing.size()};
 }
 
-/// A damaged copy: up to 12 bytes overwritten, some put in, or some taken out, at any place.
+/// A damaged copy: up to 12 bytes overwritten, inserted or removed at a random place.
 std::string damaged(std::string text, std::mt19937_64& random) {
   const std::size_t at = random() % text.size(),
                     n = std::min<std::size_t>(1 + random() % 12, text.size() - at);
@@ -200,7 +201,7 @@ TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
       ASSERT_GT(notes, 0U) << "seed " << seed;
     }
     for (const std::string& note : journal.notes()) {
-      ++(note.find("run again") != std::string::npos && note.find("were cut") != std::string::npos
+      ++(note.find("run again") != std::string::npos && note.find("were removed") != std::string::npos
              ? at_the_end
              : in_the_middle);
     }
@@ -223,12 +224,12 @@ TEST_F(SweepTest, AFolderHasOneSweepAtATime) {
   {
     SweepJournal first(folder_ / "out", d);
     EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
-    // Also before the first has written what it is.
+    // Also before the first sweep has written its description.
     fs::remove(folder_ / "out" / "sweep.json");
     EXPECT_THROW(SweepJournal(folder_ / "out", other), UsageError);
     EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), d.text);
   }
-  SweepJournal(folder_ / "out", other);  // which was never begun
+  SweepJournal(folder_ / "out", other);  // accepted: the first sweep never began
   EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), other.text);
 }
 
@@ -276,7 +277,7 @@ TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
   first.flush();
   fs::remove(folder_ / "out" / "cells.journal");
   fs::create_symlink("/dev/full", folder_ / "out" / "cells.journal");
-  // The file says that it is full when it is written to.
+  // Writes to this file fail with "no space left".
   EXPECT_THROW(
       {
         SweepJournal full(folder_ / "out", d);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath sweep` and `hotpath capacity` as a user starts them: the same bytes whatever does the work, resumption, faults,
-wrong use."""
+"""`hotpath sweep` and `hotpath capacity` as a user starts them: bytes that do not depend on threads
+or ranks, resumption, faults, wrong use."""
 
 import csv
 import json
@@ -49,8 +49,8 @@ class SweepTest(CommandTest):
 
 class Sweeps(SweepTest):
     def test_the_table_does_not_depend_on_threads(self):
-        said = self.sweep("one", "--threads", 1)
-        self.assertRegex(said, r"20 cells of `simulate` to do, about .* s on 1 rank\(s\) with 1 thread")
+        out = self.sweep("one", "--threads", 1)
+        self.assertRegex(out, r"20 cells of `simulate` to do, about .* s on 1 rank\(s\) with 1 thread")
         self.sweep("seven", "--threads", 7)
         self.assertEqual(self.table("one"), self.table("seven"))
         rows = self.rows("one")
@@ -72,6 +72,7 @@ class Sweeps(SweepTest):
         self.assertAlmostEqual(float(row["hot_path_p50_ms"]), chain["hot_path_latency_ms"]["p50"])
         self.assertAlmostEqual(float(row["end_to_end_max_ms"]), chain["end_to_end_latency_ms"]["max"])
         overloaded = [r for r in rows if r["load"] == "300" and r["executor"] == "rm-ro"]
+        self.assertEqual(len(overloaded), 4)
         self.assertTrue(all(r["failure"] or int(r["deadline_overruns"]) > 0 for r in overloaded))
 
     def test_an_interrupted_sweep_goes_on_with_the_same_result(self):
@@ -82,8 +83,8 @@ class Sweeps(SweepTest):
         self.wait_for(lambda: journal.exists() and journal.stat().st_size > 0, "no cell is done")
         process.send_signal(signal.SIGKILL)
         self.finish(process)
-        said = self.accepted("sweep", "sweep.yaml", "--output", "cut")
-        self.assertRegex(said, r"\d+ of 1200 cells are in cut already")
+        out = self.accepted("sweep", "sweep.yaml", "--output", "cut")
+        self.assertRegex(out, r"\d+ of 1200 cells are in cut already")
         self.assertEqual(self.table("cut"), self.table("whole"))
         self.accepted("sweep", "sweep.yaml", "--output", "cut")  # nothing is left to do
         refused = self.command("sweep", self.sweep_file(), "--output", "cut")
@@ -119,7 +120,7 @@ class Sweeps(SweepTest):
         before = journal.read_bytes()
         code, out, err = self.command("sweep", "sweep.yaml", "--output", "out")
         self.assertEqual((code, out), (2, ""))
-        self.assertIn("another process works on the sweep in out; wait until it ends", err)
+        self.assertIn("another process runs the sweep in out; wait until it ends", err)
         self.assertEqual(journal.read_bytes(), before)
         process.send_signal(signal.SIGCONT)
         self.assertEqual(self.finish(process)[0], 0)
@@ -189,7 +190,7 @@ class Sweeps(SweepTest):
         os.kill(int((self.folder / "doomed").read_text()), signal.SIGKILL)
         code, _, err = self.finish(process)
         self.assertEqual(code, 0, err)
-        self.assertRegex(err, r"Rank 1 \(.*\) has not been heard of for 1000 ms; others do its \d+ cells")
+        self.assertRegex(err, r"Rank 1 \(.*\) has been silent for 1000 ms; other ranks compute its \d+ cells")
         self.assertEqual(len(self.rows("ranks")), 600)
 
 
@@ -242,13 +243,13 @@ class Capacities(SweepTest):
         for words, said in (
             (("--require", "fast"), "--require: `fast`"),
             (("--over", "copies", "--from", "0.5"), "whole numbers"),
-            (("--from", "9", "--to", "5"), "--from lies above --to"),
-            (("--live", "--cores", "2"), "--cores is of simulations"),
+            (("--from", "9", "--to", "5"), "--from is greater than --to"),
+            (("--live", "--cores", "2"), "--cores applies to simulations only"),
             (("--live", "--live-options", "--graph x"), "--live-options: --graph is an option of capacity itself"),
             (("--live", "--live-options", "--nope x"), "--nope; see `hotpath run --help`"),
             (("--live", "--live-options", "--domain x"), "--live-options: --domain"),
-            (("--over", "copies", "--from", "1", "--to", "2000"), "--copies takes, 1 to 1000"),
-            (("--over", "load", "--load", "50"), "--load grows from level to level"),
+            (("--over", "copies", "--from", "1", "--to", "2000"), "range of --copies, 1 to 1000"),
+            (("--over", "load", "--load", "50"), "--load is the searched quantity"),
             (("--executors", "rm-ro,rm-ro"), "named twice"),
             (("--executors", "rm-or"), "there is no executor `rm-or`"),
         ):
@@ -258,7 +259,7 @@ class Capacities(SweepTest):
 
 
 class ChildrenThatRefuse(SweepTest):
-    """What `run` or `analyze` refuses as wrong use is no result of a search or a sweep."""
+    """Wrong use that `run` or `analyze` rejects ends a search or a sweep without a result."""
 
     LIVE = "graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process, processes: 2"
 
@@ -306,7 +307,7 @@ class TwoBuilds(CommandTest):
         self.assertIn("<testsuite ", (self.folder / "gate.xml").read_text())
         self.assertIn("| measure | old | new |", (self.folder / "gate.md").read_text())
 
-    def test_another_program_that_is_none(self):
+    def test_a_missing_program_is_rejected(self):
         code, _, err = self.command("compare", "--against", "/nonexistent", "--output", "ab")
         self.assertEqual(code, 1)
         self.assertIn("/nonexistent", err)

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // telemetry_listener --domain N [--runs N] [--seconds S] [--volatile] [--topic T...]
-// Prints what a live run or a replay publishes, a line of JSON for each sample, and `{"kind": "ready"}`
-// first; ends after the last statistics of `--runs` repetitions, or after `--seconds`. With topics of the
-// graph it also counts their messages, which it reads with best effort as soon as the run's topic prefix is
+//
+// Prints `{"kind": "ready"}`, then one line of JSON for each sample of a live run or a replay. Ends
+// after the last statistics of `--runs` repetitions, or after `--seconds`. With --topic, it also
+// counts the messages of these graph topics, read with best effort once the run's topic prefix is
 // known, and prints the counts at the end.
 #include <Message4kbPubSubTypes.h>
 #include <TelemetryPubSubTypes.h>
@@ -127,7 +128,8 @@ class Listener {
   void run() {
     print({{"kind", "ready"}});
     const auto limit = std::chrono::steady_clock::now() + from_ms(arguments_.seconds * 1000);
-    // The last statistics may overtake samples on other topics, which come before their writer goes.
+    // The last statistics may overtake samples on other topics; these arrive before their writer
+    // leaves.
     dds::ConditionSeq active;
     while (ended_ < arguments_.runs || publisher_is_there()) {
       const auto left = std::chrono::duration<double>(limit - std::chrono::steady_clock::now()).count();
@@ -169,13 +171,13 @@ class Listener {
     return reader;
   }
 
-  /// Reading a status ends the condition that it raised.
+  /// Reading a status resets its condition.
   static void forget_changed_writers(dds::DataReader* reader) {
     dds::SubscriptionMatchedStatus status;
     reader->get_subscription_matched_status(status);
   }
 
-  /// All repetitions of a command have the same prefix.
+  /// All repetitions of a command share one prefix.
   void read_topics(const std::string& prefix) {
     if (!messages_.empty() || arguments_.topics.empty()) return;
     dds::SubscriberQos qos;
@@ -227,7 +229,7 @@ class Listener {
   dds::Subscriber* subscriber_ = nullptr;
   dds::DataReader *run_ = nullptr, *samples_ = nullptr, *statistics_ = nullptr, *clock_ = nullptr;
   std::map<std::string, Messages> messages_;
-  dds::WaitSet something_;  ///< Data at a reader, or a writer that came or went.
+  dds::WaitSet something_;  ///< Wakes for data at a reader, or when a writer matches or leaves.
   std::uint32_t ended_ = 0;
 };
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One small file of every format that hotpath reads, made by hotpath where it makes such files."""
+"""One small file of every format that hotpath reads, written by hotpath itself where possible."""
 
 import csv
 import json
@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 
 from bench_command_test import Report
-from import_files_test import ARCHITECTURE, STATISTICS, TOPOLOGY
+from import_files_test import ARCHITECTURE, STATISTICS
 
 SYSTEM = pathlib.Path(__file__).resolve().parents[2] / "reference_system"
 GOLDEN = SYSTEM / "ros2_reference" / "traces" / "timers_only_60.default.csv"
@@ -32,7 +32,7 @@ FIGURES = [{"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "ti
 
 
 def call(hotpath, folder, *words):
-    """A command that must succeed."""
+    """Standard output of a command that must succeed."""
     environment = dict(os.environ, HOTPATH_FIGURES="none")
     done = subprocess.run(
         [hotpath, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
@@ -42,7 +42,7 @@ def call(hotpath, folder, *words):
 
 
 def make_run(hotpath, folder):
-    """A run, and what refers to its tasks."""
+    """Makes a run, and files that refer to its tasks."""
     brief = ("--executors", "default,rm-ro", "--duration", "1", "--warm-up", "0.1")
     call(hotpath, folder, "simulate", "--graph", "sequences", *brief, "--output", "run")
     facts = json.loads((folder / "run" / "run.json").read_text())
@@ -54,14 +54,13 @@ def make_run(hotpath, folder):
 
 
 def make_inputs(hotpath):
-    """The folder that holds them."""
+    """Makes all inputs and returns their folder."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="hotpath_inputs_"))
     make_run(hotpath, folder)
     shutil.copy(SYSTEM / "graphs" / "sequences.yaml", folder / "graph.yaml")
     texts = {
         "callbacks.yaml": CALLBACKS,
         "times.csv": "execution_time_ms\n4.2\n4.5\n",
-        "topology.json": json.dumps(TOPOLOGY),
         "caret/architecture.yaml": ARCHITECTURE,
         "caret/stats/stats.yaml": "".join(STATISTICS.values()),
         "golden.csv": "".join(GOLDEN.read_text().splitlines(keepends=True)[:GOLDEN_LINES]),
@@ -76,7 +75,8 @@ def make_inputs(hotpath):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--cie"))
-    call(hotpath, folder, "import", "irobot", "topology.json", "--output", "imported")
+    caret = ("caret/architecture.yaml", "--stats", "caret/stats", "--cores", "4")
+    call(hotpath, folder, "import", "caret", *caret, "--output", "imported")
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
     call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
     call(hotpath, folder, "advise", "sequences", "--output", "advice", "--draws", "1", "--duration", "1")

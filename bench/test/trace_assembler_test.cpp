@@ -11,8 +11,8 @@ namespace {
 
 using K = TraceEventKind;
 
-/// A trace of one process by hand, and what comes out of it.
-class Told : public RecordedJobSink {
+/// Feeds a handmade trace of one process to the assembler and keeps the results.
+class Recording : public RecordedJobSink {
  public:
   void tell(K kind, std::int64_t at_ns, std::array<std::uint64_t, 4> numbers,
             std::array<std::string_view, 2> texts = {}, std::uint32_t thread = 1) {
@@ -27,8 +27,8 @@ class Told : public RecordedJobSink {
     assembler.visit(e);
   }
 
-  /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), node 2 with a subscription of it
-  /// (callback 21, of rmw 23, of depth 1).
+  /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), and node 2 with a
+  /// subscription to it (callback 21, rmw handle 23, depth 1).
   void make_nodes() {
     tell(K::node_init, 0, {1}, {"source", "/"});
     tell(K::publisher_init, 1, {13, 1, 14}, {"/a"});
@@ -41,7 +41,7 @@ class Told : public RecordedJobSink {
     tell(K::subscription_callback_added, 8, {22, 21});
   }
 
-  /// A job of the timer that publishes with this source timestamp; 0: none, as in Humble.
+  /// A timer job that publishes with this source timestamp; 0: no timestamp, as in Humble.
   void publish(std::int64_t at_ns, std::uint64_t source_ns) {
     tell(K::callback_start, at_ns, {11});
     tell(K::rcl_publish, at_ns + 1, {13, 99});
@@ -66,102 +66,104 @@ class Told : public RecordedJobSink {
 };
 
 TEST(TraceAssembler, FindsEntitiesAndWhoCausedWhat) {
-  Told told;
-  told.make_nodes();
-  told.publish(2000, 5002);
-  told.receive(3000, 5002);
-  told.assembler.finish();
-  const RecordedSystem& system = told.assembler.system();
+  Recording recording;
+  recording.make_nodes();
+  recording.publish(2000, 5002);
+  recording.receive(3000, 5002);
+  recording.assembler.finish();
+  const RecordedSystem& system = recording.assembler.system();
   ASSERT_EQ(system.nodes.size(), 2U);
   EXPECT_EQ(system.nodes[1].name, "/space/sink");
   ASSERT_EQ(system.callbacks.size(), 2U);
   EXPECT_EQ(system.callbacks[0].period, Duration(1000));
   EXPECT_EQ(system.callbacks[0].node, 0U);
   EXPECT_EQ(system.callbacks[1].depth, 1U);
-  ASSERT_EQ(told.jobs.size(), 2U);
-  EXPECT_EQ(told.jobs[0].published.size(), 1U);
-  EXPECT_EQ(told.jobs[1].sample.parent.callback, 0U);
-  EXPECT_EQ(told.jobs[1].sample.published, from_ns(2001));
+  ASSERT_EQ(recording.jobs.size(), 2U);
+  EXPECT_EQ(recording.jobs[0].published.size(), 1U);
+  EXPECT_EQ(recording.jobs[1].sample.parent.callback, 0U);
+  EXPECT_EQ(recording.jobs[1].sample.published, from_ns(2001));
 }
 
 TEST(TraceAssembler, OverwritesBeyondTheDepthAndKeepsWhatIsUnread) {
-  Told told;
-  told.make_nodes();
-  for (const std::uint64_t i : {0, 1, 2}) told.publish(static_cast<std::int64_t>(2000 + 1000 * i), 5000 + i);
-  told.receive(6000, 5002);
-  told.publish(7000, 5003);
-  told.assembler.finish();
-  EXPECT_EQ(told.overwritten, (std::vector<std::uint64_t>{0, 1}));
-  EXPECT_EQ(told.jobs[3].sample.parent.number, 2U);
-  EXPECT_EQ(told.unread, (std::vector<std::uint64_t>{3}));
+  Recording recording;
+  recording.make_nodes();
+  for (const std::uint64_t i : {0, 1, 2})
+    recording.publish(static_cast<std::int64_t>(2000 + 1000 * i), 5000 + i);
+  recording.receive(6000, 5002);
+  recording.publish(7000, 5003);
+  recording.assembler.finish();
+  EXPECT_EQ(recording.overwritten, (std::vector<std::uint64_t>{0, 1}));
+  EXPECT_EQ(recording.jobs[3].sample.parent.number, 2U);
+  EXPECT_EQ(recording.unread, (std::vector<std::uint64_t>{3}));
 }
 
 TEST(TraceAssembler, TakesTheNearestPublicationWhereNoneHasATimestamp) {
-  Told told;
-  told.make_nodes();
-  told.publish(2'000'000, 0);
-  told.receive(2'100'000, 2'000'500);
-  EXPECT_EQ(told.jobs[1].sample.parent.callback, 0U);
-  EXPECT_EQ(told.assembler.system().callbacks[1].strangers, 0U);
+  Recording recording;
+  recording.make_nodes();
+  recording.publish(2'000'000, 0);
+  recording.receive(2'100'000, 2'000'500);
+  EXPECT_EQ(recording.jobs[1].sample.parent.callback, 0U);
+  EXPECT_EQ(recording.assembler.system().callbacks[1].strangers, 0U);
 }
 
 TEST(TraceAssembler, SamplesOfWhatWasNotTracedHaveNoParent) {
-  Told told;
-  told.make_nodes();
-  told.receive(3000, 2500);
-  EXPECT_EQ(told.jobs[0].sample.parent.callback, kNone);
-  EXPECT_EQ(told.assembler.system().callbacks[1].strangers, 1U);
+  Recording recording;
+  recording.make_nodes();
+  recording.receive(3000, 2500);
+  EXPECT_EQ(recording.jobs[0].sample.parent.callback, kNone);
+  EXPECT_EQ(recording.assembler.system().callbacks[1].strangers, 1U);
 }
 
 TEST(TraceAssembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
-  Told told;
-  told.make_nodes();
-  told.tell(K::buffer_to_ipb, 9, {31, 32});
-  told.tell(K::ipb_to_subscription, 10, {32, 22});
-  told.tell(K::callback_start, 2000, {11});
-  told.tell(K::intra_publish, 2001, {13, 99});
-  told.tell(K::ring_buffer_enqueue, 2002, {31, 4});
-  told.tell(K::rcl_publish, 2003, {13, 98});  // the same call, for other processes
-  told.tell(K::callback_end, 2004, {11});
-  told.tell(K::ring_buffer_dequeue, 3000, {31, 4});
-  told.tell(K::callback_start, 3001, {21, 1});
-  told.tell(K::callback_end, 3002, {21});
-  told.assembler.finish();
-  EXPECT_EQ(told.assembler.system().callbacks[1].samples, 1U);
-  EXPECT_EQ(told.jobs[0].published.size(), 1U);
-  EXPECT_EQ(told.jobs[1].sample.parent.callback, 0U);
-  EXPECT_TRUE(told.unread.empty());
+  Recording recording;
+  recording.make_nodes();
+  recording.tell(K::buffer_to_ipb, 9, {31, 32});
+  recording.tell(K::ipb_to_subscription, 10, {32, 22});
+  recording.tell(K::callback_start, 2000, {11});
+  recording.tell(K::intra_publish, 2001, {13, 99});
+  recording.tell(K::ring_buffer_enqueue, 2002, {31, 4});
+  recording.tell(K::rcl_publish, 2003, {13, 98});  // the same publication, for other processes
+  recording.tell(K::callback_end, 2004, {11});
+  recording.tell(K::ring_buffer_dequeue, 3000, {31, 4});
+  recording.tell(K::callback_start, 3001, {21, 1});
+  recording.tell(K::callback_end, 3002, {21});
+  recording.assembler.finish();
+  EXPECT_EQ(recording.assembler.system().callbacks[1].samples, 1U);
+  EXPECT_EQ(recording.jobs[0].published.size(), 1U);
+  EXPECT_EQ(recording.jobs[1].sample.parent.callback, 0U);
+  EXPECT_TRUE(recording.unread.empty());
 }
 
 TEST(TraceAssembler, CallbacksThatNeverEndCountAsRunning) {
-  Told told;
-  told.make_nodes();
-  told.tell(K::callback_start, 2000, {11});
-  told.tell(K::callback_start, 3000, {11});  // its end was lost
-  told.tell(K::callback_end, 3001, {11});
-  told.tell(K::callback_end, 3002, {11});
-  told.tell(K::callback_start, 4000, {11});
-  told.assembler.finish();
-  EXPECT_EQ(told.assembler.system().callbacks[0].jobs, 1U);
-  EXPECT_EQ(told.assembler.system().callbacks[0].never_ended, 2U);
-  EXPECT_EQ(told.assembler.system().ends_without_start, 1U);
-  EXPECT_FALSE(told.jobs[0].ended);
+  Recording recording;
+  recording.make_nodes();
+  recording.tell(K::callback_start, 2000, {11});
+  recording.tell(K::callback_start, 3000, {11});  // its end was lost
+  recording.tell(K::callback_end, 3001, {11});
+  recording.tell(K::callback_end, 3002, {11});
+  recording.tell(K::callback_start, 4000, {11});
+  recording.assembler.finish();
+  EXPECT_EQ(recording.assembler.system().callbacks[0].jobs, 1U);
+  EXPECT_EQ(recording.assembler.system().callbacks[0].never_ended, 2U);
+  EXPECT_EQ(recording.assembler.system().ends_without_start, 1U);
+  EXPECT_FALSE(recording.jobs[0].ended);
 }
 
 TEST(TraceAssembler, HandlesUsedAgainMeanTheLatestCallback) {
-  Told told;
-  told.make_nodes();
-  told.publish(2000, 5000);
-  told.tell(K::timer_init, 3000, {10, 5000});
-  told.tell(K::timer_callback_added, 3001, {10, 11});
-  told.tell(K::timer_link_node, 3002, {10, 2});
-  told.publish(4000, 5001);
-  EXPECT_EQ(told.assembler.system().reused_handles, 1U);
-  EXPECT_EQ(told.jobs[0].ref.callback, 0U);
-  EXPECT_EQ(told.jobs[1].ref.callback, 2U);
+  Recording recording;
+  recording.make_nodes();
+  recording.publish(2000, 5000);
+  recording.tell(K::timer_init, 3000, {10, 5000});
+  recording.tell(K::timer_callback_added, 3001, {10, 11});
+  recording.tell(K::timer_link_node, 3002, {10, 2});
+  recording.publish(4000, 5001);
+  EXPECT_EQ(recording.assembler.system().reused_handles, 1U);
+  EXPECT_EQ(recording.jobs[0].ref.callback, 0U);
+  EXPECT_EQ(recording.jobs[1].ref.callback, 2U);
 }
 
-/// A node with subscriptions 0 and 1 that publishes topic 0 from `publisher` by `made`, for each of `jobs`.
+/// A node with subscriptions 0 and 1; for each of `jobs`, `publisher` publishes topic 0 according
+/// to `made`.
 std::vector<InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bool>>& made) {
   RecordedSystem system;
   system.nodes.resize(1);
@@ -207,7 +209,7 @@ TEST(PublicationRules, InputsThatDoNotFitAreKept) {
   EXPECT_EQ(rules[0].of, (std::vector<std::uint32_t>{1}));
 }
 
-/// As those of two containers.
+/// Thread ids repeat if the processes run in two containers.
 TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
   RecordedSystem system;
   for (const std::uint32_t process : {7U, 8U}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that get their names when they are whole.
+// Files that get their final names only when they are complete.
 #include "program/whole_file.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ std::string content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Unfinished files in the folder of tests.
+/// The number of unfinished files in the test folder.
 std::ptrdiff_t parts() {
   return std::count_if(fs::directory_iterator(testing::TempDir()), fs::directory_iterator(),
                        [](const auto& entry) {

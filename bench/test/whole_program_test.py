@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Short runs of the real command on real transports. All that is asserted holds on however slow and noisy a
-machine: orders, counts, and identities that are recomputed from the rows of jobs.csv."""
+"""Short runs of the real command on real transports. All assertions hold on slow and noisy
+machines: orders, counts, and values recomputed from the rows of jobs.csv."""
 
 import collections
+import json
+import subprocess
 import unittest
 
-from hotpath_command import CHAIN_COLUMNS, JOB_COLUMNS, CommandTest
+from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, CommandTest
 from known_graphs import AUTOWARE, MANY_TO_MANY, SEQUENCES, TIMERS_ONLY
 
 EXECUTORS = (
@@ -18,7 +20,7 @@ SHORT = ("--duration", 1, "--warm-up", 0.25)
 
 
 class Repetition:
-    """The jobs of one repetition of a known graph, and what follows from them."""
+    """The jobs of one repetition of a known graph, and values derived from them."""
 
     def __init__(self, graph, jobs):
         self.graph = graph
@@ -33,7 +35,8 @@ class Repetition:
         return sorted((j for j in self.started.values() if j.node == node), key=lambda j: j.start)
 
     def _fused(self):
-        """{completing job of a fusion node: the jobs whose samples it fuses}: upstream's slots, replayed."""
+        """{completing job of a fusion node: the jobs whose samples it fuses}; replays upstream's
+        slots."""
         fused = {}
         for node in self.graph.nodes:
             slots = {}
@@ -45,13 +48,13 @@ class Repetition:
         return fused
 
     def published(self, task):
-        """Jobs of the task that published."""
+        """The task's jobs that published."""
         node = next(n for n in self.graph.nodes if n.name == task.partition("/")[0])
         jobs = [key for key in self.started if key[0] == task]
         return [key for key in jobs if node.kind != "fusion" or key in self.fused]
 
     def sources(self, job):
-        """Timer jobs whose data the job works on or publishes (up to the next cyclic node)."""
+        """Timer jobs whose data the job processes or publishes (up to the next cyclic node)."""
         if job.kind == "timer":
             return {job.task: job}
         found = {}
@@ -60,7 +63,7 @@ class Repetition:
         return found
 
     def chain_rows(self, warm_up):
-        """What chains.csv must hold, recomputed along the parents of every job of a sink."""
+        """The expected rows of chains.csv, recomputed along the parents of each sink job."""
         rows = []
         for name, (sources, sink) in self.graph.chains.items():
             for job in self.started_in_order(sink):
@@ -77,6 +80,15 @@ class Repetition:
 
 class WholeProgram(CommandTest):
     maxDiff = 2000
+
+    @classmethod
+    def setUpClass(cls):
+        listed = subprocess.run([HOTPATH, "list", "executors", "--json"], check=True, capture_output=True)
+        executors = json.loads(listed.stdout)
+        cls.timer_thread_runs_timers = {
+            e["name"] for e in executors if e["timers"] == "release_and_execute"
+        }
+        assert cls.timer_thread_runs_timers, "no executor is listed as release_and_execute"
 
     def check(self, folder, graph, executors=("rm-ro",), repetitions=1, processes=1, figures=False):
         run = folder.run
@@ -128,7 +140,8 @@ class WholeProgram(CommandTest):
                 self.assertLessEqual(j.finish, end, j)
 
     def check_timers(self, repetition, phases, end):
-        """Timestamps reached = ran + skipped + queued + running, every one of them once, on the grid."""
+        """Checks that timestamps reached = ran + skipped + queued + running, each once and on the
+        timer's grid."""
         periods = repetition.graph.timers()
         self.assertEqual(phases.keys(), periods.keys())
         for timer, period in periods.items():
@@ -141,7 +154,7 @@ class WholeProgram(CommandTest):
             self.assertEqual(starts, sorted(starts), timer)
 
     def check_subscriptions(self, repetition):
-        """Samples matched = ran + overwritten + unread + running, every one of them once."""
+        """Checks that samples matched = ran + overwritten + unread + running, each once."""
         for task in repetition.graph.subscriptions():
             topic = task.partition("/")[2]
             published = []
@@ -156,12 +169,12 @@ class WholeProgram(CommandTest):
                     self.assertLessEqual(j.timestamp, parent.finish, j)
 
     def check_exclusion(self, repetition, executor):
-        """No two jobs of one worker overlap, nor two of one node (a mutually exclusive callback group) unless
-        the timer thread runs timers."""
+        """Checks that jobs of one worker never overlap, nor jobs of one node (a mutually exclusive
+        callback group), unless the timer thread runs timers."""
         groups = collections.defaultdict(list)
         for j in repetition.started.values():
             groups[f"worker {j.worker} of process {j.process}"].append(j)
-            if not executor.partition(":")[0].endswith("-re"):
+            if executor.partition(":")[0] not in self.timer_thread_runs_timers:
                 groups[j.node].append(j)
         for name, jobs in groups.items():
             jobs.sort(key=lambda j: j.start)
@@ -170,13 +183,14 @@ class WholeProgram(CommandTest):
                 self.assertLessEqual(earlier.finish, later.start, f"{name}: {earlier}, {later}")
 
     def check_processes(self, repetition, processes):
-        """Contiguous shares of the nodes, in creation order."""
+        """Checks that each process has a contiguous share of the nodes, in creation order."""
         nodes = repetition.graph.nodes
         process = {n.name: i * processes // len(nodes) for i, n in enumerate(nodes)}
         for j in repetition.jobs:
             self.assertEqual(j.process, process[j.node], j)
 
     def check_summary(self, folder, jobs, chains):
+        self.assertEqual([e["executor"] for e in folder.summary()["executors"]], folder.run["executors"])
         for executor in folder.summary()["executors"]:
             name = executor["executor"]
             self.assertTrue(executor["loss_equations"]["hold"], executor["loss_equations"])
@@ -187,6 +201,7 @@ class WholeProgram(CommandTest):
             self.assertEqual(executor["skipped"], count["skipped"])
             self.assertEqual(executor["overwritten"], count["overwritten"])
             rows = [row[0] for (e, _), found in chains.items() if e == name for row in found]
+            self.assertLessEqual(set(rows), {chain["chain"] for chain in executor["chains"]})
             for chain in executor["chains"]:
                 self.assertEqual(chain["hot_path_latency_ms"]["n"], rows.count(chain["chain"]))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A build without Fast DDS measures within one process, and says what it lacks."""
+"""A build without Fast DDS measures within one process, and reports its missing features."""
 
 import unittest
 
@@ -25,7 +25,7 @@ class WithoutFastDds(CommandTest):
     def test_says_what_it_lacks(self):
         self.assertIn("--transport intra_process", self.refused("run", "--duration", 1))
         self.assertIn("--live", self.refused("run", "--transport", "intra_process", "--live"))
-        self.assertIn("without which", self.refused("replay", "run", "--live"))
+        self.assertIn("built without it", self.refused("replay", "run", "--live"))
 
 
 if __name__ == "__main__":

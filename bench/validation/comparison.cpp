@@ -11,10 +11,10 @@ namespace hotpath {
 
 namespace {
 
-/// Similarity from here on counts as agreement.
+/// Least similarity that counts as agreement.
 constexpr double kSimilar = 0.98;
 
-/// Jobs whose order is compared: the time for it grows with their square.
+/// Most jobs whose order is compared: the time grows with their square.
 constexpr std::size_t kMostCompared = 10000;
 
 JobOrder sequence(const Schedule& schedule, Time until) {
@@ -32,7 +32,7 @@ double lost_percent(const JobOrder& tasks, const Task& task, TaskId id, Time unt
   return 100 * std::max(0.0, 1 - static_cast<double>(executed) / static_cast<double>(timestamps));
 }
 
-/// What was done until then; `set` has the phases that decide which timestamps were reached.
+/// One side of the comparison up to `until`. The phases in `set` decide the timestamps.
 ScheduleSide side_of(const Schedule& schedule, const JobOrder& order, const TaskSet& set, Time until) {
   std::vector<double> late, responses, as_authors;
   for (const ExecutedJob& job : schedule.jobs) {

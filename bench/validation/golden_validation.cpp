@@ -12,12 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where the golden trace of a task set under an executor is, if there is one.
+/// Path of the golden trace of a task set under an executor; the file may be missing.
 fs::path golden_trace_file(const fs::path& reference, const std::string& set, const ExecutorEntry& executor) {
   return reference / "traces" / (set + "." + std::string(executor.name) + ".csv");
 }
 
-/// What the real stack did.
+/// The schedule of the real stack.
 Schedule golden_schedule(const fs::path& file, const ExecutorEntry& executor) {
   return schedule_of(read_golden_trace(file), executor.traits.timers == TimerHandling::release_only);
 }
@@ -55,7 +55,7 @@ bool same_timers(const TaskSet& a, const TaskSet& b) {
   });
 }
 
-/// Share of the time until the last finish in which jobs ran.
+/// Time in which jobs ran, in percent of the time until the last finish.
 double busy_percent(const Schedule& schedule) {
   Duration busy{};
   Time end{};

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-/// What one run did: response times are means over tasks.
+/// Measures of one run; response times are means over tasks.
 struct TimersOnlyRun {
   double imu_lost_percent = 0, response_p50_ms = 0, response_p99_ms = 0;
 };
@@ -27,7 +27,7 @@ void add(TimersOnlyRanges& ranges, const TimersOnlyRun& run) {
   widen(ranges.response_authors_p99_ms, run.response_p99_ms);
 }
 
-/// Whether they have a value in common, or nearly so.
+/// Whether the ranges overlap, or are at most `slack` apart.
 bool meet(const Range& a, const Range& b, double slack) {
   return a.front() - slack <= b.back() && b.front() <= a.back() + slack;
 }
@@ -55,13 +55,13 @@ TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duratio
   return run;
 }
 
-/// The set's utilisation and the executor's name there.
+/// Utilisation of the set and name of the executor in the reference.
 using Subject = std::pair<std::string, std::string>;
 
 std::map<Subject, TimersOnlyRanges> read_measured(const fs::path& file) {
   std::map<Subject, std::map<std::string, std::pair<int, TimersOnlyRun>>> by_repetition;
   CsvReader row(file);
-  static_cast<void>(row.column("utilisation_percent"));  // also where there is no row
+  static_cast<void>(row.column("utilisation_percent"));  // checks the header even without rows
   while (row.next()) {
     const Subject subject(row.text("utilisation_percent"), row.text("executor"));
     auto& [tasks, run] = by_repetition[subject][std::string(row.text("repetition"))];
@@ -83,7 +83,7 @@ std::map<Subject, TimersOnlyRanges> read_measured(const fs::path& file) {
   return measured;
 }
 
-/// The fork that was measured has release-only timers and does not say so in its names.
+/// The measured fork has release-only timers, but not in its executors' names.
 const ExecutorEntry* executor_of_fork(const std::string& name) {
   const ExecutorEntry* const executor = find_executor(name);
   return executor != nullptr ? executor : find_executor(name + "-ro");
@@ -121,13 +121,13 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
     const std::string name = label.substr(0, label.find(' '));
     GraphTasks tasks = make_tasks(graph);
     set_phases(tasks.set, read_phases(file, graph, name));
-    // Subscriptions before timers, and of two equals the earlier first, as the fork's heap has it.
+    // As in the fork's heap: subscriptions before timers, and the earlier of two equal jobs first.
     const ExecutorSpec executor = parse_executor(name, {SubscriptionRule::first, Ties::fifo, 2});
     SimulationOptions options;
     options.platform = reference_platform(*executor.entry, static_cast<std::uint32_t>(graph.nodes.size()));
     options.duration = 30s;
     const WorstCaseTimes times(tasks.set);
-    // The six outputs of a hyperperiod (600 ms) differ: a whole number of them counts.
+    // The six outputs of a hyperperiod (600 ms) differ: whole hyperperiods are counted.
     const SimulatedOutcome p = predict(graph, tasks, executor, times, options, 1200ms);
     AutowareValidation v{label, real_latencies(row), latency_quantiles(p.latencies_ms.at(0))};
     v.agrees =

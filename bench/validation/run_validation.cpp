@@ -33,7 +33,7 @@ std::vector<double> latencies_ms(const Trace& trace) {
   return latencies;
 }
 
-/// One run's folder against simulations with its phases and execution times, and against the reference.
+/// Compares a run with simulations of its phases and execution times, and with the reference.
 class ValidatedRun {
  public:
   ValidatedRun(const fs::path& run, const fs::path& reference)
@@ -51,7 +51,7 @@ class ValidatedRun {
   }
 
  private:
-  /// The machine of a live run has as many processors and the costs that its own gaps tell.
+  /// For a live run, the platform has its number of processors and the costs seen in its gaps.
   Graph graph_of(const Trace& trace) const {
     Graph graph = system_.graph;
     if (measured_.facts().contains("platform")) return graph;
@@ -68,7 +68,7 @@ class ValidatedRun {
     SimulationPlan plan{executor, graph, tasks, chains_, *times};
     plan.warm_up = measured_.warm_up();
     plan.duration = measured_.length() - measured_.warm_up();
-    // Of a run that was no simulation, an overload is a result as well.
+    // For a live run an overload is a valid result.
     plan.max_backlog =
         system_.simulated ? system_.backlog.value_or(plan.max_backlog) : SimulationOptions{}.max_backlog;
     try {
@@ -104,22 +104,23 @@ class ValidatedRun {
     return v;
   }
 
-  /// The real stack's latencies, for Autoware as it is at the same load.
+  /// Adds the real stack's latencies, for unchanged Autoware at the same load.
   void add_real_latencies(RunLatencies& latencies, const std::string& label, const TaskSet& set) const {
     const Graph& graph = system_.graph;
     if (graph.name != "autoware" || system_.options.copies > 1 || system_.options.rate_percent) return;
     if (std::abs(load_percent(graph) - kReferenceLoad_percent) > kSameLoad_percent) return;
     const fs::path file = reference_ / "rclcpp_autoware_phases.csv";
     for (CsvReader row(file); row.next();) {
-      // `rm-ro (first)` there is `rm-ro:first` here.
-      const std::string label_there(row.text("executor"));
-      std::string name = label_there;
+      // The reference writes `rm-ro (first)` for `rm-ro:first`.
+      const std::string reference_label(row.text("executor"));
+      std::string name = reference_label;
       const bool subscriptions_first = name.ends_with(" (first)");
       if (subscriptions_first) name.resize(name.find(' '));
       const bool ours_first = label.ends_with(":first") || system_.options.rule == SubscriptionRule::first;
       if (label.substr(0, label.find(':')) != name || subscriptions_first != ours_first) continue;
       latencies.real_ms = real_latencies(row);
-      latencies.phases_differ_ms = largest_phase_difference_ms(set, read_phases(file, graph, label_there));
+      latencies.phases_differ_ms =
+          largest_phase_difference_ms(set, read_phases(file, graph, reference_label));
       return;
     }
   }

@@ -5,7 +5,7 @@
 
 namespace hotpath {
 
-// The library finds these by their argument, also for what vectors and options hold.
+// nlohmann::json finds these by argument-dependent lookup, also for elements of containers.
 static HOTPATH_JSON_FIELDS(ScheduleSide, jobs, lost_percent, start_lateness_ms, response_ms,
                            response_authors_ms);
 static HOTPATH_JSON_FIELDS(ScheduleComparison::Difference, place, at_ms, measured, other);

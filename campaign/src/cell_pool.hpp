@@ -16,18 +16,17 @@
 
 namespace hotpath {
 
-/// Threads that work on the cells of a queue. The destructor waits for the cells that have begun.
+/// Threads that compute the cells of a queue. The destructor waits for the cells that have begun.
 class CellPool {
  public:
   CellPool(unsigned threads, std::function<std::string(std::uint64_t)> work);
 
   void add(std::span<const std::uint64_t> cells);
-  /// Cells that no thread has begun.
+  /// Number of cells that no thread has begun.
   [[nodiscard]] std::size_t waiting() const;
-  /// The results that there are, at once when there are some, else as soon as one comes, at the latest after
-  /// `most`.
+  /// Takes all available results; if there are none, waits for the first one, at most `most`.
   std::vector<CellResult> take(std::chrono::microseconds most);
-  /// What the first cell that failed threw; nullptr: none did.
+  /// The exception of the first failed cell; nullptr if none failed.
   [[nodiscard]] std::exception_ptr failure() const;
 
  private:
@@ -39,7 +38,7 @@ class CellPool {
   std::deque<std::uint64_t> queue_;
   std::vector<CellResult> results_;
   std::exception_ptr failure_;
-  std::vector<std::jthread> threads_;  // last: they use all of the above
+  std::vector<std::jthread> threads_;  // last: the threads use all other members
 };
 
 }  // namespace hotpath

@@ -13,10 +13,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// How long to wait for a result of our own between two looks at the messages.
+/// Time to wait for a local result between two checks for messages.
 constexpr auto kPoll = 500us;
 constexpr auto kPollAlone = 100ms;
-/// A share of what is left is handed out at once, so that the last cells are not all one rank's.
+/// The remaining cells are handed out in shares, so that the last ones do not all go to one rank.
 constexpr std::size_t kShares = 8;
 constexpr std::size_t kMostAtOnce = 4096;
 
@@ -49,14 +49,14 @@ class Coordinator {
 
  private:
   struct Rank {
-    std::string who = {};
+    std::string host = {};
     std::chrono::steady_clock::time_point heard;
-    std::set<std::uint64_t> has = {};  ///< Cells handed out to it whose rows it has not sent.
+    std::set<std::uint64_t> has = {};  ///< Cells handed out to this rank that have no row yet.
     std::size_t wants = 0;
     bool lost = false, gone = false;
   };
 
-  /// The next cells for somebody who wants at least so many.
+  /// Takes at least `wanted` cells from the queue, if there are so many.
   std::vector<std::uint64_t> next_cells(std::size_t wanted) {
     const std::size_t share = queue_.size() / (kShares * ranks_.size());
     const std::size_t n = std::min(queue_.size(), std::clamp(share, wanted, std::max(wanted, kMostAtOnce)));
@@ -74,9 +74,9 @@ class Coordinator {
 
   void accept(unsigned from, const CellResult& result) {
     if (!result.failure.empty() && from != 0) throw CampaignError(result.failure);
-    if (!result.failure.empty()) return;  // its exception is thrown instead
+    if (!result.failure.empty()) return;  // run() rethrows its exception
     ranks_[from].has.erase(result.cell);
-    if (open_.erase(result.cell) == 0) return;  // two ranks did it
+    if (open_.erase(result.cell) == 0) return;  // another rank has computed it already
     campaign_.gather(result.cell, result.row);
   }
 
@@ -101,10 +101,10 @@ class Coordinator {
     }
     rank.gone |= message.kind == Message::Kind::bye;
     if (message.kind == Message::Kind::hello) {
-      rank.who = message.text;
+      rank.host = message.text;
       if (message.number != identity(campaign_)) {
         throw CampaignError(name(from) +
-                            " runs another build of this program, or was given another campaign; start all "
+                            " runs another build of this program or another campaign; start all "
                             "ranks with one program and the same arguments");
       }
     }
@@ -114,7 +114,7 @@ class Coordinator {
     hand_out(from);
   }
 
-  /// Answers a rank, with cells if it wants some and there are some.
+  /// Answers a rank; sends cells if it requested some and some remain.
   void hand_out(unsigned to) {
     Rank& rank = ranks_[to];
     Message answer{.kind = Message::Kind::cells};
@@ -129,17 +129,17 @@ class Coordinator {
     rank.lost = true;
     rank.wants = 0;
     std::erase_if(rank.has, [this](std::uint64_t cell) { return !open_.contains(cell); });
-    notes_.push_back(name(r) + " has not been heard of for " + std::to_string(options_.silence.count()) +
-                     " ms; others do its " + std::to_string(rank.has.size()) + " cells.");
+    notes_.push_back(name(r) + " has been silent for " + std::to_string(options_.silence.count()) +
+                     " ms; other ranks compute its " + std::to_string(rank.has.size()) + " cells.");
     queue_.insert(queue_.begin(), rank.has.begin(), rank.has.end());
     rank.has.clear();
   }
 
   std::string name(unsigned r) const {
-    return "Rank " + std::to_string(r) + (ranks_[r].who.empty() ? "" : " (" + ranks_[r].who + ")");
+    return "Rank " + std::to_string(r) + (ranks_[r].host.empty() ? "" : " (" + ranks_[r].host + ")");
   }
 
-  /// Ends the other ranks. Whatever they have yet to say is received, so that no message is left on the way.
+  /// Ends the other ranks. Receives all their remaining messages, so that none stays in transit.
   void dismiss() {
     if (link_ == nullptr) return;
     const bool some_lost = std::ranges::any_of(ranks_, &Rank::lost);
@@ -163,7 +163,7 @@ class Coordinator {
   const CrewOptions& options_;
   Link* const link_;
   std::deque<std::uint64_t> queue_;
-  std::unordered_set<std::uint64_t> open_;  // cells that are not gathered
+  std::unordered_set<std::uint64_t> open_;  // cells not gathered yet
   std::vector<Rank> ranks_;
   std::vector<std::string> notes_;
   CellPool pool_;

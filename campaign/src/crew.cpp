@@ -22,8 +22,8 @@ Crew::~Crew() {
     return;
   }
   try {
-    coordinate({}, options_, link_.get());  // of nothing: the others wait to be told
-  } catch (const CampaignError&) {          // somebody sent what is no message; all end anyway
+    coordinate({}, options_, link_.get());  // an empty campaign, because the others wait for the end
+  } catch (const CampaignError&) {          // a rank sent an invalid message; all ranks end anyway
   }
 }
 

@@ -7,7 +7,8 @@
 
 namespace hotpath {
 
-/// Messages between ranks, in order between any two. Nothing here blocks, whatever became of the others.
+/// Messages between ranks, ordered between any two ranks. No call blocks, whatever the state of the
+/// other ranks.
 class Link {
  public:
   struct Received {
@@ -21,11 +22,12 @@ class Link {
   [[nodiscard]] virtual unsigned ranks_on_this_machine() const = 0;
   virtual void send(unsigned to, std::string bytes) = 0;
   virtual std::optional<Received> receive() = 0;
-  /// From now on some rank may be dead: do not wait for all of them at the end.
+  /// Some rank may be dead: do not wait for all ranks at the end.
   virtual void abandon() = 0;
 };
 
-/// nullptr: this process was not started as one of several ranks, or the build has no MPI.
+/// Returns nullptr if this process was not started as one of several ranks, or the build has no
+/// MPI.
 std::unique_ptr<Link> make_mpi_link();
 
 }  // namespace hotpath

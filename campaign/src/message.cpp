@@ -36,7 +36,7 @@ class Reader {
  private:
   const char* take(std::uint64_t size) {
     if (size > bytes_.size() - at_) {
-      throw CampaignError("a rank sent what is no message; all ranks must run the same program");
+      throw CampaignError("a rank sent an invalid message; run the same program on all ranks");
     }
     const char* const from = bytes_.data() + at_;
     at_ += size;

@@ -7,21 +7,21 @@
 
 namespace hotpath {
 
-/// What a thread made of a cell.
+/// The result of a cell.
 struct CellResult {
   std::uint64_t cell = 0;
   std::string row;
-  std::string failure;  ///< Not empty: what the exception said.
+  std::string failure;  ///< Message of the exception; empty if the cell succeeded.
 };
 
-/// What ranks tell each other. Between machines of one architecture.
+/// A message between ranks, on machines of one architecture.
 struct Message {
   enum class Kind : std::uint64_t {
-    hello,   ///< To the coordinator: `text` says who, `number` which build and campaign.
-    report,  ///< To the coordinator: `results`, and how many cells are wanted: `number`. Also a sign of life.
-    cells,   ///< The answer to each hello and report: `cells`, perhaps none.
-    stop,    ///< To a rank: no more work; `number` != 0: do not wait for all at the end.
-    bye,     ///< The answer to it.
+    hello,   ///< To the coordinator: `text` is the host, `number` the build and campaign.
+    report,  ///< To the coordinator: `results`, and in `number` the cells wanted. Also a sign of life.
+    cells,   ///< Answer to each hello and report: `cells`, possibly none.
+    stop,    ///< To a rank: no more work. `number` != 0: do not wait for all ranks at the end.
+    bye,     ///< Answer to stop.
   };
   Kind kind = Kind::report;
   std::uint64_t number = 0;
@@ -31,7 +31,7 @@ struct Message {
 };
 
 std::string pack(const Message& message);
-/// Throws CampaignError for bytes that are no message.
+/// Throws CampaignError for an invalid message.
 Message unpack(const std::string& bytes);
 
 }  // namespace hotpath

@@ -16,13 +16,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// How long messages to others may take to leave when not all ranks end together.
+/// Time limit for outgoing messages if not all ranks end together.
 constexpr auto kFarewell = 2s;
 
 class MpiLink final : public Link {
  public:
   MpiLink() {
-    // Threads compute; only the one that made the link communicates.
+    // Other threads only compute; the thread that created the link communicates.
     int provided = 0;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
@@ -39,7 +39,7 @@ class MpiLink final : public Link {
       MPI_Finalize();
       return;
     }
-    // To finalise is to wait for all ranks.
+    // MPI_Finalize would wait for all ranks.
     const auto until = std::chrono::steady_clock::now() + kFarewell;
     for (reap(); !outgoing_.empty() && std::chrono::steady_clock::now() < until; reap()) {
       std::this_thread::sleep_for(1ms);
@@ -79,7 +79,7 @@ class MpiLink final : public Link {
     MPI_Request request;
   };
 
-  /// Forgets messages that have left.
+  /// Removes sent messages.
   void reap() {
     std::erase_if(outgoing_, [](Outgoing& message) {
       int left = 0;
@@ -96,7 +96,7 @@ class MpiLink final : public Link {
 }  // namespace
 
 std::unique_ptr<Link> make_mpi_link() {
-  // Only under a launcher: starting MPI costs more than a short campaign.
+  // Only under a launcher, because starting MPI costs more than a short campaign.
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"}) {
     if (std::getenv(variable) != nullptr) return std::make_unique<MpiLink>();
   }

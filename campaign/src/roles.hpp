@@ -6,13 +6,13 @@
 
 namespace hotpath {
 
-/// What rank 0 does: works, hands out cells, gathers. `link` is nullptr when it is alone.
+/// The role of rank 0: works, hands out cells, gathers. `link` is nullptr for a single process.
 std::vector<std::string> coordinate(const Campaign& campaign, const CrewOptions& options, Link* link);
 
-/// What every other rank does.
+/// The role of every other rank.
 void work_for_coordinator(const Campaign& campaign, const CrewOptions& options, Link& link);
 
-/// What the hello of a rank must say.
+/// The number that a rank's hello must contain.
 std::uint64_t identity(const Campaign& campaign);
 
 }  // namespace hotpath

@@ -15,9 +15,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kLook = 1ms;
-/// Results are sent together that come within it.
+/// Results within this interval are sent together.
 constexpr auto kTogether = 50ms;
-/// A coordinator that is silent for so many times what makes a rank lost is gone.
+/// A coordinator counts as gone after this multiple of the silence that makes a rank lost.
 constexpr int kPatience = 4;
 
 class Worker {
@@ -42,11 +42,11 @@ class Worker {
               .number = hungry ? 2 * options_.threads : 0,
               .results = std::exchange(results_, {})});
       }
-      // Before the first answer the coordinator may be busy preparing.
+      // Before its first answer the coordinator may be busy preparing.
       if (answered_ && now - heard_ > kPatience * options_.silence) {
         link_.abandon();
         throw CampaignError("rank " + std::to_string(link_.rank()) +
-                            ": the coordinating rank no longer answers; what it had gathered is kept");
+                            ": the coordinating rank no longer answers; the rows that it gathered are kept");
       }
     }
   }
@@ -57,7 +57,7 @@ class Worker {
     sent_ = options_.now();
   }
 
-  /// Whether it is over.
+  /// Handles incoming messages; returns whether the campaign is over.
   bool listen() {
     while (const auto received = link_.receive()) {
       const Message message = unpack(received->bytes);

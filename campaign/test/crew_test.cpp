@@ -23,7 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// Time that passes only where a test says so.
+/// A clock that only the test advances.
 struct TestClock {
   std::atomic<int> ms = 0;
   CrewOptions options() {
@@ -35,7 +35,7 @@ struct TestClock {
   static constexpr std::chrono::milliseconds kSilence{200};
 };
 
-/// Ranks as threads of this process.
+/// Ranks simulated by threads of this process.
 struct Hub {
   std::mutex mutex;
   std::map<unsigned, std::deque<Link::Received>> boxes;
@@ -101,7 +101,9 @@ TEST_F(CrewTest, OneProcessDoesEachCellOnce) {
   expect_each_once(10'000);
 }
 
-TEST_F(CrewTest, NoCellsAreDoneAtOnce) { EXPECT_THAT(Crew({.threads = 1}).run(campaign(0)), IsEmpty()); }
+TEST_F(CrewTest, AnEmptyCampaignEndsImmediately) {
+  EXPECT_THAT(Crew({.threads = 1}).run(campaign(0)), IsEmpty());
+}
 
 TEST_F(CrewTest, RanksShareTheCells) {
   std::atomic<unsigned> by_rank_1 = 0;
@@ -115,7 +117,7 @@ TEST_F(CrewTest, RanksShareTheCells) {
   {
     std::jthread first([&] { work_for_coordinator(others, real_time_, one); });
     std::jthread second([&] { work_for_coordinator(others, real_time_, two); });
-    Campaign slow = mine;  // so that the others come to their turn on a busy machine as well
+    Campaign slow = mine;  // so that the others get cells on a busy machine as well
     slow.work = [&](std::uint64_t cell) {
       while (by_rank_1 == 0) std::this_thread::yield();
       return mine.work(cell);
@@ -127,25 +129,25 @@ TEST_F(CrewTest, RanksShareTheCells) {
   EXPECT_FALSE(zero.abandoned || one.abandoned || two.abandoned);
 }
 
-TEST_F(CrewTest, CellsOfARankThatDiesAreDoneByOthersAndTheRunSaysSo) {
+TEST_F(CrewTest, OtherRanksComputeTheCellsOfADeadRankAndTheRunReportsIt) {
   HubLink zero(hub_, 0, 2), one(hub_, 1, 2);
   const Campaign c = campaign(300);
-  // It says hello, asks for cells, and is never heard of again.
+  // The rank sends hello, requests cells, and falls silent.
   one.send(0, pack({.kind = Message::Kind::hello, .number = identity(c), .text = "host"}));
   one.send(0, pack({.kind = Message::Kind::report, .number = 4}));
-  Campaign slow = c;  // cells are left when its message is read
+  Campaign slow = c;  // cells remain when its message is read
   slow.work = [&](std::uint64_t cell) {
     ++clock_.ms;
     return c.work(cell);
   };
   const std::vector<std::string> notes = coordinate(slow, options_, &zero);
   expect_each_once(300);
-  EXPECT_THAT(notes, ElementsAre(HasSubstr("Rank 1 (host) has not been heard of for")));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("Rank 1 (host) has been silent for")));
   EXPECT_THAT(notes.front(), testing::Not(HasSubstr("its 0 cells")));
   EXPECT_TRUE(zero.abandoned);
 }
 
-TEST_F(CrewTest, ARankThatComesBackIsHeardAndNoCellCountsTwice) {
+TEST_F(CrewTest, ARankThatComesBackIsAcceptedAndNoCellCountsTwice) {
   HubLink zero(hub_, 0, 2), one(hub_, 1, 2);
   const Campaign c = campaign(400);
   one.send(0, pack({.kind = Message::Kind::hello, .number = identity(c)}));
@@ -178,7 +180,7 @@ TEST_F(CrewTest, ARankThatComesBackIsHeardAndNoCellCountsTwice) {
   });
   const std::vector<std::string> notes = coordinate(slow, options_, &zero);
   expect_each_once(400);
-  EXPECT_THAT(notes, ElementsAre(HasSubstr("has not been heard of"), HasSubstr("Rank 1 is back")));
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("has been silent for"), HasSubstr("Rank 1 is back")));
 }
 
 TEST_F(CrewTest, ARankOfAnotherBuildIsRefused) {
@@ -202,7 +204,7 @@ TEST_F(CrewTest, WithoutACoordinatorARankEnds) {
   EXPECT_THROW(work_for_coordinator(campaign(1), {1, std::chrono::milliseconds(20)}, one), CampaignError);
 }
 
-TEST_F(CrewTest, WhatACellThrowsEndsTheCampaign) {
+TEST_F(CrewTest, AnExceptionOfACellEndsTheCampaign) {
   Campaign c = campaign(100);
   c.work = [](std::uint64_t cell) -> std::string {
     if (cell == 50) throw std::invalid_argument("cell 50");

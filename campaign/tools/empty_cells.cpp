@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast cells are handed out that cost nothing: what a coordinator can serve. `mpirun -n RANKS empty_cells
-// CELLS [MICROSECONDS]`, where a cell sleeps so long instead of working.
+// Measures the rate at which a coordinator hands out cells that cost nothing. `mpirun -n RANKS
+// empty_cells CELLS [MICROSECONDS]`: with MICROSECONDS a cell sleeps instead of working.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
   for (const std::string& note : crew.run(campaign)) std::fprintf(stderr, "%s\n", note.c_str());
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   if (crew.coordinates()) {
-    std::printf("%u ranks: %zu cells in %.3f s, %.0f a second\n", crew.ranks(), campaign.cells.size(),
+    std::printf("%u ranks: %zu cells in %.3f s, %.0f per second\n", crew.ranks(), campaign.cells.size(),
                 took.count(), static_cast<double>(campaign.cells.size()) / took.count());
   }
 }

@@ -18,7 +18,7 @@ class CallbackGroupExecutor : public testing::Test {
   }
   WorkerSet release(Duration now) { return scheduler->release_timers(manager, at(now)).wake; }
   std::optional<Job> decide(Worker worker, Duration now) { return scheduler->decide(worker, at(now)).job; }
-  /// The task that worker 0 runs at `now`, at once, or kNoTask.
+  /// The task that worker 0 runs at `now`, in no time, or kNoTask.
   TaskId next(Duration now) {
     const auto job = decide(0, now);
     if (!job) return kNoTask;
@@ -59,7 +59,7 @@ TEST_F(CallbackGroupExecutor, ATimerIsCalledWhenItStartsAndReturnsToTheManagerWh
   const TaskId timer = add_timer(set, 10ms, 0ms);
   start();
   release(0ms);
-  release(35ms);  // it is not with the manager: nothing to release
+  release(35ms);  // not in the timer manager: nothing to release
   const Job job = *decide(0, 35ms);
   EXPECT_EQ(job.ref(), (JobRef{timer, 0}));
   EXPECT_EQ(job.skipped, 3U);
@@ -99,7 +99,7 @@ TEST_F(CallbackGroupExecutor, AnEventWhoseSampleWasOverwrittenRunsEmpty) {
   scheduler->sample_arrived(subscription, {}, at(0ms));
   EXPECT_TRUE(scheduler->sample_arrived(subscription, {}, at(1ms)).overwritten);
   const Job first = *decide(0, 2ms);
-  EXPECT_EQ(first.sequence, 1U);  // the younger one
+  EXPECT_EQ(first.sequence, 1U);  // the younger sample
   scheduler->finished(0, first, at(2ms));
   EXPECT_TRUE(decide(0, 3ms)->empty);
 }

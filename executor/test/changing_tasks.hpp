@@ -11,8 +11,8 @@
 
 namespace hotpath::test {
 
-/// Drives a scheduler as a live executor does, by its wake-ups alone, while tasks come and go at random, and
-/// keeps account of what becomes of every timestamp and sample.
+/// Drives a scheduler only by its wake-ups, like a live executor, while tasks join and leave at
+/// random. Tracks the fate of every timestamp and sample.
 class ChangingTasks {
  public:
   ChangingTasks(const ExecutorEntry& entry, std::uint64_t seed) : random_(seed) {
@@ -28,10 +28,10 @@ class ChangingTasks {
     scheduler_->begin(now_);
   }
 
-  /// Returns what is wrong with the schedule, or nothing.
+  /// Returns the first problem of the schedule; empty if there is none.
   std::string run(int steps) {
     for (int i = 0; i < steps && wrong_.empty(); ++i) step();
-    // Without arrivals, so that nothing else wakes a worker for a new timer.
+    // Without arrivals, so that only the new timer can wake a worker.
     for (int i = 0; i < 5 && wrong_.empty(); ++i) {
       drain();
       add();
@@ -57,9 +57,9 @@ class ChangingTasks {
     std::set<std::uint64_t> seen;  ///< Sequences that ran, were skipped, overwritten or dropped.
   };
 
-  void fail(const std::string& what, const Job& job) {
+  void fail(const std::string& problem, const Job& job) {
     std::ostringstream out;
-    out << "job " << job.sequence << " of task " << job.task << " " << what << " at " << to_ns(now_);
+    out << "job " << job.sequence << " of task " << job.task << " " << problem << " at " << to_ns(now_);
     if (wrong_.empty()) wrong_ = out.str();
   }
 
@@ -90,7 +90,7 @@ class ChangingTasks {
       for (const WorkerState& other : workers_) {
         const bool same =
             &other != &worker && other.job && set_[other.job->task].group == set_[job.task].group;
-        // A release-and-execute executor with its two threads knows no groups.
+        // A release-and-execute executor with its two threads ignores groups.
         if (same && scheduler_->workers()[number] == WorkerRole::executor &&
             scheduler_->workers()[static_cast<Worker>(&other - workers_.data())] == WorkerRole::executor) {
           fail("starts while its group is busy", job);
@@ -172,7 +172,7 @@ class ChangingTasks {
     }
   }
 
-  /// Until nobody has anything to do at this instant.
+  /// Runs until no worker has work at this instant.
   void drain() {
     for (bool moved = true; moved && wrong_.empty();) {
       moved = false;
@@ -184,7 +184,7 @@ class ChangingTasks {
     }
   }
 
-  /// Every timestamp and every sample was seen, and nothing else.
+  /// Checks that every timestamp and every sample occurred, and nothing else.
   void check(TaskId id) {
     const Account& account = accounts_[id];
     std::uint64_t expected = account.samples;

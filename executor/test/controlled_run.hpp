@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One run of an executor in a world of controlled threads, and what must hold of it.
+// One run of an executor in a world of controlled threads, and the invariants of the run.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,9 @@ namespace hotpath::test {
 
 using namespace std::chrono_literals;
 
-/// timer -> a, and b, whose samples come from outside; each in a mutually exclusive callback group of its
-/// own. Or a and b share theirs, and b takes the timer's samples, too: both are ready at the same time.
+/// Task sets: timer -> a, and b with samples from outside, each in its own mutually exclusive
+/// callback group; or a and b share a group, and b also takes the timer's samples, so both are
+/// ready at once.
 inline TaskSet timer_and_two_subscriptions(bool shared_group) {
   TaskSet set;
   set.tasks.resize(3);
@@ -40,19 +41,19 @@ inline TaskSet timer_and_two_subscriptions(bool shared_group) {
   return set;
 }
 
-/// Samples are their own numbers; nobody has to give them back.
+/// Samples are plain numbers and need not be returned.
 class NoOwner final : public SampleOwner {
  public:
   void give_back(const void*, std::uintptr_t) noexcept override {}
   void lend_again(std::uintptr_t) noexcept override {}
 };
 
-/// One run of an executor in a world.
+/// One run of an executor in a world of controlled threads.
 class ControlledRun final : public JobHandler {
  public:
   struct Plan {
     Duration length;
-    int outside = 0;  ///< Samples from outside, every 300 ns.
+    int outside = 0;  ///< Number of samples from outside, one every 300 ns.
     Duration stop_at;
     bool shared_group = false;
   };
@@ -71,7 +72,7 @@ class ControlledRun final : public JobHandler {
     world_.when_idle = [this] { check_nothing_waits(); };
   }
 
-  /// What is wrong; empty: nothing.
+  /// The first problem; empty if there is none.
   std::string run() {
     trace_.epoch = Time{} + kEpoch;
     const Time end = trace_.epoch + plan_.length;
@@ -117,8 +118,8 @@ class ControlledRun final : public JobHandler {
     ++delivered_[task];
   }
 
-  /// Everybody sleeps: then nothing that was delivered waits, no timer is due, and nobody has stopped the
-  /// run.
+  /// All threads sleep: then no delivered sample waits, no timer is due, and the run has not been
+  /// stopped.
   void check_nothing_waits() {
     const Time now = world_.now();
     if (ended_ || !world_.defect.empty()) return;
@@ -143,7 +144,7 @@ class ControlledRun final : public JobHandler {
   }
 
   const TaskSet set_;
-  TaskSet given_;  ///< To the executor.
+  TaskSet given_;  ///< The task set given to the executor.
   World& world_;
   const Plan plan_;
   std::vector<std::unique_ptr<std::max_align_t[]>> memory_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world of threads for BasicExecutor in which a test decides at each step which one goes on: threads are
-// fibers of one real thread, time stands still but for steps of 1 ns and for jumps to the next instant that
-// somebody waits for.
+// A world of threads for BasicExecutor in which a test decides at each step which thread continues.
+// Threads are fibers of one real thread. Time advances only by steps of 1 ns and by jumps to the
+// next instant for which a thread waits.
 #pragma once
 
 #include <ucontext.h>
@@ -19,30 +19,30 @@
 
 namespace hotpath::test {
 
-/// Who decides. `options` >= 2, of which the first `free` ones (>= 1) disturb nobody: the thread that runs
-/// goes on, or, if it waits, another one, or, if all do, time passes. The others preempt it, let time pass
-/// meanwhile, or wake a parked thread for no reason.
+/// Chooses the next step. Of `options` >= 2, the first `free` ones (>= 1) disturb no thread: the
+/// running thread continues, or, if it waits, another one, or, if all wait, time passes. The other
+/// options preempt the running thread, let time pass meanwhile, or wake a parked thread spuriously.
 class Choices {
  public:
   virtual ~Choices() = default;
   virtual std::size_t choose(std::size_t options, std::size_t free) = 0;
 };
 
-/// What is broken on purpose.
+/// A deliberate defect.
 enum class Fault {
   none,
-  ticket_ignored,  ///< Who is woken just before it sleeps does not notice.
-  early_is_due,    ///< Who is woken for no reason believes that it slept until the instant that it waits for.
-  group_ignored,   ///< The executor takes a mutually exclusive callback group for a reentrant one.
+  ticket_ignored,  ///< A thread woken just before it sleeps does not notice.
+  early_is_due,    ///< A thread woken spuriously believes that the awaited instant has come.
+  group_ignored,   ///< The executor treats a mutually exclusive callback group as reentrant.
 };
 
 class World {
  public:
-  /// The notification of that number, from 1, gets lost; 0: none.
+  /// Number, from 1, of the notification that is lost; 0: none.
   World(Choices& choices, Fault broken, std::size_t lost = 0)
       : fault(broken), choices_(choices), lost_(lost) {
     current_world = this;
-    fibers_.push_back(std::make_unique<Fiber>());  // the test itself
+    fibers_.push_back(std::make_unique<Fiber>());  // the test's own thread
   }
   ~World() { current_world = nullptr; }
   World(const World&) = delete;
@@ -50,19 +50,19 @@ class World {
 
   static World& current() { return *current_world; }
   const Fault fault;
-  /// Called when everybody waits, before time jumps.
+  /// Called when all threads wait, before time jumps.
   std::function<void()> when_idle = [] {};
-  /// The first thing that went wrong; empty: nothing.
+  /// The first problem; empty if there is none.
   std::string defect;
 
   Time now() {
     clock_ += Duration(1);
     return std::max(clock_, std::exchange(believed_, Time{}));
   }
-  /// Whose turn it is next takes it to be that late.
+  /// The time that the next thread observes.
   void believe(Time instant) { believed_ = instant; }
 
-  /// Whether the next notification arrives.
+  /// Whether the next notification is delivered.
   bool notify() { return ++notifications_ != lost_; }
   std::size_t notifications() const { return notifications_; }
 
@@ -79,12 +79,12 @@ class World {
 
   bool ended(std::size_t fiber) const { return fibers_[fiber]->ended; }
 
-  /// Somebody else may go on here.
+  /// Point at which another thread may continue.
   void step() {
     wait([] { return true; });
   }
 
-  /// Until `ready`, or until an instant. `early`: it may end for no reason.
+  /// Waits until `ready`, or until an instant. `early`: the wait may end spuriously.
   void wait(std::function<bool()> ready, Time until = kNever, bool early = false) {
     Fiber& self = *fibers_[running_];
     self.ready = std::move(ready);
@@ -122,7 +122,7 @@ class World {
     world.fibers_[world.running_]->body();
     world.fibers_[world.running_]->ended = true;
     stacks().push_back(
-        std::move(world.fibers_[world.running_]->stack));  // nobody takes it before we have left
+        std::move(world.fibers_[world.running_]->stack));  // not reused before this fiber has left it
     world.go_on();
   }
 
@@ -131,7 +131,7 @@ class World {
     return !fiber.ended && (fiber.until <= clock_ || fiber.ready());
   }
 
-  /// Next instant that a waiting thread waits for.
+  /// The next instant for which a thread waits.
   Time next_instant() const {
     Time next = kNever;
     for (std::size_t f = 0; f < fibers_.size(); ++f) {
@@ -140,7 +140,7 @@ class World {
     return next;
   }
 
-  /// Without memory of its own: a thread that has ended never comes back to give it back.
+  /// Allocates nothing: a thread that has ended never resumes to release memory.
   void go_on() {
     std::array<std::size_t, kMostThreads + 1> options{};
     std::size_t count = 0;
@@ -156,7 +156,7 @@ class World {
       break_deadlock();
       return go_on();
     }
-    if (next != kNever) options[count++] = kTimePasses;  // also while somebody could go on
+    if (next != kNever) options[count++] = kTimePasses;  // also while a thread could continue
     for (std::size_t f = 0; f < fibers_.size(); ++f) {
       if (fibers_[f]->early && !fibers_[f]->ended && !may_go_on(f)) options[count++] = f;
     }
@@ -167,7 +167,7 @@ class World {
     go_on();
   }
 
-  /// So that the threads of a broken executor can end.
+  /// Lets the threads of a broken executor end.
   void break_deadlock() {
     if (defect.empty()) defect = "all threads wait for ever";
     bool broken = false;
@@ -194,7 +194,7 @@ class World {
   std::size_t notifications_ = 0;
 };
 
-/// For BasicExecutor.
+/// The Sync parameter of BasicExecutor.
 struct ControlledSync {
   struct Mutex {
     void lock() {

@@ -102,7 +102,7 @@ TEST(Csv, ALastLineNeedsNoEnd) {
   EXPECT_THAT(names, ElementsAre("IMU", "", "GNSS"));
 }
 
-/// A file of a disk that fails after its first bytes.
+/// A file on a disk that fails after the first bytes.
 class FailingFile : public std::streambuf {
  public:
   FailingFile() { setg(text_, text_, text_ + sizeof text_ - 1); }

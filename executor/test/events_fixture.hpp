@@ -12,7 +12,7 @@ namespace hotpath::test {
 inline constexpr Worker kExecutor = EventsScheduler::kExecutor;
 inline constexpr Worker kReleaser = EventsScheduler::kTimerManagement;
 
-/// An events executor over `set`, whose workers take turns one by one.
+/// An events executor for `set` whose workers take turns one at a time.
 class EventsFixture : public testing::Test {
  protected:
   void start(const char* executor) {

@@ -55,7 +55,8 @@ TEST(SimpleEventsQueue, GivesTheFirstThatMayRunAndKeepsTheOrderOfTheOthers) {
   EXPECT_EQ(drain(queue), rest);
 }
 
-/// Timers 0 (30 ms), 1 (10 ms), 2 (10 ms); subscriptions 3 (of 0), 4 (of 1), 5 (of 0 and 1), 6 (of nobody).
+/// Timers 0 (30 ms), 1 (10 ms), 2 (10 ms); subscriptions 3 (fed by 0), 4 (by 1), 5 (by 0 and 1), 6
+/// (by none).
 class PriorityOrderTest : public testing::Test {
  protected:
   PriorityOrderTest() {
@@ -88,7 +89,7 @@ TEST_F(PriorityOrderTest, LevelsFollowTasksThatComeAndGo) {
   leave(set, 1);
   order.update(set);
   EXPECT_EQ(order.level(3), to_ns(at(30ms)));
-  EXPECT_EQ(order.level(5), to_ns(at(30ms)));  // was that of task 1
+  EXPECT_EQ(order.level(5), to_ns(at(30ms)));  // was task 1's level
 }
 
 TEST_F(PriorityOrderTest, DeadlineMonotonicRunsTheShorterRelativeDeadlineFirst) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simulator against what the real ROS 2 stack did, job by job: the golden traces of the paper's
-// timers-only sets (reference_system/ros2_reference/traces; their timer thread ran at SCHED_FIFO 90, above
-// the executor thread), and those of Humble's and Jazzy's executors.
+// Compares the simulator with the real ROS 2 stack, job by job: the golden traces of the paper's
+// timers-only sets (reference_system/ros2_reference/traces; their timer thread ran at SCHED_FIFO
+// 90, above the executor thread), and the traces of Humble's and Jazzy's executors.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -114,8 +114,8 @@ INSTANTIATE_TEST_SUITE_P(GoldenTrace, SimilarWithCosts,
                          name);
 
 TEST(GoldenTraceBoundary, WakeUpLatencyAloneDecidesStaticAt60AndEventsReAt80) {
-  // Without costs a timer that falls due at the very end of a window is seen by the next one; 100 us later it
-  // is together with its neighbours.
+  // Without costs, a timer due at the very end of a window waits for the next window; 100 us later
+  // it joins its neighbours.
   Platform late;
   late.wake_up_latency = 100us;
   const GoldenTrace re = reference("80", "events-re");
@@ -146,7 +146,7 @@ SchedulerOptions scheduling(const Recorded& recorded, const TaskSet& set) {
   return options;
 }
 
-/// What the real jobs took, by the timestamps that they were called for.
+/// The execution times of the real jobs, by the timestamps of their calls.
 Trace measured_times(const GoldenTrace& real) {
   Trace trace;
   std::vector<Time> called;
@@ -166,7 +166,7 @@ Trace measured_times(const GoldenTrace& real) {
   return trace;
 }
 
-/// Of the timestamps up to the last job of the task.
+/// Counts only timestamps up to the last job of the task.
 double skipped_percent(const Trace& trace, TaskId task) {
   double lost = 0, ran = 0;
   for (const JobRecord& r : trace.jobs) {
@@ -204,7 +204,7 @@ TEST_P(SecondSet, SequenceAndLostJobs) {
   }
 }
 
-// Both follow from the traces: addresses in the memory of those processes.
+// Both orders were derived from the traces: they follow the addresses in those processes' memory.
 const std::vector<std::string> kHumbleStatic = {"FrontL", "RearL", "FrontC", "Left", "RearC", "Right", "IMU"};
 const std::vector<std::string> kHumbleMulti = {"FrontL", "RearL", "Left", "FrontC", "RearC", "Right", "IMU"};
 INSTANTIATE_TEST_SUITE_P(
@@ -226,13 +226,13 @@ INSTANTIATE_TEST_SUITE_P(
       return n;
     });
 
-/// The order in which `scheduler` runs the tasks of a trace when its workers look for work, and are done with
-/// it, at the recorded instants.
+/// The order in which `scheduler` runs the tasks of a trace when its workers look for work, and
+/// finish it, at the recorded instants.
 JobOrder order_at_recorded_instants(const GoldenTrace& real, Scheduler& scheduler) {
   struct Look {
     Time at;
     Worker worker;
-    bool ends;  ///< A job of the worker ends; otherwise one starts.
+    bool ends;  ///< The worker ends a job; otherwise it starts one.
   };
   std::vector<Look> looks;
   for (const GoldenJob& job : real.jobs) {
@@ -257,7 +257,7 @@ JobOrder order_at_recorded_instants(const GoldenTrace& real, Scheduler& schedule
       }
     } else {
       decide(look.worker, look.at);
-      // Which of two idle workers got to the job is of no interest.
+      // It does not matter which of two idle workers got the job.
       if (!decided[look.worker]) std::swap(decided[0], decided[1]);
       running[look.worker] = std::exchange(decided[look.worker], std::nullopt);
       if (running[look.worker]) order.push_back(running[look.worker]->task);
@@ -266,11 +266,12 @@ JobOrder order_at_recorded_instants(const GoldenTrace& real, Scheduler& schedule
   return order;
 }
 
-/// Jazzy's wait set keeps its order from job to job, and parameter events of the seven nodes have mixed it
-/// before the first timer. When a worker gets to look is the operating system's business: in a quarter of the
-/// cases where one timer follows another by some milliseconds, the second worker was put on the processor of
-/// the first and got it after a time slice of 3 ms; from there on a simulation goes another way. So the
-/// instants are taken from the trace, and the scheduler says what is found.
+/// Jazzy's wait set keeps its order from job to job, and the parameter events of the seven nodes
+/// have shuffled it before the first timer. The operating system decides when a worker looks for
+/// work: in a quarter of the cases in which a timer follows another one by a few milliseconds, the
+/// second worker was placed on the first one's processor and had to wait for a time slice of 3 ms.
+/// From there on a free simulation diverges. Therefore the test takes the instants from the trace,
+/// and only the scheduler's choices are compared.
 TEST(RebuiltWaitSet, RunsWhatJazzyRanAtTheRecordedInstants) {
   for (const char* level : {"60", "96"}) {
     const GoldenTrace real = read_golden_trace(std::string(HOTPATH_REFERENCE_DIR) + "/traces_jazzy/timers_" +

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The live executor's loop (lock, park, unpark, deliver, stop, close) under a scheduler that tries
-// interleavings of its threads. Of each executor: two short runs, in the second of which two tasks share a
-// callback group, with at most HOTPATH_PREEMPTIONS (default 1) preemptions or wake-ups for no reason, all of
-// them or the first HOTPATH_INTERLEAVINGS (default 2000); then as many of two longer runs, by turns, at
-// random. What is true of simulated schedules must be true of each, and no thread may sleep while something
-// waits for it. With HOTPATH_RELIABILITY, a folder, the counts are written to its interleavings.json.
+// Runs the live executor's loop (lock, park, unpark, deliver, stop, close) under a scheduler that
+// explores interleavings of its threads. For each executor there are two short runs; in the second,
+// two tasks share a callback group. The test explores these runs with at most HOTPATH_PREEMPTIONS
+// (default 1) preemptions or spurious wake-ups: all interleavings, or the first
+// HOTPATH_INTERLEAVINGS (default 2000). Then it runs the same number of random interleavings,
+// alternating between two longer runs. The invariants of simulated schedules must hold for each,
+// and no thread may sleep while work waits for it. HOTPATH_RELIABILITY names a folder for the
+// counts, interleavings.json.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -16,7 +18,7 @@
 namespace hotpath::test {
 namespace {
 
-/// All choices with at most so many preemptions, one after another.
+/// Enumerates all choices with at most this many preemptions.
 class AllChoices final : public Choices {
  public:
   explicit AllChoices(std::size_t most_preemptions) : left_(most_preemptions), most_(most_preemptions) {}
@@ -28,7 +30,7 @@ class AllChoices final : public Choices {
     return chosen;
   }
 
-  /// Goes to the next interleaving; false: there is none.
+  /// Advances to the next interleaving; false if there is none.
   bool next() {
     at_ = 0;
     left_ = most_;
@@ -50,7 +52,7 @@ class RandomChoices final : public Choices {
  public:
   explicit RandomChoices(std::uint64_t seed) : random_(seed) {}
   std::size_t choose(std::size_t options, std::size_t free) override {
-    // Mostly without: many steps in one go reach states that a switch at each step does not.
+    // Preempts rarely: many consecutive steps reach states that a switch at each step does not.
     return random_() % (random_() % 4 != 0 ? free : options);
   }
 
@@ -70,15 +72,15 @@ std::uint64_t number(const char* variable, std::uint64_t otherwise) {
 
 struct Explored {
   std::uint64_t interleavings = 0;
-  bool complete = false;          ///< All that there are.
-  std::size_t notifications = 0;  ///< The most of one run.
-  std::string defect;             ///< Of the first that has one.
+  bool complete = false;          ///< Whether all interleavings were explored.
+  std::size_t notifications = 0;  ///< Largest number in one run.
+  std::string defect;             ///< Defect of the first faulty interleaving; empty if there is none.
 };
 
 struct Broken {
   Fault fault = Fault::none;
-  std::size_t lost = 0;         ///< The number of the notification that gets lost.
-  std::size_t preemptions = 0;  ///< More than otherwise.
+  std::size_t lost = 0;         ///< Number of the lost notification.
+  std::size_t preemptions = 0;  ///< Additional preemptions.
 };
 
 Explored explore_all(const std::string& executor, const ControlledRun::Plan& plan, Broken broken = {}) {
@@ -128,13 +130,13 @@ TEST_P(Interleavings, RandomOnesAreAccepted) {
   total_random += explored.interleavings;
 }
 
-// None is redundant: what waits may wait for ever, or the worker that missed it is one that stop() takes for
-// awake.
-TEST_P(Interleavings, AnyOneLostNotificationIsFound) {
+// No notification is redundant: without it the waiter may wait for ever, or stop() may take the
+// worker that missed it for awake.
+TEST_P(Interleavings, EveryLostNotificationIsDetected) {
   for (const auto& plan : kShort) {
     for (std::size_t lost = 1;; ++lost) {
       const Explored explored = explore_all(std::string(GetParam()), plan, {.lost = lost});
-      if (explored.notifications < lost) break;  // none has that number
+      if (explored.notifications < lost) break;  // no run has this many notifications
       EXPECT_NE(explored.defect, "") << "without notification " << lost;
       ++lost_and_found;
     }
@@ -153,20 +155,20 @@ INSTANTIATE_TEST_SUITE_P(Registry, Interleavings, testing::ValuesIn(names()), []
   return name;
 });
 
-// The check finds what it is for.
-TEST(BrokenExecutor, ThatSleepsThoughItWasWokenJustBeforeIsFound) {
+// These tests prove that the check detects the defects.
+TEST(BrokenExecutor, ThatSleepsAfterBeingWokenIsDetected) {
   const Explored explored = explore_all("events-ro", kShort[0], {Fault::ticket_ignored, 0, 1});
   EXPECT_NE(explored.defect, "");
   EXPECT_GT(explored.interleavings, 1u) << "a run without preemption must not show it";
 }
 
-TEST(BrokenExecutor, ThatTakesAWakeUpForNoReasonForItsInstantIsFound) {
+TEST(BrokenExecutor, ThatTrustsASpuriousWakeUpIsDetected) {
   const Explored explored = explore_all("events-ro", kShort[0], {Fault::early_is_due});
   EXPECT_NE(explored.defect, "");
-  EXPECT_GT(explored.interleavings, 1u) << "a run without such a wake-up must not show it";
+  EXPECT_GT(explored.interleavings, 1u) << "a run without a spurious wake-up must not show it";
 }
 
-TEST(BrokenExecutor, ThatIgnoresASharedGroupIsFound) {
+TEST(BrokenExecutor, ThatIgnoresASharedGroupIsDetected) {
   const Explored explored = explore_all("multi", kShort[1], {Fault::group_ignored});
   EXPECT_EQ(explored.defect.rfind("its group is busy", 0), 0u) << explored.defect;
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kBeyond = std::uint64_t{1} << 32;
 
-TEST(LargeNumbers, AreThoseOfTheScheduleAfterHours) {
+TEST(LargeNumbers, OccurInASimulationOfHours) {
   TaskSet set;
   const TaskId fast = add_timer(set, 1ns, 100ms);  // each of its jobs skips 10^8 timestamps
   const TaskId slow = add_timer(set, 60s, 1ms);

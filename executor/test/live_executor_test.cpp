@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The live executors against what must hold in real time whatever the machine does: order, counts, nothing
-// lost.
+// Checks of the live executors that hold in real time on any machine: order, counts, no losses.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,7 +62,7 @@ class Chain final : public JobHandler {
     const bool subscription = set_[job.task].kind == TaskKind::subscription;
     EXPECT_EQ(static_cast<bool>(sample), subscription);
     if (subscription) {
-      EXPECT_EQ(sample.as<JobRef>(), job.parent) << "the sample is not the one that the scheduler took";
+      EXPECT_EQ(sample.as<JobRef>(), job.parent) << "not the sample that the scheduler took";
     }
     burn(std::chrono::microseconds(job.task == 3 ? 1500 : 200));
     if (set_[job.task].feeds.empty()) return;
@@ -128,7 +127,7 @@ class LiveExecutor : public testing::TestWithParam<std::string_view> {};
 
 TEST_P(LiveExecutor, AccountsForEveryTimestampAndSample) {
   const TaskSet set = two_timers_and_a_sequence();
-  // A machine may stand still for longer than a short run.
+  // The machine may stall for longer than a short run.
   bool all_ran = false;
   for (auto length = std::chrono::milliseconds(200); !all_ran && length < std::chrono::seconds(15);
        length *= 4) {
@@ -179,8 +178,8 @@ INSTANTIATE_TEST_SUITE_P(Registry, LiveExecutor, testing::ValuesIn(names()), [](
   return name;
 });
 
-// Paper, Section IV: the events queue serves the highest-priority released job; one that waits is never
-// passed over.
+// Paper, Section IV: the events queue serves the released job of highest priority; a waiting job is
+// never passed over.
 TEST(LivePriorityExecutor, NeverStartsAJobWhileOneOfHigherPriorityWaits) {
   const TaskSet set = two_timers_and_a_sequence();
   Trace trace = run("rm-ro", set, std::chrono::milliseconds(200));
@@ -189,8 +188,8 @@ TEST(LivePriorityExecutor, NeverStartsAJobWhileOneOfHigherPriorityWaits) {
   std::sort(trace.jobs.begin(), trace.jobs.end(),
             [](const auto& a, const auto& b) { return a.start < b.start; });
   for (std::size_t i = 1; i < trace.jobs.size(); ++i) {
-    // The decision for this job came after the previous one's finish: all released by then were there to
-    // choose from.
+    // The decision for this job came after the previous job's finish: all jobs released by then
+    // were available.
     const JobRecord& chosen = trace.jobs[i];
     const Time known = trace.jobs[i - 1].finish;
     for (std::size_t k = i + 1; k < trace.jobs.size(); ++k) {

@@ -114,7 +114,7 @@ TEST(IntraProcessTransport, AllReadersShareOneMessageThatOutlivesThePublication)
   EXPECT_THAT(sink.tasks, testing::ElementsAre(4, 5));
   EXPECT_EQ(sink.parents[1], (JobRef{3, 9}));
   EXPECT_EQ(&sink.samples[0].as<int>(), &sink.samples[1].as<int>());
-  // While anybody holds it, the block is not lent out again.
+  // The block is not lent again while a reader holds it.
   EXPECT_NE(&transport.borrow(writer), &message);
   sink.samples.pop_back();
   EXPECT_EQ(sink.samples[0].as<int>(), 42);

@@ -9,7 +9,7 @@
 
 namespace hotpath::test {
 
-/// A wait-set scheduler over `set` with one worker: a job that is picked finishes before the next call.
+/// A wait-set scheduler for `set` with one worker: a picked job finishes before the next call.
 template <class TheScheduler>
 class OneWorkerFixture : public testing::Test {
  protected:
@@ -20,7 +20,7 @@ class OneWorkerFixture : public testing::Test {
     return *scheduler;
   }
 
-  /// The task that runs next at `now`, or kNoTask; the job is over at once.
+  /// The task that runs next at `now`, or kNoTask; its job takes no time.
   TaskId next(Duration now) {
     job = scheduler->decide(0, at(now)).job;
     if (!job) return kNoTask;

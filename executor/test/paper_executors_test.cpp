@@ -40,7 +40,7 @@ TEST_F(PaperExecutor, ATaskThatChangesIsOrderedByThatFromItsNextReleaseOn) {
     take_turn(*scheduler, kReleaser, at(now));
     scheduler->sample_arrived(subscription, {}, at(now));
   };
-  release_all(0ms);  // nobody feeds it: last
+  release_all(0ms);  // no task feeds it: last
   for (const TaskId expected : {fast, slow, subscription}) EXPECT_EQ(next(kExecutor, 1ms)->task, expected);
   scheduler->change_task(fast, std::nullopt, {subscription});
   release_all(50ms);  // as urgent as the timer, and before it
@@ -58,7 +58,7 @@ TEST_F(PaperExecutor, SeveralWorkersShareTheQueueAndKeepGroupsApart) {
   EXPECT_TRUE(take_turn(*scheduler, kTimers, at(0ms)).decision.wake.contains(1));
   const Job first = *next(0, 0ms);
   EXPECT_EQ(first.task, fast);
-  EXPECT_EQ(next(1, 0ms)->task, other);  // `slow` is of the group that is busy
+  EXPECT_EQ(next(1, 0ms)->task, other);  // `slow` belongs to the busy group
   EXPECT_TRUE(scheduler->finished(0, first, at(1ms)).wake.contains(1));
   EXPECT_EQ(next(0, 1ms)->task, slow);
 }
@@ -160,7 +160,8 @@ TEST(Textbook, NonPreemptiveRateMonotonicSchedule) {
   EXPECT_EQ(schedule(run(set, "edf-ro", 24ms)), expected);
 }
 
-// When the long job ends, the one of the longer period has the earlier absolute deadline (16 against 20 ms).
+// When the long job ends, the job with the longer period has the earlier absolute deadline (16
+// against 20 ms).
 TEST(Textbook, EdfMeetsADeadlineThatRateMonotonicMisses) {
   TaskSet set;
   const TaskId fast = add_timer(set, 10ms, 3ms, 10ms);
@@ -184,7 +185,7 @@ TEST(Textbook, OneLowerPriorityJobBlocksAtMostOnce) {
   EXPECT_EQ(schedule(run(set, "rm-ro", 20ms))[1], (Ran{high, 0, 5ms, 6ms}));
 }
 
-TEST(Registry, EveryExecutorHasTheWorkersThatItsTraitsTell) {
+TEST(Registry, EveryExecutorHasTheWorkersOfItsTraits) {
   TaskSet set;
   add_timer(set, 10ms, 1ms);
   for (const ExecutorEntry& executor : executors()) {

@@ -10,11 +10,13 @@ namespace hotpath::test {
 namespace {
 
 TEST(DefaultPlatform, RaisesTheReleaserOfThePapersExecutorsOnly) {
+  int raised = 0;
   for (const ExecutorEntry& executor : executors()) {
-    const bool stock = !executor.name.ends_with("-ro") && !executor.name.ends_with("-re");
-    EXPECT_EQ(default_platform(executor).raised_releaser, !stock && !executor.name.starts_with("events"))
-        << executor.name;
+    const bool of_paper = executor.traits.family == Family::priority_events;
+    EXPECT_EQ(default_platform(executor).raised_releaser, of_paper) << executor.name;
+    if (of_paper) ++raised;
   }
+  EXPECT_EQ(raised, 8);  // four policies, each release-only and release-and-execute
 }
 
 TEST(ReleaseCost, SectionVBProlongsTheJobInExecutionByDeltaPerRelease) {
@@ -120,7 +122,7 @@ TEST(DeliveryDelay, SamplesArriveThatMuchLaterAndAreAccountedForAtTheEnd) {
             (std::vector<Ran>{{timer, 0, 0ms, 1ms}, {subscription, 0, 4ms, 5ms}, {timer, 1, 10ms, 11ms}}));
   EXPECT_EQ(trace.jobs[1].job.timestamp, at(1ms));
   EXPECT_EQ(trace.jobs[1].job.release, at(4ms));
-  EXPECT_EQ(count(trace, subscription, Outcome::queued), 1U);  // published at 11 ms, still on its way
+  EXPECT_EQ(count(trace, subscription, Outcome::queued), 1U);  // published at 11 ms, still in transit
   EXPECT_EQ(balanced(set, trace), "");
 }
 
@@ -132,11 +134,11 @@ TEST(WakeUpLatency, DelaysSleepersButNotBusyWorkers) {
   p.wake_up_latency = 100us;
   EXPECT_EQ(schedule(run(set, "default", 20ms, p)),
             (std::vector<Ran>{{0, 0, 1100us, 3100us}, {1, 0, 3100us, 5100us}}));
-  // Releaser and executor worker sleep both.
+  // Releaser and executor worker both sleep.
   EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, p))[0], (Ran{0, 0, 1200us, 3200us}));
 }
 
-/// A timer of 10 ms whose 4 ms run in the timer thread, and a subscription to another timer.
+/// A timer of 10 ms with 4 ms of work in the timer thread, and a subscription to another timer.
 class ReleaseAndExecuteOnOneCore : public testing::Test {
  protected:
   ReleaseAndExecuteOnOneCore() {
@@ -156,7 +158,7 @@ TEST_F(ReleaseAndExecuteOnOneCore, RaisedTimerThreadPreemptsTheExecutorThread) {
 
 TEST_F(ReleaseAndExecuteOnOneCore, WorkUntilAWallClockInstantGoesOnWhileDisplaced) {
   platform.wall_clock_work = true;
-  // 1 + 5 ms passed at 6 ms; it finishes as soon as it has the core again.
+  // 1 + 5 ms have passed at 6 ms; the job finishes as soon as it gets the core again.
   EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
             (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 7ms}, {frequent, 0, 3ms, 7ms}}));
 }
@@ -164,7 +166,7 @@ TEST_F(ReleaseAndExecuteOnOneCore, WorkUntilAWallClockInstantGoesOnWhileDisplace
 TEST_F(ReleaseAndExecuteOnOneCore, EqualPrioritiesTakeTurnsByTimeSlice) {
   platform.raised_releaser = false;
   platform.time_slice = 3ms;
-  // The executor thread has the core from 1 ms on and keeps it until 4 ms, then each for 3 ms.
+  // The executor thread holds the core from 1 ms to 4 ms; then they alternate every 3 ms.
   EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
             (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 9ms}, {frequent, 0, 4ms, 10ms}}));
 }
@@ -181,7 +183,7 @@ TEST(RoundRobin, WorkersThatOutnumberTheCoresShareThemEvenly) {
   Platform p;
   p.cores = 2;
   p.time_slice = 2ms;
-  // 0 and 1 start; at 2 ms one of them gives way to 2, and so on: 12 ms of work on two cores.
+  // 0 and 1 start; at 2 ms one of them yields to 2, and so on: 12 ms of work on two cores.
   const Trace trace = run(set, "multi", 50ms, p, {.workers = 3});
   Time last{};
   for (const JobRecord& r : trace.jobs) last = std::max(last, r.finish);

@@ -19,7 +19,7 @@ bool coin(Random& random) { return uniform(random, 0, 1) == 0; }
 int number(Random& random, int lowest, int highest) {
   return static_cast<int>(uniform(random, lowest, highest));
 }
-/// A utilisation between so many tenths.
+/// A utilisation between `lowest` and `highest` tenths.
 double tenths(Random& random, int lowest, int highest) { return 0.1 * number(random, lowest, highest); }
 
 /// Random execution times in [BCET, WCET].
@@ -35,7 +35,7 @@ Trace run_random(const TaskSet& set, const ExecutorEntry& executor, std::uint64_
 
 std::string policy_of(const ExecutorEntry& executor) { return to_string(*executor.traits.policy); }
 
-CaseResult result(const Trace& trace, std::string wrong) { return {std::move(wrong), trace.jobs.size()}; }
+CaseResult result(const Trace& trace, std::string problem) { return {std::move(problem), trace.jobs.size()}; }
 
 TaskSet random_groups(Random& random, TaskSet set) {
   for (CallbackGroup& group : set.groups) {
@@ -64,7 +64,8 @@ Platform random_platform(Random& random) {
   return platform;
 }
 
-/// On any platform: one job per worker at a time, none before its release, loss equations, callback groups.
+/// Holds on any platform: one job per worker at a time, no job before its release, loss equations,
+/// callback groups.
 CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t seed) {
   Random random(seed);
   const int timers = number(random, 1, 6), subscriptions = number(random, 0, 8);
@@ -76,12 +77,12 @@ CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t s
   scheduling.ties = coin(random) ? Ties::lifo : Ties::fifo;
   scheduling.workers = static_cast<unsigned>(uniform(random, 1, 4));
   const Trace trace = run_random(set, executor, seed, platform, scheduling);
-  std::string wrong = legal(set, trace);
-  if (wrong.empty()) wrong = balanced(set, trace);
-  if (wrong.empty() && executor.traits.many_workers) {
-    wrong = groups_exclusive(set, trace);
+  std::string problem = legal(set, trace);
+  if (problem.empty()) problem = balanced(set, trace);
+  if (problem.empty() && executor.traits.many_workers) {
+    problem = groups_exclusive(set, trace);
   }
-  return result(trace, std::move(wrong));
+  return result(trace, std::move(problem));
 }
 
 std::string rows_of(const TaskSet& set, const Trace& trace) {
@@ -98,14 +99,14 @@ SimulatedThread random_thread(Random& random, unsigned cores) {
   return thread;
 }
 
-/// One of several executors, as drawn.
+/// One randomly drawn executor of several.
 struct DrawnExecutor {
   const ExecutorEntry* entry;
   SchedulerOptions scheduling;
   std::vector<SimulatedThread> threads;
 };
 
-/// Each scheduler knows all tasks and serves its own, or knows only these.
+/// Whether each scheduler knows all tasks and serves its own, or knows only its own.
 enum class Knows : std::uint8_t { all_tasks, its_part };
 
 Trace run_deployment(const TaskSet& set, const std::vector<DrawnExecutor>& drawn,
@@ -140,7 +141,8 @@ Trace run_deployment(const TaskSet& set, const std::vector<DrawnExecutor>& drawn
   return trace;
 }
 
-/// Callback groups spread at random over executors, whose threads run at random priorities on random cores.
+/// Distributes callback groups at random over executors; their threads have random priorities and
+/// cores.
 CaseResult deployment_legal_and_nothing_lost(std::uint64_t seed) {
   Random random(seed);
   const TaskSet set = random_groups(random, random_graph(random, 5, 6, tenths(random, 1, 20)));
@@ -154,7 +156,7 @@ CaseResult deployment_legal_and_nothing_lost(std::uint64_t seed) {
   }
   for (const Task& task : set.tasks) executor_of.push_back(executor_of_group[task.group]);
   std::vector<DrawnExecutor> drawn;
-  bool exclusive = true;  // whether all executors know callback groups
+  bool exclusive = true;  // whether all executors respect callback groups
   for (std::uint32_t e = 0; e < parts; ++e) {
     DrawnExecutor& executor = drawn.emplace_back();
     executor.entry = &executors()[static_cast<std::size_t>(
@@ -166,20 +168,20 @@ CaseResult deployment_legal_and_nothing_lost(std::uint64_t seed) {
     }
   }
   const Trace trace = run_deployment(set, drawn, executor_of, options, seed, Knows::all_tasks);
-  std::string wrong = legal(set, trace);
-  if (wrong.empty()) wrong = balanced(set, trace);
-  if (wrong.empty() && exclusive) wrong = groups_exclusive(set, trace);
+  std::string problem = legal(set, trace);
+  if (problem.empty()) problem = balanced(set, trace);
+  if (problem.empty() && exclusive) problem = groups_exclusive(set, trace);
   const Trace of_parts = run_deployment(set, drawn, executor_of, options, seed, Knows::its_part);
-  if (wrong.empty() && rows_of(set, trace) != rows_of(set, of_parts)) {
-    wrong = "schedulers that know their own tasks alone decide otherwise";
+  if (problem.empty() && rows_of(set, trace) != rows_of(set, of_parts)) {
+    problem = "schedulers that know only their own tasks decide differently";
   }
-  return result(trace, std::move(wrong));
+  return result(trace, std::move(problem));
 }
 
 CaseResult tasks_come_and_go(const ExecutorEntry& executor, std::uint64_t seed) {
   ChangingTasks run(executor, seed);
-  std::string wrong = run.run(400);
-  return {std::move(wrong), run.jobs()};
+  std::string problem = run.run(400);
+  return {std::move(problem), run.jobs()};
 }
 
 CaseResult works_while_a_job_waits(const ExecutorEntry& executor, std::uint64_t seed) {
@@ -190,7 +192,7 @@ CaseResult works_while_a_job_waits(const ExecutorEntry& executor, std::uint64_t 
   return result(trace, work_conserving(trace, 1));
 }
 
-/// With cores for all workers.
+/// Every worker has its own core.
 CaseResult runs_for_the_execution_time(const ExecutorEntry& executor, std::uint64_t seed) {
   Random random(seed);
   const TaskSet set = random_graph(random, 4, 6, 0.8);
@@ -200,7 +202,7 @@ CaseResult runs_for_the_execution_time(const ExecutorEntry& executor, std::uint6
   const UniformTimes times(set, seed);
   for (const JobRecord& r : trace.jobs) {
     if (r.outcome == Outcome::ran && r.finish - r.start != times.of(r.job)) {
-      return result(trace, "not for its execution time: " + describe(r));
+      return result(trace, "did not run for its execution time: " + describe(r));
     }
   }
   return result(trace, {});
@@ -216,7 +218,7 @@ CaseResult reentrant_groups_leave_no_worker_idle(const ExecutorEntry& multi, std
   return result(trace, work_conserving(trace, 3));
 }
 
-/// With the remedy against starvation: whatever becomes ready runs before any other task of its group has run
+/// With the remedy against starvation: a ready task runs before any other task of its group has run
 /// three times.
 CaseResult nobody_is_overtaken_for_ever(const ExecutorEntry& fair, std::uint64_t seed) {
   Random random(seed);
@@ -227,7 +229,7 @@ CaseResult nobody_is_overtaken_for_ever(const ExecutorEntry& fair, std::uint64_t
   for (const JobRecord& waits : trace.jobs) {
     if (!started(waits) && waits.outcome != Outcome::queued) continue;
     const Time until = started(waits) ? waits.start : trace.end;
-    // Of several unread samples a window takes one.
+    // A window takes only one of several unread samples.
     Time from = waits.job.timestamp;
     for (const JobRecord& own : trace.jobs) {
       if (started(own) && own.job.task == waits.job.task && own.start < until)
@@ -243,11 +245,13 @@ CaseResult nobody_is_overtaken_for_ever(const ExecutorEntry& fair, std::uint64_t
   return result(trace, {});
 }
 
-/// Per worker: no job starts while one of higher priority waits, and at most one of lower priority blocks.
+/// Per worker: no job starts while one of higher priority waits, and at most one job of lower
+/// priority blocks.
 CaseResult follows_priorities(const ExecutorEntry& executor, std::uint64_t seed) {
   Random random(seed);
-  // An event takes the oldest unread sample, whichever sample brought it. Under EDF it has that sample's
-  // deadline if nothing is overwritten and the deadlines of a reader's samples never decrease.
+  // An event takes the oldest unread sample, not necessarily the sample that raised it. Under EDF
+  // the event has that sample's deadline only if no sample is overwritten and the deadlines of a
+  // reader's samples never decrease.
   const bool edf = policy_of(executor) == "edf";
   const int timers = number(random, 2, 6), subscriptions = number(random, 0, 6);
   TaskSet set = random_graph(random, timers, subscriptions, tenths(random, 3, 11), 3, edf ? 1 : 2);
@@ -285,7 +289,7 @@ std::string difference(const std::vector<Ran>& a, const std::vector<Ran>& b) {
   return out.str();
 }
 
-/// Section V-A: timers only, every WCET below every period.
+/// Paper, Section V-A: timers only, every WCET shorter than every period.
 CaseResult release_only_equals_release_and_execute(const std::string& policy, std::uint64_t seed) {
   Random random(seed);
   TaskSet set;

@@ -8,25 +8,25 @@
 
 namespace hotpath::test {
 
-/// What came of one random case of a property.
+/// The result of one random case of a property.
 struct CaseResult {
-  std::string wrong;     ///< Empty: the property holds.
-  std::size_t jobs = 0;  ///< Jobs that were looked at.
+  std::string wrong;     ///< The violation; empty if the property holds.
+  std::size_t jobs = 0;  ///< Number of jobs checked.
 };
 
-/// Something that must hold of every schedule of certain executors, whatever the task set.
+/// An invariant of every schedule of certain executors, for any task set.
 struct Property {
   std::string name;     ///< `property/executor`, unique.
-  std::uint64_t cases;  ///< How many the unit tests look at.
-  /// Draws a task set or graph and checks its schedule. A function of the seed alone; may be called by
-  /// several threads at once.
+  std::uint64_t cases;  ///< Number of cases in the unit tests.
+  /// Draws a task set or graph and checks its schedule. Depends only on the seed; several threads
+  /// may call it at once.
   std::function<CaseResult(std::uint64_t seed)> check;
 };
 
-/// All properties that the program looks at.
+/// All properties that the program checks.
 std::vector<Property> properties();
 
-/// What the checks have found out beside, as lines of text.
+/// Additional findings of the checks, as lines of text.
 std::string findings();
 
 }  // namespace hotpath::test

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold of any schedule. Each check returns an empty string, or what is wrong.
+// Invariants of any schedule. Each check returns a description of the violation, or an empty
+// string.
 #pragma once
 
 #include <map>
@@ -12,7 +13,7 @@
 
 namespace hotpath::test {
 
-/// Instant up to which a started job occupied its worker.
+/// The instant until which a started job occupied its worker.
 inline Time busy_until(const JobRecord& r, const Trace& trace) {
   return r.outcome == Outcome::ran ? r.finish : trace.end;
 }
@@ -25,7 +26,7 @@ inline std::string describe(const JobRecord& r) {
   return out.str();
 }
 
-/// What ScheduleCheck says of the records, the end of a live run being one that may have been brought
+/// The result of ScheduleCheck for the records. The end of a live run may have been brought
 /// forward.
 inline std::string legal(const TaskSet& set, const Trace& trace, bool live = false) {
   ScheduleCheck check(set, trace.epoch, trace.end, live);
@@ -45,7 +46,7 @@ inline std::string balanced(const TaskSet& set, const Trace& trace) {
   return {};
 }
 
-/// No job of a mutually exclusive callback group runs while another one of its group does.
+/// No two jobs of a mutually exclusive callback group overlap.
 inline std::string groups_exclusive(const TaskSet& set, const Trace& trace) {
   std::map<std::uint32_t, Time> group_free;
   for (const JobRecord& r : trace.jobs) {
@@ -58,8 +59,9 @@ inline std::string groups_exclusive(const TaskSet& set, const Trace& trace) {
   return {};
 }
 
-/// While a job waits (from its timestamp to its start, or to the end), at least `busy_workers` workers run
-/// jobs all the time. The time between two jobs of one worker must be zero then, so there must be no costs.
+/// While a job waits (from its timestamp to its start, or to the end), at least `busy_workers`
+/// workers run jobs all the time. The platform must have no costs, so that no time passes between
+/// two jobs of a worker.
 inline std::string work_conserving(const Trace& trace, std::size_t busy_workers) {
   std::map<Time, int> change;  // number of running jobs
   for (const JobRecord& r : trace.jobs) {
@@ -67,7 +69,7 @@ inline std::string work_conserving(const Trace& trace, std::size_t busy_workers)
     ++change[r.start];
     --change[busy_until(r, trace)];
   }
-  std::vector<std::pair<Time, int>> running;  // from that instant on
+  std::vector<std::pair<Time, int>> running;  // number from that instant on
   int now_running = 0;
   for (const auto& [t, by] : change) running.emplace_back(t, now_running += by);
   for (const JobRecord& r : trace.jobs) {
@@ -87,8 +89,9 @@ inline std::string work_conserving(const Trace& trace, std::size_t busy_workers)
   return {};
 }
 
-/// Priority of a job under a policy, smaller first, ties left aside: the paper's words, without the library's
-/// priority order. `upstream[task]` are the timers from which samples reach a subscription.
+/// Priority of a job under a policy, smaller first, without ties: implemented from the paper's
+/// text, independently of the library's priority order. `upstream[task]` are the timers from which
+/// samples reach a subscription.
 class PriorityByTheBook {
  public:
   PriorityByTheBook(const TaskSet& set, const std::string& policy) : set_(set), policy_(policy) {
@@ -128,8 +131,8 @@ class PriorityByTheBook {
   std::vector<std::set<TaskId>> upstream_;
 };
 
-/// Per worker: no job starts while one of higher priority is released and waits, and at most one job of lower
-/// priority executes between the release and the start of a job.
+/// Per worker: no job starts while a released job of higher priority waits, and at most one job of
+/// lower priority executes between the release and the start of a job.
 inline std::string priority_driven(const Trace& trace, const PriorityByTheBook& priority,
                                    const std::vector<int>& worker_of_task) {
   struct Entry {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must hold of the schedule of every executor, over thousands of random task sets and random graphs; the
-// program property_search looks at millions.
+// Checks invariants of the schedules of every executor, for thousands of random task sets and
+// graphs; the program property_search checks millions.
 #include "properties.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ TEST_P(EveryProperty, HoldsForRandomTaskSets) {
     ASSERT_EQ(result.wrong, "") << "seed " << seed;
     jobs += result.jobs;
   }
-  EXPECT_GT(jobs, 10 * property.cases) << "hardly anything to look at";
+  EXPECT_GT(jobs, 10 * property.cases) << "too few jobs to check";
 }
 
 INSTANTIATE_TEST_SUITE_P(Registry, EveryProperty, testing::ValuesIn(properties()), [](const auto& param) {

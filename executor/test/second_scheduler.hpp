@@ -8,8 +8,9 @@
 
 namespace hotpath::test {
 
-/// A second road to the schedule of the paper's release-only executors on one core without costs: one list of
-/// released jobs, searched from end to end before every job. Nothing but the clock types is shared.
+/// An independent implementation of the schedule of the paper's release-only executors, on one core
+/// without costs: one list of released jobs, searched completely before every job. It shares only
+/// the clock types with the library.
 class SecondScheduler {
  public:
   SecondScheduler(const TaskSet& set, const std::string& policy, bool subscriptions_first, bool fifo_ties)
@@ -65,7 +66,8 @@ class SecondScheduler {
     std::int64_t activation;
   };
 
-  // Smaller runs first: priority; then subscriptions, the youngest first; then timers by id and timestamp.
+  // Smaller runs first: priority; then subscriptions, youngest first; then timers by id and
+  // timestamp.
   std::tuple<std::int64_t, std::int64_t, std::int64_t, std::int64_t, std::uint64_t> order(
       const Released& r) const {
     const bool timer = set_[r.job.task].kind == TaskKind::timer;
@@ -105,9 +107,9 @@ class SecondScheduler {
   const TaskSet& set_;
   const PriorityByTheBook priority_;
   const bool first_, fifo_;
-  std::vector<std::uint64_t> timestamps_;  // per timer: how many were released
+  std::vector<std::uint64_t> timestamps_;  // released, by timer
   std::vector<std::deque<Job>> unread_;    // per subscription
-  std::vector<std::uint64_t> samples_;     // per subscription: how many arrived
+  std::vector<std::uint64_t> samples_;     // arrived, by subscription
   std::vector<Released> released_;
   std::int64_t activations_ = 0;
 };

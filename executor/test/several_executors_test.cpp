@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several executors on several cores: threads with priorities and processors, against a small model that
-// advances by the millisecond.
+// Several executors on several cores: threads with priorities and processors, compared with a small
+// model that advances by milliseconds.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -11,7 +11,7 @@
 namespace hotpath::test {
 namespace {
 
-/// A single-threaded executor for each timer of `set`, on a thread of its own.
+/// A single-threaded executor with its own thread for each timer of `set`.
 Trace one_executor_each(const TaskSet& set, const std::vector<SimulatedThread>& threads, unsigned cores,
                         Duration duration) {
   std::vector<std::unique_ptr<Scheduler>> schedulers;
@@ -35,7 +35,7 @@ Trace one_executor_each(const TaskSet& set, const std::vector<SimulatedThread>& 
   return trace;
 }
 
-/// Whether the threads can run at the same time, each on a core that it may have.
+/// Whether the threads can run at the same time, each on a core allowed to it.
 bool fit(const std::vector<TaskId>& tasks, const std::vector<SimulatedThread>& threads, unsigned cores) {
   if (tasks.size() > cores) return false;
   std::vector<unsigned> order(cores);
@@ -100,7 +100,7 @@ TEST(PreemptiveFixedPriorities, EqualASecondModelForRandomThreadsOnRandomProcess
     for (const Ran& job : schedule(trace)) simulated[job.task].push_back(job);
     auto expected = by_the_millisecond(set, threads, cores, kDuration);
     for (TaskId id = 0; id < set.size(); ++id) {
-      // A job that ends with the run is over in one of the two only.
+      // Only one of the two models completes a job that ends with the run.
       std::erase_if(expected[id],
                     [&](const Ran& r) { return r.finish == 0ms || r.finish == kDuration * 1ms; });
       ASSERT_EQ(simulated[id], expected[id]) << "seed " << seed << ", task " << id;
@@ -113,7 +113,7 @@ TEST(OrdinaryPolicy, NiceScalesTheTimeSlice) {
   add_timer(set, 1s, 90ms);
   add_timer(set, 1s, 90ms);
   const Trace trace = one_executor_each(set, {{0, -5, 1}, {0, 0, 1}}, 1, 500ms);
-  // 3.05 times as much of the core until the first is done, all of it afterwards.
+  // 3.05 times the share of the core until the first job is done, then all of it.
   EXPECT_NEAR(to_ms(schedule(trace)[0].finish), 90 * (1 + 1 / 3.05), 10);
   EXPECT_EQ(schedule(trace)[1].finish, 180ms);
 }

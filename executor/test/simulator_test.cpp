@@ -59,7 +59,8 @@ TEST(Simulator, RecordsOverwrittenSamplesAndEmptyEvents) {
   const TaskId subscription = add_subscription(set, {publisher}, 1ms);
   set.tasks[subscription].priority = 2;
   const Trace trace = run(set, "fp-ro", 100ms);
-  // Samples 30, 40 and 50 ms catch up after the long job, ahead of their subscription.
+  // The samples of 30, 40 and 50 ms are released after the long job, before their subscription
+  // runs.
   EXPECT_EQ(count(trace, subscription, Outcome::overwritten), 2U);
   EXPECT_EQ(count(trace, subscription, Outcome::empty), 2U);
   EXPECT_EQ(balanced(set, trace), "");
@@ -103,7 +104,7 @@ TEST(Simulator, SameInputGivesTheSameBytes) {
   }
 }
 
-/// Counts to check that each message number meets exactly one end.
+/// Counts message numbers to check that each has exactly one fate.
 class MessageWorkload final : public Workload {
  public:
   explicit MessageWorkload(const TaskSet& set) : set_(set), messages_(set.size()), numbers_(set.size(), 0) {}
@@ -125,14 +126,14 @@ class MessageWorkload final : public Workload {
  private:
   JobRef remove(TaskId subscription, std::uint64_t sequence) {
     auto& unread = messages_[subscription];
-    const auto found = std::find_if(unread.begin(), unread.end(),
+    const auto entry = std::find_if(unread.begin(), unread.end(),
                                     [&](const auto& message) { return message.first == sequence; });
-    if (found == unread.end()) {
+    if (entry == unread.end()) {
       ADD_FAILURE() << "no message " << sequence << " at task " << subscription;
       return {};
     }
-    const JobRef parent = found->second;
-    unread.erase(found);
+    const JobRef parent = entry->second;
+    unread.erase(entry);
     return parent;
   }
   const TaskSet& set_;
@@ -245,7 +246,7 @@ TEST(ReplayedTimes, ReplayOfARunGivesTheSameRun) {
   const Trace trace = simulate_trace(set, executor, {}, original, options);
   const ReplayedTimes replayed(set, trace);
   PublishingWorkload replay(replayed);
-  // The time of the job that the end cut off is not known.
+  // The execution time of the job cut off by the end is unknown.
   options.duration = trace.jobs[trace.jobs.size() - 10].start - Time{};
   const std::vector<Ran> again = schedule(simulate_trace(set, executor, {}, replay, options));
   ASSERT_GT(again.size(), 30U);
@@ -307,7 +308,7 @@ TEST_F(Refusal, OverloadStopsAtTheBacklogAndNamesTheUtilisation) {
 }
 
 TEST_F(Refusal, OverloadByStarvedSubscriptionsStopsToo) {
-  // The raised timer thread leaves nothing of the core to the executor worker.
+  // The raised timer thread leaves no core time for the executor worker.
   set.tasks[0].wcet = 10ms;
   add_subscription(set, {0}, 1ms);
   options.max_backlog = 50;

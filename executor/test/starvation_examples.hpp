@@ -5,7 +5,7 @@
 
 namespace hotpath::test {
 
-/// Periods, work and callback groups of the timers; two threads.
+/// Periods, work and callback groups of the timers; the executor has two threads.
 struct Example {
   int number;
   std::vector<Duration> periods, work;
@@ -18,11 +18,12 @@ inline const std::vector<Example> kExamples = {
     {6, {1s, 1s, 500ms, 5s}, {333ms, 333ms, 334ms, 1ms}, {0, 1, 2, 2}},
 };
 
-/// In time that runs so many times faster.
+/// Scales all times down by this factor.
 inline TaskSet make_set(const Example& example, int faster = 1) {
   TaskSet set;
   for (std::size_t i = 0; i < example.periods.size(); ++i) {
-    // A timer's first release is a period after its creation; the next one is created a little later.
+    // A timer's first release is one period after its creation; the next timer is created a little
+    // later.
     const TaskId id = add_timer(set, example.periods[i] / faster, example.work[i] / faster,
                                 example.periods[i] / faster + static_cast<int>(i) * 50us);
     set.tasks[id].group = example.groups[i];

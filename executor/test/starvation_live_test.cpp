@@ -14,11 +14,11 @@ namespace hotpath::test {
 namespace {
 
 constexpr int kFaster = 10, kTries = 4;
-/// A third of the shortest work that decides which timer starves; shorter stalls change counts, not who
-/// starves.
+/// A third of the shortest work that decides which timer starves; shorter stalls change counts, not
+/// the starving timers.
 constexpr Duration kDisturbed = 10ms;
 
-/// Works until an instant of the clock, and notices when the machine held it up.
+/// Works until an instant of the clock, and detects stalls of the machine.
 class Timers final : public JobHandler {
  public:
   explicit Timers(const TaskSet& set) : set_(set), started(set.size()) {}
@@ -42,7 +42,7 @@ class Timers final : public JobHandler {
   std::atomic<bool> disturbed = false;
 };
 
-/// Jobs of each timer that started; nothing if the machine stood still.
+/// Started jobs by timer; empty if the machine stalled.
 std::optional<std::vector<std::size_t>> try_once(const TaskSet& set, const ExecutorEntry& entry) {
   SchedulerOptions options;
   options.workers = 2;
@@ -60,7 +60,7 @@ std::optional<std::vector<std::size_t>> try_once(const TaskSet& set, const Execu
     logs.push_back(RecordLog<JobRecord>::create(static_cast<char*>(memory.get()) + i * bytes, kCapacity));
   }
   ExecutorOptions threads;
-  threads.executor_threads.policy = {ThreadPolicy::Class::fifo, 1};  // where it is permitted
+  threads.executor_threads.policy = {ThreadPolicy::Class::fifo, 1};  // if permitted
   Executor executor(set, entry.make(set, options), timers, logs, threads);
   const Time epoch = now() + 20ms;
   executor.start(epoch, epoch + (16s + 500ms) / kFaster);
@@ -71,7 +71,7 @@ std::optional<std::vector<std::size_t>> try_once(const TaskSet& set, const Execu
 
 class LiveStarvation : public testing::TestWithParam<Example> {
  protected:
-  /// Nothing if the machine is never quiet for long enough.
+  /// Empty if the machine was never quiet for long enough.
   std::vector<std::size_t> jobs(const char* executor) {
     for (int i = 0; i < kTries; ++i) {
       if (auto counts = try_once(make_set(GetParam(), kFaster), *find_executor(executor))) return *counts;
@@ -89,8 +89,8 @@ TEST_P(LiveStarvation, TheSameTimersStarveAsWithTheRealExecutors) {
     for (std::size_t i = 0; i < live.size(); ++i) {
       const std::string timer = "timer" + std::to_string(i + 1);
       const auto real = row.number<std::size_t>(timer);
-      // Timer 3 of example 5 works for exactly what is left of its period: whether it is due again when it
-      // ends, ahead of timer 4, is a matter of microseconds.
+      // Timer 3 of example 5 works for exactly the rest of its period: microseconds decide whether
+      // it is due again when it ends, ahead of timer 4.
       if (real == 0 && GetParam().number == 5) continue;
       EXPECT_EQ(live[i] == 0, real == 0) << row.text("ros2") << ' ' << timer << ": " << live[i] << " jobs";
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The published examples of starvation in the multi-threaded executor (Teper et al., Thread Carefully, EMSOFT
-// 2024), against the jobs that the real executors of Humble and Jazzy ran (ros2_reference/starvation.csv).
+// The published examples of starvation in the multi-threaded executor (Teper et al., Thread
+// Carefully, EMSOFT 2024), compared with the jobs under the real executors of Humble and Jazzy
+// (ros2_reference/starvation.csv).
 #include <gtest/gtest.h>
 
 #include "hotpath/core/csv.hpp"
@@ -10,7 +11,7 @@
 namespace hotpath::test {
 namespace {
 
-/// Jobs of each timer within 16 s, on two processors with what waiting costs.
+/// Jobs of each timer within 16 s, on two processors with the costs of waiting.
 std::vector<std::size_t> jobs(const Example& example, const std::string& executor) {
   const TaskSet set = make_set(example);
   Platform platform = reference_platform(*find_executor(executor), 1);
@@ -18,7 +19,7 @@ std::vector<std::size_t> jobs(const Example& example, const std::string& executo
   platform.wall_clock_work = true;
   SchedulerOptions two_threads;
   two_threads.workers = 2;
-  // The timers belong to one node and enter the wait set together, out of a hash map.
+  // The timers belong to one node and enter the wait set together, from a hash map.
   if (executor == "multi-jazzy") {
     for (TaskId id = set.size(); id-- > 0;) two_threads.entity_order.push_back(id);
   }

@@ -29,7 +29,8 @@ inline TaskId add_timer(TaskSet& set, Duration period, Duration wcet, Duration p
   return set.size() - 1;
 }
 
-/// Adds a subscription to what `publishers` publish, in a new callback group; returns its id.
+/// Adds a subscription to the publications of `publishers`, in a new callback group; returns its
+/// id.
 inline TaskId add_subscription(TaskSet& set, const std::vector<TaskId>& publishers, Duration wcet,
                                std::uint32_t depth = 1) {
   Task t;
@@ -55,7 +56,7 @@ inline Trace run(const TaskSet& set, const std::string& executor, Duration durat
   return simulate_trace(set, *find_executor(executor), scheduling, workload, options);
 }
 
-/// One job that ran, without what tests of a schedule do not look at.
+/// A finished job, reduced to the fields that schedule tests compare.
 struct Ran {
   TaskId task;
   std::uint64_t sequence;
@@ -94,14 +95,15 @@ inline std::int64_t uniform(Random& random, std::int64_t lowest, std::int64_t hi
   return std::uniform_int_distribution<std::int64_t>(lowest, highest)(random);
 }
 
-/// `n` timers with periods of 5 to 50 ms, any phases, and together about `utilisation`.
+/// `n` timers with periods of 5 to 50 ms, random phases, and a total utilisation of about
+/// `utilisation`.
 inline TaskSet random_timers(Random& random, int n, double utilisation) {
   TaskSet set;
   std::vector<double> share;
   double sum = 0;
   for (int i = 0; i < n; ++i) sum += share.emplace_back(static_cast<double>(uniform(random, 1, 100)));
   for (int i = 0; i < n; ++i) {
-    // Some periods occur more than once, so that ties are met.
+    // Some periods repeat, so that ties occur.
     const Duration period = uniform(random, 0, 3) == 0 ? 10ms : uniform(random, 5'000, 50'000) * 1us;
     const auto wcet_us = static_cast<std::int64_t>(static_cast<double>(period / 1us) * utilisation *
                                                    share[static_cast<std::size_t>(i)] / sum);

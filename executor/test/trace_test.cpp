@@ -168,7 +168,7 @@ TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
   EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31\nrm-ro,0,other,8,21,\n");
 }
 
-TEST(JobsCsv, TellsItsTasksWithoutTheGraph) {
+TEST(JobsCsv, IsReadWithoutTheGraph) {
   TaskSet set;
   add_timer(set, 10ms, 1ms, 5ms);
   add_subscription(set, {add_timer(set, 30ms, 1ms)}, 1ms);
@@ -243,7 +243,7 @@ TEST_F(Accounting, SamplesMatchedAreRanPlusOverwrittenPlusUnreadPlusRunning) {
   for (const Outcome o : {Outcome::ran, Outcome::overwritten, Outcome::queued, Outcome::running}) {
     record(subscription, o);
   }
-  record(subscription, Outcome::empty);  // counts for nothing
+  record(subscription, Outcome::empty);  // does not count
   EXPECT_EQ(account(set, trace)[subscription].expected, 5U);
   EXPECT_FALSE(account(set, trace)[subscription].balanced());
   record(subscription, Outcome::ran);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Text of others as a terminal or a log can show it.
+// Conversion of untrusted text for terminals and logs.
 #include "hotpath/core/utf8.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ TEST(Printable, KeepsUtf8) {
   EXPECT_EQ(printable("", 200), "");
 }
 
-TEST(Printable, EscapesControlCharactersAndWhatIsNoUtf8) {
+TEST(Printable, EscapesControlCharactersAndInvalidUtf8) {
   EXPECT_EQ(printable(std::string("a\0b\n\x1b[2J\x7f", 9), 200), "a\\x00b\\x0a\\x1b[2J\\x7f");
   EXPECT_EQ(printable("\xff\xc3", 200), "\\xff\\xc3");
   EXPECT_EQ(printable("\u009b\u2028\u202e\u2066"), "\\xc2\\x9b\\xe2\\x80\\xa8\\xe2\\x80\\xae\\xe2\\x81\\xa6");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // SingleThreadedExecutor and MultiThreadedExecutor (rclcpp 26.0.0 executor.cpp,
-// allocator_memory_strategy.hpp, multi_threaded_executor.cpp), and the latter from rclcpp 28 on.
+// allocator_memory_strategy.hpp, multi_threaded_executor.cpp), and MultiThreadedExecutor from
+// rclcpp 28 on.
 #include "hotpath/core/wait_set_scheduler.hpp"
 
 #include "hotpath/core/rebuilt_wait_set_scheduler.hpp"
@@ -38,7 +39,7 @@ TEST_F(SingleThreadedExecutor, WhatBecomesReadyAfterThePollingPointWaitsForTheNe
   start();
   EXPECT_EQ(next(0ms), first);  // polling point at 0
   scheduler->sample_arrived(subscription, {}, at(5ms));
-  EXPECT_EQ(next(5ms), second);  // `late` is due and created earlier, but not in the window
+  EXPECT_EQ(next(5ms), second);  // `late` is due and was created earlier, but is not in the window
   EXPECT_EQ(job->release, at(0ms));
   EXPECT_EQ(next(6ms), late);  // next polling point
   EXPECT_EQ(job->release, at(6ms));
@@ -111,7 +112,7 @@ TEST_F(SingleThreadedExecutor, SleepsUntilTheEarliestTimerOrASample) {
   EXPECT_EQ(scheduler->decide(0, at(1ms)).wake_at, at(20ms));
   EXPECT_EQ(scheduler->sample_arrived(subscription, {}, at(2ms)).wake, WorkerSet::of(0));
   EXPECT_EQ(next(2ms), subscription);
-  EXPECT_TRUE(scheduler->sample_arrived(subscription, {}, at(3ms)).wake.empty());  // nobody waits
+  EXPECT_TRUE(scheduler->sample_arrived(subscription, {}, at(3ms)).wake.empty());  // no worker waits
 }
 
 TEST_F(SingleThreadedExecutor, UnfinishedNamesWhatIsDueAndWhatIsUnread) {
@@ -130,7 +131,7 @@ TEST_F(SingleThreadedExecutor, UnfinishedNamesWhatIsDueAndWhatIsUnread) {
 }
 
 TEST(DefaultExecutorAnomaly, ReleaseIsDelayedByAWholeProcessingWindow) {
-  // The timer of 10 ms misses the polling point by a hair and waits for all three long jobs.
+  // The timer of 10 ms just misses the polling point and waits for all three long jobs.
   TaskSet set;
   for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 2ms);
   const TaskId short_period = add_timer(set, 10ms, 1ms, 100us);
@@ -178,7 +179,7 @@ TEST_F(MultiThreadedExecutor, MutuallyExclusiveGroupRunsOneJobAtATime) {
   EXPECT_EQ(running.task, a);
   const Decision blocked = scheduler->decide(1, at(1ms));
   EXPECT_FALSE(blocked.job);
-  EXPECT_EQ(blocked.wake_at, kNever);  // busy groups are left out of the wait
+  EXPECT_EQ(blocked.wake_at, kNever);  // the wait leaves out busy groups
   const Effect effect = scheduler->finished(0, running, at(9ms));
   EXPECT_EQ(effect.wake, WorkerSet::of(1));  // the interrupt guard condition
   EXPECT_EQ(scheduler->decide(1, at(9ms)).job->task, b);
@@ -203,7 +204,7 @@ TEST_F(MultiThreadedExecutor, OnlyOneIdleWorkerWaitsAndHandsTheWaitOn) {
   EXPECT_FALSE(scheduler->decide(1, at(10ms)).job);
 }
 
-TEST_F(MultiThreadedExecutor, TheRemedyKeepsWhatIsBlockedAheadOfWhatIsFoundLater) {
+TEST_F(MultiThreadedExecutor, TheRemedyKeepsBlockedTasksAheadOfTasksFoundLater) {
   const TaskId a = add_timer(set, 10ms, 0ms);
   const TaskId b = add_timer(set, 100ms, 0ms);
   set.tasks[b].group = set.tasks[a].group;
@@ -248,7 +249,7 @@ TEST_F(RebuiltWaitSet, OfTheSnapshotABlockedTimerStaysAndABlockedSubscriptionDoe
   const Job running = *scheduler->decide(0, at(0ms)).job;
   EXPECT_EQ(running.task, blocking);
   const Job beside = *scheduler->decide(1, at(1ms)).job;
-  EXPECT_EQ(beside.task, other);  // looked at `timer`, which stays, and at `blocked`, which does not
+  EXPECT_EQ(beside.task, other);  // saw `timer`, which stays, and `blocked`, which is dropped
   scheduler->finished(0, running, at(2ms));
   const Job from_snapshot = *scheduler->decide(0, at(2ms)).job;
   EXPECT_EQ(from_snapshot.task, timer);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks for a counter-example to the properties of schedules among random task sets and graphs, as many as
-// one has time for, on this machine or, started by mpirun, on several.
+// Searches random task sets and graphs for a counter-example to the properties of schedules, on
+// this machine or, under mpirun, on several.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -28,13 +28,13 @@ struct Options {
   std::string program;
 };
 
-/// Sets of one cell: so many that handing it out costs nothing beside them.
+/// Task sets per cell: enough to make the cost of handing out a cell negligible.
 constexpr std::uint64_t kSetsOfACell = 64;
 
-/// What was found in some sets; of two counter-examples the first counts.
+/// The results of some task sets; of two counter-examples the first one counts.
 struct Found {
   std::uint64_t jobs = 0;
-  std::uint64_t set = std::numeric_limits<std::uint64_t>::max();  ///< Of the counter-example.
+  std::uint64_t set = std::numeric_limits<std::uint64_t>::max();  ///< Task set of the counter-example.
   std::string wrong;
 
   [[nodiscard]] std::string packed() const {
@@ -83,23 +83,23 @@ class Search {
   const Property& property_of(std::uint64_t set) const { return properties_[set % properties_.size()]; }
   std::uint64_t seed_of(std::uint64_t set) const { return options_.seed + set / properties_.size(); }
 
-  /// The sets go round the properties.
+  /// Checks the task sets of one cell; consecutive sets alternate between the properties.
   Found look_at(std::uint64_t cell) const {
-    Found found;
+    Found results;
     const std::uint64_t end = std::min(options_.sets, (cell + 1) * kSetsOfACell);
     for (std::uint64_t set = cell * kSetsOfACell; set < end; ++set) {
       const CaseResult result = property_of(set).check(seed_of(set));
-      found.jobs += result.jobs;
+      results.jobs += result.jobs;
       if (result.wrong.empty()) continue;
-      found.set = set;
-      found.wrong = result.wrong;
+      results.set = set;
+      results.wrong = result.wrong;
       break;
     }
-    return found;
+    return results;
   }
 
-  /// Whether every set before the counter-example was looked at, so that the one reported does not depend on
-  /// threads or ranks.
+  /// Whether every task set before the counter-example was checked, so that the reported one does
+  /// not depend on threads or ranks.
   bool first_is_known() const {
     if (found_.wrong.empty()) return false;
     const std::uint64_t cell = found_.set / kSetsOfACell;
@@ -148,20 +148,22 @@ int main(int argc, char** argv) {
   Options options;
   options.program = argv[0];
   CLI::App app(
-      "Looks for a counter-example to the properties of schedules. Exit codes: 0 none found, 1 found, 2 "
+      "Searches for a counter-example to the properties of schedules. Exit codes: 0 none found, 1 found, 2 "
       "wrong use");
-  app.add_option("--sets", options.sets, "Random task sets and graphs in all")
+  app.add_option("--sets", options.sets, "Total number of random task sets and graphs")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40).description(""));
-  app.add_option("--seed", options.seed, "Of the first set of each property")
+  app.add_option("--seed", options.seed, "Seed of the first task set of each property")
       ->type_name("N")
       ->capture_default_str();
-  app.add_option("--threads", options.threads, "0: one for each processor; the result does not depend on it")
+  app.add_option("--threads", options.threads,
+                 "Number of threads; 0: one per processor; does not affect the result")
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(0U, 1024U).description(""));
-  app.add_option("--only", options.only, "One property, as in the report of a counter-example")
+  app.add_option("--only", options.only,
+                 "Check only this property, named as in the report of a counter-example")
       ->type_name("NAME")
       ->check(CLI::IsMember(names).description(""));
   try {

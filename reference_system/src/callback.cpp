@@ -22,7 +22,7 @@ Callback timer_of(const Node& node) {
   return timer;
 }
 
-/// What jobs of an input, or of the timer, of one of the six types publish.
+/// The publications of jobs of an input, or of the timer, of a node of the six types.
 std::vector<Publication> publications_of(const Node& node, std::optional<std::uint32_t> input) {
   const bool silent = node.type == NodeType::command || (node.type == NodeType::cyclic && input);
   if (silent || node.outputs.empty()) return {};

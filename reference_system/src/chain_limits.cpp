@@ -27,7 +27,8 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
              next.end();
     });
   };
-  // A chain has no cycle: a node's longest branch is its own work and that of its longest predecessor.
+  // A chain has no cycle: a node's longest branch is its own work plus that of its longest
+  // predecessor.
   std::map<std::size_t, Duration> longest;
   const std::function<Duration(std::size_t)> finish = [&](std::size_t node) {
     if (const auto known = longest.find(node); known != longest.end()) return known->second;

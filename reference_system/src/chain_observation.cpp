@@ -60,9 +60,9 @@ std::optional<Time> ChainJoin::source_timestamp(TaskId timer, bool names_job, st
   const SourceJobs& jobs = source_jobs_[timer];
   std::size_t place = sequence;
   if (names_job) {
-    const auto found = std::lower_bound(jobs.sequences.begin(), jobs.sequences.end(), sequence);
-    if (found == jobs.sequences.end() || *found != sequence) return std::nullopt;
-    place = static_cast<std::size_t>(found - jobs.sequences.begin());
+    const auto job = std::lower_bound(jobs.sequences.begin(), jobs.sequences.end(), sequence);
+    if (job == jobs.sequences.end() || *job != sequence) return std::nullopt;
+    place = static_cast<std::size_t>(job - jobs.sequences.begin());
   }
   return place < jobs.timestamps.size() ? std::optional(jobs.timestamps[place]) : std::nullopt;
 }
@@ -89,8 +89,8 @@ ChainRecord ChainJoin::join(const ChainObservation& o) const {
 }
 
 std::optional<Time> ChainJoin::sink_timestamp(JobRef job) const {
-  const auto found = sink_jobs_.find({job.task, job.sequence});
-  return found == sink_jobs_.end() ? std::nullopt : std::optional(found->second.timestamp);
+  const auto entry = sink_jobs_.find({job.task, job.sequence});
+  return entry == sink_jobs_.end() ? std::nullopt : std::optional(entry->second.timestamp);
 }
 
 std::vector<ChainRecord> join_chains(const Graph& graph, const GraphTasks& tasks, const Trace& trace,

@@ -18,7 +18,7 @@ namespace {
 
 using Class = ThreadPolicy::Class;
 
-/// The executor's words for policies.
+/// The executor's names of policies.
 constexpr std::array kPolicies = {
     EnumText<Class>{Class::other, "SCHED_OTHER"}, EnumText<Class>{Class::batch, "SCHED_BATCH"},
     EnumText<Class>{Class::idle, "SCHED_IDLE"},   EnumText<Class>{Class::fifo, "SCHED_FIFO"},
@@ -26,7 +26,7 @@ constexpr std::array kPolicies = {
 
 std::string absolute(const std::string& name) { return name.starts_with('/') ? name : "/" + name; }
 
-/// As rclcpp hands the callbacks of a group out: first its subscriptions, then its timers.
+/// Lists the callbacks of a group like rclcpp: first its subscriptions, then its timers.
 std::string id_of_group(const Graph& graph, const GraphTasks& tasks, std::uint32_t group) {
   std::string node, subscriptions, timers;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
@@ -43,7 +43,7 @@ std::string id_of_group(const Graph& graph, const GraphTasks& tasks, std::uint32
   return node + subscriptions + timers;
 }
 
-/// Without what this program's nodes do not have.
+/// Removes the entities that this program's nodes do not have.
 std::string comparable(const std::string& id) {
   std::string kept;
   for (std::size_t at = 0; at <= id.size();) {
@@ -100,10 +100,10 @@ class CieReader {
     }
   }
 
-  /// None for a group of services alone.
+  /// Empty for a group that only has services.
   std::set<std::uint32_t> executors_of(const YamlValue& id) const {
     const std::string wanted = comparable(id.text());
-    if (const auto found = executors_of_.find(wanted); found != executors_of_.end()) return found->second;
+    if (const auto entry = executors_of_.find(wanted); entry != executors_of_.end()) return entry->second;
     std::vector<std::string> known;
     for (const auto& [of_group, executors] : executors_of_) known.push_back(of_group);
     const bool without_callbacks = wanted.find('@') == std::string::npos && wanted != id.text();
@@ -128,7 +128,7 @@ class CieReader {
       try {
         check_budget(policy);
       } catch (const std::invalid_argument& error) {
-        map.fail(error.what(), "all three are nanoseconds");
+        map.fail(error.what(), "give all three in nanoseconds");
       }
     } else if (policy.ordinary()) {
       // Older versions call the nice value `priority`.
@@ -183,9 +183,9 @@ void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, c
     const std::uint32_t executor = deployment.executor_of[id], group = tasks.set[id].group;
     if (executor_of_group.emplace(group, executor).first->second != executor ||
         group_of_executor.emplace(executor, group).first->second != group) {
-      throw std::invalid_argument("deployment " + deployment.name + ": executor " +
-                                  deployment.executors[executor].name +
-                                  " is not that of one callback group, as CallbackIsolatedExecutor has them");
+      throw std::invalid_argument(
+          "deployment " + deployment.name + ": executor " + deployment.executors[executor].name +
+          " does not serve exactly one callback group, as CallbackIsolatedExecutor requires");
     }
   }
   out << "callback_groups:\n";

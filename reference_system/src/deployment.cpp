@@ -25,7 +25,7 @@ Deployment isolated(const Graph& graph, const GraphTasks& tasks) {
   return d;
 }
 
-/// Groups of one executor each; that of a reentrant group has four threads (tier4's
+/// One executor per callback group; the executor of a reentrant group has four threads (tier4's
 /// callback_isolated_executor).
 Deployment callback_isolated(const Graph& graph, const GraphTasks& tasks) {
   Deployment d;
@@ -44,7 +44,7 @@ Deployment callback_isolated(const Graph& graph, const GraphTasks& tasks) {
   return d;
 }
 
-/// The shortest period from which data reaches each task.
+/// By task: the shortest period of the timers whose data reaches it.
 std::vector<Duration> rates(const TaskSet& set) {
   std::vector<Duration> period;
   for (const Task& task : set.tasks) {
@@ -78,7 +78,7 @@ Deployment rate_monotonic_threads(const Graph&, const GraphTasks& tasks) {
 
 constexpr std::array kPresets = {
     DeploymentPreset{"single", "one default executor for all nodes", single},
-    DeploymentPreset{"isolated", "a default executor on a thread of its own for each node", isolated},
+    DeploymentPreset{"isolated", "a default executor with its own thread for each node", isolated},
     DeploymentPreset{"cie", "CallbackIsolatedExecutor: a default executor for each callback group",
                      callback_isolated},
     DeploymentPreset{"rm-threads", "a SCHED_FIFO thread for each task, rate monotonic: fully preemptive",
@@ -88,11 +88,11 @@ constexpr std::array kPresets = {
 }  // namespace
 
 std::vector<std::size_t> Deployment::executors_in(std::uint32_t process) const {
-  std::vector<std::size_t> found;
+  std::vector<std::size_t> indices;
   for (std::size_t e = 0; e < executors.size(); ++e) {
-    if (executors[e].process == process) found.push_back(e);
+    if (executors[e].process == process) indices.push_back(e);
   }
-  return found;
+  return indices;
 }
 
 std::vector<std::uint32_t> Deployment::process_of(const Graph& graph, const GraphTasks& tasks) const {

@@ -21,8 +21,8 @@ void check_affinity(const DeployedExecutor& executor, const std::string& file) {
   const bool deadline = executor.policy.scheduling_class == ThreadPolicy::Class::deadline;
   if (!deadline || executor.processors.empty()) return;
   throw InputError(file, executor.line,
-                   "executor " + executor.name + ": Linux binds no SCHED_DEADLINE thread to processors",
-                   "leave the processors or the policy out");
+                   "executor " + executor.name + ": Linux cannot pin SCHED_DEADLINE threads to processors",
+                   "remove `processors` or `policy`");
 }
 
 namespace {
@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 constexpr const char* kDeploymentRemedy =
     "a deployment is one YAML map that begins with `name: NAME` and lists `executors`";
 
-/// The file's content; keeps a pointer to `path`.
+/// Parses the file; keeps a pointer to `path`.
 YamlMap read_deployment(const std::string& path) {
   YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), kDeploymentRemedy), "the deployment", 1),
               "the deployment");
@@ -108,13 +108,13 @@ class DeploymentReader {
     deployment_.executors.push_back(std::move(executor));
   }
 
-  /// Numbers processes in the order in which executors name them.
+  /// Numbers processes in the order of their first mention.
   std::uint32_t process(const std::optional<YamlValue>& given) {
     const std::string name = given ? given->long_name() : "";
     std::vector<std::string>& all = deployment_.processes;
     if (deployment_.executors.empty()) all = {name};
-    const auto found = std::ranges::find(all, name);
-    if (found == all.end()) all.push_back(name);
+    const auto existing = std::ranges::find(all, name);
+    if (existing == all.end()) all.push_back(name);
     return static_cast<std::uint32_t>(std::ranges::find(all, name) - all.begin());
   }
 
@@ -131,14 +131,14 @@ class DeploymentReader {
         if (owner != kNobody) {
           const std::string& first = owner == index ? executor : deployment_.executors[owner].name;
           item.fail("callback groups of " + item.text() + " belong to executor " + first + " already",
-                    "take them out of one of the two");
+                    "remove them from one of the two");
         }
         owner = index;
       }
     }
   }
 
-  /// Of `NODE`, or of `NODE/GROUP`.
+  /// The callback groups of `NODE` or `NODE/GROUP`.
   std::set<std::uint32_t> groups(const YamlValue& item) const {
     const std::string text = item.text(), name = text.substr(0, text.find('/'));
     const Node* node = graph_.find(name);
@@ -150,15 +150,15 @@ class DeploymentReader {
     const std::set<std::uint32_t>& all = groups_[static_cast<std::size_t>(node - graph_.nodes.data())];
     if (name == text) return all;
     const std::string group = text.substr(name.size() + 1);
-    const auto found = std::ranges::find(node->group_names, group);
-    if (found == node->group_names.end()) {
+    const auto group_name = std::ranges::find(node->group_names, group);
+    if (group_name == node->group_names.end()) {
       item.fail("node " + name + " has no callback group " + group, suggest(group, node->group_names));
     }
-    // A group without callbacks has no task that anybody could run.
+    // A group without callbacks has no tasks.
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
       const TaskOrigin& origin = tasks_.origin[id];
       const bool of_node = &graph_.nodes[origin.node] == node;
-      if (!of_node || tasks_.callbacks[id].group != found - node->group_names.begin()) continue;
+      if (!of_node || tasks_.callbacks[id].group != group_name - node->group_names.begin()) continue;
       return {tasks_.set[id].group};
     }
     return {};
@@ -218,14 +218,14 @@ Deployment find_deployment(const std::string& name_or_path, const Graph& graph, 
   }
   if (is_yaml_path(name_or_path)) return DeploymentReader(name_or_path, graph, tasks).read();
   const auto files = deployment_files();
-  if (const auto found = files.find(name_or_path); found != files.end()) {
-    return DeploymentReader(found->second, graph, tasks).read();
+  if (const auto entry = files.find(name_or_path); entry != files.end()) {
+    return DeploymentReader(entry->second, graph, tasks).read();
   }
   std::vector<std::string> names;
   for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);
   for (const auto& [name, file] : files) names.push_back(name);
   throw InputError(name_or_path, 0, "there is no deployment of this name",
-                   suggest(name_or_path, names) + " (a file is given with its extension .yaml)");
+                   suggest(name_or_path, names) + " (to give a file, include its extension .yaml)");
 }
 
 std::vector<DeploymentListing> list_deployment_files() {

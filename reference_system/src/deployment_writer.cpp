@@ -23,7 +23,7 @@ class Owners {
     }
   }
 
-  /// What `owns` lists of an executor; `rest` where it owns a group that has no name of its own.
+  /// Writes the value of an executor's `owns`; `rest` if it owns an unnamed group.
   void write(YAML::Emitter& out, std::uint32_t executor, bool alone) {
     std::vector<std::string> owned;
     bool rest = alone;

@@ -8,8 +8,8 @@ namespace hotpath {
 
 namespace {
 
-/// The tasks that a task's data reaches next, by way of others of its node only where they lead further than
-/// it does itself: not the other inputs of a fusion.
+/// The tasks that a task's data reaches next. Includes other tasks of its node only if they lead
+/// further than the task itself: not the other inputs of a fusion.
 std::vector<TaskId> next_of(const GraphTasks& tasks, TaskId id) {
   const std::vector<TaskId>& own = tasks.set[id].feeds;
   std::vector<TaskId> next = tasks.downstream(id);
@@ -75,11 +75,11 @@ class LargestPaths {
   const std::vector<std::vector<TaskId>>& downstream_;
   std::vector<State> state_;
   std::vector<std::vector<TaskId>> edges_;
-  std::vector<TaskId> order_;  // each after all that it leads to
+  std::vector<TaskId> order_;  // each task follows the tasks that it leads to
   std::vector<Path> paths_;
 };
 
-/// The task where its node has several callbacks of its own, else the node.
+/// The task's name if its node is of type `callbacks`, otherwise the node's name.
 std::string name_in_chain(const Graph& graph, const GraphTasks& tasks, TaskId id) {
   const Node& node = graph.nodes[tasks.origin[id].node];
   return node.type == NodeType::callbacks ? tasks.set[id].name : node.name;
@@ -90,7 +90,7 @@ Chain chain_along(const Graph& graph, const GraphTasks& tasks, const Path& path,
   chain.name = "chain_" + std::to_string(number);
   for (const TaskId id : path.tasks) {
     const std::string name = name_in_chain(graph, tasks, id);
-    // A cyclic node is on the path with two tasks.
+    // A cyclic node has two tasks on the path.
     if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end()) {
       chain.nodes.push_back(name);
     }

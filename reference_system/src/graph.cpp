@@ -29,7 +29,7 @@ bool contains(const std::vector<std::uint32_t>& list, std::uint32_t value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
-/// Rates by recursion from a task to the tasks that publish its topic.
+/// Computes rates recursively, from a task to the tasks that publish its topic.
 class Rates {
  public:
   explicit Rates(const GraphTasks& tasks)
@@ -60,7 +60,7 @@ class Rates {
 
   double activations(TaskId id) {
     if (activations_[id] != kUnknown) return activations_[id];
-    activations_[id] = 0;  // what only waits for itself never happens
+    activations_[id] = 0;  // a task that waits only for itself never runs
     const Task& task = tasks_.set[id];
     double sum = task.kind == TaskKind::timer ? 1e9 / static_cast<double>(task.period.count()) : 0;
     for (const auto& [from, p] : publishers_[id])
@@ -71,7 +71,7 @@ class Rates {
   double publications(TaskId id, const Publication& publication) {
     if (publication.rule == PublishRule::every) return activations(id) / publication.n;
     if (publication.rule != PublishRule::all_new) return activations(id);
-    // One of the callbacks completes each set; which one depends on phases.
+    // One callback completes each set; which one depends on the phases.
     double slowest = activations(id);
     std::size_t sharers = 0;
     const TaskId first = id - tasks_.origin[id].callback;
@@ -107,9 +107,8 @@ void scale(Callback& callback, double factor) {
 
 const Node* Graph::find(const std::string& node_or_task) const {
   const std::string_view wanted = std::string_view(node_or_task).substr(0, node_or_task.find('/'));
-  const auto found =
-      std::find_if(nodes.begin(), nodes.end(), [&](const Node& n) { return n.name == wanted; });
-  return found == nodes.end() ? nullptr : &*found;
+  const auto node = std::find_if(nodes.begin(), nodes.end(), [&](const Node& n) { return n.name == wanted; });
+  return node == nodes.end() ? nullptr : &*node;
 }
 
 bool Graph::has_callbacks() const {
@@ -184,8 +183,7 @@ void scale_to_load(Graph& graph, double percent) {
   const double load = load_percent(graph);
   if (load == 0 && percent > 0) {
     throw std::invalid_argument("graph " + graph.name +
-                                " has no work that could be scaled to a load; give its " +
-                                "nodes execution times, or ask for no load");
+                                " has no work to scale; give its nodes execution times, or omit the load");
   }
   const double factor = percent == 0 ? 0 : percent / load;
   for (Node& node : graph.nodes) {

@@ -23,7 +23,7 @@ const Words kSubscriptionKeys = {"subscription",      "depth", "priority",
                                  "execution_time_ms", "group", "publishes"};
 const std::string kColumn = "execution_time_ms";
 
-/// The column execution_time_ms of a CSV file.
+/// Reads the column execution_time_ms of a CSV file.
 Values read_values(const std::filesystem::path& path) {
   CsvReader rows(path, CsvLayout::by_hand);
   const std::size_t column = rows.column(kColumn);
@@ -37,7 +37,7 @@ Values read_values(const std::filesystem::path& path) {
     values.push_back(*value);
   }
   if (values.empty())
-    rows.fail("there is no execution time in this file", "add a line for each measured one");
+    rows.fail("the file has no execution time", "add a line for each measured execution time");
   return values;
 }
 
@@ -54,7 +54,7 @@ class CallbackParser {
       maps.emplace_back(value, "a callback of " + what_);
       parse_callback(maps.back());
     }
-    // Only now all inputs are known.
+    // Parsed last, because `publishes` may name any input.
     for (std::size_t i = 0; i < maps.size(); ++i) {
       if (const auto given = maps[i].find("publishes")) parse_publishes(*given, node_.callbacks[i]);
     }
@@ -133,7 +133,7 @@ class CallbackParser {
     callback.measured = std::make_shared<const Values>(std::move(values));
   }
 
-  /// `min` and `max` alone are a range.
+  /// `min` and `max` without other quantiles are a range.
   static void parse_quantiles(const YamlMap& map, Callback& callback) {
     constexpr std::array<std::pair<const char*, double>, 5> kQuantiles = {
         {{"min", 0}, {"p50", 50}, {"p95", 95}, {"p99", 99}, {"max", 100}}};
@@ -146,7 +146,7 @@ class CallbackParser {
       if (!given) continue;
       const Duration time = given->milliseconds(true);
       if (!quantiles.empty() && time < quantiles.back().time) {
-        map.fail(map.what() + " has a `" + previous + "` above its `" + key + "`", "exchange them");
+        map.fail(map.what() + " has a `" + previous + "` above its `" + key + "`", "swap them");
       }
       quantiles.push_back({percent, time});
       previous = key;
@@ -161,15 +161,15 @@ class CallbackParser {
   std::uint32_t group_of(const YamlMap& map) {
     if (const auto given = map.find("group")) {
       const std::string name = given->text();
-      const auto found = std::find(node_.group_names.begin(), node_.group_names.end(), name);
-      if (found == node_.group_names.end()) {
+      const auto position = std::find(node_.group_names.begin(), node_.group_names.end(), name);
+      if (position == node_.group_names.end()) {
         given->fail(map.what() + " is in group " + name + ", which is not among `groups` of " + what_,
                     node_.group_names.empty() ? "add `groups: {" + name + ": reentrant}` to the node"
                                               : suggest(name, node_.group_names));
       }
-      return static_cast<std::uint32_t>(found - node_.group_names.begin());
+      return static_cast<std::uint32_t>(position - node_.group_names.begin());
     }
-    // All others are in one group, as rclcpp's nodes have it.
+    // All other callbacks share one group, like in rclcpp's nodes.
     if (node_.groups.size() == node_.group_names.size())
       node_.groups.push_back(CallbackGroup::mutually_exclusive);
     return static_cast<std::uint32_t>(node_.group_names.size());
@@ -221,20 +221,20 @@ class CallbackParser {
     }
   }
 
-  std::vector<std::uint32_t> inputs_of(const YamlValue& value, const std::string& what) const {
+  std::vector<std::uint32_t> inputs_of(const YamlValue& value, const std::string& subject) const {
     Words topics;
     for (const Input& input : node_.inputs) topics.push_back(input.topic);
     std::vector<std::uint32_t> inputs;
-    for (const YamlValue& item : value.list("an input of " + what)) {
+    for (const YamlValue& item : value.list("an input of " + subject)) {
       const std::string topic = item.topic();
-      const auto found = std::find(topics.begin(), topics.end(), topic);
-      if (found == topics.end()) {
-        item.fail(what + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
+      const auto position = std::find(topics.begin(), topics.end(), topic);
+      if (position == topics.end()) {
+        item.fail(subject + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
                   suggest(topic, topics));
       }
-      const auto index = static_cast<std::uint32_t>(found - topics.begin());
+      const auto index = static_cast<std::uint32_t>(position - topics.begin());
       if (std::find(inputs.begin(), inputs.end(), index) != inputs.end()) {
-        item.fail(what + " names topic " + topic + " twice", "name each input once");
+        item.fail(subject + " names topic " + topic + " twice", "name each input once");
       }
       inputs.push_back(index);
     }

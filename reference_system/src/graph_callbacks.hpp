@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// Most samples that a subscription keeps.
+/// Limit of a subscription's history depth.
 inline constexpr std::int64_t kMaxDepth = 1000;
 
 /// Reads groups, callbacks, inputs and outputs of a node of type `callbacks` from its map in `file`. Throws

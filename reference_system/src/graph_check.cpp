@@ -42,7 +42,7 @@ class Check {
       const auto [previous, is_new] = index_.emplace(name, n);
       if (!is_new) {
         fail(source_.nodes[n].node, "there are two nodes with the name " + name,
-             "rename this one or that in line " + std::to_string(source_.nodes[previous->second].node));
+             "rename this node or the node in line " + std::to_string(source_.nodes[previous->second].node));
       }
       names_.push_back(name);
     }
@@ -65,7 +65,7 @@ class Check {
              "node " + node.name + " publishes topic " + topic + ", as node " +
                  graph_.nodes[first->second].name + " does (line " +
                  std::to_string(source_.nodes[first->second].node) + ")",
-             "publish another topic, or, if it is meant, allow it with `topics: {" + topic +
+             "publish another topic, or allow several publishers with `topics: {" + topic +
                  ": {publishers: many}}`");
       }
     }
@@ -86,7 +86,7 @@ class Check {
         if (!published.contains(topic)) {
           const auto best = nearest(topic, topics_);
           fail(line,
-               "node " + graph_.nodes[n].name + " subscribes to topic " + topic + ", which nobody publishes",
+               "node " + graph_.nodes[n].name + " subscribes to topic " + topic + ", which no node publishes",
                best ? "did you mean `" + *best + "`?" : "add a node with `output: " + topic + "`");
         }
         if (!seen.insert(topic).second) {
@@ -97,8 +97,8 @@ class Check {
     }
   }
 
-  /// Subscriptions whose jobs lead to jobs of each other for ever. What is left when all tasks without an
-  /// upstream task have been removed again and again is a cycle or lies behind one.
+  /// Finds subscriptions that activate each other for ever. Repeatedly removing all tasks without
+  /// an upstream task leaves the tasks that are in a cycle or downstream of one.
   void cycles() const {
     const TaskId count = tasks_.set.size();
     TaskLists upstream(count);
@@ -122,7 +122,7 @@ class Check {
     }
     if (left == 0) return;
 
-    // Each task that is left has an upstream task that is left: walking upstream ends in the cycle.
+    // Each remaining task has a remaining upstream task, so walking upstream ends in the cycle.
     const auto is_left = [&](TaskId id) { return open[id] > 0; };
     TaskId id = 0;
     while (!is_left(id)) ++id;
@@ -142,11 +142,12 @@ class Check {
          "cut it at a cyclic node, or take this input from another topic");
   }
 
-  /// Bounds the entries of each message: its own, and all that the messages carry that its job has merged.
+  /// Bounds the entries of each message: its own entry, and those of all messages that its job
+  /// merges.
   void histories() const {
     const TaskId count = tasks_.set.size();
-    std::vector<std::set<std::uint32_t>> nodes(count);  // that a message at this input can have visited
-    std::vector<std::size_t> entries(count, 0);         // most that one message at this input carries
+    std::vector<std::set<std::uint32_t>> nodes(count);  // nodes that a message at this input can have visited
+    std::vector<std::size_t> entries(count, 0);  // largest number of entries of one message at this input
     for (bool changed = true; changed;) {
       changed = false;
       for (TaskId id = 0; id < count; ++id) {
@@ -158,8 +159,8 @@ class Check {
           merged.insert(nodes[input].begin(), nodes[input].end());
           sum += entries[input];
         }
-        // Several publishers of one topic make `merged` larger than any one message, fusions of one origin
-        // `sum`.
+        // With several publishers of one topic, `merged` overestimates any one message; with
+        // fusions of one origin, `sum` does.
         const std::size_t most = std::min(sum, merged.size()) + 1;
         merged.insert(origin.node);
         if (most > kMaxHistory) {
@@ -183,40 +184,42 @@ class Check {
   void chain(std::size_t c) {
     const Chain& chain = graph_.chains[c];
     const ChainLines& lines = source_.chains[c];
-    const std::string what = "chain " + chain.name;
+    const std::string subject = "chain " + chain.name;
     for (std::size_t other = 0; other < c; ++other) {
       if (graph_.chains[other].name == chain.name)
         fail(lines.chain, "there are two chains " + chain.name, "rename one");
     }
     std::set<TaskId> members;
     for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
-      for (const TaskId id : tasks_of(chain.nodes[i], what, lines.nodes[i])) {
+      for (const TaskId id : tasks_of(chain.nodes[i], subject, lines.nodes[i])) {
         if (members.insert(id).second) continue;
-        fail(lines.nodes[i], what + " lists node " + chain.nodes[i] + " twice", "list each node once");
+        fail(lines.nodes[i], subject + " lists node " + chain.nodes[i] + " twice", "list each node once");
       }
     }
     const auto require_member = [&](const std::string& name, int line) {
-      const std::vector<TaskId> named = tasks_of(name, what, line);
+      const std::vector<TaskId> named = tasks_of(name, subject, line);
       if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end())
-        fail(line, "node " + name + " is missing in `nodes` of " + what, "list it there");
+        fail(line, "node " + name + " is missing in `nodes` of " + subject, "list it there");
       return named;
     };
     const std::vector<TaskId> sink = require_member(chain.sink, lines.sink);
     const auto stores_only = [&](TaskId id) { return tasks_.callbacks[id].stores_only; };
     if (std::all_of(sink.begin(), sink.end(), stores_only)) {
-      fail(lines.sink, "sink " + chain.sink + " of " + what + " only stores its samples for other callbacks",
+      fail(lines.sink,
+           "sink " + chain.sink + " of " + subject + " only stores its samples for other callbacks",
            "name the node, or the task that publishes them");
     }
     if (chain.sources.size() > kMaxSources) {
-      fail(lines.sources[kMaxSources], what + " has " + std::to_string(chain.sources.size()) + " sources",
+      fail(lines.sources[kMaxSources], subject + " has " + std::to_string(chain.sources.size()) + " sources",
            "list at most " + std::to_string(kMaxSources));
     }
     for (std::size_t i = 0; i < chain.sources.size(); ++i) {
       const std::string& source = chain.sources[i];
-      const TaskId start = start_of(require_member(source, lines.sources[i]), source, what, lines.sources[i]);
+      const TaskId start =
+          start_of(require_member(source, lines.sources[i]), source, subject, lines.sources[i]);
       if (!reaches(start, sink, members)) {
         fail(lines.sources[i],
-             "sink " + chain.sink + " of " + what + " cannot be reached from source " + source +
+             "sink " + chain.sink + " of " + subject + " cannot be reached from source " + source +
                  " along its nodes",
              "list all nodes between them in `nodes`, or choose another sink");
       }
@@ -229,7 +232,7 @@ class Check {
     return named;
   }
 
-  /// The task in which the data of a chain begins: the only timer, or the one that is named.
+  /// The task where the data of a chain begins: the only timer, or the named task.
   TaskId start_of(std::vector<TaskId> tasks, const std::string& source, const std::string& chain,
                   int line) const {
     if (tasks.size() == 1 && source == tasks_.set[tasks.front()].name) return tasks.front();
@@ -246,7 +249,7 @@ class Check {
     return tasks.front();
   }
 
-  /// Whether data flows from a timer to one of the tasks `to` by way of members only.
+  /// Whether data flows from a timer to one of the tasks `to`, through members only.
   bool reaches(TaskId from, const std::vector<TaskId>& to, const std::set<TaskId>& members) const {
     std::vector<bool> seen(tasks_.set.size(), false);
     std::vector<TaskId> pending = {from};

@@ -69,41 +69,41 @@ Input parse_input(const YamlValue& value, const std::string& node, std::uint32_t
   return input;
 }
 
-void parse_inputs(const YamlMap& map, const std::string& what, Node& node, NodeLines& lines) {
+void parse_inputs(const YamlMap& map, const std::string& subject, Node& node, NodeLines& lines) {
   const std::uint32_t depth = default_depth(node.type);
   const auto one = map.find("input");
   const auto many = map.find("inputs");
   if (one && many)
-    map.fail(what + " has both `input` and `inputs`", "keep `inputs` for a list, `input` for one");
+    map.fail(subject + " has both `input` and `inputs`", "keep `inputs` for a list, `input` for one");
   std::vector<YamlValue> values;
   if (one) values.push_back(*one);
-  if (many) values = many->list("an input of " + what);
+  if (many) values = many->list("an input of " + subject);
   for (const YamlValue& value : values) {
-    node.inputs.push_back(parse_input(value, what, depth));
+    node.inputs.push_back(parse_input(value, subject, depth));
     lines.inputs.push_back(value.line());
   }
   const std::string count =
       std::to_string(node.inputs.size()) + (node.inputs.size() == 1 ? " input" : " inputs");
   if (node.type == NodeType::cyclic && node.inputs.empty()) {
-    map.fail(what + " has no input",
+    map.fail(subject + " has no input",
              "a cyclic node stores messages of one input or more; without any it is a sensor");
   }
   if (node.type == NodeType::fusion && node.inputs.size() < 2) {
-    map.fail(what + " has " + count, "a fusion needs two or more; with one it is a transform");
+    map.fail(subject + " has " + count, "a fusion needs two or more; with one it is a transform");
   }
   if ((node.type == NodeType::transform || node.type == NodeType::command) && node.inputs.size() != 1) {
-    map.fail(what + " has " + count, "a " + std::string(to_string(node.type)) + " has exactly one");
+    map.fail(subject + " has " + count, "a " + std::string(to_string(node.type)) + " has exactly one");
   }
 }
 
-void parse_connections(const YamlMap& map, const std::string& what, Node& node, NodeLines& lines) {
+void parse_connections(const YamlMap& map, const std::string& subject, Node& node, NodeLines& lines) {
   const YamlValue list = map.require("connections", "[{input: TOPIC, output: TOPIC}]");
-  for (const YamlValue& value : list.list("a connection of " + what)) {
-    const YamlMap connection(value, "a connection of " + what);
+  for (const YamlValue& value : list.list("a connection of " + subject)) {
+    const YamlMap connection(value, "a connection of " + subject);
     connection.check_keys({"input", "output"});
     const YamlValue input = connection.require("input", "TOPIC");
     const YamlValue output = connection.require("output", "TOPIC");
-    node.inputs.push_back(parse_input(input, what, 1));
+    node.inputs.push_back(parse_input(input, subject, 1));
     node.outputs.push_back(output.topic());
     lines.inputs.push_back(input.line());
     lines.outputs.push_back(output.line());
@@ -120,29 +120,29 @@ void parse_timer(const YamlMap& map, Node& node) {
   }
 }
 
-void parse_execution_time(const YamlMap& map, const std::string& what, Node& node) {
+void parse_execution_time(const YamlMap& map, const std::string& subject, Node& node) {
   if (const auto given = map.find("execution_time_ms")) node.execution_time = given->milliseconds(true);
   node.best_case_execution_time = node.execution_time;
   if (const auto given = map.find("best_case_execution_time_ms")) {
     node.best_case_execution_time = given->milliseconds(true);
     if (node.best_case_execution_time > node.execution_time) {
-      given->fail("the best case of " + what + " is longer than its execution time",
+      given->fail("the best case of " + subject + " is longer than its execution time",
                   "give a `best_case_execution_time_ms` of at most `execution_time_ms`");
     }
   }
 }
 
 /// A node of one of the six types.
-void parse_upstream_node(const YamlMap& map, const std::string& what, Node& node, NodeLines& lines) {
+void parse_upstream_node(const YamlMap& map, const std::string& subject, Node& node, NodeLines& lines) {
   if (node.type == NodeType::sensor || node.type == NodeType::cyclic) parse_timer(map, node);
-  parse_execution_time(map, what, node);
+  parse_execution_time(map, subject, node);
   if (const auto given = map.find("callback_group")) {
     node.group = given->choice<CallbackGroup>();
   }
   if (node.type == NodeType::intersection) {
-    parse_connections(map, what, node, lines);
+    parse_connections(map, subject, node, lines);
   } else {
-    if (node.type != NodeType::sensor) parse_inputs(map, what, node, lines);
+    if (node.type != NodeType::sensor) parse_inputs(map, subject, node, lines);
     if (node.type != NodeType::command) {
       const auto given = map.find("output");
       node.outputs.push_back(given ? given->topic() : node.name);
@@ -158,8 +158,8 @@ void parse_node(const YamlValue& value, GraphSource& source) {
   lines.node = map.line();
   const YamlValue name = map.require("name", "NAME");
   node.name = name.long_name();
-  const std::string what = "node " + node.name;
-  map.set_what(what);
+  const std::string subject = "node " + node.name;
+  map.set_what(subject);
   node.type = map.require("type", "sensor").choice<NodeType>();
   map.set_what(to_string(node.type) + (" " + node.name));
   map.check_keys(node_keys(node.type), kAllNodeKeys);
@@ -167,7 +167,7 @@ void parse_node(const YamlValue& value, GraphSource& source) {
     parse_callbacks(map, source.file, node, lines);
   } else {
     node.name = name.name();
-    parse_upstream_node(map, what, node, lines);
+    parse_upstream_node(map, subject, node, lines);
   }
   source.graph.nodes.push_back(std::move(node));
   source.nodes.push_back(std::move(lines));

@@ -28,11 +28,11 @@ std::string find_graph(const std::string& name_or_path) {
                      "give the path of a graph file or one of the names of `hotpath list graphs`");
   }
   const auto files = graph_files();
-  if (const auto found = files.find(name_or_path); found != files.end()) return found->second;
+  if (const auto entry = files.find(name_or_path); entry != files.end()) return entry->second;
   std::vector<std::string> names;
   for (const auto& [name, file] : files) names.push_back(name);
   throw InputError(name_or_path, 0, "there is no graph of this name",
-                   suggest(name_or_path, names) + " (a file is given with its extension .yaml)");
+                   suggest(name_or_path, names) + " (to give a file, include its extension .yaml)");
 }
 
 std::vector<GraphListing> list_graphs() {

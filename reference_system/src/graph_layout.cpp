@@ -9,12 +9,12 @@ namespace hotpath {
 namespace {
 
 constexpr int kSweeps = 12;
-/// A node this near to an edge, in rows, is covered by it.
+/// A node this close to an edge, in rows, is covered by it.
 constexpr double kCovered = 0.25;
 
 using Column = std::vector<std::uint32_t>;
 
-/// Longest way from a source for each node, found depth first against the edges.
+/// The longest path from a source to each node, found by depth-first search against the edges.
 class Depths {
  public:
   Depths(std::size_t nodes, const std::vector<GraphEdge>& edges)
@@ -96,7 +96,7 @@ std::vector<GraphPosition> graph_layout(const Graph& graph) {
   std::vector<GraphPosition> best = positions;
   std::size_t fewest = crossings(edges, best);
 
-  // To the right by the rows of sources, to the left by those of targets, in turn.
+  // Alternate sweeps: to the right by the rows of sources, to the left by the rows of targets.
   for (int sweep = 0; sweep < kSweeps && fewest > 0; ++sweep) {
     const bool right = sweep % 2 == 0;
     for (std::size_t i = 0; i < columns.size(); ++i) {

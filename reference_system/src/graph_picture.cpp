@@ -36,7 +36,7 @@ constexpr std::array<Look, 7> kLooks = {{
 
 const Look& look_of(const Node& node) { return kLooks[static_cast<std::size_t>(node.type)]; }
 
-/// For HTML-like labels and, between quotes, for names.
+/// Escapes text for HTML-like labels and, between quotes, for names.
 std::string escaped(std::string_view text) {
   std::string result;
   for (const char c : printable(text)) {
@@ -83,15 +83,15 @@ std::string label(const Node& node) {
   return text + "</font>";
 }
 
-/// As light as the fills of node types. Steps of the golden ratio keep neighbouring hues apart, however many
-/// executors there are.
+/// A colour as light as the fills of node types. Steps of the golden ratio keep neighbouring hues
+/// apart for any number of executors.
 std::string executor_colour(std::size_t executor) {
   double turns = 0;
   const double hue = std::modf(static_cast<double>(executor) * std::numbers::phi, &turns);
   return std::to_string(hue) + " 0.35 1.0";
 }
 
-/// What an executor is, for the legend.
+/// The legend's text for an executor.
 std::string description(const DeployedExecutor& executor) {
   std::string text = "<b>" + escaped(executor.name) + "</b>: " + escaped(executor.executor) + ", " +
                      to_string(executor.policy);
@@ -139,7 +139,8 @@ class Picture {
     }
   }
 
-  /// One node with a table, so that its rows stay together. No node of a graph has a slash in its name.
+  /// Draws the legend as one node with a table, which keeps its rows together. Node names of a
+  /// graph have no slash.
   void draw_legend() {
     out_ << "  subgraph cluster_legend {\n    label=" << identifier(deployment_->name)
          << "; fontname=\"Helvetica\"; fontsize=11;\n    " << identifier("deployment/" + deployment_->name)

@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace {
 
-/// One copy of a graph's parts, with other names.
+/// A copy of a graph's parts with other names.
 class Renamed {
  public:
   Renamed(const Graph& graph, unsigned number) : graph_(graph), suffix_("_" + std::to_string(number)) {}
@@ -40,7 +40,8 @@ class Renamed {
   }
 
  private:
-  /// `Node`, `Node/topic` or, of a node of type callbacks, `Node/callback`, whose last part is not a topic.
+  /// Renames `Node`, `Node/topic`, or, for nodes of type callbacks, `Node/callback`, whose last
+  /// part is not a topic.
   std::string task(const std::string& name) const {
     const std::size_t slash = name.find('/');
     if (slash == std::string::npos) return name + suffix_;

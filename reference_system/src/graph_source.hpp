@@ -9,7 +9,7 @@
 
 namespace hotpath {
 
-/// History depth of an input that is given none (upstream's nodes/settings.hpp).
+/// Default history depth of an input (upstream's nodes/settings.hpp).
 inline std::uint32_t default_depth(NodeType type) { return type == NodeType::command ? 10 : 1; }
 
 struct NodeLines {
@@ -28,7 +28,7 @@ struct TopicRule {
   int line = 0;
 };
 
-/// A graph with the lines of its file that its parts come from.
+/// A graph with the line numbers of its parts in the file.
 struct GraphSource {
   std::string file;
   Graph graph;
@@ -37,10 +37,10 @@ struct GraphSource {
   std::map<std::string, TopicRule> rules;  ///< The file's `topics`.
 };
 
-/// From YAML text; checks each part on its own. Throws InputError.
+/// Parses YAML text; checks each part separately. Throws InputError.
 GraphSource parse_graph(const std::string& file, const std::string& text);
 
-/// Checks how the parts fit together. Throws InputError.
+/// Checks the consistency of the parts. Throws InputError.
 void check_graph(const GraphSource& source);
 
 }  // namespace hotpath

@@ -8,7 +8,7 @@ namespace hotpath {
 
 namespace {
 
-constexpr std::size_t kFractionDigits = 6;  // of a millisecond down to a nanosecond
+constexpr std::size_t kFractionDigits = 6;  // from milliseconds to nanoseconds
 constexpr std::size_t kIntegerDigits = 9;   // keeps sums of durations far from overflow
 
 bool all_digits(std::string_view text) {

@@ -9,8 +9,8 @@
 
 namespace hotpath {
 
-/// A decimal number of milliseconds ("4.2", "-1") as exact nanoseconds. Nothing for anything else, for more
-/// than nine digits before the point, and for digits below a nanosecond.
+/// Parses a decimal number of milliseconds ("4.2", "-1") as exact nanoseconds. std::nullopt for
+/// other text, for more than nine digits before the point, and for digits below a nanosecond.
 std::optional<Duration> parse_ms(std::string_view text);
 
 /// Decimal milliseconds without trailing zeros: the inverse of parse_ms.

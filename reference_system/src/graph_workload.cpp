@@ -121,7 +121,7 @@ Duration GraphWorkload::start(const Job& job, Time now) {
 std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task& task, Time) {
   std::size_t i = 0;
   while (i < busy_ && running_[i].ref != job.ref()) ++i;
-  assert(i < busy_ && "a job finishes that has not started");
+  assert(i < busy_ && "only a started job can finish");
   const std::span<const TaskId> reached = complete(task, running_[i]);
   running_[i].clear();
   if (i != --busy_) std::swap(running_[i], running_[busy_]);
@@ -151,7 +151,7 @@ void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRe
     return m.parent == parent &&
            std::find(m.readers->begin(), m.readers->end(), subscription) != m.readers->end();
   });
-  assert(message != on_the_way_.end() && "a message arrives that nobody published");
+  assert(message != on_the_way_.end() && "only a published message can arrive");
   if (--message->deliveries > 0) {
     unread_[subscription].push_back({sequence, message->sample});
   } else {
@@ -164,11 +164,11 @@ void GraphWorkload::overwritten(TaskId subscription, std::uint64_t sequence) { t
 
 SimulatedSample GraphWorkload::take(TaskId subscription, std::uint64_t sequence) {
   auto& unread = unread_[subscription];
-  const auto found =
+  const auto entry =
       std::find_if(unread.begin(), unread.end(), [&](const Unread& u) { return u.sequence == sequence; });
-  assert(found != unread.end() && "a sample is taken that is not there");
-  SimulatedSample sample = std::move(found->sample);
-  unread.erase(found);
+  assert(entry != unread.end() && "only an unread sample can be taken");
+  SimulatedSample sample = std::move(entry->sample);
+  unread.erase(entry);
   return sample;
 }
 
@@ -179,10 +179,11 @@ void GraphWorkload::observe(const SimulatedMessage& message, Activation<Simulate
 }
 
 Trace working_jobs(const GraphTasks& tasks, const Trace& trace) {
-  // A job that waits for sets worked if it published, and then some subscription has a record of its message.
+  // A job that waits for sets has worked if it published; then some subscription has a record of
+  // its message.
   std::set<std::pair<TaskId, std::uint64_t>> published;
   for (const JobRecord& r : trace.jobs) published.emplace(r.job.parent.task, r.job.parent.sequence);
-  const auto tells = [&](TaskId id) {
+  const auto shows_work = [&](TaskId id) {
     return tasks.callbacks[id].waits_for_sets() && !tasks.set[id].feeds.empty();
   };
   Trace working;
@@ -192,12 +193,12 @@ Trace working_jobs(const GraphTasks& tasks, const Trace& trace) {
   for (const JobRecord& r : trace.jobs) {
     const TaskId id = r.job.task;
     if (r.outcome != Outcome::ran) continue;
-    if (tells(id) && published.count({id, r.job.sequence}) == 0) continue;
+    if (shows_work(id) && published.count({id, r.job.sequence}) == 0) continue;
     working.jobs.push_back(r);
     has_times[id] = true;
   }
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (has_times[id] || !tells(id)) continue;
+    if (has_times[id] || !shows_work(id)) continue;
     for (TaskId other = 0; other < tasks.set.size(); ++other) {
       if (!has_times[other] || tasks.callbacks[other].publishes != tasks.callbacks[id].publishes ||
           tasks.origin[other].node != tasks.origin[id].node) {

@@ -21,7 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The name of the file that has a callback's measured execution times; empty: they stand in the graph's.
+/// The name of the file with a callback's measured execution times; empty: they are in the graph
+/// file.
 using TimesFile = std::function<std::string(const Callback&)>;
 
 class Writer {
@@ -54,10 +55,10 @@ class Writer {
     if (given) key("priority") << *given;
   }
   void comment(const std::string& name) {
-    const auto found = comments_.of.find(name);
-    if (found != comments_.of.end() && !found->second.empty()) out_ << remark(found->second);
+    const auto entry = comments_.of.find(name);
+    if (entry != comments_.of.end() && !entry->second.empty()) out_ << remark(entry->second);
   }
-  /// A line break that the emitter does not know as one would end the comment.
+  /// Formats a comment; a line break that the emitter does not recognise would end the comment.
   static YAML::_Comment remark(const std::string& lines) {
     std::istringstream in(lines);
     std::string all;
@@ -72,13 +73,13 @@ class Writer {
     pair("timer_thread", std::string(to_string(p.timer_thread)));
     pair("execution_times", std::string(to_string(p.execution_times)));
     for (const PlatformCost& cost : kPlatformCosts) {
-      // Microseconds have three digits less behind the point.
+      // Microseconds have three fewer digits after the point.
       if (p.*cost.value > Duration::zero()) milliseconds(std::string(cost.key), p.*cost.value * 1000);
     }
     out_ << YAML::EndMap;
   }
 
-  /// Those that several nodes publish.
+  /// Writes the topics with several publishers.
   void topics() {
     std::set<std::string> once, many;
     for (const Node& n : graph_.nodes) {
@@ -262,10 +263,10 @@ class Writer {
 };
 
 [[noreturn]] void cannot_write(const fs::path& file) {
-  throw InputError(file.string(), 0, "this file cannot be written", "choose a folder that can be written to");
+  throw InputError(file.string(), 0, "the file cannot be written", "choose a writable folder");
 }
 
-/// Topics have slashes, file names have none.
+/// The name of a times file; replaces the slashes of topics.
 std::string times_name(const Callback& callback) {
   std::string name = callback.task + ".csv";
   std::replace(name.begin(), name.end(), '/', '-');

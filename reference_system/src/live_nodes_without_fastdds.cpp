@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pointers within the process alone, where there is no Fast DDS or no generator for its messages.
+// Only the in-process transport, for builds without Fast DDS or without a generator for its
+// messages.
 #include "hotpath/live/intra_process_transport.hpp"
 #include "hotpath/reference_system/bounded_message.hpp"
 #include "hotpath/reference_system/task_history.hpp"

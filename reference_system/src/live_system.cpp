@@ -34,8 +34,8 @@ LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOp
 
 LiveSystem::~LiveSystem() {
   stop();
-  // Samples go back to the transport while its readers exist, and its readers go before the executors they
-  // call.
+  // Samples must return to the transport while its readers exist, and the readers must be destroyed
+  // before the executors that they call.
   close();
   nodes_.reset();
 }
@@ -55,7 +55,8 @@ Time LiveSystem::join() {
 }
 
 void LiveSystem::close() {
-  // What became ready in one that was stopped earlier than the others belongs to the run.
+  // Jobs that became ready in an executor after it stopped, but before the others stopped, belong
+  // to the run.
   const Time end = join();
   for (const auto& executor : executors_) executor->close(end);
 }

@@ -7,7 +7,7 @@
 
 namespace hotpath {
 
-/// The nodes on the transport that is asked for. Throws TransportError.
+/// Creates the nodes on the requested transport. Throws TransportError.
 std::unique_ptr<LiveNodes> make_live_nodes(const Graph& graph, const GraphTasks& tasks,
                                            const LiveOptions& options, RunMemory& memory);
 

@@ -15,8 +15,8 @@ namespace {
 inline void barrier() { asm volatile("" ::: "memory"); }
 
 inline bool is_prime(std::uint32_t candidate) {
-  // 64 bits as upstream's numbers are; trial division by every smaller number, with no bound at the square
-  // root.
+  // 64 bits, like upstream's numbers; trial division by every smaller number, not only up to the
+  // square root.
   std::uint64_t n = candidate;
   asm volatile("" : "+r"(n));
   for (std::uint64_t divisor = 2; divisor < n; ++divisor) {
@@ -47,7 +47,7 @@ std::int64_t count_primes_until(std::uint32_t limit, Time until, Time (*clock)()
 }
 
 std::uint64_t CrunchScale::divisions(std::uint32_t limit) {
-  // A composite is done at its smallest divisor d after d - 1 divisions, a prime p after p - 2.
+  // A composite takes d - 1 divisions, where d is its smallest divisor, and a prime p takes p - 2.
   std::vector<std::uint32_t> smallest(limit + 1, 0);
   std::uint64_t total = 0;
   for (std::uint32_t n = 2; n <= limit; ++n) {
@@ -85,8 +85,8 @@ Calibration calibrate(Duration typical) {
   constexpr unsigned kMaxReadings = 10;
   constexpr int kCrunchesPerReading = 15;
   std::array<Duration, kCrunchesPerReading> durations{};
-  // A first guess of the speed, then crunches of the length that the graph will ask for: division's cost
-  // depends on the size of the numbers.
+  // Start with a guess of the speed, then use crunches of the graph's length, because the cost of a
+  // division depends on the size of the numbers.
   Calibration calibration;
   calibration.divisions_per_us = 300;
   const Duration length = std::clamp(typical, from_ms(0.5), from_ms(20));

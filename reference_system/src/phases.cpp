@@ -9,7 +9,8 @@ namespace hotpath {
 
 namespace {
 
-/// Uniform in [0, bound), with the same result everywhere, unlike std::uniform_int_distribution.
+/// Uniform in [0, bound), with the same result on every platform, unlike
+/// std::uniform_int_distribution.
 std::uint64_t uniform(std::mt19937_64& generator, std::uint64_t bound) {
   const std::uint64_t limit = std::numeric_limits<std::uint64_t>::max() / bound * bound;
   std::uint64_t drawn = generator();
@@ -21,7 +22,7 @@ std::uint64_t uniform(std::mt19937_64& generator, std::uint64_t bound) {
 
 std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
                                         std::optional<Duration> step) {
-  std::vector<Duration> finished;  // of each node's creation
+  std::vector<Duration> finished;  // end of each node's creation
   Duration now{};
   for (const Node& node : graph.nodes) {
     const auto endpoints = static_cast<std::int64_t>(node.inputs.size() + node.outputs.size());

@@ -62,16 +62,16 @@ class PhasesFile {
       while (rows.next()) set(rows.line(), std::string(rows.text(0)), std::string(rows.text(1)), created);
       last_line_ = rows.line();
     } else if (rows.find_column("executor")) {
-      last_line_ = rows.line();  // where a missing column belongs
+      last_line_ = rows.line();  // the line to which a missing column would belong
       read_executor(rows, executor);
     } else {
-      rows.fail("these columns are no phases",
+      rows.fail("the columns do not describe phases",
                 "begin with `task,first_release_ms`, `task,created_ms`, or columns `executor` and "
                 "`created_ms_NODE`");
     }
   }
 
-  /// The row of the executor's own name, else the first of the executor under any rule.
+  /// Reads the row with the executor's name, or else the first row of the executor under any rule.
   void read_executor(CsvReader& rows, const std::string& executor) {
     using Fields = std::vector<std::string>;
     const std::size_t names = rows.column("executor"), header_line = rows.line();
@@ -104,7 +104,7 @@ class PhasesFile {
       ++id;
     if (id == tasks_.set.size()) fail("the graph has no timer " + name, suggest(name, timers_));
     if (known_[id] != 0) {
-      fail("a second phase for timer " + name,
+      fail("timer " + name + " has a second phase",
            "keep one (the other is in line " + std::to_string(known_[id]) + ")");
     }
     const std::optional<Duration> instant = parse_ms(number);
@@ -119,9 +119,9 @@ class PhasesFile {
   std::string path_;
   GraphTasks tasks_;
   std::vector<std::string> timers_;
-  std::size_t last_line_ = 0;  ///< To which a missing phase would be added.
+  std::size_t last_line_ = 0;  ///< The line to which a missing phase would belong.
   std::vector<Duration> first_;
-  std::vector<std::size_t> known_;  ///< Line that gave the phase of each task; 0: none yet.
+  std::vector<std::size_t> known_;  ///< Line with the phase of each task; 0: none yet.
 };
 
 }  // namespace

@@ -43,8 +43,8 @@ std::string no_such_nodes(const Graph& graph, std::span<const std::string> ros_n
   const auto alike = [&](const std::string& name) {
     return nearest(graph_node_name(name), known).has_value();
   };
-  const auto found = std::ranges::find_if(ros_names, alike);
-  const std::string& name = found == ros_names.end() ? ros_names.front() : *found;
+  const auto similar = std::ranges::find_if(ros_names, alike);
+  const std::string& name = similar == ros_names.end() ? ros_names.front() : *similar;
   return "graph " + graph.name + " has no node of this executor so far, so that none inherits a priority; " +
          name + ": " + suggest(graph_node_name(name), known);
 }

@@ -47,7 +47,7 @@ void RunMemory::map(const Size& size, bool create) {
   const std::size_t chain_log = chain_log_bytes(size);
   bytes_ = bytes(size);
 
-  // Shared with processes forked later. Populated now: page faults do not belong on the job path.
+  // Shared with processes forked later. Populated now, to avoid page faults on the job path.
   const bool sized = descriptor_ >= 0 && (!create || ftruncate(descriptor_, static_cast<off_t>(bytes_)) == 0);
   memory_ = sized ? mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, descriptor_, 0)
                   : MAP_FAILED;

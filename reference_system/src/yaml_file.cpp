@@ -28,8 +28,8 @@ struct IgnoreEvents final : YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
-/// Whether a document follows the first one. YAML::LoadAll() would find empty ones without end where a text
-/// that is no YAML begins with a comma.
+/// Whether a document follows the first one. YAML::LoadAll() would return empty documents endlessly
+/// for a text that is not YAML and begins with a comma.
 bool has_second_document(const std::string& text) {
   std::istringstream in(text);
   YAML::Parser parser(in);
@@ -46,8 +46,7 @@ std::string read_text_file(const std::string& path) {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   const auto bytes = static_cast<std::size_t>(in.gcount());
   if (bytes > kMaxFileBytes) {
-    throw InputError(path, 0, "the file has more than 4 MiB, which nothing needs that this program reads",
-                     remedy);
+    throw InputError(path, 0, "the file has more than 4 MiB, the limit for this kind of file", remedy);
   }
   if (in.bad()) throw InputError(path, 0, "the file cannot be read to its end", remedy);
   text.resize(bytes);

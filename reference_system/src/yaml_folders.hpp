@@ -7,8 +7,9 @@
 
 namespace hotpath {
 
-/// Name to path of all files *.yaml in the folders that the environment variable lists, separated by colons,
-/// then in `built_in`. Of two of one name the first counts; folders that do not exist hold none.
+/// Name and path of all files *.yaml in the folders of the environment variable, separated by
+/// colons, then in `built_in`. Of two files with the same name the first one counts; folders that
+/// do not exist count as empty.
 std::map<std::string, std::filesystem::path> yaml_files(const char* variable, const std::string& built_in);
 
 /// Whether the text is a path and not a bare name: it has a slash or ends in .yaml or .yml.

@@ -13,10 +13,10 @@ namespace hotpath {
 namespace {
 
 constexpr std::string_view kNotInNames = ",\"'`";
-/// Names and descriptions get into JSON, which is UTF-8.
-constexpr const char* kUtf8Remedy = "save the file in the encoding UTF-8";
+/// Names and descriptions are written to JSON, which is UTF-8.
+constexpr const char* kUtf8Remedy = "save the file in UTF-8";
 
-/// yaml-cpp gives an empty value no mark.
+/// yaml-cpp sets no mark for an empty value.
 int line_of(const YAML::Node& node, int otherwise) {
   return node.Mark().is_null() ? otherwise : node.Mark().line + 1;
 }
@@ -114,8 +114,8 @@ std::int64_t YamlValue::integer(std::int64_t least, std::int64_t most) const {
 
 std::size_t YamlValue::choice(const std::vector<std::string>& choices) const {
   const std::string word = node_.IsScalar() ? node_.Scalar() : std::string();
-  const auto found = std::find(choices.begin(), choices.end(), word);
-  if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
+  const auto match = std::find(choices.begin(), choices.end(), word);
+  if (match != choices.end()) return static_cast<std::size_t>(match - choices.begin());
   std::string list;
   for (const std::string& choice : choices) list += (list.empty() ? "" : ", ") + choice;
   const auto best = nearest(word, choices);
@@ -165,9 +165,9 @@ std::vector<YamlValue> YamlMap::values() const {
 }
 
 std::optional<YamlValue> YamlMap::find(const std::string& key) const {
-  const auto found = values_.find(key);
-  if (found == values_.end()) return std::nullopt;
-  return YamlValue(*file_, found->second.second, "`" + key + "` of " + what_, found->second.first);
+  const auto entry = values_.find(key);
+  if (entry == values_.end()) return std::nullopt;
+  return YamlValue(*file_, entry->second.second, "`" + key + "` of " + what_, entry->second.first);
 }
 
 YamlValue YamlMap::require(const std::string& key, const std::string& example) const {
@@ -183,7 +183,7 @@ void YamlMap::check_keys(const std::vector<std::string>& known,
     if (contains(elsewhere, key)) {
       std::string list;
       for (const std::string& word : known) list += (list.empty() ? "" : ", ") + word;
-      throw InputError(*file_, line, "`" + key + "` means nothing for " + what_, "its keys are: " + list);
+      throw InputError(*file_, line, "`" + key + "` is not a key of " + what_, "its keys are: " + list);
     }
     throw InputError(*file_, line, "unknown key `" + key + "` in " + what_, suggest(key, known));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Design, "Live execution": a job's path through the executor allocates nothing after warm-up.
+// A job's path through the executor allocates nothing after warm-up.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
@@ -40,13 +40,13 @@ void* allocate(std::size_t size, const void* caller) {
 
 }  // namespace
 
-// Replaces the allocator of the whole process, that of the shared libraries included. Not inlined: GCC would
-// warn of one half where it sees only that.
+// Replaces the allocator of the whole process, including the shared libraries. Not inlined, because
+// GCC would warn if it saw only one half of a pair.
 [[gnu::noinline]] void* operator new(std::size_t size) { return allocate(size, __builtin_return_address(0)); }
 [[gnu::noinline]] void* operator new[](std::size_t size) {
   return allocate(size, __builtin_return_address(0));
 }
-// By std::stable_sort; AddressSanitizer has one of its own.
+// Used by std::stable_sort; AddressSanitizer has its own.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   return allocate(size, __builtin_return_address(0));
 }
@@ -62,7 +62,7 @@ struct Counts {
   std::uint64_t all = 0, own = 0, jobs = 0;
 };
 
-/// Allocations during the last second of a run of a graph without work.
+/// Number of allocations during the last second of a run of a graph without work.
 Counts run(const std::string& executor, TransportKind transport, const char* name = "autoware") {
   Graph graph = load_graph(find_graph(name));
   scale_to_load(graph, 0);
@@ -96,7 +96,7 @@ Counts run(const std::string& executor, TransportKind transport, const char* nam
 
 TEST(JobPath, TheCounterSeesAllocations) {
   counting = true;
-  ::operator delete(::operator new(1));  // not an expression that the compiler may leave out
+  ::operator delete(::operator new(1));  // a call that the compiler may not remove
   counting = false;
   EXPECT_GE(own_allocations.exchange(0), 1u);
   all_allocations = 0;
@@ -116,7 +116,7 @@ TEST_P(JobPathOf, AllocatesNothingOfOursOverFastDds) {
   EXPECT_EQ(counts.own, 0u) << "of " << counts.all << " in all, the rest being Fast DDS's own";
 }
 
-// Messages that name tasks and have histories of any length (TaskMessage).
+// Messages that identify tasks and have histories of any length (TaskMessage).
 TEST_P(JobPathOf, AllocatesNothingInProcessForNodesWithAnyCallbacks) {
   const Counts counts = run(GetParam(), TransportKind::intra_process, "callbacks");
   EXPECT_GT(counts.jobs, 50u);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs with nodes of type `callbacks` live: nothing is lost, histories have any length, messages go to
-// several holders. Checks counts, never durations.
+// Live graphs with nodes of type `callbacks`: nothing is lost, histories have any length, messages
+// have several holders. Checks counts, never durations.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -103,7 +103,7 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
       callback.input = 0;
     }
   }
-  // Fast DDS sets memory aside for 100 entries. The chain is read from its last node.
+  // Fast DDS reserves memory for 100 entries. The chain is read from its last node.
   g.chains = {{"c", {"N0", "N149"}, {"N0"}, "N149"}};
   for (const TransportKind transport : {TransportKind::intra_process, TransportKind::fastdds}) {
     const Live live = run(g, "events-ro", transport);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes of type `callbacks` in virtual time: the six types written with them give the same run; each rule,
-// group and limit worked out by hand.
+// Nodes of type `callbacks` in virtual time: the six types expressed as callbacks give the same
+// run; each rule, group and limit has a hand-computed case.
 #include <gmock/gmock.h>
 
 #include <unistd.h>
@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// A file that is gone after the test.
+/// A file that is removed after the test.
 class File {
  public:
   File(const std::string& name, const std::string& text)
@@ -41,7 +41,7 @@ class File {
 
 Graph load(const std::string& text) { return load_graph(File("callbacks_test.yaml", text).path()); }
 
-/// The message of the InputError for a graph with this one node; empty if it is fine.
+/// The message of the InputError for a graph with only this node; empty if the graph is valid.
 std::string error_of(const std::string& node) {
   try {
     load("name: g\nnodes:\n  - {name: S, type: sensor, period_ms: 10}\n  - name: N\n    type: callbacks\n" +
@@ -57,7 +57,7 @@ struct Simulated {
   Trace trace;
   std::vector<ChainObservation> observations;
 
-  /// The starts of the jobs of a task in milliseconds.
+  /// The start times of a task's jobs, in milliseconds.
   std::vector<double> starts(const std::string& task) const {
     std::vector<double> starts;
     for (const JobRecord& r : trace.jobs) {
@@ -96,7 +96,7 @@ Simulated simulate_text(const std::string& nodes, Duration duration,
   return simulate_graph(load("name: g\nnodes:\n" + nodes), *find_executor(executor), duration);
 }
 
-/// A node of the six types in terms of the seventh.
+/// Expresses a node of the six types as callbacks.
 std::string as_callbacks(const Node& node) {
   std::ostringstream out;
   out.precision(15);
@@ -144,7 +144,7 @@ Graph with_callbacks(const Graph& graph) {
   return same;
 }
 
-/// All columns of all jobs and chains; names of timers as in the six types.
+/// All columns of all jobs and chains; timers have the names of the six types.
 std::string bytes(const GraphTasks& names, const Graph& graph, const Trace& trace) {
   std::ostringstream out;
   write_jobs_csv(out, names.set, trace);
@@ -190,7 +190,7 @@ TEST(Callbacks, OneJobPublishesSeveralTopicsEachByItsOwnRule) {
   EXPECT_THAT(s.starts("Y/y"), ElementsAre(21, 51)) << "every third job";
 }
 
-TEST(Callbacks, ASetIsCompletedByWhateverComesLastAndOnlyThatJobTakesTime) {
+TEST(Callbacks, TheLastArrivalCompletesASetAndOnlyItsJobTakesTime) {
   const Simulated s = simulate_text(
       "  - {name: P, type: sensor, period_ms: 10}\n"
       "  - {name: Q, type: sensor, period_ms: 30}\n"
@@ -204,10 +204,10 @@ TEST(Callbacks, ASetIsCompletedByWhateverComesLastAndOnlyThatJobTakesTime) {
   EXPECT_THAT(s.starts("F/P"), ElementsAre(0, 10, 20, 30, 40, 50));
   EXPECT_THAT(s.starts("C/both"), ElementsAre(2, 32)) << "Q completes both sets";
   EXPECT_THAT(s.starts("L/late"), ElementsAre(45))
-      << "a set of its own, not emptied by the other; none at 0 yet";
+      << "a separate set, which the other one does not empty; none at 0 yet";
 }
 
-TEST(Callbacks, LastOfTakesWhatIsNewestAndEachSampleOnce) {
+TEST(Callbacks, LastOfTakesTheNewestSamplesEachOnce) {
   const Graph g = load(
       "name: g\nnodes:\n"
       "  - {name: S, type: sensor, period_ms: 40}\n"
@@ -218,7 +218,8 @@ TEST(Callbacks, LastOfTakesWhatIsNewestAndEachSampleOnce) {
       "chains:\n  - {name: c, nodes: [S, B, C], sources: [S], sink: C}\n");
   const Simulated s = simulate_graph(g, *find_executor("events-ro"), 80ms);
   EXPECT_THAT(s.starts("C/b"), ElementsAre(1, 21, 41, 61));
-  // The timer's jobs at 0 and 40 ms are ahead of the samples that arrive then; their messages have none.
+  // The timer's jobs at 0 and 40 ms run before the samples that arrive then, so their messages
+  // contain none.
   ASSERT_EQ(s.trace.chains.size(), 2U);
   EXPECT_EQ(s.trace.chains[0].end_to_end_latency, 21ms);
   EXPECT_EQ(s.trace.chains[1].end_to_end_latency, 21ms);
@@ -235,7 +236,7 @@ TEST(Callbacks, ChainsBeginAtTheTimerThatTheyName) {
       "      - {subscription: y, execution_time_ms: 1}\n"
       "chains:\n  - {name: c, nodes: [D/slow, C/x], sources: [D/slow], sink: C/x}\n");
   const Simulated s = simulate_graph(g, *find_executor("rm-ro"), 100ms);
-  // The second slow job: its timestamp is 40 ms, and the fast timer's job is ahead of it.
+  // The second slow job: its timestamp is 40 ms, and the fast timer's job runs before it.
   ASSERT_EQ(s.trace.chains.size(), 1U);
   EXPECT_EQ(s.trace.chains[0].hot_path_latency,
             Time{} + Duration(std::llround(s.starts("C/x")[0] * 1e6)) -
@@ -259,7 +260,7 @@ TEST(Callbacks, ChainsMayBeginAtASubscription) {
   }
 }
 
-TEST(Callbacks, WhatATimerPublishedMayComeBackToItAndIsForgotten) {
+TEST(Callbacks, ATimersMessageMayReturnToItAndItsOldEntryIsRemoved) {
   const Graph g = load(
       "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
       "      - {subscription: b}\n"
@@ -290,7 +291,7 @@ TEST(Callbacks, QuantilesOfExecutionTimesBecomeValuesWithTheseQuantiles) {
   EXPECT_GT(values[198], 8ms);
 }
 
-/// Whether jobs of the two timers overlap under two workers on two cores.
+/// Whether jobs of the two timers overlap with two workers on two cores.
 bool overlap(const std::string& kind) {
   const Graph g = load(
       "name: g\nplatform: {cores: 2}\nnodes:\n  - name: A\n    type: callbacks\n    groups: {g: " + kind +
@@ -327,7 +328,7 @@ TEST(Callbacks, AGroupIsOfItsNodeAndTheDefaultIsMutuallyExclusive) {
   EXPECT_THAT(tasks.set.groups, ElementsAre(reentrant, reentrant, mutually_exclusive, mutually_exclusive));
 }
 
-TEST(Callbacks, TheHotPathIsThatOfTheTasksThatAChainNames) {
+TEST(Callbacks, TheHotPathConsistsOfTheTasksInTheChain) {
   std::vector<std::string> hot;
   for (const GraphEdge& edge : graph_edges(load_graph(find_graph("callbacks")))) {
     if (edge.hot) hot.push_back(edge.topic);
@@ -347,7 +348,7 @@ TEST(Callbacks, NamesMayBeLong) {
 }
 
 TEST(Callbacks, MessagesRememberAHundredNodes) {
-  // Two branches of fifty nodes each meet in one node: its message carries all that both have visited.
+  // Two branches of fifty nodes each meet in one node; its message contains the histories of both.
   std::string nodes, names;
   for (const std::string branch : {"A", "B"}) {
     for (int i = 0; i < 50; ++i) {
@@ -369,7 +370,7 @@ TEST(Callbacks, MessagesRememberAHundredNodes) {
   EXPECT_EQ(s.trace.chains[2].end_to_end_latency, 10ms);
 }
 
-TEST(Callbacks, MeasuredTimesAreThoseGivenEachAboutAsOften) {
+TEST(Callbacks, MeasuredTimesAreDrawnUniformlyFromTheGivenValues) {
   const Graph g = load(
       "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
       "      - {timer: t, period_ms: 10, execution_time_ms: {measured: [1, 2, 4]}}\n"
@@ -403,7 +404,7 @@ TEST(Callbacks, MeasuredTimesFromAFileBesideTheGraph) {
   EXPECT_EQ(error_of(node(name)), "");
   const File bad("bad.csv", "execution_time_ms\n1\n-2\n"), empty("empty.csv", "execution_time_ms\n");
   EXPECT_THAT(error_of(node(bad.path())), HasSubstr("bad.csv:3: an execution time is `-2`"));
-  EXPECT_THAT(error_of(node(empty.path())), HasSubstr("no execution time in this file"));
+  EXPECT_THAT(error_of(node(empty.path())), HasSubstr("the file has no execution time"));
   EXPECT_THAT(error_of(node("missing.csv")), HasSubstr("missing.csv"));
 }
 
@@ -434,16 +435,16 @@ TEST(Callbacks, AChainHasAtMostEightSources) {
   }
 }
 
-TEST(Callbacks, WhatIsWrongIsSaidWithItsLine) {
+TEST(Callbacks, MistakesAreReportedWithTheirLine) {
   const std::string c = "    callbacks:\n", t = "      - {timer: t, period_ms: 10, ",
                     s = "      - {subscription: S, ";
   const std::vector<std::array<std::string, 3>> wrong = {
       {"", ":4: ", "`callbacks` is missing"},
-      {"    period_ms: 5\n" + c + t + "}\n", ":6: ", "`period_ms` means nothing for callbacks N"},
+      {"    period_ms: 5\n" + c + t + "}\n", ":6: ", "`period_ms` is not a key of callbacks N"},
       {"    callbacks: []\n", ":6: ", "empty list"},
       {c + "      - {period_ms: 10}\n", ":7: ", "neither timer nor subscription"},
       {c + "      - {timer: t, subscription: S}\n", ":7: ", "both a timer and a subscription"},
-      {c + t + "depth: 2}\n", ":7: ", "`depth` means nothing for timer N/t"},
+      {c + t + "depth: 2}\n", ":7: ", "`depth` is not a key of timer N/t"},
       {c + t + "perod_ms: 2}\n", ":7: ", "unknown key `perod_ms`"},
       {c + "      - {timer: t}\n", ":7: ", "`period_ms` is missing"},
       {c + "      - {timer: t, period_ms: -1}\n", ":7: ", "negative"},
@@ -474,7 +475,7 @@ TEST(Callbacks, WhatIsWrongIsSaidWithItsLine) {
       {c + s + "publishes: {topic: x, of: [S]}}\n", ":7: ", "needs the rule all_new"},
       {c + s + "publishes: {topic: x, every: 2, last_of: [S]}}\n", ":7: ", "several rules"},
       {c + s + "publishes: S}\n", ":7: ", "publishes topic S, as node S does"},
-      {c + "      - {subscription: R}\n", ":7: ", "nobody publishes"},
+      {c + "      - {subscription: R}\n", ":7: ", "no node publishes"},
       {c + t + "publishes: x}\n      - {timer: u, period_ms: 1, publishes: y}\n" +
            "chains:\n  - {name: c, nodes: [N], sources: [N], sink: N}\n",
        ":10: ", "2 timers; name the task in which data begins, such as N/t"},
@@ -488,8 +489,8 @@ TEST(Callbacks, WhatIsWrongIsSaidWithItsLine) {
            "x}\n",
        ":8", "form a cycle"},
   };
-  for (const auto& [text, line, what] : wrong) {
-    EXPECT_THAT(error_of(text), testing::AllOf(HasSubstr(line), HasSubstr(what))) << text;
+  for (const auto& [text, line, problem] : wrong) {
+    EXPECT_THAT(error_of(text), testing::AllOf(HasSubstr(line), HasSubstr(problem))) << text;
   }
 }
 

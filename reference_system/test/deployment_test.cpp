@@ -39,7 +39,7 @@ class Deployments : public testing::Test {
   const GraphTasks tasks = make_tasks(graph);
 };
 
-TEST_F(Deployments, EveryTaskHasAnExecutorInAllThatShip) {
+TEST_F(Deployments, EveryTaskHasAnExecutorInAllShippedDeployments) {
   std::vector<std::string> names;
   for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);
   for (const DeploymentListing& d : list_deployment_files()) {
@@ -103,7 +103,7 @@ TEST_F(Deployments, ListedFilesComeWithDescriptionOrErrorAndPresetsHideThem) {
 
 TEST_F(Deployments, IsolatedHasAnExecutorForEachNodeAndCieForEachGroup) {
   EXPECT_EQ(find("isolated").executors.size(), graph.nodes.size());
-  EXPECT_EQ(find("cie").executors.size(), graph.nodes.size());  // a group each in the six types
+  EXPECT_EQ(find("cie").executors.size(), graph.nodes.size());  // nodes of the six types have one group each
 }
 
 TEST_F(Deployments, RateMonotonicThreadsHaveHigherPrioritiesForShorterPeriods) {
@@ -162,7 +162,7 @@ TEST_F(Deployments, CallbackGroupsOfOneNodeCanHaveDifferentExecutors) {
   }
 }
 
-/// The YAML of CallbackIsolatedExecutor.
+/// A configuration file of CallbackIsolatedExecutor.
 class CieFile : public Deployments {
  protected:
   static std::string write(const std::string& groups) {
@@ -238,7 +238,7 @@ TEST_F(CieFile, IsWrittenAsItIsRead) {
   EXPECT_THROW(write_cie(second, graph, tasks, find("single")), std::invalid_argument);
 }
 
-TEST_F(CieFile, WhatIsWrongIsSaidWithItsLine) {
+TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
   const std::string imu = "  - id: /Visualizer@Timer(60000000)\n";
   EXPECT_THAT(cie_error("  - {id: /Visualizer@Timer(6000000), policy: SCHED_OTHER}\n"),
               AllOf(HasSubstr(":2: "), HasSubstr("no callback group /Visualizer@Timer(6000000)"),
@@ -250,14 +250,14 @@ TEST_F(CieFile, WhatIsWrongIsSaidWithItsLine) {
   EXPECT_THAT(cie_error(imu + "    policy: FIFO\n"), AllOf(HasSubstr(":3: "), HasSubstr("SCHED_FIFO")));
   EXPECT_THAT(cie_error(imu + "    policy: SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n   "
                               " period: 10000000\n"),
-              HasSubstr("not beyond the deadline"));
+              HasSubstr("at most the deadline"));
   EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n    colour: red\n"),
               HasSubstr("unknown key `colour`"));
   EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n" + imu + "    policy: SCHED_OTHER\n"),
               AllOf(HasSubstr(":4: "), HasSubstr("occurs twice")));
 }
 
-TEST_F(Deployments, WhatIsWrongIsSaidWithItsLine) {
+TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
   EXPECT_THAT(error("  - {name: a, owns: [FrontLidarDrivr]}\n"),
               AllOf(HasSubstr(":3: "), HasSubstr("no node FrontLidarDrivr"), HasSubstr("did you mean")));
   EXPECT_THAT(error("  - {name: a, owns: [Visualizer]}\n  - {name: b, owns: [Visualizer]}\n"),
@@ -272,9 +272,9 @@ TEST_F(Deployments, WhatIsWrongIsSaidWithItsLine) {
               AllOf(HasSubstr(":3: "), HasSubstr("fifo:100")));
   EXPECT_THAT(error("  - {name: a, policy: deadline, owns: rest}\n"), HasSubstr("is not one of other"));
   EXPECT_THAT(error("  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n"),
-              AllOf(HasSubstr(":3: "), HasSubstr("not beyond the deadline")));
+              AllOf(HasSubstr(":3: "), HasSubstr("at most the deadline")));
   EXPECT_THAT(error("  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n"),
-              AllOf(HasSubstr(":3: "), HasSubstr("binds no SCHED_DEADLINE thread")));
+              AllOf(HasSubstr(":3: "), HasSubstr("cannot pin SCHED_DEADLINE threads")));
   EXPECT_THAT(error("  - {name: a, processors: [-1], owns: rest}\n"), HasSubstr(":3: "));
   EXPECT_THAT(error("  - {name: a, processors: [0, 0], owns: rest}\n"), HasSubstr("occurs twice"));
   EXPECT_THAT(error("  - {name: a, thread: 1, owns: rest}\n"), HasSubstr("thread"));

@@ -25,7 +25,7 @@ TEST(FindChains, TakesTheLongestOfAutowareFirst) {
   EXPECT_EQ(chains[0].sink, "VehicleDBWSystem");
 }
 
-TEST(FindChains, AreChainsThatAGraphMayHave) {
+TEST(FindChains, ReturnsValidChains) {
   for (const GraphListing& listing : list_graphs()) {
     Graph graph = load_graph(listing.path);
     graph.chains = find_chains(graph, make_tasks(graph), 1000);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What load_graph accepts, and the sentence with file and line for each mistake.
+// The inputs that load_graph accepts, and its messages with file and line for the others.
 #include "hotpath/reference_system/graph_file.hpp"
 
 #include <gmock/gmock.h>
@@ -28,7 +28,7 @@ class GraphFile : public testing::Test {
     return load_graph(path_);
   }
 
-  /// Loads nodes, in flow style from line 3 on, one a line.
+  /// Loads nodes in flow style, one per line from line 3 on.
   Graph load_nodes(const std::string& lines) { return load("name: g\nnodes:\n" + lines); }
 
   /// The message without the path: `:LINE: ...`.
@@ -167,14 +167,14 @@ TEST_F(GraphFile, UnknownKeysAreRefusedAtEveryLevelWithTheNearestOne) {
 
 TEST_F(GraphFile, KeysOfOtherNodeTypesAreRefused) {
   EXPECT_THAT(error_of_nodes(kSensor + "- {name: T, type: transform, input: S, period_ms: 5}\n"),
-              AllOf(StartsWith(":4: "), HasSubstr("`period_ms` means nothing for transform T")));
+              AllOf(StartsWith(":4: "), HasSubstr("`period_ms` is not a key of transform T")));
   EXPECT_THAT(error_of_nodes("- {name: S, type: sensor, period_ms: 10, inputs: [S]}\n"),
-              HasSubstr("`inputs` means nothing for sensor S"));
+              HasSubstr("`inputs` is not a key of sensor S"));
   EXPECT_THAT(error_of_nodes(kSensor + "- {name: C, type: command, input: S, output: x}\n"),
-              HasSubstr("`output` means nothing for command C"));
+              HasSubstr("`output` is not a key of command C"));
 }
 
-TEST_F(GraphFile, KeysStandOnce) {
+TEST_F(GraphFile, RepeatedKeysAreRefused) {
   EXPECT_THAT(error_of_nodes("- name: S\n  type: sensor\n  period_ms: 10\n  period_ms: 11\n"),
               AllOf(StartsWith(":6: "), HasSubstr("twice"), HasSubstr("line 5")));
 }
@@ -235,7 +235,8 @@ TEST_F(GraphFile, NodeNamesAreUniqueAndFitIntoMessagesAndColumns) {
 
 TEST_F(GraphFile, TextsAreUtf8) {
   EXPECT_EQ(load("name: g\ndescription: Größe → 4 kB \U0001F916\nnodes:\n" + kSensor).name, "g");
-  // A byte alone, one of Latin-1, a sequence cut off, one longer than needed, a surrogate, beyond Unicode.
+  // A lone continuation byte, Latin-1, a truncated sequence, an overlong one, a surrogate, beyond
+  // Unicode.
   for (const std::string bad : {"\x80", "\xE4", "\xE2\x82", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80"}) {
     const auto refused = [](int line) {
       return AllOf(StartsWith(":" + std::to_string(line) + ": "),
@@ -251,10 +252,10 @@ TEST_F(GraphFile, TextsAreUtf8) {
   }
 }
 
-TEST_F(GraphFile, InputsThatNobodyPublishesAreRefusedWithTheNearestTopic) {
+TEST_F(GraphFile, InputsWithoutAPublisherAreRefusedWithTheNearestTopic) {
   EXPECT_THAT(error_of_nodes("- {name: Lidar, type: sensor, period_ms: 10}\n- name: T\n  type: transform\n"
                              "  input: lidr\n"),
-              AllOf(StartsWith(":6: "), HasSubstr("topic lidr, which nobody publishes"),
+              AllOf(StartsWith(":6: "), HasSubstr("topic lidr, which no node publishes"),
                     HasSubstr("did you mean `Lidar`?")));
   EXPECT_THAT(
       error_of_nodes(
@@ -262,7 +263,7 @@ TEST_F(GraphFile, InputsThatNobodyPublishesAreRefusedWithTheNearestTopic) {
       HasSubstr("add a node with `output: qqqq`"));
 }
 
-TEST_F(GraphFile, ASecondPublisherMustBeMeant) {
+TEST_F(GraphFile, ASecondPublisherMustBeAllowed) {
   const std::string nodes =
       "nodes:\n" + kSensor + "- name: R\n  type: sensor\n  period_ms: 10\n  output: S\n";
   EXPECT_THAT(error_of("name: g\n" + nodes), AllOf(StartsWith(":7: "), HasSubstr("node S does"),
@@ -281,7 +282,7 @@ TEST_F(GraphFile, ATopicIsNamedOnceAmongTheInputsOfANode) {
 TEST_F(GraphFile, ACycleNeedsATimer) {
   EXPECT_THAT(error_of_nodes("- {name: A, type: transform, input: A}\n"),
               AllOf(StartsWith(":3: "), HasSubstr("A -> A form a cycle without a timer")));
-  // The cycle is found behind its way in and with a tail of nodes downstream.
+  // The cycle is found with nodes before it and a tail of nodes after it.
   const std::string rest =
       "- {name: F, type: fusion, inputs: [S, B]}\n- {name: T, type: transform, input: B}\n";
   EXPECT_THAT(error_of_nodes("- {name: Tail, type: command, input: T}\n" + kSensor + rest +
@@ -289,7 +290,8 @@ TEST_F(GraphFile, ACycleNeedsATimer) {
               AllOf(StartsWith(":5: "), HasSubstr("F -> B -> F")));
   const std::string cut = "- {name: B, type: cyclic, period_ms: 5, inputs: [F]}\n";
   EXPECT_EQ(load_nodes(kSensor + rest + cut).nodes.size(), 4U);
-  // Connections of an intersection are separate: only a way back into the same one closes a cycle.
+  // Connections of an intersection are separate: only a path back into the same connection closes a
+  // cycle.
   EXPECT_EQ(load_nodes(kSensor + "- {name: X, type: intersection, connections: [{input: S, output: a}, "
                                  "{input: a, output: b}]}\n")
                 .nodes.size(),
@@ -371,7 +373,7 @@ TEST_F(GraphFile, ACyclicNodePassesOnTheHistoryOfItsInputs) {
   EXPECT_THAT(error_of_nodes(text), AllOf(StartsWith(":3: "), HasSubstr("node Y"), HasSubstr("64")));
 }
 
-TEST_F(GraphFile, APlatformIsOneThatCanExist) {
+TEST_F(GraphFile, ImpossiblePlatformsAreRefused) {
   const auto error = [&](const std::string& keys) {
     return error_of_nodes(kSensor + "platform:\n  timer_thread: raised\n  " + keys + "\n");
   };
@@ -406,7 +408,7 @@ TEST_F(ChainOf, KnownNodesFromTimersToAReachableSink) {
   EXPECT_THAT(error("[S, T, C]", "[T]", "C"), AllOf(StartsWith(":10: "), HasSubstr("has no timer")));
   EXPECT_THAT(error("[S, T, C, Other]", "[S, Other]", "C"),
               AllOf(StartsWith(":10: "), HasSubstr("cannot be reached from source Other")));
-  EXPECT_THAT(error("[S, C]", "[S]", "C"), HasSubstr("cannot be reached"));  // the way leads over T
+  EXPECT_THAT(error("[S, C]", "[S]", "C"), HasSubstr("cannot be reached"));  // the path leads through T
   EXPECT_THAT(error("[S, T]", "[S]", "C"), AllOf(StartsWith(":11: "), HasSubstr("missing in `nodes`")));
   EXPECT_THAT(error("[S, T, T, C]", "[S]", "C"), AllOf(StartsWith(":9: "), HasSubstr("twice")));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graph names and the folders they are looked up in.
+// Graph names and the folders in which they are searched.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -57,7 +57,7 @@ TEST_F(FindGraph, LeavesPathsAsTheyAre) {
 TEST_F(FindGraph, SuggestsTheNearestName) {
   try {
     (void)find_graph("autowear");
-    FAIL() << "found";
+    FAIL() << "no exception";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("did you mean `autoware`?"));
   }

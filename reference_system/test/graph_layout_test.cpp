@@ -19,7 +19,7 @@ Node node(const std::string& name, const std::vector<std::string>& inputs) {
   return n;
 }
 
-/// One row per node, in creation order within each column, as the layout begins with.
+/// One row per node, in creation order within each column: the initial layout.
 std::vector<GraphPosition> in_creation_order(std::vector<GraphPosition> positions) {
   std::map<double, double> next;
   for (GraphPosition& p : positions) p.row = next[p.column]++;

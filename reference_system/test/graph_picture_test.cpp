@@ -19,7 +19,7 @@ std::vector<std::string> lines_of(const Graph& graph) {
   return lines;
 }
 
-/// The line that begins with `start`, or nothing.
+/// The line that begins with `start`; empty if there is none.
 std::string line(const std::vector<std::string>& lines, const std::string& start) {
   const auto found =
       std::find_if(lines.begin(), lines.end(), [&](const auto& l) { return l.starts_with("  " + start); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs as task sets: Autoware against upstream's system builder and test_requirements.py, the other graphs
-// against the paper's and its authors' task sets.
+// Graphs as task sets. Compares Autoware with upstream's system builder and test_requirements.py,
+// and the other graphs with the paper's and its authors' task sets.
 #include "hotpath/reference_system/graph.hpp"
 
 #include <gmock/gmock.h>
@@ -179,8 +179,8 @@ TEST(Autoware, Crunches190TimesASecondAndFillsOneCoreTo80Percent) {
   const std::vector<double> rates = activation_rates(tasks);
   EXPECT_THAT(total(rates, tasks, Duration(1)), DoubleNear(190, 1e-9));
   EXPECT_THAT(load_percent(graph), DoubleNear(79.8, 1e-9));
-  // Fires with its slowest input: the 120 ms of PointCloudMap reach Lanelet2MapLoader by way of two more
-  // fusions.
+  // A fusion fires with its slowest input: the 120 ms of PointCloudMap reach Lanelet2MapLoader
+  // through two more fusions.
   EXPECT_THAT(rates[task_named(tasks, "ParkingPlanner/Lanelet2MapLoader")], DoubleNear(1 / 0.12, 1e-9));
   EXPECT_THAT(rates[task_named(tasks, "BehaviorPlanner/LanePlanner")], DoubleNear(1 / 0.12, 1e-9));
   EXPECT_THAT(rates[task_named(tasks, "PointCloudFusion/PointsTransformerRear")], DoubleNear(5, 1e-9));
@@ -265,7 +265,7 @@ TEST_P(PaperTaskSets, HaveTheirUtilisation) {
   EXPECT_THAT(load_percent(graph_named(GetParam().graph)), DoubleNear(GetParam().percent, 0.05));
 }
 
-// The sums of execution time over period of the paper's lists and of the authors' builders.
+// The sums of execution time over period in the paper's lists and in the authors' builders.
 INSTANTIATE_TEST_SUITE_P(
     Graphs, PaperTaskSets,
     testing::Values(Utilisation{"timers_only_60", 61.0}, Utilisation{"timers_only_80", 80.0},

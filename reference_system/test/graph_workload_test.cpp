@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes in virtual time: small graphs worked out by hand after the node types of upstream's
-// nodes/rclcpp/*.hpp, and Autoware against what the real ROS 2 stack did with the same phases.
+// Nodes in virtual time. Compares small graphs with hand-computed results for the node types of
+// upstream's nodes/rclcpp/*.hpp, and Autoware with the real ROS 2 stack at the same phases.
 #include "hotpath/reference_system/graph_workload.hpp"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ struct Simulated {
   }
 };
 
-/// `phases`: first timestamps of the timers, by task; 0 for what is missing.
+/// `phases`: first timestamps of the timers, by task; missing ones are 0.
 Simulated simulate_graph(const Graph& graph, const std::string& executor, Duration duration,
                          const std::vector<Duration>& phases = {}, const SchedulerOptions& scheduling = {},
                          Platform platform = {}) {
@@ -95,7 +95,7 @@ TEST(GraphWorkload, ChainOfTransformsWorkedOutByHand) {
 }
 
 TEST(GraphWorkload, FusionWorksWhenItHasBothAndItsNewestInputsWin) {
-  // P at 0, 10, 20 ... and Q at 25, 55 ...: of P's three messages the newest meets Q's.
+  // P at 0, 10, 20 ... and Q at 25, 55 ...: the newest of P's three messages meets Q's.
   Graph g;
   g.nodes = {sensor("P", 10ms), sensor("Q", 30ms), worker("F", NodeType::fusion, {"P", "Q"}, 2ms),
              worker("C", NodeType::command, {"F"}, 0ms)};
@@ -109,8 +109,8 @@ TEST(GraphWorkload, FusionWorksWhenItHasBothAndItsNewestInputsWin) {
   ASSERT_EQ(s.chains.size(), 2U);
   EXPECT_EQ(s.chains[0].hot_path_latency, 27ms - 20ms);
   EXPECT_EQ(s.chains[1].hot_path_latency, 57ms - 50ms);
-  // P's messages 0, 1 and 3, 4 were replaced in the slot. Of the first loss one counts (upstream: the memory
-  // starts at 0, as sequences do), of the second both.
+  // P's messages 0, 1 and 3, 4 were replaced in the slot. The first loss counts as one (upstream:
+  // the last seen sequence starts at 0, like the sequences), the second as two.
   EXPECT_EQ(s.chains[0].dropped, 1U);
   EXPECT_EQ(s.chains[1].dropped, 2U);
 }
@@ -125,7 +125,8 @@ TEST(GraphWorkload, CyclicNodeStoresAndPublishesEveryCycle) {
   for (const JobRecord* job : s.ran("B/S")) EXPECT_EQ(job->finish, job->start);
   EXPECT_EQ(s.ran("B").size(), 4U);
   EXPECT_EQ(s.ran("C/B").size(), 4U);
-  // Messages at 10 and 50 ms reach the command at 25 and 65 ms; the other two cycles carry no source.
+  // Messages of 10 and 50 ms reach the command at 25 and 65 ms; the other two cycles have no
+  // source.
   ASSERT_EQ(s.chains.size(), 2U);
   EXPECT_EQ(s.chains[0].hot_path_latency, 15ms);
   EXPECT_EQ(s.chains[1].hot_path_latency, 15ms);
@@ -144,7 +145,7 @@ TEST(GraphWorkload, ConnectionsOfAnIntersectionAreIndependent) {
 }
 
 TEST(GraphWorkload, OverwrittenMessageIsNotSeenDownstream) {
-  // The transform takes 25 ms for what comes every 10: histories of depth 1 keep the newest.
+  // The transform takes 25 ms for inputs every 10 ms: a history of depth 1 keeps the newest.
   Graph g;
   g.nodes = {sensor("S", 10ms), worker("A", NodeType::transform, {"S"}, 25ms),
              worker("C", NodeType::command, {"A"}, 0ms)};
@@ -156,7 +157,7 @@ TEST(GraphWorkload, OverwrittenMessageIsNotSeenDownstream) {
     for (const TaskAccount& a : account(s.tasks.set, s.trace)) EXPECT_TRUE(a.balanced());
     ASSERT_GT(s.chains.size(), 30U);
     for (std::size_t k = 0; k < s.chains.size(); ++k) {
-      // The chain's record names the source job whose message the transform's job took.
+      // The chain's record identifies the source job of the message that the transform's job took.
       const JobRecord& transform = *s.ran("A/S")[k];
       const JobRecord& source = *s.ran("S")[transform.job.parent.sequence];
       EXPECT_EQ(s.chains[k].hot_path_latency, s.ran("C/A")[k]->start - source.start);
@@ -187,7 +188,8 @@ TEST(WorkingJobs, FusionsReplayTheTimesOfJobsThatPublished) {
              worker("C", NodeType::command, {"F"}, 0ms)};
   const Simulated measured = simulate_graph(g, "events-ro", 300ms, {0ms, 10ms});
   const ReplayedTimes times(measured.tasks.set, working_jobs(measured.tasks, measured.trace));
-  // The input P never completed a set there; were it to, it would take the measured time of a set.
+  // Input P never completed a set in the trace; if it did, it would take the measured time of a
+  // set.
   for (const TaskId fusion : {2U, 3U}) {
     Job job;
     job.task = fusion;
@@ -207,12 +209,13 @@ std::ostream& operator<<(std::ostream& out, const Reference& r) { return out << 
 
 class RclcppAutowarePhases : public testing::TestWithParam<Reference> {};
 
-/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation instants of
-/// the timers, 30 s a run of which the first prints are skipped. Medians of the hot-path latency.
+/// reference_system/ros2_reference/rclcpp_autoware_phases.csv: 4.22 ms per crunch, the creation
+/// instants of the timers, 30 s per run without the first prints. Medians of the hot-path latency.
 ///
-/// `rm-ro` and `edf-ro` are the fork's: subscriptions before timers, and of two in its heap the earlier
-/// first. Dispatch costs are those between two jobs of the golden traces; for `multi`, which has none, the
-/// hot path without work (0.966 ms) over its seven callbacks.
+/// `rm-ro` and `edf-ro` are the fork's executors: subscriptions run before timers, and of two
+/// subscriptions the earlier one in the fork's heap runs first. Dispatch costs are the times
+/// between two jobs of the golden traces. `multi` has no golden trace: its cost is the hot path
+/// without work (0.966 ms) divided by its seven callbacks.
 TEST_P(RclcppAutowarePhases, MedianOfTheRealStack) {
   const Reference& reference = GetParam();
   Graph graph = load_graph(find_graph("autoware"));
@@ -226,8 +229,8 @@ TEST_P(RclcppAutowarePhases, MedianOfTheRealStack) {
   platform.dispatch_cost = reference.dispatch_cost;
   const Simulated s = simulate_graph(graph, reference.executor, 30s, phases,
                                      {SubscriptionRule::first, Ties::fifo, 2}, platform);
-  // The six outputs of a hyperperiod (600 ms) differ, for `events-ro` by a crunch on either side of the
-  // median: a whole number of hyperperiods counts.
+  // The six outputs of a hyperperiod (600 ms) differ, for `events-ro` by a crunch on either side of
+  // the median; therefore a whole number of hyperperiods is counted.
   std::vector<double> latencies;
   for (const ChainObservation& o : s.observations) {
     if (o.sink_start >= at(1200ms)) latencies.push_back(to_ms(o.sink_start - o.latest_source_start));

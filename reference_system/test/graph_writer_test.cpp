@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written is read back as the same graph.
+// Written graphs are read back as the same graphs.
 #include "hotpath/reference_system/graph_writer.hpp"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ class GraphWriter : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(GraphWriter, WritesEveryGraphOfOursAsItWasRead) {
+TEST_F(GraphWriter, WritesEveryShippedGraphAsItWasRead) {
   for (const GraphListing& listing : list_graphs()) {
     const Graph graph = load_graph(listing.path);
     EXPECT_EQ(load(graph_yaml(graph)), graph) << listing.name;
@@ -67,7 +67,7 @@ chains:
 - {name: c, nodes: [S, I, K/a], sources: [S], sink: K/a}
 )";
 
-TEST_F(GraphWriter, WritesAllThatAGraphCanSay) {
+TEST_F(GraphWriter, WritesEveryFeatureOfAGraph) {
   const Graph graph = load(kEverything);
   EXPECT_EQ(load(graph_yaml(graph)), graph) << graph_yaml(graph);
 }
@@ -85,7 +85,7 @@ TEST_F(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
   EXPECT_EQ(load_graph(folder_ / "mine.yaml"), graph);
 }
 
-TEST_F(GraphWriter, SaysWhatTheCommentsSay) {
+TEST_F(GraphWriter, WritesTheComments) {
   const Graph graph = load(kEverything);
   const std::string text =
       graph_yaml(graph, {"Imported.\nBy test.", {{"S", "a sensor"}, {"K", "a node"}, {"K/a", "half known"}}});

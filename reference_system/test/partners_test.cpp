@@ -30,7 +30,7 @@ Time in(Duration d) { return std::chrono::steady_clock::now() + d; }
 
 dds::TypeSupport message_type() { return dds::TypeSupport(new msg::Message4kbPubSubType); }
 
-/// Reads a topic of the run without being part of it, as a bridge does.
+/// Reads a topic of the run without being part of it, like a bridge.
 class Outsider {
  public:
   explicit Outsider(const std::string& topic) : participant_(create_participant(options())) {
@@ -74,7 +74,7 @@ TEST(Partners, AnOutsideReaderIsNotOneOfTheRunsOwn) {
     publisher.wait_until_matched(in(Duration::zero()));
     FAIL() << "took the outside reader for its own";
   } catch (const TransportError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("writer of topic Lidar found 0 of 1"));
+    EXPECT_THAT(error.what(), HasSubstr("writer of topic Lidar matched 0 of 1"));
   }
 
   FastDdsParticipant subscriber(options());

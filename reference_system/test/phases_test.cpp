@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// First timestamps of timers, against rclcpp's rule and the recorded creation instants of the real stack.
+// Compares first timestamps of timers with rclcpp's rule and the recorded creation instants of the
+// real stack.
 #include "hotpath/reference_system/phases.hpp"
 
 #include <gmock/gmock.h>
@@ -77,7 +78,7 @@ TEST(CreationPhases, CountPublishersAndSubscriptionsOfTheNodesBetween) {
   const auto instants = creation_instants(autoware(), make_tasks(autoware()));
   EXPECT_EQ(of(instants, "FrontLidarDriver"), Duration::zero());
   EXPECT_EQ(of(instants, "RearLidarDriver"), kNodeCreation + kEndpointCreation);
-  // 20 nodes after the first, up to its own, with 45 publishers and subscriptions.
+  // 20 nodes after the first, up to and including its own, with 45 publishers and subscriptions.
   EXPECT_EQ(of(instants, "BehaviorPlanner"), 20 * kNodeCreation + 45 * kEndpointCreation);
 }
 
@@ -137,12 +138,12 @@ TEST(RandomPhases, AreReproducibleUniformAndBelowThePeriod) {
       sum += to_ms(phases[id]) / to_ms(tasks.set[id].period);
     }
   }
-  // The mean of 6000 uniform numbers, six standard deviations wide.
+  // Mean of 6000 uniform numbers, within six standard deviations.
   EXPECT_NEAR(sum / (3 * kSeeds), 0.5, 6 * std::sqrt(1.0 / 12 / (3 * kSeeds)));
 }
 
-/// The 10000th number of mt19937_64 is fixed by the standard ([rand.predef]); the first with seed 1 follows
-/// from it.
+/// The standard defines the 10000th number of mt19937_64 ([rand.predef]); the first number with
+/// seed 1 follows from it.
 TEST(RandomPhases, FollowTheStandardsGeneratorEverywhere) {
   const Graph graph = load_graph(find_graph("many_to_many"));
   PhaseOptions options;
@@ -175,7 +176,7 @@ TEST_F(PhasesFile, ChoosesTheRowOfTheExecutor) {
   EXPECT_EQ(of(read(kWide, "rm-ro"), "SensorB", graph_), milliseconds(44));
   EXPECT_EQ(of(read(kWide, "rm-ro (first)"), "SensorB", graph_), milliseconds(44));
   EXPECT_EQ(of(read(kWide, "edf-ro"), "SensorA", graph_),
-            milliseconds(27));  // its own row, not that of a rule
+            milliseconds(27));  // its own row, not the row of a rule
 }
 
 TEST_F(PhasesFile, NamesTheLineOfEachMistake) {
@@ -188,7 +189,7 @@ TEST_F(PhasesFile, NamesTheLineOfEachMistake) {
       error_of(head + "SensorA,1\nSensrB,2\n"),
       testing::AllOf(HasSubstr(":3: the graph has no timer SensrB"), HasSubstr("did you mean `SensorB`?")));
   EXPECT_THAT(error_of(head + "ProcessorX/Data,1\n"), HasSubstr(":2: the graph has no timer"));
-  EXPECT_THAT(error_of(head + "SensorA,1\nSensorA,1\n"), HasSubstr(":3: a second phase"));
+  EXPECT_THAT(error_of(head + "SensorA,1\nSensorA,1\n"), HasSubstr(":3: timer SensorA has a second phase"));
   EXPECT_THAT(error_of(head + "SensorA,soon\n"), HasSubstr(":2: the phase of timer SensorA is `soon`"));
   EXPECT_THAT(error_of(head + "SensorA,-1\n"), HasSubstr(":2: "));
   EXPECT_THAT(error_of(head + "SensorA\n"), HasSubstr(":2: 1 columns instead of 2"));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends numbered samples on Fast DDS at given rates and sizes and receives them from the bridge as a ROS 1
-// subscriber: latency from before DDS's write() to ROS's callback, and what is lost. Prints one JSON object
-// per combination.
+// Measures the bridge's latency and loss: sends numbered samples on Fast DDS at given rates and
+// sizes, and receives them as a ROS 1 subscriber. The latency spans from before DDS's write() to
+// the ROS callback. Prints one JSON object per combination.
 #include <TelemetryPubSubTypes.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <ros/ros.h>
@@ -35,7 +35,7 @@ constexpr const char* kTopic = "bench_bridge";
 struct Stamp {
   std::uint64_t number;
   std::int64_t sent_ns;
-  std::uint64_t cell;  // which combination it belongs to
+  std::uint64_t cell;  // the combination of rate and size
 };
 
 std::int64_t now_ns() {
@@ -72,7 +72,7 @@ class Sender {
     writer.history().depth = 1024;
     writer.data_sharing().off();
     writer.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-    // What a full socket buffer swallowed is asked for again within this time.
+    // Samples lost to a full socket buffer are requested again within this time.
     writer.reliable_writer_qos().times.heartbeatPeriod = eprosima::fastrtps::Duration_t(0, 20'000'000);
     writer_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT)->create_datawriter(topic, writer);
   }
@@ -119,7 +119,7 @@ class Receiver {
     disordered_ = 0;
   }
 
-  /// Latencies in order of arrival, once there are `count` or none has come for a while.
+  /// Latencies in order of arrival; returns after `count` samples or 3 s without one.
   std::vector<std::int64_t> wait(std::size_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
     while (latencies_.size() < count && arrived_.wait_for(lock, 3s) == std::cv_status::no_timeout) {
@@ -197,9 +197,8 @@ void wait_until(Condition condition, const std::string& what) {
 int bench_bridge(int argc, char** argv) {
   ros::init(argc, argv, "bench_bridge", ros::init_options::AnonymousName);
   CLI::App app(
-      "Latency and loss of a bridge that runs with `_bytes_topics:=bench_bridge`, between Fast DDS and a ROS "
-      "1 "
-      "subscriber.",
+      "Measures latency and loss from Fast DDS to a ROS 1 subscriber, through a bridge that runs with "
+      "`_bytes_topics:=bench_bridge`.",
       "bench_bridge");
   std::uint32_t domain = 0;
   std::vector<double> rates{10, 100, 1000, 2000, 5000};
@@ -209,7 +208,7 @@ int bench_bridge(int argc, char** argv) {
   app.add_option("--rates", rates, "samples per second")->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--payloads", payloads, "bytes")->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--seconds", seconds, "for each combination")->check(CLI::PositiveNumber);
-  app.add_option("--most-mb-per-s", most_mb, "leaves out combinations that need more than that")
+  app.add_option("--most-mb-per-s", most_mb, "skips combinations above this throughput")
       ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   try {
@@ -217,10 +216,12 @@ int bench_bridge(int argc, char** argv) {
     Receiver receiver;
     ros::AsyncSpinner spinner(1);
     spinner.start();
-    wait_until([&] { return sender.has_reader(); }, "no bridge reads the DDS topic in this domain");
-    wait_until([&] { return receiver.has_publisher(); }, "no bridge publishes the ROS topic at this master");
+    wait_until([&] { return sender.has_reader(); },
+               "no bridge reads the DDS topic in this domain; start it with _bytes_topics:=bench_bridge");
+    wait_until([&] { return receiver.has_publisher(); },
+               "no bridge publishes the ROS topic at this master; check ROS_MASTER_URI");
     std::uint64_t cell = 0;
-    measure(sender, receiver, ++cell, 500, 4096, 1);  // warm-up, marked by its rate
+    measure(sender, receiver, ++cell, 500, 4096, 1);  // warm-up; bench_bridge.py skips its line
     for (const std::size_t bytes : payloads) {
       for (const double rate : rates) {
         if (rate * static_cast<double>(bytes) <= most_mb * 1e6) {

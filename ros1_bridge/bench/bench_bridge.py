@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Starts roscore, the bridge and bench_bridge, prints the table of latency and loss; `--json FILE` keeps the figures.
-Other options go to bench_bridge. HOTPATH_PROGRAMS: the folder of the two programs (build/ros1_bridge)."""
+"""Starts roscore, the bridge and bench_bridge, and prints a table of latency and loss.
+
+`--json FILE` also stores the rows. Other options go to bench_bridge. The environment variable
+HOTPATH_PROGRAMS names the folder of the two programs (default: build/ros1_bridge)."""
 
 import json
 import os
@@ -31,7 +33,7 @@ def text(name, value, form):
 
 
 class Measurement(partners.BridgeTest):
-    """Uses a test's partners: apart from all others on the machine, gone afterwards."""
+    """Reuses the set-up of the tests, which is isolated from other programs and cleans up."""
 
     options = []
     rows = []

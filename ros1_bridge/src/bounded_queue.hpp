@@ -11,20 +11,20 @@
 
 namespace hotpath {
 
-/// First in, first out between threads, bounded in items and in bytes. Whoever pushes never waits for room.
+/// A thread-safe FIFO queue, bounded in items and in bytes. push() never blocks for space.
 template <class Item>
 class BoundedQueue {
  public:
   BoundedQueue(std::size_t max_items, std::size_t max_bytes) : max_items_(max_items), max_bytes_(max_bytes) {}
 
-  /// False, and the item is gone, when the queue is full. An empty queue takes an item of any size.
+  /// Returns false and drops the item if the queue is full. An empty queue takes an item of any
+  /// size.
   bool push(Item item, std::size_t bytes) { return push_within(1, std::move(item), bytes); }
 
-  /// Also into a full queue, up to twice its bounds: for what is rare, and is not to be lost among the
-  /// others.
+  /// Like push(), but with twice the bounds: rare items are not lost among frequent ones.
   bool push_rare(Item item, std::size_t bytes) { return push_within(2, std::move(item), bytes); }
 
-  /// Nothing when none has come by `deadline`.
+  /// std::nullopt if no item arrives by `deadline`.
   std::optional<Item> pop(std::chrono::steady_clock::time_point deadline) {
     std::unique_lock lock(mutex_);
     if (!arrived_.wait_until(lock, deadline, [this] { return !items_.empty(); })) return std::nullopt;
@@ -34,7 +34,7 @@ class BoundedQueue {
     return std::move(entry.item);
   }
 
-  /// Most items that were in it at once.
+  /// The largest number of items so far.
   std::size_t longest() const {
     const std::lock_guard lock(mutex_);
     return longest_;

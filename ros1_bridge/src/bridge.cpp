@@ -41,7 +41,7 @@ std::vector<std::string> unique_names(const std::vector<std::string>& names, con
   if (!result.clashes.empty()) {
     RosNode::log(Severity::warning,
                  what + " with the same ROS name: " + printable(joined(result.clashes), kMostOfList) +
-                     "; the later topic ends in a number, hotpath/run says which is which");
+                     "; the later topic gets a numeric suffix, and hotpath/run maps the names");
   }
   return std::move(result.names);
 }
@@ -81,7 +81,7 @@ void Bridge::begin(telemetry::RunInfo run) {
   const std::string defect = run_defect(run);
   if (!defect.empty()) {
     ++counts_.malformed;
-    // One a second is enough of a stranger's.
+    // A foreign program may publish invalid runs at any rate: log at most one per second.
     if (!std::exchange(refusal_known_, true)) {
       RosNode::log(Severity::error,
                    "a run of graph " + printable(run.graph(), kMostOfName) + " cannot be shown: " + defect);
@@ -184,7 +184,7 @@ void Bridge::show(const telemetry::Statistics& statistics) {
     const std::int64_t mean = statistics.nodes()[i].response_window_ns();
     if (mean >= 0) response_times_[i].publish({to_ms(mean)});
   }
-  // The last of a run stays to be seen.
+  // Always show the last statistics of a run: they stay visible.
   if (statistics.last() || statistics_shown_ % parameters_.graph_every == 0) {
     draw(&statistics);
   } else {
@@ -219,8 +219,9 @@ void Bridge::show(const telemetry::Clock& clock) {
   if (!parameters_.clock) return;
   if (!clock_) clock_ = RosPublisher<ClockTime>("/clock", {parameters_.ros_queue, false});
   if (!clock_known_ && !RosNode::uses_simulated_time()) {
-    RosNode::log(Severity::info,
-                 "a replay drives /clock: nodes follow it that start after `rosparam set use_sim_time true`");
+    RosNode::log(
+        Severity::info,
+        "a replay drives /clock: to follow it, run `rosparam set use_sim_time true`, then start nodes");
   }
   clock_known_ = true;
   clock_.publish({clock.time_ns()});

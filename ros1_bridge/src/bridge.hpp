@@ -14,16 +14,16 @@
 
 namespace hotpath {
 
-/// Turns telemetry into messages on ROS topics. Belongs to one thread.
+/// Converts telemetry into messages on ROS topics. Use it from one thread only.
 class Bridge {
  public:
   using Clock = std::chrono::steady_clock;
 
   Bridge(const RosNode& node, const Parameters& parameters, TelemetryInput& input);
 
-  /// Waits for the master when a new graph needs topics and the master is away.
+  /// May block until the master is back, if a new graph needs topics.
   void handle(Event event);
-  /// Once a second: health of the bridge itself, and what it waits for.
+  /// Call once a second: publishes the bridge's own health and logs what it is waiting for.
   void tick(Clock::time_point now);
 
  private:
@@ -31,15 +31,15 @@ class Bridge {
     RosPublisher<Scalar> latency;
     RosPublisher<StampedVector> stamped;
     std::string frame;
-    std::optional<std::uint64_t> next;  ///< Number of the sample after the last.
+    std::optional<std::uint64_t> next;  ///< Expected number of the next sample.
   };
-  /// Since the start of this process.
+  /// Counts since the start of this process.
   struct Counts {
     std::uint64_t runs = 0;
-    std::uint64_t lost = 0;          ///< Numbers that are missing: lost between benchmark and bridge.
-    std::uint64_t before_first = 0;  ///< Chain samples of a run from before the bridge knew its benchmark.
-    std::uint64_t malformed = 0;     ///< Samples that do not fit their run.
-    std::uint64_t graph_left_out = 0, points_left_out = 0, diagnostics_left_out = 0;  ///< Decimation.
+    std::uint64_t lost = 0;          ///< Missing numbers: samples lost between benchmark and bridge.
+    std::uint64_t before_first = 0;  ///< Chain samples published before the bridge discovered the benchmark.
+    std::uint64_t malformed = 0;     ///< Samples that do not match their run.
+    std::uint64_t graph_left_out = 0, points_left_out = 0, diagnostics_left_out = 0;  ///< By decimation.
   };
 
   void begin(telemetry::RunInfo run);
@@ -62,23 +62,23 @@ class Bridge {
   TelemetryInput& input_;
 
   std::optional<telemetry::RunInfo> run_;
-  std::optional<telemetry::Statistics> diagnosed_;  ///< Of the last diagnosis.
+  std::optional<telemetry::Statistics> diagnosed_;  ///< Statistics of the last diagnosis.
   PendingSamples pending_;
   std::uint64_t statistics_shown_ = 0;
   std::optional<std::uint64_t> next_statistics_;
-  std::uint64_t not_published_ = 0;  ///< Of this run, by the benchmark's own count.
+  std::uint64_t not_published_ = 0;  ///< In this run, as counted by the benchmark.
   Counts counts_;
   std::uint64_t losses_reported_ = 0, other_run_reported_ = 0;
   std::int32_t benchmarks_ = -1;
   bool other_run_known_ = false, clock_known_ = false;
-  bool refusal_known_ = false;  ///< In this second.
+  bool refusal_known_ = false;  ///< A refusal was logged in this second.
   std::string unknown_chains_;
 
-  std::vector<std::string> node_names_, chain_names_;  ///< For ROS; parallel to the run's.
+  std::vector<std::string> node_names_, chain_names_;  ///< ROS names; parallel to the run's.
   TopicSet<Scalar> latency_topics_, response_time_topics_;
   TopicSet<StampedVector> stamped_topics_;
   TopicSet<PointCloud> points_topics_;
-  std::vector<Chain> chains_;  ///< Parallel to the run's; without publisher if not asked for.
+  std::vector<Chain> chains_;  ///< Parallel to the run's; without publisher if not in ~chains.
   std::vector<RosPublisher<Scalar>> response_times_;  ///< Parallel to the run's nodes.
   std::vector<RosPublisher<PointCloud>> points_;
   std::vector<std::string> point_frames_;

@@ -28,9 +28,9 @@ void Bridge::report_partners() {
   benchmarks_ = benchmarks;
   if (pending_.forgotten() != other_run_reported_ && !other_run_known_) {
     RosNode::log(Severity::warning,
-                 "samples of another run than the one that began last arrive in " + domain +
-                     " and are left out: give each benchmark with its bridge a domain of their own "
-                     "(--domain)");
+                 "ignored samples in " + domain +
+                     " that belong to another run than the last one started: give each benchmark and its "
+                     "bridge their own domain (--domain)");
     other_run_known_ = true;
   }
   other_run_reported_ = pending_.forgotten();

@@ -14,12 +14,12 @@ namespace hotpath {
 
 /// A message of a LiDAR driver.
 struct LidarSample {
-  std::uint32_t topic = 0;     ///< Index into the topics that were asked for.
-  std::int64_t stamp_ns = 0;   ///< When it was published, nanoseconds since the Unix epoch.
-  std::uint64_t sequence = 0;  ///< Publications of that driver before this one.
+  std::uint32_t topic = 0;     ///< Index into the requested topics.
+  std::int64_t stamp_ns = 0;   ///< Publication instant, nanoseconds since the Unix epoch.
+  std::uint64_t sequence = 0;  ///< Number of earlier publications of that driver.
 };
 
-/// A sample of one of the topics of Bytes.
+/// A sample of a ~bytes_topics topic.
 struct BytesSample {
   std::uint32_t topic = 0;
   std::vector<std::uint8_t> data;
@@ -30,10 +30,10 @@ using Event = std::variant<telemetry::RunInfo, telemetry::Statistics, telemetry:
 inline constexpr std::array<const char*, std::variant_size_v<Event>> kStreams = {
     "run", "statistics", "chain_samples", "clock", "points", "bytes"};
 
-/// Memory that the event holds, with its texts and sequences.
+/// Memory of the event in bytes, including its texts and sequences.
 std::size_t bytes_of(const Event& event);
 
-/// The run of a sample; empty: it names none.
+/// The run id of a sample; empty if the sample has none.
 std::string_view run_of(const Event& event);
 
 }  // namespace hotpath

@@ -13,11 +13,11 @@ namespace hotpath {
 
 namespace {
 
-// Metres.
+// Lengths in metres.
 constexpr double kColumn = 4.5, kRow = 2.7;
 constexpr double kWidth = 3.6, kHeight = 1.9, kThin = 0.02, kRim = 0.16;
 constexpr double kTextSize = 0.44, kLine = 0.55, kTitleSize = 0.7;
-// From below: arrows, rims, boxes, texts.
+// Heights, from bottom to top: arrows, rims, boxes, texts.
 constexpr double kArrowZ = 0, kHotArrowZ = 0.1, kRimZ = 0.3, kBoxZ = 0.4, kTextZ = 0.6;
 
 constexpr Color kHot{0.83F, 0.1F, 0.1F, 1};
@@ -63,8 +63,8 @@ class Drawing {
   std::map<std::string, std::int32_t> ids_;  // next in each group
 };
 
-/// Ends of an arrow between two boxes: from right to left where it goes forward, otherwise on the line of
-/// centres.
+/// Ends of an arrow between two boxes. A forward arrow runs from the right side of its source to
+/// the left side of its target; other arrows lie on the line between the centres.
 std::pair<Point, Point> arrow_ends(const Point& source, const Point& target, double z) {
   const double dx = target[0] - source[0], dy = target[1] - source[1];
   const double half_width = kWidth / 2 + kRim, half_height = kHeight / 2 + kRim;
@@ -77,7 +77,7 @@ std::pair<Point, Point> arrow_ends(const Point& source, const Point& target, dou
           {target[0] - share * dx, target[1] - share * dy, z}};
 }
 
-/// Short enough for a box.
+/// Shortens a text to fit a box.
 std::string short_milliseconds(std::int64_t ns) { return milliseconds(ns, ns < 100'000'000 ? 1 : 0); }
 
 std::string figures(const telemetry::NodeStatistics& s) {
@@ -110,7 +110,7 @@ Point scan_position(const telemetry::NodeInfo& lidar_driver) {
 }
 
 Color utilization_color(double utilization) {
-  // The square root tells small shares apart; NaN is none.
+  // The square root makes small shares distinguishable; NaN counts as 0.
   const double share = utilization > 0 ? std::sqrt(std::min(utilization, 1.0)) : 0;
   constexpr Color kIdle{0.88F, 0.95F, 0.90F, 1}, kHalf{1.0F, 0.90F, 0.40F, 1}, kFull{0.95F, 0.50F, 0.10F, 1};
   const auto mix = [](const Color& a, const Color& b, double t) {
@@ -155,7 +155,7 @@ MarkerSet graph_markers(const telemetry::RunInfo& run, const telemetry::Statisti
     draw.box("rims", {x, y, kRimZ}, kWidth + kRim, kHeight + kRim, node.hot() ? kHot : kRimColor);
     const double utilization = statistics != nullptr ? statistics->nodes()[i].utilization() : 0;
     draw.box("nodes", {x, y, kBoxZ}, kWidth, kHeight, utilization_color(utilization));
-    // RViz aligns the lines of one text to the left: one text for each.
+    // One marker per line, because RViz left-aligns the lines of a text.
     const auto [first, second] = two_lines(node.name());
     draw.text("names", x, y + (second.empty() ? kLine / 2 : kLine), kTextSize, kInk, first);
     if (!second.empty()) draw.text("names", x, y, kTextSize, kInk, second);
@@ -170,7 +170,7 @@ MarkerSet graph_markers(const telemetry::RunInfo& run, const telemetry::Statisti
     draw.arrow("edges", from, to, edge.hot() ? 0.14 : 0.07, edge.hot() ? kHot : kEdge);
   }
 
-  // Above the nodes, from below: legend, chains, title. Texts are centred.
+  // Above the nodes, from bottom to top: legend, chains, title. Texts are centred.
   double y = top + kRow / 2 + kTitleSize;
   draw.text("legend", right / 2, y, kTextSize, kRimColor,
             "in each node: response time, median | 99th percentile; colour: share of one core");

@@ -23,7 +23,7 @@ std::vector<Lidar> lidars(const telemetry::RunInfo& run) {
 
 PointCloud stand_in_scan(const LidarSample& sample, const std::string& frame) {
   constexpr std::size_t kPoints = 4096 / sizeof(PointCloud::points[0]);
-  constexpr std::uint64_t kTurn = 100;  // scans for a full circle
+  constexpr std::uint64_t kTurn = 100;  // scans per full turn
   constexpr double kRadius = 1.0;
   PointCloud cloud;
   cloud.stamp_ns = sample.stamp_ns;

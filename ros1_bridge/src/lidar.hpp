@@ -17,12 +17,13 @@ struct Lidar {
   std::string topic;
 };
 
-/// Once each, and not more than the first 1000: each costs a reader and a publisher.
+/// The LiDAR drivers of a run, without duplicates. At most the first 1000, as each needs a reader
+/// and a publisher.
 std::vector<Lidar> lidars(const telemetry::RunInfo& run);
 
-/// Stands in for a scan: the reference system's messages hold no points, so these are 256 on a circle, as
-/// many bytes as the message, that turn with the message's sequence number. Intensity is the angle from the
-/// scan's start, 0 to 1.
+/// A substitute for a scan, since the reference system's messages hold no points: 256 points on a
+/// circle, of the message's size in bytes. The circle turns with the sequence number. Intensity is
+/// the angle from the scan's start, 0 to 1.
 PointCloud stand_in_scan(const LidarSample& sample, const std::string& frame);
 
 }  // namespace hotpath

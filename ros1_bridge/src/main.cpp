@@ -26,7 +26,7 @@ struct WrongUse : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// As roscpp finds it: from the argument `__master:=URI`, else from the environment.
+/// The master's URI, from the argument `__master:=URI` or else from the environment, like roscpp.
 std::string master_uri(int argc, char** argv) {
   constexpr std::string_view kArgument = "__master:=";
   for (int i = 1; i < argc; ++i) {
@@ -35,7 +35,7 @@ std::string master_uri(int argc, char** argv) {
   }
   const char* uri = std::getenv("ROS_MASTER_URI");
   if (uri == nullptr || *uri == '\0') {
-    throw WrongUse("ROS_MASTER_URI is not set: set it to where roscore runs, usually http://localhost:11311");
+    throw WrongUse("ROS_MASTER_URI is not set: set it to roscore's address, usually http://localhost:11311");
   }
   return uri;
 }
@@ -44,11 +44,11 @@ HostAndPort master_address(const std::string& uri) {
   try {
     return parse_uri(uri);
   } catch (const std::invalid_argument& e) {
-    throw WrongUse("ROS_MASTER_URI " + std::string(e.what()) + "; usual is http://localhost:11311");
+    throw WrongUse("ROS_MASTER_URI " + std::string(e.what()) + "; usually it is http://localhost:11311");
   }
 }
 
-/// False when the process is to end.
+/// Returns false if termination was requested.
 bool wait_for_master(const HostAndPort& master, const std::string& uri, const Termination& termination) {
   for (bool said = false; !accepts_connections(master, kTimeOut); said = true) {
     if (!said) {
@@ -60,7 +60,8 @@ bool wait_for_master(const HostAndPort& master, const std::string& uri, const Te
   return !termination.requested();
 }
 
-/// Another living node of this name would be told to end as soon as this one starts.
+/// Throws if a living node has this name: the master would shut that node down when this one
+/// starts.
 void refuse_namesake(const RosNode& node) {
   const std::string uri = node.namesake();
   if (uri.empty()) return;
@@ -70,10 +71,10 @@ void refuse_namesake(const RosNode& node) {
     return;
   }
   throw WrongUse("a node " + node.name() + " runs already (" + uri +
-                 "): start this one with another name or in another namespace, such as __ns:=second");
+                 "): give this node another name or namespace, such as __ns:=second");
 }
 
-/// Makes the node known again to a roscore that was started anew, until it is told to stop.
+/// Registers the node again whenever roscore is restarted, until a stop is requested.
 void watch_master(const std::stop_token& stop, const RosNode& node, const HostAndPort& master,
                   const std::string& uri, const Termination& termination) {
   using Registration = RosNode::Registration;
@@ -109,9 +110,9 @@ void run_bridge(RosNode& node, const Parameters& parameters, const Termination& 
 
 int run(int argc, char** argv, Termination& termination) {
   CLI::App app(
-      "Shows a benchmark (`hotpath run --live`) to ROS 1: reads its telemetry from Fast DDS and publishes it "
-      "on ROS "
-      "topics. All settings are private ROS parameters (`_domain:=7`), described in ros1_bridge/README.md.",
+      "Shows a running benchmark (`hotpath run --live`) in ROS 1: reads its telemetry from Fast DDS and "
+      "publishes it on ROS topics. All settings are private ROS parameters (`_domain:=7`), described in "
+      "ros1_bridge/README.md.",
       "hotpath_ros1_bridge");
   std::optional<std::uint32_t> domain;
   app.add_option("--domain", domain,
@@ -119,7 +120,7 @@ int run(int argc, char** argv, Termination& termination) {
       ->check(CLI::Range(0, 232));
   std::vector<std::string> arguments = without_ros_arguments(argc, argv);
   std::reverse(arguments.begin(), arguments.end());
-  arguments.pop_back();  // the program
+  arguments.pop_back();  // the program name
   try {
     app.parse(arguments);
   } catch (const CLI::ParseError& e) {

@@ -10,12 +10,12 @@ struct HostAndPort {
   std::string host, port;
 };
 
-/// Of `http://host:port`, with or without a slash at the end. Throws std::invalid_argument that says what is
-/// wrong.
+/// Parses `http://host:port`, with or without a trailing slash. Throws std::invalid_argument with a
+/// description of the error.
 HostAndPort parse_uri(const std::string& uri);
 
-/// Whether somebody accepts connections there. A call of roscpp would wait for ever for a machine that does
-/// not answer.
+/// Whether a server accepts connections there. A roscpp call would wait for ever for a machine that
+/// does not answer.
 bool accepts_connections(const HostAndPort& where, std::chrono::milliseconds time_out);
 
 }  // namespace hotpath

@@ -23,7 +23,7 @@ RosNames ros_names(const std::vector<std::string>& texts) {
   RosNames result;
   struct First {
     std::string text;
-    int number = 1;  // last of those that were tried
+    int number = 1;  // the last suffix tried
   };
   std::map<std::string, First> wanted_by;
   std::set<std::string> taken;

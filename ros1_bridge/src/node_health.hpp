@@ -9,7 +9,7 @@
 
 namespace hotpath {
 
-/// From which value on a node's health is no longer OK.
+/// Thresholds of a node's health: at or above `warn` it is WARN, at or above `error` it is ERROR.
 struct Limit {
   double warn = 0;
   double error = 0;
@@ -19,7 +19,7 @@ struct HealthLimits {
   Limit skipped{1, 5};      ///< Timestamps skipped per second.
   Limit overwritten{1, 5};  ///< Samples overwritten per second.
   Limit overruns{1, 5};     ///< Jobs per second that finished after their deadline.
-  Limit queue{5, 20};       ///< Jobs that are released and not started, now.
+  Limit queue{5, 20};       ///< Jobs that are currently released but not started.
 };
 
 /// Health of a node from two of its statistics, `seconds` apart.

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-/// What the bridge publishes, without ROS: message headers of ROS 1 do not compile as C++20, so that this
-/// header is all that both halves of the bridge share. Instants are nanoseconds since the Unix epoch, lengths
-/// are metres.
+/// The bridge's outputs as plain types. ROS 1 message headers do not compile as C++20, so the two
+/// halves of the bridge share only this header. Instants are nanoseconds since the Unix epoch,
+/// lengths are metres.
 namespace hotpath {
 
 using Point = std::array<double, 3>;
@@ -48,11 +48,11 @@ struct Color {
 struct Marker {
   enum class Shape : std::uint8_t { box, arrow, text };
   Shape shape = Shape::box;
-  std::string group;  ///< Namespace, with an identity in it.
-  std::int32_t id = 0;
-  Point position{};  ///< Centre; unused by an arrow.
+  std::string group;    ///< Marker namespace.
+  std::int32_t id = 0;  ///< Unique within `group`.
+  Point position{};     ///< Centre; unused by an arrow.
   Point scale{};  ///< Box: edges. Arrow: diameters of shaft and head, length of the head. Text: height in z.
-  Point from{}, to{};  ///< Of an arrow.
+  Point from{}, to{};  ///< Ends of an arrow.
   Color color;
   std::string text;
 };
@@ -61,7 +61,7 @@ struct Marker {
 struct MarkerSet {
   std::int64_t stamp_ns = 0;
   std::string frame;
-  bool replaces_all = false;  ///< Removes what an earlier graph left.
+  bool replaces_all = false;  ///< Deletes all earlier markers first.
   std::vector<Marker> markers;
 };
 

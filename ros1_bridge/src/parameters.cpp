@@ -13,7 +13,7 @@ namespace hotpath {
 
 namespace {
 
-/// Reads parameters one by one and remembers which there are.
+/// Reads parameters one by one and records their names, to detect unknown parameters.
 class Reader {
  public:
   explicit Reader(const RosNode& node) : node_(node) {}
@@ -62,7 +62,7 @@ class Reader {
     if (unknown.empty()) return;
     RosNode::log(RosNode::Severity::warning,
                  "ignored unknown parameters " + joined(unknown) + " (`rosparam delete " + node_.name() +
-                     "` forgets them all); known are " + joined({known_.begin(), known_.end()}));
+                     "` deletes all parameters); known are " + joined({known_.begin(), known_.end()}));
   }
 
  private:
@@ -70,14 +70,15 @@ class Reader {
 
   [[noreturn]] void refuse(const std::string& name, const std::string& value,
                            const std::string& right) const {
-    throw ParameterError("parameter " + node_.name() + "/" + name + " is " + value + " and must be " + right);
+    throw ParameterError("parameter " + node_.name() + "/" + name + " is " + value + ", but must be " +
+                         right);
   }
 
   const RosNode& node_;
   std::set<std::string> known_;
 };
 
-/// The frame of a node in a namespace gets it as a prefix, so that two bridges do not mix.
+/// The default frame, prefixed with the node's namespace so that the frames of two bridges differ.
 std::string default_frame(const RosNode& node) {
   const std::string space = node.name_space();
   return (space == "/" ? "" : space.substr(1) + "/") + "hotpath";

@@ -27,7 +27,7 @@ struct Parameters {
   HealthLimits limits;
 };
 
-/// Reads and checks them; says which are unknown. Throws ParameterError.
+/// Reads and checks the parameters; logs unknown ones. Throws ParameterError.
 Parameters read_parameters(const RosNode& node);
 
 }  // namespace hotpath

@@ -12,17 +12,17 @@
 
 namespace hotpath {
 
-/// Samples whose run is not known yet, bounded in number and in bytes.
+/// Keeps samples whose run is not known yet, bounded in number and in bytes.
 class PendingSamples {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// Forgets the oldest where there are too many.
+  /// Drops the oldest samples beyond the bounds.
   void keep(Event event, Time arrived);
   void forget(Time arrived_before);
-  /// Those of this run, in order.
+  /// Removes and returns the samples of this run, in order.
   std::vector<Event> take(std::string_view run);
-  /// That nobody took, since the start.
+  /// Number of samples dropped since the start.
   std::uint64_t forgotten() const { return forgotten_; }
 
  private:

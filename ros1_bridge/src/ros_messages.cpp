@@ -9,7 +9,7 @@ namespace hotpath {
 
 namespace {
 
-/// ROS 1 counts seconds in 32 bits from 0.
+/// Clamps to the range of ROS 1: unsigned 32-bit seconds.
 ros::Time to_time(std::int64_t ns) {
   constexpr std::int64_t kLast = std::int64_t{std::numeric_limits<std::uint32_t>::max()} * 1'000'000'000;
   ros::Time time;

@@ -13,7 +13,7 @@
 
 #include "outputs.hpp"
 
-/// The bridge's outputs as messages of ROS 1. C++17 only.
+/// Converts the bridge's outputs to ROS 1 messages. C++17 only.
 namespace hotpath {
 
 std_msgs::Float64 to_message(const Scalar&);

@@ -13,13 +13,14 @@ namespace hotpath {
 
 struct RosNode::Impl {
   ros::NodeHandle node{"~"};
-  // Latched messages go to new subscribers through its queue.
+  // Required for latched messages: they reach new subscribers through its queue.
   ros::AsyncSpinner spinner{1};
 };
 
 namespace {
 
-/// A value of the expected type at private `parameter`, or nothing when it is unset.
+/// The value of private `parameter`, or std::nullopt if unset. Throws ParameterError for another
+/// type.
 template <class Value>
 std::optional<Value> typed(const ros::NodeHandle& node, const std::string& parameter, const char* expected) {
   if (!node.hasParam(parameter)) return std::nullopt;
@@ -51,7 +52,8 @@ std::vector<std::string> without_ros_arguments(int argc, char** argv) {
 }
 
 RosNode::RosNode(int& argc, char** argv, const std::string& name) {
-  // rosconsole's notes would otherwise stay in a buffer when standard output is a file or a pipe.
+  // Line buffering: otherwise rosconsole's output stays in a buffer if standard output is a file or
+  // a pipe.
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   ros::init(argc, argv, name, ros::init_options::NoSigintHandler);
 }
@@ -69,7 +71,8 @@ void RosNode::start() {
 std::string RosNode::name() const { return ros::this_node::getName(); }
 
 std::string RosNode::name_space() const {
-  // A doubled slash may come from the environment or from `__ns`; roscpp's clean() makes nothing of `/`.
+  // The environment or `__ns` may add a double slash. roscpp's clean() turns `/` into an empty
+  // string.
   const std::string space = ros::names::clean(ros::this_node::getNamespace());
   return space.empty() ? "/" : space;
 }
@@ -97,7 +100,8 @@ std::optional<std::string> RosNode::string(const std::string& parameter) const {
 std::optional<std::vector<std::string>> RosNode::strings(const std::string& parameter) const {
   std::string list;
   if (!impl_->node.getParam(parameter, list)) {
-    return typed<std::vector<std::string>>(impl_->node, parameter, "a list of texts, or one with commas");
+    return typed<std::vector<std::string>>(impl_->node, parameter,
+                                           "a list of texts or a comma-separated text");
   }
   std::vector<std::string> result;
   std::istringstream in(list);

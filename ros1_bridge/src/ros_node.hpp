@@ -10,54 +10,54 @@
 
 namespace hotpath {
 
-/// A parameter has a value that it must not have.
+/// A parameter has an invalid value.
 struct ParameterError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The arguments without those that are ROS's own (`name:=value`).
+/// The arguments without ROS remappings (`name:=value`).
 std::vector<std::string> without_ros_arguments(int argc, char** argv);
 
-/// This process as a node of ROS 1, without ROS's headers. Handles no signals.
+/// This process as a ROS 1 node, without ROS headers. Does not handle signals.
 class RosNode {
  public:
-  /// Takes ROS's own arguments; `name` is the default of `__name:=`. Only when a master answers: otherwise
-  /// waits for one.
+  /// Parses the ROS arguments; `name` is the default of `__name:=`. Blocks until a master answers.
   RosNode(int& argc, char** argv, const std::string& name);
   ~RosNode();
   RosNode(const RosNode&) = delete;
   RosNode& operator=(const RosNode&) = delete;
 
-  /// Becomes known to the master: a namesake is told to end.
+  /// Registers with the master, which shuts down a node of the same name.
   void start();
 
   std::string name() const;        ///< With its namespace: /left/hotpath_ros1_bridge
-  std::string name_space() const;  ///< /left, or / alone.
+  std::string name_space() const;  ///< /left, or / without a namespace.
 
-  /// Ends what waits for the master. May be called from any thread.
+  /// Ends calls that wait for the master. Callable from any thread.
   static void request_shutdown();
-  /// False once ROS has told the node to end: `rosnode kill`, or another node with its name.
+  /// False once ROS has shut the node down: by `rosnode kill`, or because of another node with its
+  /// name.
   static bool ok();
 
-  /// Private parameters, of a node that was started; nothing when unset. Throw ParameterError that says what
-  /// is wrong.
+  // Private parameters; call after start(). Each returns std::nullopt if unset and throws
+  // ParameterError for a wrong type.
   std::optional<bool> boolean(const std::string& parameter) const;
   std::optional<double> number(const std::string& parameter) const;
   std::optional<std::int64_t> integer(const std::string& parameter) const;
   std::optional<std::string> string(const std::string& parameter) const;
-  /// A list of strings, or one string with commas.
+  /// A list of strings, or one comma-separated string.
   std::optional<std::vector<std::string>> strings(const std::string& parameter) const;
   /// Names of all private parameters that are set, as `a` or `a/b`.
   std::vector<std::string> parameters() const;
   static bool uses_simulated_time();
 
   enum class Registration { no_master, unknown, registered };
-  /// What the master knows of this node.
+  /// Whether the master knows this node.
   Registration registration() const;
-  /// Tells a new master of all topics; connections to subscribers stay as they are. False: the master has
-  /// gone.
+  /// Registers all topics with a new master; connections to subscribers persist. Returns false if
+  /// the master is gone.
   bool register_again() const;
-  /// URI of the node that the master knows by the name that this process would get; empty: none.
+  /// URI of the registered node with the name of this process; empty: none.
   std::string namesake() const;
 
   enum class Severity { info, warning, error };

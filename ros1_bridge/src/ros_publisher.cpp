@@ -9,16 +9,17 @@ namespace hotpath {
 
 namespace {
 
-/// Subscribers accept one type only, and roscpp does not tell the publishers.
+/// Logs publishers of another type: subscribers accept only one type, and roscpp does not report it
+/// to publishers.
 void report_other_type(const std::string& topic, const std::string& type) {
   ros::master::V_TopicInfo published;
   ros::master::getTopics(published);
   for (const ros::master::TopicInfo& other : published) {
     if (other.name != topic || other.datatype == type || other.datatype == "*") continue;
     ROS_ERROR_STREAM("another node publishes "
-                     << topic << " as " << other.datatype << ", the bridge as " << type
-                     << ", and subscribers refuse one of both: start the bridge in a "
-                        "another namespace (__ns:=NAME)");
+                     << topic << " as " << other.datatype << ", but the bridge as " << type
+                     << "; subscribers reject one of them: start the bridge in another "
+                        "namespace (__ns:=NAME)");
   }
 }
 

@@ -11,7 +11,8 @@ namespace hotpath {
 
 namespace {
 
-/// What is more than the bridge shows; empty: nothing. The largest runs of tools/load.py have 10,000 nodes.
+/// The limit that the run exceeds, as a sentence; empty: none. The largest runs of tools/load.py
+/// have 10,000 nodes.
 std::string excess(const telemetry::RunInfo& run) {
   struct Limit {
     const char* what;
@@ -39,7 +40,7 @@ std::string run_defect(const telemetry::RunInfo& run) {
   if (std::string defect = excess(run); !defect.empty()) return defect;
   constexpr double kFarthest = 1e6;
   for (const telemetry::NodeInfo& node : run.nodes()) {
-    // Not a number is not less.
+    // Also rejects NaN, which is never less.
     if (!(std::abs(node.layout_x()) < kFarthest && std::abs(node.layout_y()) < kFarthest))
       return "node " + printable(node.name(), kMostOfName) + " has no place to draw it";
   }

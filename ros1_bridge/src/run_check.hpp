@@ -7,12 +7,12 @@
 
 namespace hotpath {
 
-/// What makes a run unfit for drawing and indexing, such as an edge without a node or more nodes than any
-/// graph has, in printable words; empty: nothing.
+/// A printable description of the first defect that prevents drawing or indexing a run, such as an
+/// edge without a node or too many nodes; empty: none.
 std::string run_defect(const telemetry::RunInfo& run);
 
-/// Makes those of its texts printable that are shown to people. The others stay as they are, because samples
-/// are found by them: run_id, topic_prefix and the edges' topics.
+/// Makes the displayed texts printable. Leaves run_id, topic_prefix and the edges' topics
+/// unchanged, because they identify samples.
 void make_printable(telemetry::RunInfo& run);
 
 }  // namespace hotpath

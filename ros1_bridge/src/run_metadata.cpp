@@ -9,7 +9,8 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-/// What is nested deeper than anything in run.json would exhaust the stack of whoever writes or reads it.
+/// Rejects values nested deeper than any value of run.json: they could overflow the stack of a
+/// reader or writer.
 bool is_shallow(int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
   constexpr int kMost = 64;
   return depth <= kMost;
@@ -44,10 +45,10 @@ std::string run_metadata(const telemetry::RunInfo& run, const std::vector<std::s
                               {"ros_name", chain_names[c]},
                               {"sink", run.nodes()[run.chains()[c].sink()].name()}});
   }
-  // Not as ordered JSON, which looks for each key among all before it.
+  // Not ordered_json: its key lookup is linear.
   const auto facts = nlohmann::json::parse(run.facts(), is_shallow, false);
   json["facts"] = facts.is_discarded() ? Json(run.facts()) : Json(facts);
-  // A name may hold anything, also what is no UTF-8.
+  // A name may hold any bytes, including invalid UTF-8.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

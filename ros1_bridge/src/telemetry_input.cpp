@@ -36,7 +36,7 @@ dds::DomainParticipantQos bridge_qos(const TelemetryOptions& options) {
   network.loopback_only = !options.all_interfaces;
   dds::DomainParticipantQos qos = participant_qos(network);
   qos.name("hotpath_ros1_bridge");
-  // A benchmark that comes later finds out about this participant by its announcements, every 3 s by default.
+  // Later benchmarks discover this participant by its announcements, by default only every 3 s.
   qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = {0, 200'000'000};
   return qos;
 }
@@ -49,7 +49,7 @@ dds::DataReaderQos reader_qos(std::int32_t depth, bool reliable, bool transient_
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = depth;
   qos.data_sharing().off();
-  // Sequences and texts have no largest size.
+  // Sequences and texts are unbounded.
   qos.endpoint().history_memory_policy = rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
   return qos;
 }
@@ -65,7 +65,7 @@ Entity* created(Entity* entity, const std::string& what) {
 }  // namespace
 
 struct TelemetryInput::Dds final : dds::DomainParticipantListener {
-  /// Hands on the samples of one topic one by one.
+  /// Passes on the samples of one topic one by one.
   struct Reader final : dds::DataReaderListener {
     std::function<void(dds::DataReader&)> take_all;
     std::function<void(std::int32_t)> writers = [](std::int32_t) {};
@@ -88,7 +88,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
     dds::DomainParticipantFactory::get_instance()->delete_participant(participant);
   }
 
-  /// `enqueue` gets each sample, which it may move from, and when it was published.
+  /// `enqueue` gets each sample, which it may move from, and its publication instant.
   template <class PubSubType, class Enqueue>
   void read(
       Readers& into, dds::Subscriber& from, const std::string& topic, const dds::DataReaderQos& qos,
@@ -101,8 +101,8 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
       const std::lock_guard lock(mutex);
       const std::string& known = types.try_emplace(topic, type.get_type_name()).first->second;
       if (known != type.get_type_name()) {
-        owner.complain("the DDS topic " + printable(topic, kMostOfName) + " is read as " + known +
-                       " already, and not as " + type.get_type_name() + ": take it out of ~bytes_topics");
+        owner.complain("the bridge already reads the DDS topic " + printable(topic, kMostOfName) + " as " +
+                       known + ", not as " + type.get_type_name() + ": remove it from ~bytes_topics");
         return;
       }
     }
@@ -134,7 +134,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
     points_readers.clear();
     for (const std::string& topic : points_topics) {
       auto* description = dynamic_cast<dds::Topic*>(participant->lookup_topicdescription(topic));
-      // Refused for one that has other readers.
+      // Fails for a topic that has other readers.
       if (description == nullptr || participant->delete_topic(description) != ReturnCode_t::RETCODE_OK)
         continue;
       const std::lock_guard lock(mutex);
@@ -152,15 +152,15 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
       own = known->second;
     }
     owner.complain(
-        "somebody publishes the DDS topic " + printable(topic, kMostOfName) + " as " +
-        printable(type, kMostOfName) + ", which the bridge reads as " + own +
-        ": build benchmark and bridge from one version, or give them a DDS domain of their own (--domain)");
+        "another program publishes the DDS topic " + printable(topic, kMostOfName) + " as " +
+        printable(type, kMostOfName) + ", but the bridge reads it as " + own +
+        ": build benchmark and bridge from one version, or give them their own DDS domain (--domain)");
   }
 
   TelemetryInput& owner;
   std::mutex mutex;
   std::map<std::string, std::string> types;  // by topic
-  // The participant calls them, and goes first.
+  // The participant calls these readers; the destructor deletes it first.
   Readers readers, points_readers;
   std::vector<std::string> points_topics;
   dds::DomainParticipant* participant = nullptr;

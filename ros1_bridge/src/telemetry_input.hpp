@@ -18,16 +18,17 @@ namespace hotpath {
 
 struct TelemetryOptions {
   std::uint32_t domain = 0;     ///< DDS domain, 0 to 232.
-  bool all_interfaces = false;  ///< Otherwise only this machine's loopback.
-  std::size_t queue = 4096;     ///< Samples that wait for the bridge.
+  bool all_interfaces = false;  ///< False: only this machine's loopback.
+  std::size_t queue = 4096;     ///< Capacity of the queue, in samples.
   std::size_t queue_bytes = 64 << 20;
   std::vector<std::string> bytes_topics;
 };
 
-/// Reads what a benchmark tells on Fast DDS. Its listeners run in the threads of Fast DDS and only enqueue.
+/// Receives a benchmark's telemetry from Fast DDS. Its listeners run in Fast DDS threads and only
+/// enqueue.
 class TelemetryInput {
  public:
-  /// Throws std::runtime_error when Fast DDS cannot create what it needs.
+  /// Throws std::runtime_error if Fast DDS cannot create an entity.
   explicit TelemetryInput(const TelemetryOptions& options);
   ~TelemetryInput();
   TelemetryInput(const TelemetryInput&) = delete;
@@ -35,21 +36,20 @@ class TelemetryInput {
 
   std::optional<Event> pop(std::chrono::steady_clock::time_point deadline) { return queue_.pop(deadline); }
 
-  /// Reads these topics of the graph, by their names on DDS and best effort, instead of the ones before. No
-  /// topics: none.
+  /// Reads these topics of the graph (DDS names, best effort) instead of the previous topics.
   void read_points(const std::vector<std::string>& topics);
 
-  /// Benchmarks that are there now.
+  /// Number of benchmarks now in the domain.
   std::int32_t benchmarks() const { return benchmarks_.load(); }
 
   struct Counts {
     std::uint64_t received = 0;
-    std::uint64_t dropped = 0;  ///< Because the queue was full.
+    std::uint64_t dropped = 0;  ///< Dropped because the queue was full.
   };
   Counts counts(std::size_t stream) const;
   std::size_t longest_queue() const { return queue_.longest(); }
 
-  /// What does not fit together in this domain, in sentences, each once.
+  /// New messages about conflicts in this domain, each reported once.
   std::vector<std::string> take_complaints();
 
  private:
@@ -67,7 +67,7 @@ class TelemetryInput {
   std::mutex mutex_;
   std::set<std::string> known_complaints_;
   std::vector<std::string> new_complaints_;
-  std::unique_ptr<Dds> dds_;  // last: its threads call the members above
+  std::unique_ptr<Dds> dds_;  // declared last: its threads use the members above
 };
 
 }  // namespace hotpath

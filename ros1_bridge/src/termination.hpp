@@ -11,9 +11,9 @@
 
 namespace hotpath {
 
-/// SIGINT and SIGTERM end the process in order. To be made before any other thread, all of which then leave
-/// the signals to it. A process that does not end by itself, because a call of ROS or DDS does not return,
-/// ends after some seconds: nothing that it holds would be lost.
+/// Handles SIGINT and SIGTERM for an orderly end. Construct it before any other thread starts, so
+/// that all threads block these signals. If a ROS or DDS call does not return, it ends the process
+/// after 5 s; the bridge has no data to lose.
 class Termination {
  public:
   Termination();
@@ -22,9 +22,9 @@ class Termination {
   Termination& operator=(const Termination&) = delete;
 
   bool requested() const;
-  /// True when a signal came meanwhile or before.
+  /// Waits for at most `time`; returns whether a signal has arrived, now or earlier.
   bool wait_for(std::chrono::milliseconds time) const;
-  /// `then` is called at a signal, in another thread.
+  /// Calls `then` on a signal, in another thread.
   void on_request(std::function<void()> then);
 
  private:

@@ -13,10 +13,10 @@
 
 namespace hotpath {
 
-/// Bytes of what the bridge repeats from others in one go: a name, a list of names.
+/// Maximum bytes of foreign text in one message: for a name, and for a list of names.
 inline constexpr std::size_t kMostOfName = 200, kMostOfList = 1000;
 
-/// At most 30 characters; beyond 10^15 with an exponent.
+/// Formats with `places` decimals, in at most 30 characters; beyond 10^15 with an exponent.
 inline std::string decimals(double value, int places) {
   std::ostringstream out;
   if (std::abs(value) < 1e15) out << std::fixed;
@@ -24,7 +24,7 @@ inline std::string decimals(double value, int places) {
   return out.str();
 }
 
-/// A duration of the telemetry, where a negative one is unknown.
+/// Formats a duration of the telemetry, where negative means unknown.
 inline std::string milliseconds(std::int64_t ns, int places) {
   return ns < 0 ? "-" : decimals(static_cast<double>(ns) / 1e6, places);
 }

@@ -10,14 +10,14 @@
 
 namespace hotpath {
 
-/// Topics of one type that change with the run.
+/// The topics of one type, which change with the run.
 template <class Output>
 class TopicSet {
  public:
   using Publisher = RosPublisher<Output>;
 
-  /// Publishers of these topics and no others, in this order. Those of topics that stay are the same as
-  /// before, so that their subscribers notice nothing.
+  /// Publishers of exactly these topics, in this order. Existing topics keep their publishers, so
+  /// that their subscribers stay connected.
   std::vector<Publisher> advertise(const std::vector<std::string>& topics, std::uint32_t queue) {
     std::map<std::string, Publisher> now;
     std::vector<Publisher> publishers;

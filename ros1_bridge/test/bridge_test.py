@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The bridge between a real benchmark and a real roscore, as a ROS 1 subscriber sees it.
+"""Tests the bridge between a real benchmark and a real roscore from the view of a ROS 1 subscriber.
 
-`bridge_test.py soak --seconds 300` is the long test of memory."""
+`bridge_test.py soak --seconds 300` runs the long memory test."""
 
 import base64
 import csv
@@ -37,7 +37,8 @@ def executor_of(run):
 
 
 def values_of(diagnostics, name):
-    """{key: value} of the status whose name ends so; None when it is not in the array."""
+    """{key: value} of the status whose name ends with `name`; None if the array has no such status.
+    """
     for status in diagnostics["status"]:
         if status["name"].endswith(name):
             return {v["key"]: v["value"] for v in status["values"]}
@@ -57,8 +58,8 @@ class WholeRun(BridgeTest):
         wait_for(arrived, "the run's last sample")
 
     def check_latencies(self, listener, expected):
-        """Every sample of the run's result, once and in order, on both topics, from when each connection stood; their
-        stamps."""
+        """Checks that both topics carry each sample of the run's result once and in order, from the
+        moment of connection on. Returns the samples' stamps."""
         stamped = listener.messages(f"/hotpath/latency_stamped/{HOT_PATH}")
         self.assertGreater(len(stamped), len(expected) / 2)
         first = int(stamped[0]["vector"]["z"])
@@ -130,7 +131,7 @@ class WholeRun(BridgeTest):
         self.check_replay(expected)
 
     def check_replay(self, expected):
-        """The stored result through the same bridge, with its time."""
+        """Replays the stored result through a bridge and checks samples and clock."""
         bridge = self.start_bridge()
         bridge.says("waiting for a benchmark")
         listener = self.listen({**TOPICS, "/clock": CLOCK})
@@ -187,7 +188,8 @@ class WholeRun(BridgeTest):
         own = values_of(listener.messages("/diagnostics")[-1], ": bridge")
         self.assertGreater(int(own["left out by ~points_every"]), 10)
         self.assertGreater(int(own["left out by ~graph_every"]), 5)
-        # One drawing at the start of the run, and one for each statistics that was not left out.
+        # One drawing at the start of the run, and one for each statistics message that was not
+        # decimated.
         drawn = 1 + int(own["statistics received"]) - int(own["left out by ~graph_every"])
         wait_for(lambda: len(listener.messages("/hotpath/graph")) >= drawn, "all drawings")
         self.assertEqual(len(listener.messages("/hotpath/graph")), drawn, own)
@@ -195,7 +197,7 @@ class WholeRun(BridgeTest):
 
 class LossOfAPartner(BridgeTest):
     def await_run(self, listener, executor):
-        """Until that run is shown, with samples."""
+        """Waits until that run is shown, with samples."""
         listener.wait_for("/hotpath/run", lambda run: executor_of(run) == executor)
         before = len(listener.messages(f"/hotpath/latency/{HOT_PATH}"))
         wait_for(lambda: len(listener.messages(f"/hotpath/latency/{HOT_PATH}")) > before, f"samples of {executor}")
@@ -212,7 +214,7 @@ class LossOfAPartner(BridgeTest):
         bridge.says("has gone; known subscribers go on")
         self.master.start()
         bridge.says("registered all topics with the new ROS master")
-        again = self.listen(TOPICS)  # latched and live topics through the new master
+        again = self.listen(TOPICS)  # latched and live topics, through the new master
         again.wait_for("/hotpath/run")
         again.wait_for(f"/hotpath/latency/{HOT_PATH}")
 
@@ -284,7 +286,7 @@ class WrongUse(BridgeTest):
         listener = self.listen({f"/hotpath/latency/{HOT_PATH}": FLOAT})
         self.start_benchmark(60)
         bridge.says("~chains names `absent`, which graph autoware does not have; it has hot_path")
-        listener.wait_for(f"/hotpath/latency/{HOT_PATH}")  # goes on with what is right
+        listener.wait_for(f"/hotpath/latency/{HOT_PATH}")  # continues with the valid chain
         self.assert_ends_well(bridge)
 
     def test_topic_of_another_type(self):
@@ -298,7 +300,7 @@ class WrongUse(BridgeTest):
 
 class StrangeRun(BridgeTest):
     def texts(self, value):
-        """All texts of a message."""
+        """All strings in a message, at any depth."""
         if isinstance(value, str):
             return [value]
         values = value.values() if isinstance(value, dict) else value if isinstance(value, list) else []
@@ -310,7 +312,7 @@ class StrangeRun(BridgeTest):
         bridge.says("waiting for a benchmark")
         listener = self.listen({"/hotpath/graph": GRAPH, "/diagnostics": DIAGNOSTICS, **RUN})
         strange = self.start_process([os.environ.get("STRANGE_RUN", "strange_run"), self.domain])
-        bridge.says("somebody publishes the DDS topic strange as hotpath::telemetry::Clock")
+        bridge.says("another program publishes the DDS topic strange as hotpath::telemetry::Clock")
         bridge.says("has no place to draw it")
         graph = listener.wait_for("/hotpath/graph", lambda m: any(n["ns"] == "figures" for n in m["markers"]))
         nodes = listener.wait_for("/diagnostics", lambda m: not values_of(m, ": bridge"))
@@ -329,7 +331,7 @@ class StrangeRun(BridgeTest):
 
 
 class Soak(BridgeTest):
-    """Only on demand: memory over many runs with subscribers."""
+    """Checks memory over many runs with subscribers. Runs only on demand."""
 
     seconds = None
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""listener.py TOPIC=PACKAGE/TYPE...: subscribes as any ROS 1 node would, prints each message as one line of JSON."""
+"""listener.py TOPIC=PACKAGE/TYPE...: subscribes like any ROS 1 node and prints each message as one
+line of JSON."""
 
 import base64
 import json
@@ -41,7 +42,7 @@ def main():
 
         rospy.Subscriber(topic, roslib.message.get_message_class(name), callback, queue_size=None, tcp_nodelay=True)
     say({"topic": None, "message": "subscribed"})
-    sys.stdin.read()  # until the program that started this closes it
+    sys.stdin.read()  # blocks until the parent process closes it
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ TEST(RosNames, ANumberedNameMayBeTakenAlready) {
   EXPECT_THAT(ros_names({"a", "b"}).clashes, IsEmpty());
 }
 
-// Where each looks through all before it, this does not end within a test's patience.
+// An algorithm that compares each name with all earlier names would exceed the test's time limit.
 TEST(RosNames, ManyMayBeTheSame) {
   constexpr std::size_t kMany = 200'000;
   const RosNames result = ros_names(std::vector<std::string>(kMany, "a"));

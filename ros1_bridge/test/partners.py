@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bridge's real partners for a test: roscore, benchmark and subscribers, apart from all others on the machine."""
+"""Starts the bridge's real partners for tests: roscore, benchmark and subscribers, isolated from
+other programs."""
 
 import json
 import os
@@ -38,7 +39,7 @@ def free_port():
 
 
 def wait_for(condition, what, limit=TIME_LIMIT_S):
-    """The first true value of `condition()`."""
+    """Waits for a true value of `condition()` and returns it."""
     end = time.monotonic() + limit
     while time.monotonic() < end:
         value = condition()
@@ -49,7 +50,7 @@ def wait_for(condition, what, limit=TIME_LIMIT_S):
 
 
 class Process:
-    """A program whose output is kept while it runs."""
+    """A running program whose output is captured."""
 
     def __init__(self, command, environment, folder, ended_by=signal.SIGINT):
         self.command, self.ended_by = command, ended_by
@@ -90,7 +91,8 @@ class Process:
         self.process.wait()
 
     def clean_up(self):
-        """In order if it can: roscore's children are not in its process group."""
+        """Ends the program gracefully if possible: roscore's children are not in its process group.
+        """
         if self.process.poll() is None:
             self.process.send_signal(self.ended_by)
         try:
@@ -176,7 +178,7 @@ class Master:
         return value
 
     def topics(self):
-        """{topic: type} of all that is published."""
+        """{topic: type} of all published topics."""
         return dict(self.call("getPublishedTopics", ""))
 
     def stop(self):

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Publishes runs that no benchmark has until it is told to end: one that is to be refused, then one that can
-// be shown, with names that are long, no UTF-8, and clear the screen of a terminal. Has a topic of another
-// type than the bridge reads there.
+// Publishes malformed runs until SIGINT: first a run that the bridge must reject, then a run that
+// it can show, with names that are long, are not UTF-8 and would clear a terminal's screen. Also
+// publishes a topic with a type that the bridge does not expect.
 #include <TelemetryPubSubTypes.h>
 
 #include <chrono>
@@ -68,7 +68,7 @@ int main(int, char** argv) {
   sigset_t end;
   sigemptyset(&end);
   sigaddset(&end, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &end, nullptr);  // in all threads that come from here
+  pthread_sigmask(SIG_BLOCK, &end, nullptr);  // inherited by all later threads
   FastDdsOptions options;
   options.loopback_only = true;
   fast::DomainParticipant* participant =
@@ -87,7 +87,7 @@ int main(int, char** argv) {
     now.run_time_s(1e308);
     now.nodes()[0].utilization(1e308);
     const timespec pace{0, 100'000'000};
-    // A reader keeps the last only, so that it may miss some.
+    // Repeated, since a reader keeps only the last sample and may miss some.
     for (int refusals = 0; sigtimedwait(&end, nullptr, &pace) != SIGINT;) {
       if (!runs.has_reader()) continue;
       runs.write(++refusals <= 10 ? refused : shown);

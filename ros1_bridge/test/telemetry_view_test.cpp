@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of telemetry, without DDS and ROS.
+// The conversion of telemetry, without DDS and ROS.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ telemetry::EdgeInfo edge(std::uint32_t source, std::uint32_t target, const std::
   return info;
 }
 
-/// Two LiDARs and a map, of which one LiDAR feeds two fusions.
+/// Two LiDARs and a map; one LiDAR feeds two fusions.
 telemetry::RunInfo run() {
   telemetry::RunInfo info;
   info.run_id("r");
@@ -168,7 +168,7 @@ TEST(StandInScan, HasTheSizeOfTheMessageAndTurns) {
   EXPECT_EQ(first.points.size() * sizeof(first.points[0]), 4096U);
   EXPECT_EQ(first.stamp_ns, 17);
   EXPECT_GT(first.points[0][0], 0.9F);   // x of the scan's start
-  EXPECT_GT(second.points[0][1], 0.9F);  // a quarter turn later it is y
+  EXPECT_GT(second.points[0][1], 0.9F);  // after a quarter turn, y
 }
 
 TEST(RunMetadata, IsJsonWithRosNames) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The generated numbers of README.md and docs/ against results/."""
+"""The generated numbers of README.md and docs/ against results/, and the publication of evidence there."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -10,6 +11,22 @@ import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
+
+
+class Evidence(unittest.TestCase):
+    def test_published_records_keep_their_facts_and_get_their_provenance(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            file = Path(name) / "new" / "facts.json"
+            for record in ("one", "two"):
+                call = f"evidence.publish({str(file)!r}, {{'count': 1, 'machine': 'of the run'}}, {record!r})"
+                command = [sys.executable, "-B", "-c", f"import evidence; {call}"]
+                subprocess.run(command, cwd=ROOT / "tools", check=True)
+            content = json.loads(file.read_text(encoding="utf-8"))
+            self.assertEqual([path.name for path in file.parent.iterdir()], ["facts.json"])
+        self.assertEqual(list(content), ["one", "two"])
+        for facts in content.values():
+            self.assertEqual(facts.keys(), {"machine", "date", "revision", "command", "count"})
+            self.assertEqual((facts["machine"], facts["count"]), ("of the run", 1))
 
 
 class Numbers(unittest.TestCase):

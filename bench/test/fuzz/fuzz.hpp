@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the fuzz targets share. A target reads one input as a program of ours reads a user's file. It may
-// refuse it with an error that ends the program with exit code 2; any other exception, a failed assertion,
-// and what a sanitizer reports is a finding.
+// Common parts of the fuzz targets. A target reads one input like a program reads a user's file. It
+// may reject the input with an error that ends the program with exit code 2. Any other exception, a
+// failed assertion or a sanitizer report is a finding.
 #pragma once
 
 #include <sys/mman.h>
@@ -35,7 +35,7 @@ class InputFile {
   std::string path_ = "/proc/self/fd/" + std::to_string(descriptor_);
 };
 
-/// A folder in memory, for readers and writers of several files; it goes with the process.
+/// A folder in memory, for readers and writers of several files; it disappears with the process.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -52,7 +52,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// Reads, or refuses in the way that is right. What libFuzzer wants to be returned.
+/// Calls the reader and accepts its regular errors. Returns the value that libFuzzer expects.
 int read_or_refuse(const auto& read) {
   try {
     read();

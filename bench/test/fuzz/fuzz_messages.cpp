@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Payloads as they come from the network, of the graph's two messages (the first byte says which): what the
-// transport and a node's history do with them.
+// Payloads of the graph's two message types as received from the network (the first byte selects
+// the type), in the transport and in a node's history.
 #include <Message4kbPubSubTypes.h>
 #include <TaskMessagePubSubTypes.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 using namespace hotpath;
 
-/// What a transport hands on, a node reads and copies.
+/// Reads and copies a received message like a node.
 template <class History, class PubSubType>
 void receive(eprosima::fastrtps::rtps::SerializedPayload_t& payload, const GraphTasks& tasks,
              const History& history) {

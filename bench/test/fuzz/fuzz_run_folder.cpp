@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The folder of a run, of which one file (HOTPATH_FUZZED_FILE) is the input and the others are as a program
-// wrote them: everything that `hotpath summarize` does with it.
+// Does the work of `hotpath summarize` on a run's folder, in which the input replaces the file
+// HOTPATH_FUZZED_FILE.
 #include <sstream>
 
 #include "fuzz.hpp"

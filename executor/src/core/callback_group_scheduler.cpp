@@ -67,7 +67,7 @@ void CallbackGroupScheduler::remove_task(TaskId task, Time now, const Visitor& d
   const std::uint32_t index = set_[task].group;
   Group& group = groups_[index];
   group.events.erase(task, [](const Job&) {});
-  // A group that runs notices at the end of its job.
+  // A running group notices it at the end of its job.
   if (group.events.empty() && ready_groups_.erase(index)) group.idle = true;
 }
 

@@ -41,22 +41,22 @@ CsvReader::CsvReader(std::istream& in, std::string name, std::vector<std::string
 CsvReader::~CsvReader() = default;
 
 void CsvReader::require_header(std::string_view expected) const {
-  std::string found;
-  for (const std::string& name : header_) found += (&name == &header_.front() ? "" : ",") + name;
-  if (found != expected) {
+  std::string actual;
+  for (const std::string& name : header_) actual += (&name == &header_.front() ? "" : ",") + name;
+  if (actual != expected) {
     throw InputError(lines_.file(), 1, "the header must be `" + std::string(expected) + "`",
-                     "is this a file of another kind?");
+                     "give a file of the right kind");
   }
 }
 
 std::optional<std::size_t> CsvReader::find_column(std::string_view name) const {
-  const auto found = std::find(header_.begin(), header_.end(), name);
-  if (found == header_.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header_.begin());
+  const auto place = std::find(header_.begin(), header_.end(), name);
+  if (place == header_.end()) return std::nullopt;
+  return static_cast<std::size_t>(place - header_.begin());
 }
 
 std::size_t CsvReader::column(std::string_view name) const {
-  if (const auto found = find_column(name)) return *found;
+  if (const auto index = find_column(name)) return *index;
   throw InputError(lines_.file(), 1, "there is no column `" + std::string(name) + "`",
                    "name it in the header");
 }

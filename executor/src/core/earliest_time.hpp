@@ -9,8 +9,8 @@
 
 namespace hotpath {
 
-/// A time for each of some numbers below a limit, kNever at first, and the earliest of them: a tournament
-/// tree. A change costs O(log limit) at most.
+/// A tournament tree: holds a time for each number below a limit, initially kNever, and finds the
+/// earliest. A change costs at most O(log limit).
 class EarliestTime {
  public:
   /// Forgets all times.
@@ -31,7 +31,7 @@ class EarliestTime {
 
   [[nodiscard]] Time time() const { return tree_[1]; }
 
-  /// The smallest number that has this time.
+  /// The smallest number with this time.
   [[nodiscard]] std::size_t number() const {
     std::size_t at = 1;
     while (at < leaves_) at = 2 * at + (tree_[2 * at] == tree_[at] ? 0 : 1);
@@ -40,7 +40,7 @@ class EarliestTime {
 
  private:
   std::size_t leaves_ = 1;
-  std::vector<Time> tree_ = {kNever, kNever};  // of node i, 2 i and 2 i + 1 are the children
+  std::vector<Time> tree_ = {kNever, kNever};  // nodes 2 i and 2 i + 1 are the children of node i
 };
 
 }  // namespace hotpath

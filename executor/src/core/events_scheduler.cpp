@@ -57,8 +57,8 @@ Decision EventsScheduler::next_event() {
   if (!first) return {};
   Job job = *first;
   if (unread_.is_subscription(job.task)) {
-    // The event is for any sample: it takes what there is, at the moment it runs. After an overwriting
-    // that may be a younger sample than the one that brought the event.
+    // An event is not tied to one sample: it takes the oldest unread sample at the moment it runs.
+    // If the history overflowed, that sample may be younger than the one that raised the event.
     const Time release = job.release;
     if (unread_.count(job.task) > 0) {
       job = unread_.take(job.task);

@@ -38,7 +38,7 @@ struct State {
   std::unique_ptr<Simulation> simulation;
   Zone zone{kStarts};
   std::vector<JobRef> starts;
-  Time from{};  ///< Of all instants of the zone, none is earlier; no timestamp lies between.
+  Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
   std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
 
   [[nodiscard]] SimulatedWorkers::State& executor() { return simulation->workers()[kExecutor]; }
@@ -202,7 +202,8 @@ class Exploration final : public JobSink, public ExploredInstant {
         const std::int64_t spread = executor.step == Step::run ? (task.wcet - task.bcet).count() : 0;
         zone.assign(kEnd, kNow, end - now - spread, end - now);
       } else if (end != state.end_there) {
-        zone.assign(kEnd, kEnd, end - state.end_there, end - state.end_there);  // it was displaced for so long
+        zone.assign(kEnd, kEnd, end - state.end_there,
+                    end - state.end_there);  // it was displaced for so long
       }
       state.end_there = end;
     }
@@ -263,7 +264,9 @@ class Exploration final : public JobSink, public ExploredInstant {
     for (unsigned subset = 1; subset < subsets; ++subset) {
       const bool at_others = (subset >> uncertain.size()) != 0;
       Zone zone = state.zone;
-      const std::size_t now = (subset & 1U) != 0 ? kEnd : (subset & 2U) != 0 && uncertain.size() > 1 ? kSlice : kConstant;
+      const std::size_t now = (subset & 1U) != 0                           ? kEnd
+                              : (subset & 2U) != 0 && uncertain.size() > 1 ? kSlice
+                                                                           : kConstant;
       if (now == kConstant) {
         const std::int64_t instant = (others - Time{}).count();
         zone.assign(kNow, kConstant, instant, instant);
@@ -305,7 +308,8 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void enter(State state) {
     const Time first_call = state.scheduler->next_change(kBeforeAll);
-    const std::int64_t origin = first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
+    const std::int64_t origin =
+        first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
     StateWords words(Time{} + Duration(origin));
     state.simulation->describe(words);
     state.scheduler->describe(words);
@@ -335,7 +339,8 @@ class Exploration final : public JobSink, public ExploredInstant {
       return;
     }
     same.push_back(met_.size());
-    met_.push_back({std::move(zone), std::move(coordinates), origin, std::make_unique<State>(std::move(state))});
+    met_.push_back(
+        {std::move(zone), std::move(coordinates), origin, std::make_unique<State>(std::move(state))});
     forget_other_starts(met_.back());
     pending_.emplace(earliest(met_.back()), met_.size() - 1);
   }

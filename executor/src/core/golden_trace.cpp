@@ -19,7 +19,7 @@ bool within_limits(std::initializer_list<std::int64_t> ns) {
   return std::ranges::all_of(ns, [](std::int64_t n) { return n >= 0 && Duration(n) <= kLongest; });
 }
 
-/// Of a header line.
+/// Parses a header line.
 Task read_task(const std::string& line, const std::string& file, std::size_t number) {
   std::istringstream words(line.substr(1));
   Task task;
@@ -27,7 +27,8 @@ Task read_task(const std::string& line, const std::string& file, std::size_t num
   std::int64_t period = 0, wcet = 0, first = 0;
   words >> task.name >> keys[0] >> period >> keys[1] >> wcet >> keys[2] >> first;
   if (!words || keys[2] != "first_release_ns" || period <= 0 || !within_limits({period, wcet, first})) {
-    throw InputError(file, static_cast<std::int64_t>(number), "this is no header line of a golden trace",
+    throw InputError(file, static_cast<std::int64_t>(number),
+                     "the header line of a golden trace is malformed",
                      "give `# TASK period_ns N wcet_ns N first_release_ns N`");
   }
   task.period = task.deadline = Duration(period);
@@ -36,7 +37,7 @@ Task read_task(const std::string& line, const std::string& file, std::size_t num
   return task;
 }
 
-/// Next calls of polled timers, which are called when their jobs start.
+/// Sets the next calls of polled timers, which are called when their jobs start.
 void call_timers(GoldenTrace& trace) {
   std::vector<Timer> timers;
   for (TaskId id = 0; id < trace.set.size(); ++id) timers.emplace_back(id, trace.set[id], Time{});
@@ -62,7 +63,7 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
     trace.set.groups.resize(trace.set.size(), CallbackGroup::mutually_exclusive);
   }
   if (trace.set.tasks.empty()) {
-    throw InputError(file.string(), 1, "this is no golden trace",
+    throw InputError(file.string(), 1, "the file is not a golden trace",
                      "begin with a line `# TASK ...` for each task");
   }
   CsvReader jobs(in, file.string(), {"task", "count", "start_ns", "finish_ns", "next_call_ns"},
@@ -77,7 +78,7 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
     GoldenJob job{id->second, jobs.number<std::uint64_t>(1), instant(2), instant(3), {}, 0};
     if (job.count > static_cast<std::uint64_t>(kLongest / trace.set[job.task].period)) {
       jobs.fail("job " + std::to_string(job.count) + " would be released after more than 36 years",
-                "give the number of jobs of the task before it");
+                "give the number of earlier jobs of the task");
     }
     if (has_worker) {
       job.worker = jobs.number<Worker>(4);

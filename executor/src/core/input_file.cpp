@@ -25,7 +25,7 @@ std::string kind_of(fs::file_type type) {
     case fs::file_type::block:
       return "a device, which may have no end";
     default:
-      return "no regular file";
+      return "not a regular file";
   }
 }
 
@@ -53,13 +53,13 @@ bool LineReader::next() {
   };
   for (;;) {
     in_->getline(buffer_.data() + bytes, static_cast<std::streamsize>(buffer_.size() - bytes));
-    if (in_->bad()) fail("the file cannot be read further", "is the disk in order?");
+    if (in_->bad()) fail("the file cannot be read further", "check the disk");
     bytes += static_cast<std::size_t>(in_->gcount());
     if (in_->fail() && bytes == 0) return false;
     if (in_->eof() || !in_->fail()) break;
     if (buffer_.size() >= kMostBytes) {
       ++line_;
-      fail("the line has more than 4 MiB", "is this a file of text?");
+      fail("the line has more than 4 MiB", "give a text file");
     }
     buffer_.resize(2 * buffer_.size());
     in_->clear();

@@ -9,12 +9,12 @@ namespace hotpath {
 TaskSet paper_timers(int utilisation_percent) {
   using std::chrono::milliseconds;
   constexpr std::array kCameraWork = {milliseconds(10), milliseconds(14), milliseconds(16)};
-  const auto found = std::find(kPaperUtilisations.begin(), kPaperUtilisations.end(), utilisation_percent);
-  if (found == kPaperUtilisations.end()) {
-    throw std::invalid_argument("the paper has no timers-only task set of " +
-                                std::to_string(utilisation_percent) + " % utilisation; take 60, 80 or 90");
+  const auto place = std::find(kPaperUtilisations.begin(), kPaperUtilisations.end(), utilisation_percent);
+  if (place == kPaperUtilisations.end()) {
+    throw std::invalid_argument("the paper has no timers-only task set with " +
+                                std::to_string(utilisation_percent) + " % utilisation; use 60, 80 or 90");
   }
-  const milliseconds camera = kCameraWork[static_cast<std::size_t>(found - kPaperUtilisations.begin())];
+  const milliseconds camera = kCameraWork[static_cast<std::size_t>(place - kPaperUtilisations.begin())];
   TaskSet set;
   set.groups.clear();
   const auto add = [&](const char* name, milliseconds period, milliseconds work) {

@@ -7,7 +7,7 @@
 namespace hotpath {
 
 namespace {
-// The standard heap keeps the largest element first; ours is the smallest key.
+// The standard heap puts the largest element first; here the smallest key comes first.
 constexpr auto runs_later = [](const auto& a, const auto& b) { return b.key < a.key; };
 }  // namespace
 

@@ -39,7 +39,7 @@ std::vector<TaskId> most_urgent_timers(const TaskSet& set, Policy policy) {
     level[id] = own_level(set[id], policy);
     timers.push_back(id);
   }
-  // Timers from the most urgent on: the first to reach a subscription gives it its level.
+  // Most urgent timer first: the first timer that reaches a subscription sets its level.
   std::stable_sort(timers.begin(), timers.end(), [&](TaskId a, TaskId b) { return level[a] < level[b]; });
   std::vector<TaskId> pending;
   for (const TaskId root : timers) {
@@ -100,11 +100,11 @@ PriorityKey PriorityOrder::key(const Job& job, std::uint64_t activation) const {
   if (ties_ == Ties::fifo) {
     key.tie = activation;
   } else if (timer && always_due_[job.task]) {
-    // After all others, and in turn.
+    // Always-due timers come last and take turns.
     key.tie = kTimerBit | (std::uint64_t{0x7fffffffU} << 32) | (activation & 0xffffffffU);
   } else if (timer) {
-    // Task id, then timestamp: 31 and 32 bits; a run that outlives 2^32 timestamps of one timer still orders
-    // tasks, and jobs of one task differ by less than 2^32.
+    // Task id (31 bits), then timestamp (32 bits). Beyond 2^32 timestamps of one timer the order of
+    // tasks still holds, and sequences of queued jobs of one task differ by less than 2^32.
     key.tie = kTimerBit | (std::uint64_t{job.task & 0x7fffffffU} << 32) | (job.sequence & 0xffffffffU);
   } else {
     key.tie = kTimerBit - 1 - activation;

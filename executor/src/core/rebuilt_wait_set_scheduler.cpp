@@ -22,7 +22,7 @@ Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& s
 
 WorkerSet RebuiltWaitSetScheduler::joined(TaskId) {
   is_waited_for_.push_back(false);
-  interrupted_ = true;  // the next wait has the wait set rebuilt
+  interrupted_ = true;  // the wait set is rebuilt before the next wait
   return wait_mutex_.waiting();
 }
 
@@ -70,7 +70,8 @@ std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
 
 Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
   Decision decision;
-  decision.job = wait_mutex_.enter(worker) ? wait(now) : pick(now);  // the wait that it was in returns
+  // A worker that slept returns from its wait.
+  decision.job = wait_mutex_.enter(worker) ? wait(now) : pick(now);
   while (!decision.job) {
     if (needs_rebuild_) rebuild();
     decision.waited_for = static_cast<std::uint32_t>(waited_timers_.size() + waited_subscriptions_.size());

@@ -79,11 +79,12 @@ Made make_re(const TaskSet& set, const Options& options) {
                                                     make_queue<policy>(set, options));
 }
 
-// Within a snapshot a job follows the one before after `dispatch` in the golden traces. A wait is fitted to
-// the hot path of Autoware without work, whose seven hops need one each: 45 us with `static`, 80 with
-// `default`, 138 with `multi`, of 228 entities. (After jobs of 10 ms, with cold caches, the golden traces
-// have 70 to 175 us with seven nodes; the median latencies of Autoware under load agree with the smaller
-// numbers.) The reference machine raised the timer thread of every release-only executor.
+// In the golden traces, consecutive jobs of a snapshot are `dispatch` apart. The cost of a wait is
+// fitted to Autoware's hot path without work, whose seven hops need one wait each: 45 us with
+// `static`, 80 us with `default`, 138 us with `multi`, with 228 entities. (After jobs of 10 ms,
+// with cold caches, the golden traces show 70 to 175 us with seven nodes; Autoware's median
+// latencies under load agree with the smaller numbers.) The reference machine raised the timer
+// thread of every release-only executor.
 constexpr ReferenceCosts kEventsCosts = {
     .cores = 1, .dispatch = 1us, .wake_up = 70us, .wait = 0us, .wait_per_entity = 0us};
 constexpr ReferenceCosts kMultiCosts = {
@@ -157,7 +158,7 @@ constexpr std::array kExecutors = {
         wait_set(TaskKind::timer, false, true, RosDistros{}, {1, 5us, 190us, 41us, 150ns}, "#E08A00"),
         make_default},
     ExecutorEntry{"static", "StaticSingleThreadedExecutor",
-                  "wait set, all ready per wait, subscriptions first",
+                  "wait set, runs all that is ready, subscriptions first",
                   wait_set(TaskKind::subscription, false, true, RosDistros{.last = RosDistro::jazzy},
                            {1, 3us, 180us, 8us, 150ns}, "#C8502B"),
                   make_static},
@@ -166,8 +167,7 @@ constexpr std::array kExecutors = {
                   wait_set(TaskKind::timer, true, false, RosDistros{}, kMultiCosts, "#A8882A"),
                   make_multi<Blocked::forgotten>},
     ExecutorEntry{
-        "multi-jazzy", "MultiThreadedExecutor",
-        "the same from rclcpp 28 on (Jazzy): a wait set rebuilt after each job",
+        "multi-jazzy", "MultiThreadedExecutor", "wait set rebuilt after each job; rclcpp from 28 on (Jazzy)",
         wait_set(TaskKind::timer, true, false, RosDistros{RosDistro::jazzy}, kMultiCosts, "#C9A93E"),
         make_multi_jazzy},
     ExecutorEntry{"multi-fair", "MultiThreadedExecutor",
@@ -176,7 +176,7 @@ constexpr std::array kExecutors = {
                   make_multi<Blocked::kept>},
     ExecutorEntry{"cbg", "EventsCBGExecutor", "queue of ready callback groups, several threads; Jazzy on",
                   kCallbackGroups, make_cbg},
-    ExecutorEntry{"events-ro", "EventsExecutor", "stock: FIFO events queue, timers released only",
+    ExecutorEntry{"events-ro", "EventsExecutor", "stock: FIFO events queue, timer thread only releases",
                   events(kRo, true, kEventsCosts, "#0A9A6C"), make_stock_ro},
     ExecutorEntry{"events-re", "EventsExecutor", "stock: FIFO events queue, timer thread runs timers",
                   events(kRe, false, {1, 6us, 110us, 0us, 0us}, "#5FB89B"), make_stock_re},
@@ -208,9 +208,9 @@ std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& o
 }
 
 const ExecutorEntry* find_executor(std::string_view name) {
-  const auto found = std::find_if(kExecutors.begin(), kExecutors.end(),
+  const auto entry = std::find_if(kExecutors.begin(), kExecutors.end(),
                                   [&](const ExecutorEntry& e) { return e.name == name; });
-  return found == kExecutors.end() ? nullptr : &*found;
+  return entry == kExecutors.end() ? nullptr : &*entry;
 }
 
 }  // namespace hotpath

@@ -8,7 +8,7 @@ namespace hotpath {
 
 namespace {
 
-/// The row, as messages show it. Instants count from the epoch, in ns.
+/// Prints a record for messages. Instants are relative to the epoch, in ns.
 class Described {
  public:
   Described(const TaskSet& set, Time epoch, const JobRecord& r) : set_(set), epoch_(epoch), r_(r) {}
@@ -47,14 +47,14 @@ bool ScheduleCheck::in_order(TaskId id) const {
 }
 
 std::string ScheduleCheck::add(const JobRecord& r) {
-  if (r.outcome == Outcome::empty) return {};  // its sample has a record of its own
-  std::string wrong = account(r);
-  if (wrong.empty() && started(r)) wrong = check_instants(r);
-  if (wrong.empty() && started(r)) wrong = check_order(r);
-  return wrong;
+  if (r.outcome == Outcome::empty) return {};  // its sample has its own record
+  std::string problem = account(r);
+  if (problem.empty() && started(r)) problem = check_instants(r);
+  if (problem.empty() && started(r)) problem = check_order(r);
+  return problem;
 }
 
-/// Nothing twice, and a timer's timestamps are where its period and phase put them.
+/// Checks that no sequence occurs twice and that a timer's timestamps match its period and phase.
 std::string ScheduleCheck::account(const JobRecord& r) {
   const Described job(set_, epoch_, r);
   const Task& task = set_[r.job.task];
@@ -63,7 +63,7 @@ std::string ScheduleCheck::account(const JobRecord& r) {
   const auto next = state.later.lower_bound(r.job.sequence);
   if (r.job.sequence < state.accounted || (next != state.later.end() && next->first < beyond) ||
       (next != state.later.begin() && std::prev(next)->second > r.job.sequence)) {
-    return sentence(job, " is there twice");
+    return sentence(job, " occurs twice");
   }
   state.later.emplace(r.job.sequence, beyond);
   for (auto first = state.later.begin(); first != state.later.end() && first->first == state.accounted;
@@ -105,7 +105,7 @@ std::string ScheduleCheck::check_order(const JobRecord& r) {
   if (parent == kNoTask || !in_order(parent)) return {};
   Time& published = state.published.try_emplace(parent, epoch_).first->second;
   if (r.job.timestamp < published) {
-    return sentence(job, " comes after a sample that ", set_[parent].name, " published later");
+    return sentence(job, " follows a sample that ", set_[parent].name, " published later");
   }
   published = r.job.timestamp;
   return {};
@@ -115,11 +115,11 @@ std::string ScheduleCheck::lost(const std::vector<std::uint64_t>& expected) cons
   for (TaskId id = 0; id < set_.size(); ++id) {
     const TaskState& state = tasks_[id];
     if (state.accounted == expected[id] && state.later.empty()) continue;
-    const char* const what = set_[id].kind == TaskKind::timer ? " timestamps" : " samples";
+    const char* const unit = set_[id].kind == TaskKind::timer ? " timestamps" : " samples";
     if (state.accounted < expected[id]) {
-      return sentence(set_[id].name, " #", state.accounted, " is lost, of ", expected[id], what);
+      return sentence(set_[id].name, " #", state.accounted, " is lost, of ", expected[id], unit, " in total");
     }
-    return sentence(set_[id].name, " has rows for more than its ", expected[id], what);
+    return sentence(set_[id].name, " has rows for more than its ", expected[id], unit);
   }
   return {};
 }

@@ -12,79 +12,79 @@
 
 namespace hotpath {
 
-/// The operating system of a simulation: which workers, of all executors, occupy the cores, and until when.
-/// All inline: it is half of the simulator's inner loop.
+/// The simulated operating system: decides which workers, across all executors, occupy the cores,
+/// and until when. Everything is inline, because this is half of the simulator's inner loop.
 class SimulatedWorkers {
  public:
   enum class Step : std::uint8_t {
     asleep,
-    blocked,   ///< Waits for its scheduler's lock.
-    turn,      ///< About to take a turn, in no time.
-    release,   ///< Pays for the releases or for the wait of its turn and holds the lock.
-    dispatch,  ///< Pays for the start of the job that it decided for.
-    run,       ///< Runs that job.
+    blocked,   ///< Waiting for its scheduler's lock.
+    turn,      ///< About to take a turn, which takes no time.
+    release,   ///< Holds the lock while paying for its turn's releases or wait.
+    dispatch,  ///< Paying the dispatch cost of the chosen job.
+    run,       ///< Running the job.
   };
 
   struct State {
     Step step = Step::asleep;
-    bool woken = false;    ///< Somebody woke it since its last turn.
-    bool in_pass = false;  ///< It has released timers since it last slept or ran a job.
+    bool woken = false;    ///< Woken since its last turn.
+    bool in_pass = false;  ///< Has released timers since it last slept or ran a job.
     bool on_core = false;
-    int priority = 0;      ///< Now: its own, or what a worker that waits for its lock lends it.
-    Time until = kNever;   ///< On a core: end of the step. Asleep: when it competes for a core again.
-    Duration remaining{};  ///< Off the cores: what is left of the step.
+    int priority = 0;      ///< Current priority: its own, or inherited from a worker that waits for its lock.
+    Time until = kNever;   ///< On a core: end of the step. Asleep: when it will compete for a core.
+    Duration remaining{};  ///< Off the cores: remaining length of the step.
     Time step_end{};       ///< End of the step if the worker were never displaced.
     Time slice_end{};      ///< On a core.
     Duration slice_left{};
-    Duration slice{};  ///< Of the ordinary policy.
+    Duration slice{};  ///< Length of a time slice; ordinary policy.
     SimulatedThread thread;
-    std::uint32_t executor = 0;  ///< Whose worker it is,
-    Worker number = 0;           ///< and which one there.
-    unsigned core = 0;           ///< The last one that it had, where cores differ.
+    std::uint32_t executor = 0;  ///< Index of the worker's executor.
+    Worker number = 0;           ///< Number within that executor.
+    unsigned core = 0;           ///< Last core used, if workers differ in their allowed cores.
     // The worker's last decision.
     bool has_job = false;
     Job job;
-    Time start{};       ///< Start of the job.
+    Time start{};
     Time wake_at{};     ///< Without a job.
-    WorkerSet to_wake;  ///< Others of its executor, once the lock is free.
+    WorkerSet to_wake;  ///< Other workers of its executor, to wake after the lock is released.
   };
 
   explicit SimulatedWorkers(const Platform& platform);
 
-  /// Adds the worker `number` of `executor`.
+  /// Adds worker `number` of `executor`.
   void add(std::uint32_t executor, Worker number, const SimulatedThread& thread);
 
   Worker size() const { return static_cast<Worker>(states_.size()); }
   State& operator[](Worker w) { return states_[w]; }
   const State& operator[](Worker w) const { return states_[w]; }
 
-  /// The workers on cores, by priority, then by how long they have been ready.
+  /// The workers on cores, by priority, then by time since they became ready.
   std::size_t on_core() const { return cores_differ_ ? running_.size() : std::min(ready_.size(), cores_); }
   Worker running(std::size_t i) const { return cores_differ_ ? running_[i] : ready_[i]; }
 
-  /// The worker, which is ready, does this next.
+  /// Starts the next step of a ready worker.
   void begin_step(Worker w, Step step, Duration length, Time now);
-  /// The worker competes for a core, to take a turn, behind those of its priority.
+  /// Makes the worker compete for a core to take a turn, behind the workers of equal priority.
   void make_ready(Worker w, Time now);
-  /// The worker, which is ready, gives up its core.
+  /// A ready worker gives up its core.
   void leave(Worker w, Time now);
-  /// The worker leaves until `wake_at` or until it is woken.
+  /// The worker sleeps until `wake_at` or until it is woken.
   void sleep(Worker w, Time wake_at, Time now);
   void wake(Worker w, Time now);
-  /// Makes those asleep ready whose time has come.
+  /// Makes sleeping workers ready whose wake-up time has come.
   void wake_sleepers(Time now);
-  /// The worker, which is ready, has this priority from now on.
+  /// Changes the priority of a ready worker.
   void change_priority(Worker w, int priority, Time now);
 
-  /// When a step ends, a sleeper wakes, or a time slice that others wait for is over, whichever comes first.
+  /// The earliest of: a step ends, a sleeper wakes, a time slice ends for which other workers wait.
   Time next_instant(Time now) const;
-  /// Lets workers of the ordinary policy whose time slice is over change places with those that wait.
+  /// Replaces workers of the ordinary policy whose time slice is over by waiting ones.
   void rotate_expired(Time now);
 
  private:
-  /// Whether a worker of the ordinary policy waits for the core that `w` of the same policy has.
+  /// Whether a worker of the ordinary policy waits for the core of `w`, also of that policy.
   bool others_wait_for_core_of(Worker w) const;
-  /// After `changed`, a position in ready_, has another worker, or none any more.
+  /// Updates the cores after position `changed` in ready_ received another worker or was removed.
   void assign_cores(std::size_t changed, Time now);
   void assign_core(std::size_t position, Time now);
   void choose_running();
@@ -92,7 +92,7 @@ class SimulatedWorkers {
   void sleep_until(Worker w, Time until);
   void give_core(Worker w, Time now);
   void take_core(Worker w, Time now);
-  /// Behind those of its priority, or in front of them; returns where.
+  /// Inserts behind or in front of the workers of equal priority; returns the position.
   std::size_t insert(Worker w, bool in_front = false);
   void erase(Worker w) { ready_.erase(std::find(ready_.begin(), ready_.end(), w)); }
   static std::uint64_t bit(unsigned core) { return std::uint64_t{1} << core; }
@@ -102,13 +102,13 @@ class SimulatedWorkers {
   const std::size_t cores_;
   const Duration slice_, wake_up_latency_;
   const bool wall_clock_work_;
-  bool cores_differ_ = false;  // some worker may not run everywhere
+  bool cores_differ_ = false;  // whether some worker may not run on all cores
   std::vector<State> states_;
-  EarliestTime sleepers_;        // until when those asleep are
+  EarliestTime sleepers_;        // wake-up times of sleeping workers
   std::vector<Worker> ready_;    // by priority, then by arrival
-  std::vector<Worker> running_;  // where cores differ: those of ready_ that have one, in the same order
-  std::vector<Worker> owner_;    // by core, where cores differ
-  std::uint64_t tried_ = 0;      // cores that place() has looked at
+  std::vector<Worker> running_;  // if cores differ: the workers of ready_ on a core, in the same order
+  std::vector<Worker> owner_;    // by core, if cores differ
+  std::uint64_t tried_ = 0;      // cores that place() has tried
 };
 
 inline SimulatedWorkers::SimulatedWorkers(const Platform& platform)
@@ -123,7 +123,7 @@ inline void SimulatedWorkers::add(std::uint32_t executor, Worker number, const S
   s.number = number;
   s.thread = thread;
   s.priority = thread.priority;
-  // Linux's weights: a step of nice is a factor of 1.25.
+  // Linux's weights: one nice level is a factor of 1.25.
   s.slice = thread.nice == 0
                 ? slice_
                 : std::max(Duration(1),
@@ -191,7 +191,8 @@ inline void SimulatedWorkers::wake_sleepers(Time now) {
 
 inline void SimulatedWorkers::change_priority(Worker w, int priority, Time now) {
   if (states_[w].priority == priority) return;
-  // As Linux does: who falls back to a priority has not given up the core.
+  // As in Linux, a worker whose priority falls does not give up the core to workers of that
+  // priority.
   const bool falls = priority < states_[w].priority;
   states_[w].priority = priority;
   erase(w);
@@ -211,7 +212,8 @@ inline bool SimulatedWorkers::place(Worker w) {
     const auto core = static_cast<unsigned>(std::countr_zero(left));
     if (owner_[core] == kNobody) return take(core);
   }
-  // One that was placed before, of the same or a higher priority, may have another core to go to.
+  // A worker of the same or a higher priority that was placed before may be able to move to another
+  // core.
   for (std::uint64_t left = allowed & ~tried_; left != 0; left &= left - 1) {
     const auto core = static_cast<unsigned>(std::countr_zero(left));
     if ((tried_ & bit(core)) != 0) continue;
@@ -254,11 +256,11 @@ inline void SimulatedWorkers::assign_core(std::size_t position, Time now) {
 
 inline void SimulatedWorkers::assign_cores(std::size_t changed, Time now) {
   if (!cores_differ_) {
-    // Of the others, one at most has moved to the last position with a core, or to the first without.
+    // At most one other worker has moved to the last position with a core, or to the first without.
     for (const std::size_t position : {changed, cores_ - 1, cores_}) assign_core(position, now);
     return;
   }
-  // A worker that moves from one core to another goes on without a pause.
+  // A worker that changes cores continues without a pause.
   for (const Worker w : running_) {
     if (states_[w].on_core) take_core(w, now);  // otherwise it has left
   }

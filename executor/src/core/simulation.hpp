@@ -130,7 +130,7 @@ class Simulation {
   struct Executor {
     Scheduler* scheduler = nullptr;
     std::span<const TaskId> tasks;
-    Worker first = 0;  ///< Its first worker.
+    Worker first = 0;  ///< Number of the executor's first worker.
     bool events = false;
     std::uint32_t other_entities = 0;
     std::optional<Worker> lock_holder;
@@ -143,8 +143,8 @@ class Simulation {
     SampleInfo info;
   };
 
-  /// Jobs that are done are so before anything else happens at this instant, even if a woken worker of
-  /// higher priority takes their core now.
+  /// Jobs that end now finish before anything else happens at this instant, even if a woken worker
+  /// of higher priority takes their core.
   void finish_jobs() {
     done_.clear();
     for (std::size_t i = 0; i < workers_.on_core(); ++i) {
@@ -157,20 +157,20 @@ class Simulation {
 
   Executor& executor_of(Worker w) { return executors_[workers_[w].executor]; }
 
-  /// A job that its scheduler tells of, with the number that its task has in the whole set.
+  /// Translates a scheduler's job to the task's number in the whole set.
   static Job of_whole_set(const Executor& executor, Job job) {
     if (!executor.tasks.empty()) job.task = executor.tasks[job.task];
     return job;
   }
-  /// The task's number for the scheduler that serves it.
+  /// The task's number in the scheduler that serves it.
   TaskId number_there(TaskId task) const { return numbers_.empty() ? task : numbers_[task]; }
 
   void wake(const Executor& executor, WorkerSet numbers) {
     while (!numbers.empty()) workers_.wake(executor.first + numbers.pop_first(), now_);
   }
 
-  /// Everything that workers do at this instant: in rounds, so that after the release of one timer the worker
-  /// that it woke decides before the next one is released, if it has a core.
+  /// Runs all steps of this instant, in rounds: after the release of one timer, the woken worker
+  /// decides before the next timer is released, if that worker has a core.
   void take_steps() {
     workers_.rotate_expired(now_);
     for (bool stepped = true; stepped;) {
@@ -252,7 +252,7 @@ class Simulation {
     }
   }
 
-  /// What the live loop does once it has left the lock.
+  /// The part of the live loop after the lock is released.
   void follow(Worker w) {
     SimulatedWorkers::State& worker = workers_[w];
     wake(executor_of(w), worker.to_wake);
@@ -282,7 +282,7 @@ class Simulation {
     const Duration time = workload_->start(job, now_);
     if (time < Duration{} || time > kLongestInstant) {
       throw SimulationError("the execution time of a job of task `" + set_[job.task].name +
-                            "` must lie in 0 to 2^60 ns");
+                            "` must be between 0 and 2^60 ns");
     }
     workers_.begin_step(w, Step::run, time, now_);
     if (sink_) sink_->started(record(w, Outcome::ran));
@@ -341,15 +341,15 @@ class Simulation {
     arrive(sample);
   }
 
-  /// Only events queues can grow without bound: a wait set holds no more than its timers and the histories
-  /// of its subscriptions.
+  /// Only events queues can grow without bound: a wait set holds at most its timers and the
+  /// histories of its subscriptions.
   void count_backlog(const SimulatedWorkers::State& worker, std::uint32_t released) {
     Executor& executor = executors_[worker.executor];
     executor.timers_waiting += released;
     if (worker.has_job) {
       const bool timer = set_[worker.job.task].kind == TaskKind::timer;
       std::uint64_t& waiting = timer ? executor.timers_waiting : executor.events_waiting;
-      if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were never queued
+      if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were not queued
     }
     if (executor.timers_waiting + executor.events_waiting > max_backlog_) stop_overloaded();
   }
@@ -357,14 +357,13 @@ class Simulation {
   [[noreturn]] void stop_overloaded() const {
     std::ostringstream message;
     message << std::fixed << std::setprecision(3) << "overload: more than " << max_backlog_
-            << " released jobs wait for their start after " << std::setprecision(1) << to_ms(now_ - Time{})
+            << " released jobs are waiting to start after " << std::setprecision(1) << to_ms(now_ - Time{})
             << " ms; the utilisation is " << std::setprecision(3)
             << utilisation(set_, summary_.published, now_ - Time{})
             << (platform_.release_cost + platform_.pass_cost + platform_.dispatch_cost > Duration{}
                     ? " without the platform's costs"
                     : "")
-            << ", which must stay below what one executor worker can do (1), or needs a shorter run or a "
-               "larger limit";
+            << "; keep it below 1, the capacity of one executor worker, shorten the run or raise the limit";
     throw SimulationError(message.str());
   }
 
@@ -378,7 +377,7 @@ class Simulation {
     return r;
   }
 
-  /// Accounts for everything that was released, published or due before the end and did not run.
+  /// Records everything that was released, published or due before the end and did not run.
   void close() {
     now_ = end_ - Duration(1);
     while (!on_the_way_.empty()) arrive_next();
@@ -408,7 +407,7 @@ class Simulation {
 
   const TaskSet& set_;
   const std::vector<std::uint32_t>& executor_of_;  // by task
-  std::vector<TaskId> numbers_;                    // by task: its number for its scheduler; empty: the same
+  std::vector<TaskId> numbers_;                    // by task: its number in its scheduler; empty: unchanged
   Workload* workload_;
   const Platform platform_;
   const Duration start_;
@@ -417,13 +416,12 @@ class Simulation {
   JobSink* const sink_;
 
   SimulatedWorkers workers_;
-  std::deque<Sample> on_the_way_;       // by arrival: the delay is the same for all
+  std::deque<Sample> on_the_way_;       // in order of arrival, since all have the same delay
   std::vector<std::uint64_t> arrived_;  // per subscription
   std::vector<Executor> executors_;
   std::vector<Worker> done_;
   Time now_{};
   SimulationSummary summary_;
 };
-
 
 }  // namespace hotpath

@@ -9,14 +9,15 @@ namespace hotpath {
 
 namespace {
 
-void check(bool fine, const std::string& otherwise) {
-  if (!fine) throw SimulationError(otherwise);
+void check(bool valid, const std::string& problem) {
+  if (!valid) throw SimulationError(problem);
 }
 
 void check_task(const Task& task) {
   for (const Duration d : {task.period, task.phase, task.wcet, task.deadline}) {
-    check(d >= Duration{} && d <= kLongestInstant, "task `" + task.name + "`: a period, phase, deadline or " +
-                                                "execution time is negative or beyond 2^60 ns (36 years)");
+    check(d >= Duration{} && d <= kLongestInstant,
+          "task `" + task.name + "`: a period, phase, deadline or " +
+              "execution time is negative or beyond 2^60 ns (36 years)");
   }
   check(task.kind != TaskKind::timer || task.period > Duration{},
         "task `" + task.name + "`: the period of a timer must be positive");
@@ -28,11 +29,12 @@ void check_options(const SimulationOptions& options) {
   check(p.time_slice > Duration{}, "the time slice must be positive");
   for (const Duration d : {p.release_cost, p.pass_cost, p.dispatch_cost, p.wait_cost, p.wait_cost_per_entity,
                            p.delivery_delay, p.wake_up_latency, p.time_slice}) {
-    check(d >= Duration{} && d <= kLongestInstant, "costs, delays and latencies must lie in 0 to 2^60 ns");
+    check(d >= Duration{} && d <= kLongestInstant,
+          "costs, delays and latencies must be between 0 and 2^60 ns");
   }
   check(options.duration > Duration{}, "the duration must be positive");
   check(options.start >= Duration{} && options.start < options.duration,
-        "executors must begin within the duration");
+        "the start of the executors must lie within the duration");
   check(options.duration <= kLongestInstant,
         "the duration exceeds 2^60 ns (36 years), beyond which instants would overflow");
 }

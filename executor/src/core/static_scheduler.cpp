@@ -9,7 +9,7 @@ Arrival StaticScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
 
 std::optional<Job> StaticScheduler::next_ready(Time now) {
   return take(now, [this, now](TaskId id) {
-    // rclcpp asks a timer again, although nobody else calls it.
+    // rclcpp checks a timer again, although no other thread calls it.
     return is_ready(id, now) ? Pick::run : Pick::leave;
   });
 }

@@ -45,8 +45,8 @@ std::optional<std::string> nearest(std::string_view word, std::span<const std::s
 
 std::string suggest(std::string_view word, std::span<const std::string> candidates) {
   if (const auto best = nearest(word, candidates)) return "did you mean `" + *best + "`?";
-  if (candidates.empty()) return "there is none to choose from";
-  std::string list = "known are: ";
+  if (candidates.empty()) return "none are available";
+  std::string list = "choose one of: ";
   for (const std::string& candidate : candidates) {
     if (&candidate != &candidates.front()) list += ", ";
     list += candidate;

@@ -10,7 +10,7 @@ namespace hotpath {
 TaskPart part_of(const TaskSet& whole, const std::vector<TaskId>& ids, const std::vector<TaskId>& urgent) {
   TaskPart part{{{}, {}}, ids};
   std::unordered_map<std::uint32_t, std::uint32_t> groups;
-  std::unordered_map<TaskId, TaskId> numbers;  // of timers
+  std::unordered_map<TaskId, TaskId> numbers;  // ids in the part, timers only
   const auto add = [&](TaskId id) {
     Task& task = part.set.tasks.emplace_back(whole[id]);
     const auto [group, added] =

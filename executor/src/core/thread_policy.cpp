@@ -19,7 +19,7 @@ std::string milliseconds(Duration duration) {
   return {text.data(), end};
 }
 
-/// The whole text as a number.
+/// Parses the whole text as a number.
 template <class Number>
 std::optional<Number> number(std::string_view text) {
   Number value{};
@@ -28,7 +28,7 @@ std::optional<Number> number(std::string_view text) {
   return value;
 }
 
-/// `RUNTIME/DEADLINE/PERIOD` in ms.
+/// Parses `RUNTIME/DEADLINE/PERIOD` in ms.
 std::optional<ThreadPolicy> parse_budget(std::string_view text) {
   ThreadPolicy policy{Class::deadline};
   for (Duration* const part : {&policy.runtime, &policy.deadline, &policy.period}) {
@@ -82,8 +82,8 @@ void check_budget(const ThreadPolicy& policy) {
     return;
   }
   throw std::invalid_argument("thread policy `" + to_string(policy) +
-                              "`: the runtime must be at least 0.001024 ms and not beyond the deadline, and "
-                              "the deadline not beyond the period");
+                              "`: the runtime must be at least 0.001024 ms and at most the deadline, and the "
+                              "deadline at most the period");
 }
 
 }  // namespace hotpath

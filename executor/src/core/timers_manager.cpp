@@ -23,13 +23,13 @@ void TimersManager::add(TaskId id, const Task& task, Time epoch) {
 }
 
 Timer TimersManager::remove(TaskId id) {
-  const auto found =
+  const auto entry =
       std::find_if(timers_.begin(), timers_.end(), [&](const Timer& t) { return t.task() == id; });
-  assert(found != timers_.end());
-  std::erase_if(heap_, [&](const Entry& e) { return e.timer == found - timers_.begin(); });
+  assert(entry != timers_.end());
+  std::erase_if(heap_, [&](const Entry& e) { return e.timer == entry - timers_.begin(); });
   std::sort(heap_.begin(), heap_.end(), before);
-  const Timer removed = *found;
-  found->cancel();
+  const Timer removed = *entry;
+  entry->cancel();
   return removed;
 }
 

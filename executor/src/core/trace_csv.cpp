@@ -15,7 +15,7 @@ namespace hotpath {
 
 namespace {
 
-/// Builds one line without a stream's formatting, which dominates otherwise.
+/// Builds a line without stream formatting, which would dominate the time.
 class Line {
  public:
   void begin() { text_.clear(); }
@@ -48,14 +48,14 @@ class Line {
 constexpr bool finishes(Outcome outcome) { return outcome == Outcome::ran || outcome == Outcome::empty; }
 constexpr bool starts(Outcome outcome) { return finishes(outcome) || outcome == Outcome::running; }
 
-/// What a row says, on its way out.
+/// A row being written.
 struct RowOut {
   const TaskSet& set;
   const Trace& trace;
   const JobRecord& r;
   Line& line;
 
-  /// A number where it applies, else an empty field.
+  /// Writes the number if it applies, otherwise an empty field.
   template <class Integer>
   void number_if(bool applies, Integer n) const {
     applies ? line.number(n) : line.nothing();
@@ -63,7 +63,7 @@ struct RowOut {
   void instant_if(bool applies, Time t) const { number_if(applies, (t - trace.epoch).count()); }
 };
 
-/// Names of tasks: those of a set, or of one that grows with every new name.
+/// Task names: of a fixed set, or of a set that grows with every new name.
 class TaskNames {
  public:
   explicit TaskNames(const TaskSet& set) : set_(&set) {
@@ -71,18 +71,18 @@ class TaskNames {
   }
   TaskNames(const TaskSet& set, TaskSet& growing) : TaskNames(set) { growing_ = &growing; }
 
-  /// The task of a field, for which another one may tell the kind.
+  /// The task named in a field. A new task's kind comes from another field.
   TaskId find(const CsvReader& in, std::size_t column) {
-    const auto found = ids_.find(in.text(column));
-    if (found != ids_.end()) return found->second;
+    const auto known = ids_.find(in.text(column));
+    if (known != ids_.end()) return known->second;
     const std::string name(in.text(column));
     if (growing_ == nullptr)
-      in.fail("the graph has no task `" + name + "`", "is this another graph's trace?");
+      in.fail("the graph has no task `" + name + "`", "give a trace of this graph, not of another graph");
     ids_.emplace(name, growing_->size());
     growing_->tasks.emplace_back().name = name;
     return growing_->size() - 1;
   }
-  /// 0: it is not known yet.
+  /// 0 if it is not known yet.
   Duration period(TaskId id) const { return (*set_)[id].period; }
   void check_kind(const CsvReader& in, std::size_t column, TaskId id) {
     const bool timer = in.text(column) == to_string(TaskKind::timer);
@@ -90,7 +90,7 @@ class TaskNames {
     if (in.text(column) == to_string((*set_)[id].kind)) return;
     in.fail("task `" + (*set_)[id].name + "` is a " + to_string((*set_)[id].kind) + ", not a `" +
                 std::string(in.text(column)) + "`",
-            "is this another graph's trace?");
+            "give a trace of this graph, not of another graph");
   }
 
  private:
@@ -103,7 +103,7 @@ class TaskNames {
   std::unordered_map<std::string, TaskId, Hash, std::equal_to<>> ids_;
 };
 
-/// What a row says, on its way in.
+/// A row being read.
 struct RowIn {
   const CsvReader& in;
   TaskNames& tasks;
@@ -121,7 +121,8 @@ Time instant(const RowIn& row, std::size_t column) { return Time{} + row.in.nano
 
 enum class Field { required, may_be_empty };
 
-/// A column of jobs.csv: what it is called, how its field is written and read. Empty fields are not read.
+/// A column of jobs.csv: its name, and how its field is written and read. Empty fields are not
+/// read.
 struct JobColumn {
   const char* name;
   Field field;
@@ -144,7 +145,7 @@ constexpr JobColumn kJobColumns[] = {
      [](RowIn& i, std::size_t c) { i.r.outcome = outcome_of(i.in, c); }},
     {"timestamp_ns", Field::required, [](const RowOut& o) { o.instant_if(true, o.r.job.timestamp); },
      [](RowIn& i, std::size_t c) { i.r.job.timestamp = instant(i, c); }},
-    // A sample that is still unread at the end may never have been released.
+    // A sample still unread at the end may never have been released.
     {"release_ns", Field::may_be_empty,
      [](const RowOut& o) {
        const bool never = o.r.outcome == Outcome::overwritten || o.r.outcome == Outcome::skipped;
@@ -245,10 +246,11 @@ void check_instants(const CsvReader& in, Outcome outcome) {
   if (in.text(kStart).empty() != starts(outcome) && in.text(kFinish).empty() != finishes(outcome)) return;
   in.fail(std::string("a row `") + to_string(outcome) + "` must have " + (starts(outcome) ? "a" : "no") +
               " start_ns and " + (finishes(outcome) ? "a" : "no") + " finish_ns",
-          "was the file edited?");
+          "restore the original file");
 }
 
-/// Rows of skipped timestamps follow the job whose call skipped them: `last` of their repetition, if any.
+/// Adds a skipped timestamp. Its row must follow the job whose call skipped it: `last` of the
+/// repetition, if any.
 void add_skipped(const RowIn& row, JobRecord* last) {
   if (last == nullptr || last->job.task != row.r.job.task ||
       row.r.job.sequence != last->job.sequence + last->job.skipped + 1) {
@@ -257,11 +259,11 @@ void add_skipped(const RowIn& row, JobRecord* last) {
   }
   Job& job = last->job;
   ++job.skipped;
-  // Its timestamp is not kept: it follows from the job's.
+  // The timestamp is not stored: it follows from the job's.
   const Duration period = row.tasks.period(job.task), after = row.r.job.timestamp - job.timestamp;
   if (period > Duration{} && (after / period != job.skipped || after % period != Duration{})) {
-    row.in.fail("a `skipped` timestamp is not a whole number of periods after its job's",
-                "is this another graph's trace?");
+    row.in.fail("a `skipped` timestamp is not a whole number of periods after its job's timestamp",
+                "give a trace of this graph, not of another graph");
   }
 }
 
@@ -270,8 +272,8 @@ Trace& trace_for(const RowIn& row, std::vector<Trace>& traces) {
     return t.repetition == row.repetition && t.executor == row.executor;
   };
   if (!traces.empty() && same(traces.back())) return traces.back();
-  const auto found = std::find_if(traces.begin(), traces.end(), same);
-  if (found != traces.end()) return *found;
+  const auto existing = std::find_if(traces.begin(), traces.end(), same);
+  if (existing != traces.end()) return *existing;
   Trace& added = traces.emplace_back();
   added.executor = row.executor;
   added.repetition = row.repetition;
@@ -338,7 +340,7 @@ void for_each_record(std::istream& in, const TaskSet& set, const std::string& fi
                      const std::function<void(const JobRow&)>& use) {
   std::string executor;
   std::uint32_t repetition = 0;
-  std::optional<JobRecord> last;  // complete with the next row that is not `skipped`
+  std::optional<JobRecord> last;  // complete when a row other than `skipped` follows
   std::size_t line = 0;
   const auto use_last = [&] {
     if (last) use({executor, repetition, *last, line});

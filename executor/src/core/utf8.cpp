@@ -9,7 +9,7 @@ namespace hotpath {
 
 namespace {
 
-/// Bytes of the UTF-8 character at the beginning; 0: there is none.
+/// Size in bytes of the first UTF-8 character; 0 if there is none.
 std::size_t first_character(std::string_view text) {
   for (std::size_t bytes = 1; bytes <= std::min<std::size_t>(text.size(), 4); ++bytes) {
     if (is_utf8(text.substr(0, bytes))) return bytes;
@@ -17,7 +17,7 @@ std::size_t first_character(std::string_view text) {
   return 0;
 }
 
-/// A terminal or a log would not show it as a character of its line.
+/// Whether a terminal or a log would not display it as a character of its line.
 bool is_control(std::string_view character) {
   const auto within = [&](std::string_view first, std::string_view last) {
     return character.size() == first.size() && first <= character && character <= last;
@@ -41,7 +41,7 @@ std::string escaped(std::string_view bytes) {
 }  // namespace
 
 bool is_utf8(std::string_view text) {
-  constexpr std::uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // by bytes of a sequence
+  constexpr std::uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // by length of the sequence
   for (std::size_t i = 0; i < text.size();) {
     const auto byte = [&](std::size_t k) {
       return static_cast<std::uint32_t>(static_cast<unsigned char>(text[i + k]));
@@ -63,7 +63,7 @@ bool is_utf8(std::string_view text) {
 std::string printable(std::string_view text, std::size_t most) {
   constexpr std::string_view kMore = "...";
   std::string result;
-  std::size_t cut = 0;  // bytes of the result with room for kMore behind them
+  std::size_t cut = 0;  // length of the result that leaves room for kMore
   while (!text.empty()) {
     const std::size_t bytes = first_character(text);
     const std::string_view character = text.substr(0, std::max<std::size_t>(bytes, 1));

@@ -36,7 +36,7 @@ Decision WaitSetScheduler::decide(Worker worker, Time now) {
 Effect WaitSetScheduler::finished(Worker, const Job& job, Time) {
   free_group(job.task);
   Effect effect;
-  // The interrupt guard condition, so that the group is in the wait again.
+  // The interrupt guard condition ends the wait, so that the next one includes the group again.
   effect.wake = wait_mutex_.waiting();
   return effect;
 }

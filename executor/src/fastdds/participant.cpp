@@ -28,18 +28,19 @@ namespace fastrtps = eprosima::fastrtps::rtps;
 
 namespace {
 
-// Fast DDS logs to standard output by default, which belongs to our own results.
+// Fast DDS logs to standard output by default, which is reserved for our results.
 void log_to_standard_error() {
   dds::Log::ClearConsumers();
   auto consumer = std::make_unique<dds::StdoutErrConsumer>();
   consumer->stderr_threshold(dds::Log::Kind::Info);
   dds::Log::RegisterConsumer(std::move(consumer));
   dds::Log::SetVerbosity(dds::Log::Kind::Error);
-  // It has a line for each sample of a stranger that is too long; the transport counts what it refuses.
+  // This category logs every oversized sample of an unmatched writer; the transport counts the
+  // samples that it rejects.
   dds::Log::SetCategoryFilter(std::regex("^(?!RTPS_READER_HISTORY)"));
 }
 
-/// What the participants of one run tell each other in discovery.
+/// The mark by which participants of one run recognise each other in discovery.
 std::string run_mark(const FastDdsOptions& options) {
   return "hotpath:" + options.partition + ":" + options.topic_prefix;
 }
@@ -56,7 +57,8 @@ dds::DomainParticipantQos participant_qos(const FastDdsOptions& options) {
   auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
   if (options.loopback_only) udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
-  // The pool of send buffers is a fixed guess by default, and a writer waits for ever when it is empty.
+  // The default pool of send buffers has a fixed size, and a writer waits for ever when it is
+  // empty.
   qos.allocation().send_buffers.dynamic = true;
   return qos;
 }
@@ -70,7 +72,7 @@ dds::DomainParticipant* create_participant(std::uint32_t domain, const dds::Doma
   if (participant == nullptr) {
     throw TransportError(
         "Fast DDS could not create a participant in domain " + std::to_string(domain) +
-        "; its own message is above, usual reasons are no network interface (is `lo` up?) and a "
+        "; see its message above; common causes are a missing network interface (is `lo` up?) and a "
         "domain outside 0 to 232");
   }
   return participant;
@@ -78,8 +80,8 @@ dds::DomainParticipant* create_participant(std::uint32_t domain, const dds::Doma
 
 dds::DomainParticipant* create_participant(const FastDdsOptions& options) {
   dds::DomainParticipantQos qos = participant_qos(options);
-  // A participant that has just started may miss the answer to its first announcement, and then waits for the
-  // next one of whom it missed: three seconds by default.
+  // A new participant may miss the answer to its first announcement. It then waits for the next
+  // announcement of the missed participant: three seconds by default.
   qos.wire_protocol().builtin.discovery_config.leaseDuration_announcementperiod = {1, 0};
   return create_participant(options.domain, qos);
 }
@@ -99,8 +101,8 @@ class FastDdsParticipant::Partners final : public dds::DomainParticipantListener
   }
   std::int32_t of(const dds::DomainEntity* endpoint) const {
     const std::lock_guard lock(mutex_);
-    const auto found = count_.find(endpoint);
-    return found == count_.end() ? 0 : found->second;
+    const auto entry = count_.find(endpoint);
+    return entry == count_.end() ? 0 : entry->second;
   }
 
   void on_participant_discovery(dds::DomainParticipant*, fastrtps::ParticipantDiscoveryInfo&& info) override {
@@ -131,7 +133,7 @@ class FastDdsParticipant::Partners final : public dds::DomainParticipantListener
 
 namespace {
 
-/// One that the other participants of its run can tell from strangers.
+/// Creates a participant that the other participants of its run recognise.
 dds::DomainParticipant* create_run_participant(const FastDdsOptions& options,
                                                dds::DomainParticipantListener& partners) {
   dds::DomainParticipantQos qos = participant_qos(options);
@@ -159,7 +161,7 @@ FastDdsParticipant::FastDdsParticipant(const FastDdsOptions& options)
   publisher_ = participant_->create_publisher(publisher_qos);
   subscriber_ = participant_->create_subscriber(subscriber_qos);
   if (publisher_ == nullptr || subscriber_ == nullptr) {
-    throw TransportError("Fast DDS could not create a publisher and a subscriber; its own message is above");
+    throw TransportError("Fast DDS could not create a publisher and a subscriber; see its message above");
   }
 }
 
@@ -207,7 +209,7 @@ dds::DataReader* FastDdsParticipant::add_reader(const std::string& topic_name, s
   dds::DataReader* reader =
       subscriber_->create_datareader(topic(topic_name), qos, nullptr, dds::StatusMask::none());
   if (reader == nullptr) throw TransportError("Fast DDS could not create a reader of topic " + topic_name);
-  // Only now, so that the listener's own pointer to its reader is set before the first call.
+  // Set only now, so that the listener's pointer to its reader is set before the first call.
   reader->set_listener(listener, dds::StatusMask::data_available());
   readers_.push_back({reader, topic_name, static_cast<std::int32_t>(writers)});
   return reader;
@@ -232,11 +234,11 @@ void FastDdsParticipant::wait_until_matched(Time deadline) const {
     if (now() >= deadline) {
       const bool writes = writer != nullptr;
       const std::string& name = writes ? writer->topic : reader->topic;
-      const auto found = writes ? partners_->of(writer->endpoint) : partners_->of(reader->endpoint);
+      const auto matched = writes ? partners_->of(writer->endpoint) : partners_->of(reader->endpoint);
       const auto wanted = writes ? writer->partners : reader->partners;
       throw TransportError("discovery did not finish in time: the " +
-                           std::string(writes ? "writer" : "reader") + " of topic " + name + " found " +
-                           std::to_string(found) + " of " + std::to_string(wanted) +
+                           std::string(writes ? "writer" : "reader") + " of topic " + name + " matched " +
+                           std::to_string(matched) + " of " + std::to_string(wanted) +
                            " partners in DDS domain " + std::to_string(domain_));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));

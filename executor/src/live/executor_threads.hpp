@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of BasicExecutor, for those who make one.
+// The member functions of BasicExecutor, for code that instantiates it.
 #pragma once
 
 #include <sched.h>
@@ -53,7 +53,7 @@ void BasicExecutor<Sync>::start(Time epoch, Time end) {
     });
   }
   prepared.wait();
-  if (setup_error_.empty()) return;  // written before the latch opened, and by nobody afterwards
+  if (setup_error_.empty()) return;  // written only before the latch opened
   stop();
   join();
   throw ThreadSetupError(setup_error_);
@@ -76,7 +76,7 @@ void BasicExecutor<Sync>::stop() {
   WorkerSet parked;
   {
     const std::lock_guard lock(mutex_);
-    end_ = std::min(end_, Sync::now());  // under the lock: after all decisions so far
+    end_ = std::min(end_, Sync::now());  // under the lock, hence after all decisions so far
     for (Worker w = 0; w < lanes_.size(); ++w) parked.insert(w);
     parked = claim(parked);
   }

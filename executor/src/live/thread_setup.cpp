@@ -34,7 +34,8 @@ int native_class(ThreadPolicy::Class c) {
   return SCHED_OTHER;
 }
 
-/// Of Linux's sched_setattr(2), for which glibc 2.36 has neither functions nor structure.
+/// Argument of Linux's sched_setattr(2); glibc 2.36 declares neither the functions nor the
+/// structure.
 struct SchedulingAttributes {
   std::uint32_t size, policy;
   std::uint64_t flags;
@@ -59,7 +60,7 @@ bool set_policy(const ThreadPolicy& policy) {
   sched_param parameters{};
   parameters.sched_priority = policy.ordinary() ? 0 : policy.priority;
   if (sched_setscheduler(0, native_class(policy.scheduling_class), &parameters) != 0) return false;
-  // The nice value is a thread's own in Linux.
+  // In Linux each thread has its own nice value.
   return !policy.ordinary() || policy.priority == 0 || setpriority(PRIO_PROCESS, 0, policy.priority) == 0;
 }
 
@@ -110,15 +111,15 @@ ThreadPolicy own_thread_policy() {
 }
 
 std::string refusal(const ThreadPolicyRequest& request) {
-  std::string refused;
+  std::string reason;
   std::thread([&] {
     try {
       static_cast<void>(apply_thread_policy(request));
     } catch (const ThreadSetupError& error) {
-      refused = error.what();
+      reason = error.what();
     }
   }).join();
-  return refused;
+  return reason;
 }
 
 void minimise_timer_slack() { prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL); }
@@ -140,7 +141,8 @@ void pin_to_cpus(const std::vector<int>& cpus) {
   for (const int cpu : cpus) {
     if (cpu >= 0 && cpu < CPU_SETSIZE) CPU_SET(cpu, &wanted);
   }
-  // The kernel drops processors that do not exist without a word as long as one is left, so ask back.
+  // The kernel silently drops processors that do not exist as long as one exists, so check the
+  // result.
   const std::vector<int> before = allowed_cpus();
   if (sched_setaffinity(0, sizeof(wanted), &wanted) != 0 || allowed_cpus().size() != cpus.size()) {
     throw ThreadSetupError("cannot run on processors " + list(cpus) + "; this process may use " +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bridge's parameters with the values of the input, in place of those of a ROS master.
+// Fuzzes the bridge's parameters: the input supplies the values instead of a ROS master.
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// As many values as the input has bytes for.
+/// Supplies values until the input is used up.
 struct RosNode::Impl {
   FuzzedDataProvider input;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Payloads of telemetry as they come from the network, the first byte says of which type; what the bridge
-// makes of a run and its statistics.
+// Fuzzes telemetry payloads as received from the network, whose first byte selects the type, and
+// the conversion of a run and its statistics.
 #include <TelemetryPubSubTypes.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ void show_run(Payload& payload) {
   static_cast<void>(run_metadata(*run, ros_names(nodes).names, ros_names(chains).names));
   for (const Lidar& lidar : lidars(*run)) static_cast<void>(scan_position(run->nodes()[lidar.node]));
   telemetry::Statistics statistics;
-  statistics.nodes().resize(nodes.size());  // as the bridge demands of what it shows
+  statistics.nodes().resize(nodes.size());  // the bridge requires matching sizes
   statistics.chains().resize(chains.size());
   static_cast<void>(graph_markers(*run, &statistics, "hotpath"));
 }

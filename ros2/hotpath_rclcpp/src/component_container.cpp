@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// component_container under PriorityExecutor. Parameters: `executor` (by default rm-ro), `threads` (1),
-// `priorities` and `graph` (files; none), `learn` (true), `timer_thread` and `executor_threads` (policies
-// asked for; none).
+// component_container under PriorityExecutor. Parameters and defaults: `executor` (rm-ro),
+// `threads` (1), `priorities` and `graph` (files; none), `learn` (true), `timer_thread` and
+// `executor_threads` (required policies; none).
 #include <limits>
 #include <rclcpp_components/component_manager.hpp>
 
@@ -15,7 +15,7 @@ hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   const std::int64_t threads = node.declare_parameter("threads", std::int64_t{1});
   if (threads < 1 || threads > std::numeric_limits<unsigned>::max()) {
     throw std::invalid_argument("parameter `threads` is " + std::to_string(threads) +
-                                ", but an executor has at least one thread; take 1 or more");
+                                ", but an executor needs at least one thread; set it to 1 or more");
   }
   options.threads = static_cast<unsigned>(threads);
   options.priorities = node.declare_parameter("priorities", options.priorities);

@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace {
 
-/// No publication is new for that long: everything is known.
+/// Without a new edge for this long, learning counts as complete.
 constexpr Duration kLeastLearning = std::chrono::seconds(2);
 
 }  // namespace
@@ -58,7 +58,7 @@ void ExecutorDriver::shut_down() {
 std::size_t ExecutorDriver::queued(const Refresh& refresh) {
   Lock lock(mutex_);
   while (look_after(lock, now(), refresh)) continue;
-  if (running_ == 0) schedule_.compact(now());  // who only ever calls spin_some() never sleeps
+  if (running_ == 0) schedule_.compact(now());  // work() never compacts if the user only calls spin_some()
   return schedule_.queued(now());
 }
 
@@ -94,7 +94,7 @@ bool ExecutorDriver::look_after(Lock& lock, Time now, const Refresh& refresh) {
   if (learnt_at_ && now - *learnt_at_ > std::max(kLeastLearning, 2 * longest_period_)) {
     learnt_at_.reset();
     lock.unlock();
-    log_order("Learnt who publishes in whose callback");
+    log_order("Learnt which callbacks publish to which subscriptions");
     lock.lock();
     return true;
   }
@@ -142,7 +142,7 @@ void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refre
     if (turn.decision.job) {
       run_job(lock, worker, *turn.decision.job, claimed);
     } else if (!claimed.empty()) {
-      unpark(lock, claimed);  // the lock was let go: look again before sleeping
+      unpark(lock, claimed);  // this released the lock: decide again before sleeping
     } else if (worker == 0 && running_ == 0 && schedule_.compact(now)) {
       unpark(lock, claim(everybody()));
     } else {
@@ -172,9 +172,9 @@ void ExecutorDriver::spin(std::atomic_bool& spinning, const Refresh& refresh) {
   std::latch prepared(static_cast<std::ptrdiff_t>(lanes_.size()));
   const auto live = [&](Worker worker) {
     guarded([&] { prepare(worker); });
-    prepared.arrive_and_wait();  // nothing runs before each thread has what was asked for
+    prepared.arrive_and_wait();  // no callback runs before every thread has its required policy
     guarded([&] { work(worker, spinning, refresh); });
-    wake_all();  // whoever ends, for whatever reason, ends the others, who would sleep on
+    wake_all();  // a thread that ends, for any reason, wakes the sleeping threads so that they end too
   };
   for (Worker w = 1; w < lanes_.size(); ++w) lanes_[w].thread = std::thread([&, w] { live(w); });
   live(0);

@@ -15,46 +15,48 @@
 
 namespace hotpath {
 
-/// Drives one scheduler with real threads, the real clock and the entities of rclcpp: the third driver beside
-/// hotpath::Executor and the simulator. Callbacks of middleware, timers and guard conditions only enqueue,
-/// under a lock that is held during no call into rclcpp; they keep the driver alive.
+/// Drives one scheduler with real threads, the real clock and rclcpp entities; the third driver
+/// beside hotpath::Executor and the simulator. Callbacks from the middleware, timers and guard
+/// conditions only enqueue. They hold the driver's lock, which is never held during a call into
+/// rclcpp, and keep the driver alive.
 class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
  public:
   explicit ExecutorDriver(Setup setup) : schedule_(std::move(setup)) {
     lanes_ = std::vector<Lane>(schedule_.scheduler().workers().size());
   }
 
-  /// Who spins looks after the entities when this is called; the mark of a change, any thread.
+  /// Marks the entities as changed: the spinning threads refresh them. Callable from any thread.
   void note_change();
-  /// All who sleep look again whether to go on; any thread.
+  /// Wakes all sleeping threads, which check whether to continue. Callable from any thread.
   void wake_all();
   void shut_down();
-  /// Before spinning: whether the context is valid.
+  /// Call before spinning; `valid`: whether the context is valid.
   void begin(bool valid) { shut_down_.store(!valid); }
 
-  /// What spin() does before anything else when entities have changed.
+  /// Updates the entities; spin() calls it first when they have changed.
   using Refresh = std::function<void()>;
 
-  /// With all threads, until `spinning` becomes false or the context shuts down. Rethrows a callback's
-  /// exception.
+  /// Works with all threads until `spinning` becomes false or the context shuts down. Rethrows a
+  /// callback's exception.
   void spin(std::atomic_bool& spinning, const Refresh& refresh);
   static constexpr std::size_t kAllJobs = std::numeric_limits<std::size_t>::max();
-  /// In this thread: runs at most `jobs` callbacks until `until`; sleeps for the first until `wait_until`.
-  /// Returns how many ran.
+  /// Runs at most `jobs` callbacks in this thread, until `until`; waits for the first at most until
+  /// `wait_until`. Returns the number of callbacks that ran.
   std::size_t run_some(std::atomic_bool& spinning, const Refresh& refresh, std::size_t jobs, Time until,
                        Time wait_until);
-  /// After all upkeep: how many callbacks are ready.
+  /// Does all upkeep and returns the number of ready callbacks.
   [[nodiscard]] std::size_t queued(const Refresh& refresh);
 
   void join(const std::shared_ptr<Entry>& entry);
-  /// The entity stays as it is; nothing of it starts any more. Returns what was ready and did not start, as
-  /// it was announced: for waitables which of their entities, for others zeros.
+  /// Removes the entity from the schedule without changing the entity itself. Returns one element
+  /// for each ready event that did not start: for waitables the id of their entity, for others 0.
   std::vector<int> leave(const std::shared_ptr<Entry>& entry);
 
-  /// What the entities' callbacks call.
+  // Called by the entities' callbacks.
   void arrived(const std::shared_ptr<Entry>& entry, std::size_t count, int which);
   void timer_reset(const std::shared_ptr<Entry>& entry);
-  /// In the clock's own callback, which holds its lock: a timer that ended here would take it again.
+  /// Runs in the clock's callback, under the clock's lock. It must not release the last reference
+  /// to a timer: the timer's destructor takes that lock.
   void time_jumped(const std::shared_ptr<Entry>& entry, bool clock_changed);
 
   void set_priority(const std::shared_ptr<void>& entity, std::int64_t priority);
@@ -70,7 +72,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
     Parker parker;
     bool parked = false;
     std::thread thread;
-    std::optional<ThreadPolicy> policy;  ///< Obtained.
+    std::optional<ThreadPolicy> policy;  ///< The obtained policy.
   };
   using Lock = std::unique_lock<PiMutex>;
 
@@ -78,11 +80,11 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   void prepare(Worker worker);
   void work(Worker worker, std::atomic_bool& spinning, const Refresh& refresh);
   bool keeps_up(Worker worker) { return schedule_.scheduler().workers()[worker] == WorkerRole::executor; }
-  /// The upkeep that any executor worker does, since the others may be in callbacks that wait for it; returns
-  /// whether it had to let the lock go.
+  /// Upkeep. Any executor worker does it, since the others may run callbacks that wait for it.
+  /// Returns whether it released the lock.
   bool look_after(Lock& lock, Time now, const Refresh& refresh);
-  /// Runs the job of a decision outside of the lock, after waking `claimed`; an exception leaves with the
-  /// lock held.
+  /// Wakes `claimed`, then runs the decided job without the lock. The lock is held again on return,
+  /// also after an exception.
   bool run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed);
   void unpark(Lock& lock, WorkerSet claimed);
   bool execute(const std::shared_ptr<Entry>& entry, const Job& job);
@@ -98,7 +100,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   bool was_moved(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
   void poll_cancelled();
   void release_jumped();
-  /// Releases a timer of simulated time that is due.
+  /// Releases a timer of simulated time if it is due.
   void release_simulated(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
 
   WorkerSet claim(WorkerSet wake);
@@ -108,13 +110,13 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   PiMutex mutex_;
   Schedule schedule_;
   std::vector<Lane> lanes_;
-  std::size_t running_ = 0;  ///< Jobs.
+  std::size_t running_ = 0;  ///< Number of running jobs.
   bool alone_ = false;       ///< One thread does the work of all workers, and sleeps as worker 0.
   std::exception_ptr error_;
-  std::vector<std::weak_ptr<Entry>> cancelled_;  ///< Only where a timer does not tell of its reset.
+  std::vector<std::weak_ptr<Entry>> cancelled_;  ///< Only if rclcpp does not report timer resets.
   std::vector<std::weak_ptr<Entry>> jumped_;     ///< Timers whose simulated time moved.
   Time poll_at_ = kNever;
-  std::optional<Time> learnt_at_;  ///< The last edge that was learnt and not logged.
+  std::optional<Time> learnt_at_;  ///< When the last edge was learnt; reset once it is logged.
   Duration longest_period_{};
   std::atomic_bool changed_{false}, shut_down_{false};
 };

@@ -11,7 +11,8 @@ namespace {
 
 using IntraProcess = rclcpp::experimental::SubscriptionIntraProcessBase;
 
-/// What was announced to one executor and not taken is announced to the next: middleware announces it once.
+/// Keeps events that were announced to one executor but not taken, for the next executor: the
+/// middleware announces each event only once.
 class Announced {
  public:
   void keep(const std::weak_ptr<void>& entity, std::vector<int> what) {
@@ -35,7 +36,7 @@ class Announced {
 };
 Announced announced;
 
-/// Room for what is ready and did not start, per entity. What does not fit is not lost: its event remains.
+/// Capacity for ready jobs per entity. Jobs beyond it are not lost: their events remain.
 constexpr std::uint32_t kMostDepth = 256;
 constexpr std::uint32_t kDepthOfOthers = 16;
 
@@ -126,7 +127,7 @@ void Entities::drop_node(const versions::NodeBase::SharedPtr& node) {
     return true;
   });
   let_go();
-  // Only now may another executor have them.
+  // From here on another executor may add them.
   for (const auto& group : released) group->get_associated_with_executor_atomic().store(false);
   node->get_associated_with_executor_atomic().store(false);
 }
@@ -286,7 +287,7 @@ void Entities::let_go() {
   try {
     refresh_locked();
   } catch (const std::exception& error) {
-    // Of something else, which is new; it is refused again when the executor spins.
+    // The error concerns another, new entity; spinning reports it again.
     driver_->note_change();
     RCLCPP_ERROR(rclcpp::get_logger("hotpath_rclcpp"), "%s", error.what());
   }
@@ -299,7 +300,7 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
   }
   const auto arrived = [driver = driver_, entry](std::size_t count) { driver->arrived(entry, count, 0); };
   try {
-    const auto alive = entry->entity.lock();  // until all is set: its owner may let it go meanwhile
+    const auto alive = entry->entity.lock();  // keeps it alive during the set-up: its owner may drop it
     if (!alive) return;
     switch (entry->kind) {
       case EntryKind::timer: {
@@ -338,12 +339,11 @@ void Entities::listen(const std::shared_ptr<Entry>& entry) {
       }
     }
   } catch (const std::exception& error) {
-    throw std::runtime_error("PriorityExecutor cannot serve " + entry->id +
-                             ": it does not call back when it is "
-                             "ready (" +
-                             error.what() + "). Middleware: " + rmw_get_implementation_identifier() +
-                             "; rmw_fastrtps_cpp and rmw_cyclonedds_cpp do, and rclcpp's wait-set executors "
-                             "serve what does not.");
+    throw std::runtime_error(
+        "PriorityExecutor cannot serve " + entry->id + ": it does not support a callback for ready events (" +
+        error.what() + "). Middleware: " + rmw_get_implementation_identifier() +
+        ". Use rmw_fastrtps_cpp or rmw_cyclonedds_cpp, override set_on_ready_callback() in "
+        "a waitable, or use a wait-set executor of rclcpp.");
   }
 }
 

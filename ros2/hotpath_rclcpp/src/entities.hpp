@@ -10,7 +10,7 @@
 
 namespace hotpath {
 
-/// The nodes and callback groups of one executor, and what they have. Any thread.
+/// The nodes and callback groups of one executor, with their entities. Callable from any thread.
 class Entities {
  public:
   Entities(std::shared_ptr<ExecutorDriver> driver, rclcpp::Context::SharedPtr context)
@@ -19,7 +19,8 @@ class Entities {
   Entities(const Entities&) = delete;
   Entities& operator=(const Entities&) = delete;
 
-  /// These throw std::runtime_error for what is in an executor already, or not in this one.
+  // The add functions throw std::runtime_error if the node or group is already in an executor, the
+  // remove functions if it is not in this one.
   void add_node(const versions::NodeBase::SharedPtr& node);
   void remove_node(const versions::NodeBase::SharedPtr& node);
   void add_group(const rclcpp::CallbackGroup::SharedPtr& group, const versions::NodeBase::SharedPtr& node);
@@ -27,8 +28,8 @@ class Entities {
   enum class Added : std::uint8_t { any, by_hand, with_node };
   [[nodiscard]] std::vector<rclcpp::CallbackGroup::WeakPtr> groups(Added how);
 
-  /// Takes up what nodes have got, lets go what is gone. Throws std::runtime_error for an entity that cannot
-  /// call back.
+  /// Adds new entities of the nodes and drops entities that are gone. Throws std::runtime_error for
+  /// an entity that does not support callbacks.
   void refresh();
 
  private:
@@ -39,12 +40,14 @@ class Entities {
     std::shared_ptr<Group> group;
     versions::NodeBase::WeakPtr node;
     bool by_hand = false;
-    /// By hand: triggered when it gets an entity. A group gives it away only as long as its context is valid.
+    /// Groups added by hand: triggered when the group gets an entity. Kept here because a group
+    /// returns it only while its context is valid.
     rclcpp::GuardCondition::SharedPtr changes;
   };
 
   void refresh_locked();
-  /// refresh_locked() after something was taken out, which what cannot be served does not prevent.
+  /// refresh_locked() after a removal; an entity that cannot be served is logged and does not
+  /// prevent it.
   void let_go();
   void drop_node(const versions::NodeBase::SharedPtr& node);
   void drop_group(const rclcpp::CallbackGroup::SharedPtr& group);

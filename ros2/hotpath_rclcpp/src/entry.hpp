@@ -13,26 +13,25 @@
 
 namespace hotpath {
 
-/// A callback group as the scheduler numbers it.
+/// A callback group and its number in the scheduler.
 struct Group {
   CallbackGroup kind{};
-  std::uint32_t index = 0;       ///< In the scheduler of this generation. Guarded by the driver's lock.
-  std::uint64_t generation = 0;  ///< 0: in none.
+  std::uint32_t index = 0;       ///< In the scheduler of `generation`. Guarded by the driver's lock.
+  std::uint64_t generation = 0;  ///< 0: not in a scheduler yet.
   std::weak_ptr<rclcpp::CallbackGroup> group;
 };
 
 enum class EntryKind : std::uint8_t { timer, subscription, service, client, waitable };
 
-/// Where the instants of a timer come from.
+/// How the driver finds out when a timer is due.
 enum class TimerClock : std::uint8_t {
-  steady,     ///< Computed; a reset is told of.
-  checked,    ///< Computed, and compared with rcl's at each expiry: resets or steps of the clock are not told
-              ///< of.
-  simulated,  ///< rcl is asked whenever simulated time moves.
+  steady,     ///< It computes the instants; rclcpp reports resets.
+  checked,    ///< It computes the instants and compares them with rcl's at each expiry, because rclcpp does
+              ///< not report resets or steps of the clock.
+  simulated,  ///< It asks rcl whenever simulated time moves.
 };
 
-/// What the driver knows of one entity of a node: one task of the scheduler. Its mutable part is guarded by
-/// the driver's lock.
+/// One entity of a node and its task in the scheduler. The driver's lock guards its mutable part.
 struct Entry {
   EntryKind kind{};
   std::weak_ptr<void> entity;  ///< A TimerBase, SubscriptionBase, ServiceBase, ClientBase or Waitable.
@@ -42,20 +41,20 @@ struct Entry {
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.
 
-  Task task;                ///< What the scheduler is told of it; timers: the period that it has.
-  TaskId number = kNoTask;  ///< kNoTask: not in the schedule.
-  TaskId ghost = kNoTask;   ///< Simulated time: the task that hands down the timer's priority.
+  Task task;                                ///< The scheduler's view; timers: with the current period.
+  TaskId number = kNoTask;                  ///< kNoTask: not in the schedule.
+  TaskId ghost = kNoTask;                   ///< Simulated time: the task that passes on the timer's priority.
   std::vector<std::weak_ptr<Entry>> feeds;  ///< Learnt.
-  std::deque<int> ready;                    ///< Waitables: what is ready, first come first.
-  std::size_t events = 0;  ///< In the scheduler's queue, those included whose sample was overwritten.
+  std::deque<int> ready;                    ///< Waitables: ids of ready entities, in order of arrival.
+  std::size_t events = 0;  ///< Events in the scheduler's queue, including those of overwritten samples.
 
   TimerClock clock = TimerClock::steady;
   bool pending = false;        ///< Simulated time: released and not started.
   bool jumped = false;         ///< Among the driver's jumped timers.
   bool clock_changed = false;  ///< The jump was to or from simulated time.
-  bool removed = false;        ///< From the executor.
+  bool removed = false;        ///< Removed from the executor.
   Time next_release = kNever;  ///< Timers: nominal instant.
-  /// Checked timers: rcl's next call when it was last looked at, from and to.
+  /// Checked timers: bounds of rcl's next call at the last look.
   std::pair<Time, Time> rcl_next{kNever, kNever};
   // Written with the entities' lock held.
   std::shared_ptr<rclcpp::JumpHandler> jumps;

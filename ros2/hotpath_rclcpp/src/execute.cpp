@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the driver does outside of its lock: arrivals, and the callbacks themselves.
+// The driver's arrivals and callbacks: work that it does outside its lock.
 #include <pthread.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace hotpath {
 
 namespace {
 
-/// What the calling thread runs; callbacks may spin another executor.
+/// The job that the calling thread runs. Nested, since callbacks may spin another executor.
 struct Running {
   const ExecutorDriver* driver = nullptr;
   Job job;
@@ -31,7 +31,7 @@ class RunningScope {
   const Running outer_;
 };
 
-/// rclcpp's own functions that take and handle one item.
+/// Gives access to rclcpp's protected functions that take and handle one item.
 struct Access : rclcpp::Executor {
   static void run(const rclcpp::SubscriptionBase::SharedPtr& s) { execute_subscription(s); }
   static void run(const rclcpp::ServiceBase::SharedPtr& s) { execute_service(s); }
@@ -66,8 +66,8 @@ void ExecutorDriver::prepare(Worker worker) {
     pthread_setname_np(pthread_self(), timer ? "hotpath_timers" : "hotpath_worker");
     minimise_timer_slack();
   }
-  // The thread that calls spin() stays as it is unless something is asked for, and the others have its
-  // policy.
+  // The thread that calls spin() keeps its policy unless a policy is required; the other executor
+  // threads inherit it.
   const ThreadPolicy inherited = own_thread_policy();
   const bool stays = !wanted.required && (worker == 0 || wanted.policy == ThreadPolicy{});
   if (!stays && !wanted.required) {
@@ -83,8 +83,8 @@ void ExecutorDriver::prepare(Worker worker) {
   static std::once_flag told;
   std::call_once(told, [&] {
     RCLCPP_WARN(logger(),
-                "%s is not permitted: timers are released under the policy %s. Give the user an rtprio "
-                "limit, or the program CAP_SYS_NICE.",
+                "policy %s is not permitted: the timer thread uses policy %s. Give the user an rtprio limit "
+                "or the program CAP_SYS_NICE.",
                 to_string(wanted.policy).c_str(), to_string(obtained).c_str());
   });
 }
@@ -96,7 +96,7 @@ void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t co
     if (entry->number == kNoTask) return;
     const Time now = hotpath::now();
     SampleInfo info{now, kNever, {}};
-    // A publication that is delivered during the call that publishes comes from the job of this thread.
+    // A sample delivered during the publishing call comes from the job that this thread runs.
     if (running.driver == this) {
       info.deadline = running.job.deadline;
       info.parent = running.job.ref();
@@ -121,11 +121,12 @@ bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Job& job
     case EntryKind::timer: {
       const auto timer = lock<rclcpp::TimerBase>(*entry);
       if (timer) return execute_timer(entry, *timer);
-      leave(entry);  // nobody told us that it is gone
+      leave(entry);  // the timer is gone; rclcpp does not report that
       return false;
     }
     case EntryKind::subscription:
-      // An event whose sample was overwritten may still find one; then it only looks as if nothing had run.
+      // An event whose sample was overwritten may still find a newer sample; its job counts as
+      // empty anyway.
       return take_and_run<rclcpp::SubscriptionBase>(*entry) && !job.empty;
     case EntryKind::service:
       return take_and_run<rclcpp::ServiceBase>(*entry);
@@ -160,7 +161,7 @@ bool ExecutorDriver::execute_waitable(const std::shared_ptr<Entry>& entry, rclcp
 void ExecutorDriver::log_order(const char* why) {
   std::string order;
   for (const std::string& text : this->order()) order += "\n  " + text;
-  RCLCPP_INFO(logger(), "%s. Executor %s, callbacks from the most urgent on:%s", why, setup().name.c_str(),
+  RCLCPP_INFO(logger(), "%s. Executor %s, callbacks, most urgent first:%s", why, setup().name.c_str(),
               order.c_str());
   const std::lock_guard lock(mutex_);
   for (const std::string& text : schedule_.unmatched()) RCLCPP_WARN(logger(), "%s", text.c_str());
@@ -183,7 +184,7 @@ std::vector<std::string> ExecutorDriver::thread_policies() {
 }
 
 void ExecutorDriver::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority) {
-  if (!entity) throw std::invalid_argument("set_priority: there is no such entity (a null pointer)");
+  if (!entity) throw std::invalid_argument("set_priority: the entity is a null pointer; pass a valid one");
   const std::lock_guard lock(mutex_);
   schedule_.set_priority(entity, priority);
 }

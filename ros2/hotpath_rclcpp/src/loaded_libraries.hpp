@@ -6,8 +6,8 @@
 
 namespace hotpath {
 
-/// Files of the Fast DDS that are loaded into this process. Two of them take each other for themselves, since
-/// they have the same symbols: a crash, sooner or later.
+/// Paths of the Fast DDS libraries loaded into this process. Two copies export the same symbols,
+/// call into each other and eventually crash.
 [[nodiscard]] std::vector<std::string> loaded_fast_dds();
 
 }  // namespace hotpath

@@ -58,7 +58,7 @@ MessageCallback::MessageCallback(const rclcpp::SubscriptionBase::SharedPtr& subs
       subscription->get_subscription_handle().get(), call, reinterpret_cast<const void*>(number_));
   if (ret == RCL_RET_OK) return;
   registry().remove(number_);
-  rclcpp::exceptions::throw_from_rcl_error(ret, "failed to ask for a call at each message");
+  rclcpp::exceptions::throw_from_rcl_error(ret, "failed to set the callback for new messages");
 }
 
 MessageCallback::~MessageCallback() {

@@ -9,15 +9,16 @@
 
 namespace hotpath {
 
-/// Has the middleware call back for each message of a subscription as long as this lives. Not by
-/// SubscriptionBase::set_on_new_message_callback(): rclcpp frees that callback with the subscription, and the
-/// middleware calls it until the rcl handle is gone, which each of the subscription's event handlers shares
-/// and whoever serves it may hold for longer. So the middleware is given a number instead of a pointer.
+/// Makes the middleware call back for each message of a subscription during this object's lifetime.
+/// SubscriptionBase::set_on_new_message_callback() is unsafe: rclcpp frees that callback with the
+/// subscription, but the middleware calls it until the rcl handle is gone, which the subscription's
+/// event handlers share and an executor may hold for longer. This class therefore passes the
+/// middleware a number instead of a pointer.
 class MessageCallback {
  public:
   using Callback = std::function<void(std::size_t)>;
 
-  /// May call `callback` at once. Throws what rclcpp throws for an error of rcl.
+  /// May call `callback` before it returns. Throws rclcpp's exceptions for rcl errors.
   MessageCallback(const rclcpp::SubscriptionBase::SharedPtr& subscription, Callback callback);
   ~MessageCallback();
   MessageCallback(const MessageCallback&) = delete;

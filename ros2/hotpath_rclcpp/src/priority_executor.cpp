@@ -33,11 +33,10 @@ PriorityExecutorOptions named(const std::string& executor) {
 void report_two_fast_dds() {
   const std::vector<std::string> files = loaded_fast_dds();
   if (files.size() < 2) return;
-  RCLCPP_ERROR(
-      rclcpp::get_logger("hotpath_rclcpp"),
-      "Two versions of Fast DDS are loaded, %s and %s: expect crashes. Build the program, and hotpath "
-      "with -DHOTPATH_FASTDDS=OFF, so that only that of ROS 2 is.",
-      files[0].c_str(), files[1].c_str());
+  RCLCPP_ERROR(rclcpp::get_logger("hotpath_rclcpp"),
+               "Two versions of Fast DDS are loaded, %s and %s: expect crashes. Build hotpath with "
+               "-DHOTPATH_FASTDDS=OFF, and link the program only to the Fast DDS of ROS 2.",
+               files[0].c_str(), files[1].c_str());
 }
 
 Time after(std::chrono::nanoseconds duration) {
@@ -105,7 +104,7 @@ void PriorityExecutor::spin_all(std::chrono::nanoseconds max_duration) {
 }
 
 void PriorityExecutor::spin_once_impl(std::chrono::nanoseconds timeout) {
-  // Its callers have marked the executor as spinning.
+  // The callers in rclcpp have already marked the executor as spinning.
   parts_->driver->begin(true);
   if (!rclcpp::ok(context_)) return;
   const Time until = timeout < std::chrono::nanoseconds::zero() ? kNever : after(timeout);

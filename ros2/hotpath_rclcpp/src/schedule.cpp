@@ -11,14 +11,14 @@ namespace hotpath {
 
 namespace {
 
-constexpr std::size_t kDeadTasks = 64;  ///< Not worth a new scheduler.
+constexpr std::size_t kDeadTasks = 64;  ///< Up to this many dead tasks, rebuilding does not pay.
 
-/// A topic of a graph may leave out the namespace.
+/// A topic of a graph may omit the namespace.
 bool same_topic(const std::string& topic, const std::string& of_graph) {
   return topic == of_graph || topic.ends_with("/" + of_graph);
 }
 
-/// Whether it has been learnt that `publisher` feeds `fed`.
+/// Whether the edge from `publisher` to `fed` is already learnt.
 bool knows(const Entry& publisher, const Entry& fed) {
   return std::ranges::any_of(publisher.feeds, [&](const auto& weak) { return weak.lock().get() == &fed; });
 }
@@ -109,7 +109,8 @@ WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time n
     entry->next_release = first;
   }
   if (entry->clock == TimerClock::simulated) {
-    // Released by samples of simulated time, which a timer that is not local gives its priority.
+    // Ticks of simulated time release the timer like samples. A non-local timer task, the ghost,
+    // gives it its priority.
     JoiningTask ghost = joining;
     ghost.task.local = false;
     ghost.task.feeds.clear();
@@ -189,7 +190,7 @@ bool Schedule::learn(TaskId from, const std::shared_ptr<Entry>& to) {
 void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority) {
   if (setup_.executor->traits.policy != Policy::fp) {
     throw std::invalid_argument("set_priority: executor `" + setup_.name +
-                                "` has an order of its own; given priorities are for fp-ro and fp-re");
+                                "` computes its own order; only fp-ro and fp-re take given priorities");
   }
   std::erase_if(by_hand_, [](const auto& given) { return given.first.expired(); });
   by_hand_[entity] = priority;

@@ -11,8 +11,8 @@
 
 namespace hotpath {
 
-/// The scheduler of one executor, and what of rclcpp its tasks are. Serialised by the driver's lock. `now`
-/// never decreases.
+/// The scheduler of one executor, with the rclcpp entity of each task. The driver's lock serialises
+/// all calls. `now` never decreases.
 class Schedule {
  public:
   explicit Schedule(Setup setup);
@@ -20,30 +20,34 @@ class Schedule {
   [[nodiscard]] Scheduler& scheduler() { return *scheduler_; }
   [[nodiscard]] const Setup& setup() const { return setup_; }
 
-  /// The entry, which is in no schedule, gets a task; `first` is a timer's first release.
+  /// Adds a task for an entry that is in no schedule; `first` is a timer's first release.
   WorkerSet join(const std::shared_ptr<Entry>& entry, Time first, Time now);
-  /// No job of it starts any more; returns how many were released or unread.
+  /// Removes the entry's task; none of its jobs starts any more. Returns the number of dropped
+  /// jobs.
   std::size_t leave(Entry& entry, Time now);
 
-  /// Null: it was removed.
+  /// Null if the task was removed.
   [[nodiscard]] const std::shared_ptr<Entry>& entry(TaskId task) const { return entries_[task]; }
-  /// Jobs that were released and did not start, events without a sample included, and timers that are due.
+  /// Number of released jobs that have not started, including events without a sample, and of due
+  /// timers.
   [[nodiscard]] std::size_t queued(Time now) const;
 
-  /// When nothing is queued and nothing runs: makes the scheduler anew once most of its tasks are gone, which
-  /// keep their numbers for ever. Returns whether it did; then all workers must ask again.
+  /// Rebuilds the scheduler if nothing is queued and most of its tasks are removed: removed tasks
+  /// keep their numbers otherwise. Call it only while no job runs. Returns whether it did; then all
+  /// workers must decide again.
   bool compact(Time now);
 
-  /// A job of `from` published what arrived at `to`; true: that was not known.
+  /// Records that a job of `from` published a sample that arrived at `to`. Returns whether the edge
+  /// is new.
   bool learn(TaskId from, const std::shared_ptr<Entry>& to);
 
-  /// By hand. Throws std::invalid_argument when the policy has no given priorities.
+  /// Throws std::invalid_argument if the policy does not take given priorities.
   void set_priority(const std::shared_ptr<void>& entity, std::int64_t priority);
 
-  /// From the most urgent on.
+  /// Callbacks, most urgent first.
   [[nodiscard]] std::vector<std::string> order() const;
-  /// What is said of each id of the priorities file that nothing has so far, and of a graph none of whose
-  /// nodes is here so far.
+  /// Warnings for ids of the priorities file that match no entity yet, and for a graph that matches
+  /// no node yet.
   [[nodiscard]] std::vector<std::string> unmatched() const;
 
  private:
@@ -59,7 +63,7 @@ class Schedule {
 
   const Setup setup_;
   TaskSet set_;
-  std::uint64_t generation_ = 1;  ///< Of the scheduler.
+  std::uint64_t generation_ = 1;  ///< Number of the current scheduler.
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::shared_ptr<Entry>> entries_;  // by task
   Handles by_hand_;

@@ -16,7 +16,7 @@ bool takes_threads(const ExecutorTraits& traits) {
   return traits.many_workers || traits.timers == TimerHandling::release_only;
 }
 
-/// Those that rclcpp does not have itself, or that drive a timer thread.
+/// All executors except the wait-set executors, which rclcpp has itself.
 std::vector<std::string> known_executors() {
   std::vector<std::string> names;
   for (const ExecutorEntry& e : executors()) {
@@ -51,7 +51,7 @@ void apply_variant(Setup& setup, const std::string& variant) {
     setup.scheduler.ties = *ties;
   } else {
     throw std::invalid_argument("executor `" + setup.name + "` has no variant `" + variant +
-                                "`; the paper's take first, inherit, fifo, lifo");
+                                "`; the paper's executors take first, inherit, fifo or lifo");
   }
 }
 
@@ -62,8 +62,8 @@ void check_threads(Setup& setup, unsigned threads) {
     return;
   }
   throw std::invalid_argument("executor `" + setup.name + "` cannot have " + std::to_string(threads) +
-                              " threads, but 1 to " + std::to_string(most) +
-                              "; take a release-only executor (rm-ro) or cbg for several");
+                              " threads; it takes 1 to " + std::to_string(most) +
+                              ". For several threads, use a release-only executor (rm-ro) or cbg");
 }
 
 ThreadPolicyRequest policy(const std::optional<std::string>& asked, const ThreadPolicy& otherwise) {
@@ -92,8 +92,8 @@ Setup understand(const PriorityExecutorOptions& options) {
   if (!options.priorities.empty()) {
     if (setup.executor->traits.policy != Policy::fp) {
       throw std::invalid_argument("priorities (" + options.priorities +
-                                  ") are for fp-ro and fp-re; executor `" + setup.name +
-                                  "` has an order of its own");
+                                  ") are only for fp-ro and fp-re; executor `" + setup.name +
+                                  "` computes its own order");
     }
     setup.priorities = read_priorities(options.priorities);
     setup.priorities_file = options.priorities;

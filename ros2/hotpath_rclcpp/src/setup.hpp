@@ -9,20 +9,20 @@
 
 namespace hotpath {
 
-/// PriorityExecutorOptions, understood.
+/// Validated PriorityExecutorOptions.
 struct Setup {
-  std::string name;  ///< As given.
+  std::string name;  ///< As given, with its variants.
   const ExecutorEntry* executor = nullptr;
   SchedulerOptions scheduler;
   std::vector<GivenPriority> priorities;
   std::string priorities_file;
   Graph graph;
-  GraphTasks tasks;  ///< Of the graph; none is local.
+  GraphTasks tasks;  ///< The graph's tasks; none is local.
   bool learn = true;
   ThreadPolicyRequest executor_threads, timer_thread;
 };
 
-/// Throws std::invalid_argument, InputError.
+/// Throws std::invalid_argument for invalid options, InputError for invalid files.
 [[nodiscard]] Setup understand(const PriorityExecutorOptions& options);
 
 }  // namespace hotpath

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The driver's timers: when they fall due next, and what changes that behind its back.
+// The driver's timers: when they are due next, and how it notices resets, cancellations and clock
+// jumps.
 #include <rcl/timer.h>
 
 #include <algorithm>
@@ -11,16 +12,16 @@ namespace hotpath {
 
 namespace {
 
-/// What lies between two readings of a clock, and what a user cannot mean by a reset.
+/// Larger than the delay between two clock readings, smaller than any meaningful reset.
 constexpr Duration kTolerance = std::chrono::microseconds(100);
-/// Where a cancelled timer's reset cannot be noticed.
+/// Polling interval for cancelled timers where rclcpp does not report resets.
 constexpr Duration kPollCancelled = std::chrono::milliseconds(20);
 
-/// What rcl says of a timer.
+/// The state of a timer in rcl.
 struct Look {
   bool cancelled = false;
-  Duration period{};          ///< As rcl has it; it may be 0.
-  Time earliest{}, latest{};  ///< Of the next call, as CLOCK_MONOTONIC; as close as this thread was let run.
+  Duration period{};          ///< rcl's value; it may be 0.
+  Time earliest{}, latest{};  ///< Bounds of the next call (CLOCK_MONOTONIC); preemption widens them.
 };
 
 Look look(rclcpp::TimerBase& timer) {
@@ -57,7 +58,7 @@ void ExecutorDriver::join(const std::shared_ptr<Entry>& entry) {
   }
   const std::lock_guard lock(mutex_);
   const Time now = hotpath::now();
-  schedule_.join(entry, now, now);  // wakes nobody: nothing has arrived
+  schedule_.join(entry, now, now);  // wakes no worker: nothing has arrived
 }
 
 std::vector<int> ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
@@ -102,11 +103,11 @@ void ExecutorDriver::retire_timer(const std::shared_ptr<Entry>& entry) {
     if (!versions::kTimersTellOfResets) {
       cancelled_.push_back(entry);
       poll_at_ = std::min(poll_at_, now() + kPollCancelled);
-      claimed = claim(everybody());  // who poll, and may sleep for longer
+      claimed = claim(everybody());  // sleeping workers may have a later wake-up
     }
   }
   unpark(claimed);
-  // It may have been reset since somebody saw that it was cancelled.
+  // It may have been reset since it was seen as cancelled.
   const auto timer = lock<rclcpp::TimerBase>(*entry);
   if (timer && versions::kTimersTellOfResets && !timer->is_canceled()) schedule_timer(entry, *timer);
 }
@@ -121,7 +122,7 @@ void ExecutorDriver::poll_cancelled() {
   for (const std::weak_ptr<Entry>& weak : cancelled) {
     const std::shared_ptr<Entry> entry = weak.lock();
     const auto timer = entry ? lock<rclcpp::TimerBase>(*entry) : nullptr;
-    if (timer) schedule_timer(entry, *timer);  // which comes back here if it is still cancelled
+    if (timer) schedule_timer(entry, *timer);  // retires it again if it is still cancelled
   }
 }
 
@@ -169,7 +170,7 @@ void ExecutorDriver::release_simulated(const std::shared_ptr<Entry>& entry, rclc
     const std::lock_guard lock(mutex_);
     if (entry->number == kNoTask || entry->clock != TimerClock::simulated) return;
     if (std::exchange(entry->pending, true)) return;
-    // Its deadline in simulated time, as far from now.
+    // Keeps the distance to the deadline in simulated time.
     const Time now = hotpath::now();
     claimed = enqueue(entry, {now, seen.earliest + entry->task.deadline, {}}, now);
   }
@@ -211,7 +212,7 @@ void ExecutorDriver::after_timer(const std::shared_ptr<Entry>& entry, rclcpp::Ti
   {
     const std::lock_guard lock(mutex_);
     const auto [earliest, latest] = std::exchange(entry->rcl_next, {seen.earliest, seen.latest});
-    // Whole periods later, unless it was reset meanwhile.
+    // Without a reset, the next call moves by whole periods.
     const Duration apart = (seen.earliest - earliest) % known;
     const Duration off = std::min(abs(apart), known - abs(apart));
     if (off <= kTolerance + std::max(latest - earliest, seen.latest - seen.earliest)) return;

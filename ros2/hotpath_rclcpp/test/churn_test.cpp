@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes, timers, subscriptions and groups come and go at random while the executor spins; every callback is
-// accounted for: each sample that reached a subscription that stays, each instant of a timer that stays, and
-// none of a node that was removed. HOTPATH_CHURN_SECONDS: how long, by default 3.
+// Adds and removes nodes, timers, subscriptions and groups at random while the executor spins, and
+// accounts for every callback: each sample of a permanent subscription, each instant of a permanent
+// timer, and none of a removed node. HOTPATH_CHURN_SECONDS sets the duration (default 3).
 #include <atomic>
 #include <cstdlib>
 #include <deque>
@@ -25,8 +25,8 @@ struct Guest {
   std::shared_ptr<std::atomic_bool> gone = std::make_shared<std::atomic_bool>(false);
 };
 
-/// No reliable and volatile writer: where readers go, Fast DDS 2.14 now and then locks itself out when it
-/// sends a sample again, finds it taken by all who are left, and removes it
+/// Avoids reliable volatile writers: when readers leave, Fast DDS 2.14 sometimes deadlocks. It
+/// resends a sample, finds it acknowledged by all remaining readers and removes it
 /// (FlowControllerImpl::remove_change).
 rclcpp::NodeOptions quiet() {
   return rclcpp::NodeOptions().start_parameter_services(false).start_parameter_event_publisher(false);
@@ -48,7 +48,7 @@ class Churn : public EveryExecutor {
   void note_tick() {
     ++ticks;
     const auto running = PriorityExecutor::running_callback();
-    if (!running) return;  // rclcpp's executors do not tell
+    if (!running) return;  // rclcpp's executors do not report it
     if (last && running->timestamp != last->timestamp + kPeriod * (1 + last->skipped)) ++lost_ticks;
     last = running;
   }
@@ -60,7 +60,7 @@ class Churn : public EveryExecutor {
     executor->add_node(guest.node);
   }
 
-  /// Some that were removed live on, so that a callback of theirs would show.
+  /// Keeps some removed guests alive, so that their callbacks would be noticed.
   void leave(std::size_t i) {
     executor->remove_node(guests[i].node);
     *guests[i].gone = true;
@@ -77,7 +77,7 @@ class Churn : public EveryExecutor {
           guest.node->create_callback_group(chance(2) == 0 ? rclcpp::CallbackGroupType::Reentrant
                                                            : rclcpp::CallbackGroupType::MutuallyExclusive));
       guest.timers.push_back(guest.node->create_wall_timer(
-          4ms * (1 + chance(5)),  // some more urgent than ours; too few in all to keep it from running
+          4ms * (1 + chance(5)),  // some are more urgent than the permanent timer, but too few to starve it
           [this, gone = guest.gone] {
             ++guest_ticks;
             if (*gone) ++late;
@@ -115,13 +115,13 @@ class Churn : public EveryExecutor {
   std::optional<RunningCallback> last;
 };
 
-/// Without rclcpp's EventsExecutor, which crashed here once in some forty runs.
+/// Excludes rclcpp's EventsExecutor, which crashed here about once in forty runs.
 INSTANTIATE_TEST_SUITE_P(Executors, Churn,
                          testing::Values("rm-ro", "rm-re", "edf-ro", "cbg", "rm-ro:2", "single"), case_name);
 
 TEST_P(Churn, EveryCallbackIsAccountedFor) {
 #if !RCLCPP_VERSION_GTE(21, 0, 0)
-  if (!is_ours(GetParam())) GTEST_SKIP() << "rclcpp's of Humble waits for what is gone, and crashes";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "Humble's rclcpp executor waits for deleted entities and crashes";
 #endif
   const auto subscription = node->create_subscription<Int32>("stays", rclcpp::QoS(rclcpp::KeepLast(100)),
                                                              [&](Int32::ConstSharedPtr) { ++stayed; });
@@ -151,7 +151,7 @@ TEST_P(Churn, EveryCallbackIsAccountedFor) {
   EXPECT_EQ(stayed, published);
   EXPECT_EQ(lost_ticks, 0) << "of " << ticks;
   EXPECT_GT(guest_ticks, 0);
-  EXPECT_LE(late, 3 * left);  // per thread, one that had begun
+  EXPECT_LE(late, 3 * left);  // one callback per thread may already have started
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// component_container_hotpath through the services of composition_interfaces.
+// Tests component_container_hotpath through the services of composition_interfaces.
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -83,13 +83,13 @@ TEST_F(Container, LoadsAndUnloadsNodesWhileItRuns) {
     EXPECT_TRUE(unloaded->success);
     rclcpp::spin_some(node);
     const int before = beats;
-    for (int i = 0; i < 10; ++i) {  // whatever the container published before an answer is here with it
+    for (int i = 0; i < 10; ++i) {  // samples published before an answer arrive with the answer
       const auto after = call<ListNodes>("list_nodes", std::make_shared<ListNodes::Request>());
       ASSERT_TRUE(after);
       EXPECT_TRUE(after->full_node_names.empty());
       rclcpp::spin_some(node);
     }
-    EXPECT_LE(beats - before, 10);  // what the history held
+    EXPECT_LE(beats - before, 10);  // at most the depth of the history
     kill(container, SIGINT);
     const int status = end_of(container);
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << executor << ": " << status;

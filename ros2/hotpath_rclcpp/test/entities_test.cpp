@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every kind of entity, under every executor: each callback is counted.
+// Counts the callbacks of every kind of entity under every executor.
 #include <atomic>
 #include <composition_interfaces/srv/list_nodes.hpp>
 #include <condition_variable>
@@ -59,13 +59,13 @@ TEST_P(EveryExecutor, DeliversWhatWasPublishedBeforeItSpun) {
 }
 
 TEST_P(EveryExecutor, OutlivesASubscriptionWhoseEventsAreHeld) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "the middleware calls rclcpp's, which are gone";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "the middleware calls rclcpp's callback, which is freed";
   int got = 0;
   auto subscription = node->create_subscription<Int32>("topic", 10, [&](Int32::ConstSharedPtr) { ++got; });
   const auto publisher = node->create_publisher<Int32>("topic", 10);
   executor->add_node(node);
   ASSERT_TRUE(eventually([&] { return publisher->get_subscription_count() == 1; }));
-  const auto held = subscription->get_event_handlers();  // these keep what the middleware has of it
+  const auto held = subscription->get_event_handlers();  // these keep the rcl handle alive
   ASSERT_FALSE(held.empty());
   subscription.reset();
   for (int i = 0; i < 3; ++i) publisher->publish(message(i));
@@ -130,7 +130,7 @@ TEST_P(EveryExecutor, TellsOfQosEvents) {
   EXPECT_TRUE(eventually([&] { return incompatible >= 1; }));
 }
 
-/// A waitable with a guard condition, as users write them.
+/// A typical user-written waitable with a guard condition.
 class Waitable : public rclcpp::Waitable {
  public:
   std::atomic_int executed{0};
@@ -192,7 +192,7 @@ TEST_P(EveryExecutor, TakesUpWhatComesWhileItSpins) {
   const int after_removal = other_ran;
   const int timer_before = timer_ran;
   EXPECT_TRUE(eventually([&] { return timer_ran >= timer_before + 20; }));
-  EXPECT_LE(other_ran, after_removal + 1);  // which had been taken up before
+  EXPECT_LE(other_ran, after_removal + 1);  // one callback may already have started
 }
 
 TEST_P(EveryExecutor, ServesGroupsThatAreAddedByHand) {
@@ -212,7 +212,7 @@ TEST_P(EveryExecutor, ServesGroupsThatAreAddedByHand) {
 }
 
 TEST_P(EveryExecutor, KeepsAMutuallyExclusiveGroupApart) {
-  if (GetParam().find("-re") != std::string::npos) GTEST_SKIP() << "its timer thread knows no groups";
+  if (GetParam().find("-re") != std::string::npos) GTEST_SKIP() << "its timer thread ignores callback groups";
   std::atomic_int inside{0}, together{0}, ran{0};
   const auto callback = [&] {
     if (++inside > 1) ++together;
@@ -250,7 +250,7 @@ TEST_P(EveryExecutor, RunsAReentrantGroupInSeveralThreads) {
 }
 
 TEST_P(EveryExecutor, MovesToAnotherExecutorWithWhatIsQueued) {
-  if (GetParam() == "events") GTEST_SKIP() << "rclcpp's loses it";
+  if (GetParam() == "events") GTEST_SKIP() << "rclcpp's EventsExecutor loses queued messages";
   std::atomic_int got{0};
   const auto subscription =
       node->create_subscription<Int32>("topic", 10, [&](Int32::ConstSharedPtr) { ++got; });

@@ -21,7 +21,7 @@ namespace hotpath::test {
 
 using namespace std::chrono_literals;
 
-/// Ours, and as the control rclcpp's own: what fails for both is rclcpp's.
+/// hotpath's executors, and rclcpp's own as a control: a failure of both is a defect of rclcpp.
 inline std::vector<std::string> executor_names() {
   return {"rm-ro",     "rm-re", "dm-ro",   "edf-ro", "edf-re", "fp-ro", "fp-re", "events-ro",
           "events-re", "cbg",   "rm-ro:2", "cbg:2",  "single", "multi", "events"};
@@ -31,7 +31,7 @@ inline bool is_ours(const std::string& name) {
   return name != "single" && name != "multi" && name != "events";
 }
 
-/// `NAME` or `NAME:THREADS`. Null: this version of rclcpp has none.
+/// `name`: `NAME` or `NAME:THREADS`. Null if this rclcpp version lacks the executor.
 inline std::shared_ptr<rclcpp::Executor> make_executor(const std::string& name) {
   if (name == "single") return std::make_shared<rclcpp::executors::SingleThreadedExecutor>();
   if (name == "multi") return std::make_shared<rclcpp::executors::MultiThreadedExecutor>();
@@ -46,7 +46,7 @@ inline std::shared_ptr<rclcpp::Executor> make_executor(const std::string& name) 
   return std::make_shared<PriorityExecutor>(options);
 }
 
-/// Waits until `condition` holds, for long enough for a busy machine.
+/// Waits until `condition` holds, with a limit that suits a busy machine.
 template <class Condition>
 bool eventually(Condition condition) {
   const auto limit = std::chrono::steady_clock::now() + 10s;
@@ -57,7 +57,7 @@ bool eventually(Condition condition) {
   return true;
 }
 
-/// Spins in a thread of its own until it is cancelled, or goes out of scope.
+/// Spins in a separate thread until it is cancelled or goes out of scope.
 class Spinning {
  public:
   explicit Spinning(rclcpp::Executor& executor)
@@ -67,7 +67,7 @@ class Spinning {
         }) {}
   ~Spinning() { stop(); }
   void stop() {
-    // spin() may not have begun yet, and then does not notice a cancel().
+    // A cancel() before spin() has begun would have no effect.
     if (thread_.joinable()) eventually([&] { return executor_.is_spinning() || ended_; });
     executor_.cancel();
     if (thread_.joinable()) thread_.join();
@@ -79,7 +79,7 @@ class Spinning {
   std::thread thread_;
 };
 
-/// While it lives, what is logged is kept instead of shown.
+/// Captures log output, instead of printing it, during its lifetime.
 class Logged {
  public:
   Logged() : before_(rcutils_logging_get_output_handler()) {
@@ -108,7 +108,7 @@ class Logged {
   inline static std::string text_;
 };
 
-/// One case per executor; a context of its own for each.
+/// One case per executor, each with its own context.
 class EveryExecutor : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {

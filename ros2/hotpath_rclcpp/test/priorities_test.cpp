@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which callback comes first, and what is said of priorities that cannot be.
+// The order of callbacks, and error messages for invalid priorities.
 #include <algorithm>
 #include <atomic>
 #include <composition_interfaces/srv/list_nodes.hpp>
@@ -29,7 +29,7 @@ class Priorities : public testing::Test {
     o.executor = executor;
     return o;
   }
-  /// Place of this callback in the order.
+  /// Position of this callback in the order.
   static std::ptrdiff_t place(const PriorityExecutor& executor, const std::string& id) {
     const std::vector<std::string> order = executor.priority_order();
     const auto found = std::find_if(order.begin(), order.end(),
@@ -37,7 +37,8 @@ class Priorities : public testing::Test {
     EXPECT_NE(found, order.end()) << id;
     return found - order.begin();
   }
-  /// The order without what has no priority, as the services that rclcpp gives to every node.
+  /// The order without callbacks that have no priority, such as the services that rclcpp adds to
+  /// every node.
   static std::vector<std::string> given_order(const PriorityExecutor& executor) {
     std::vector<std::string> order = executor.priority_order();
     order.erase(
@@ -130,7 +131,7 @@ TEST_F(Priorities, AGraphGivesThem) {
             place(executor, "/PointCloudMapLoader@Subscription(/PointCloudMap)"));
 }
 
-/// The graph with nodes in namespaces.
+/// Options with the graph whose nodes have namespaces.
 PriorityExecutorOptions imported() {
   PriorityExecutorOptions o;
   o.graph = std::string(HOTPATH_TEST_DIR) + "/imported.yaml";
@@ -149,7 +150,7 @@ TEST_F(Priorities, AnImportedGraphGivesThemInNamespaces) {
   add("slow", "sink", "points");
   add("fast", "sink", "points");
   add("any", "lone", "/slow/points");
-  add("any", "sink", "/fast/points");  // which of the three is not known
+  add("any", "sink", "/fast/points");  // ambiguous: the graph has three nodes `sink`
   const std::vector<std::string> expected = {"/fast/sink@Subscription(/fast/points): 10000000 ns",
                                              "/slow/sink@Subscription(/slow/points): 100000000 ns",
                                              "/any/lone@Subscription(/slow/points): 100000000 ns"};
@@ -185,7 +186,7 @@ TEST_F(Priorities, ByHandForEveryKind) {
   const auto client = node->create_client<Service>("service");
   executor.set_priority(timer, 5);
   executor.set_priority(subscription, 4);
-  executor.add_node(node);  // before and after
+  executor.add_node(node);  // priorities are set before and after it
   executor.set_priority(std::static_pointer_cast<rclcpp::ServiceBase>(service), 3);
   executor.set_priority(std::static_pointer_cast<rclcpp::ClientBase>(client), 2);
   executor.set_priority(group, 1);
@@ -215,7 +216,7 @@ TEST_F(Priorities, AFileGivesThem) {
   EXPECT_EQ(ran.front(), 'T');
 }
 
-/// What `make` throws.
+/// The message of the exception that `make` throws; empty: none.
 template <class Make>
 std::string refusal(Make make) {
   try {
@@ -230,7 +231,7 @@ TEST_F(Priorities, WhatCannotBeIsRefusedInASentence) {
   const auto refused = [&](const PriorityExecutorOptions& o) {
     return refusal([&] { PriorityExecutor executor(o); });
   };
-  EXPECT_NE(refused(options("rm")).find("there is no executor `rm`; known are: "), std::string::npos);
+  EXPECT_NE(refused(options("rm")).find("there is no executor `rm`; choose one of: "), std::string::npos);
   EXPECT_NE(refused(options("rm-ol")).find("did you mean `rm-ro`?"), std::string::npos);
   EXPECT_NE(refused(options("default")).find("SingleThreadedExecutor"), std::string::npos);
   EXPECT_NE(refused(options("rm-ro:last")).find("no variant `last`"), std::string::npos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an executor does to its process: threads, wake-ups; and what it says of the libraries in it.
+// An executor's effects on its process: threads, wake-ups, and its check of the loaded libraries.
 #include <dlfcn.h>
 #include <sched.h>
 #include <unistd.h>
@@ -32,7 +32,7 @@ TEST(TwoFastDds, InOneProcessAreReported) {
   rclcpp::shutdown();
 }
 
-/// While it lives, this thread and those that it starts run on one processor.
+/// Pins this thread, and the threads that it starts, to one CPU during its lifetime.
 class OneProcessor {
  public:
   OneProcessor() {
@@ -55,15 +55,15 @@ class OneProcessor {
 TEST(APolicyThatIsRefused, IsAnErrorBeforeAnyCallbackRuns) {
   long granted = -1;
   std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> granted;
-  if (granted < 0) GTEST_SKIP() << "this kernel refuses nothing";
+  if (granted < 0) GTEST_SKIP() << "this kernel does not limit real-time threads";
   rclcpp::init(0, nullptr);
   {
     const auto node = std::make_shared<rclcpp::Node>("node");
     int ran = 0;
     const auto timer = node->create_wall_timer(1ms, [&] { ++ran; });
     PriorityExecutorOptions options;
-    // More than Linux grants on one processor; where there are several, it grants none to a thread that may
-    // not run on all of them.
+    // More than Linux grants on one CPU. With several CPUs, Linux denies SCHED_DEADLINE to a thread
+    // that is not allowed on all of them.
     options.timer_thread = "deadline:1000/1000/1000";
     const OneProcessor pinned;
     PriorityExecutor executor(options);
@@ -77,7 +77,7 @@ TEST(APolicyThatIsRefused, IsAnErrorBeforeAnyCallbackRuns) {
 }
 
 TEST_P(EveryExecutor, SaysWhatItsThreadsObtained) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "only for hotpath's executors";
   EXPECT_TRUE(ours().thread_policies().empty());
   const Spinning spinning(*executor);
   std::vector<std::string> policies;
@@ -103,7 +103,7 @@ long switches(const std::string& thread) {
 }
 
 TEST_P(EveryExecutor, SleepsWhileThereIsNothingToDo) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "only for hotpath's executors";
   std::atomic_long id{0};
   const auto subscription =
       node->create_subscription<Int32>("topic", 10, [&](Int32::ConstSharedPtr) { id = gettid(); });
@@ -115,7 +115,7 @@ TEST_P(EveryExecutor, SleepsWhileThereIsNothingToDo) {
     return id != 0;
   }));
   long before = -1;
-  ASSERT_TRUE(eventually([&] {  // it has gone to sleep
+  ASSERT_TRUE(eventually([&] {  // until it sleeps
     const long last = std::exchange(before, switches(std::to_string(id)));
     return last == before;
   }));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ways to spin, to stop, and to fail.
+// Spinning, stopping and failing.
 #include <atomic>
 #include <future>
 #include <hotpath_rclcpp_interfaces/action/count.hpp>
@@ -18,8 +18,8 @@ static_assert(std::is_base_of_v<rclcpp::Executor, PriorityExecutor>);
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryExecutor, testing::ValuesIn(executor_names()), case_name);
 
-/// Every function of rclcpp::Executor that does work, called by way of the base class: an override that does
-/// not override does no work.
+/// Calls every spinning function of rclcpp::Executor through the base class: a function that fails
+/// to override does no work.
 TEST_P(EveryExecutor, EveryWayToSpinDoesWork) {
   std::atomic_int ran{0};
   const auto timer = node->create_wall_timer(1ms, [&] { ++ran; });
@@ -64,7 +64,7 @@ TEST_P(EveryExecutor, SpinsUntilAFutureIsComplete) {
 TEST_P(EveryExecutor, SpinOnceWaitsNoLongerThanItIsTold) {
   executor->add_node(node);
   std::chrono::nanoseconds waited{};
-  EXPECT_TRUE(eventually([&] {  // a new node tells itself of its parameters
+  EXPECT_TRUE(eventually([&] {  // first, a new node receives its own parameter events
     const auto before = std::chrono::steady_clock::now();
     executor->spin_once(20ms);
     waited = std::chrono::steady_clock::now() - before;
@@ -185,7 +185,7 @@ TEST_P(EveryExecutor, GoesWithItsNodesAlive) {
   executor = make_executor(GetParam());
   publisher->publish(Int32());
   timer->reset();
-  executor->add_node(node);  // nobody else has it
+  executor->add_node(node);  // the destroyed executor released it
   executor->spin_some();
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A composable node for container_test.cpp: publishes on `beats`.
+// A composable node that publishes on `beats`, for container_test.cpp.
 #include <rclcpp_components/register_node_macro.hpp>
 #include <std_msgs/msg/int32.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can happen to a timer.
+// Timers that are cancelled, reset, changed, dropped or driven by another clock.
 #include <rcl/time.h>
 #include <rcl/timer.h>
 
@@ -22,7 +22,7 @@ TEST_P(EveryExecutor, ACancelledTimerRunsNoMoreUntilItIsReset) {
     const int before = ran;
     ASSERT_TRUE(eventually([&] { return ran >= before + 2; })) << round;
     timer->cancel();
-    std::this_thread::sleep_for(10ms);  // one may be in its callback
+    std::this_thread::sleep_for(10ms);  // a callback may still be running
     const int cancelled = ran, tick = other;
     ASSERT_TRUE(eventually([&] { return other >= tick + 10; }));
     EXPECT_EQ(ran, cancelled);
@@ -31,7 +31,7 @@ TEST_P(EveryExecutor, ACancelledTimerRunsNoMoreUntilItIsReset) {
 }
 
 TEST_P(EveryExecutor, ATimerMayCancelItself) {
-  if (GetParam() == "events") GTEST_SKIP() << "on a busy machine rclcpp's runs what it had queued";
+  if (GetParam() == "events") GTEST_SKIP() << "on a busy machine, rclcpp's executor runs queued events";
   std::atomic_int ran{0}, other{0};
   rclcpp::TimerBase::SharedPtr timer;
   timer = node->create_wall_timer(2ms, [&] {
@@ -67,12 +67,12 @@ TEST_P(EveryExecutor, AResetPostponesTheNextCall) {
     timer->reset();
     std::this_thread::sleep_for(5ms);
   }
-  EXPECT_LE(ran, 1);  // a machine that stood still for that long may have had time for one
+  EXPECT_LE(ran, 1);  // one call is possible if the machine stalled
   EXPECT_TRUE(eventually([&] { return ran >= 2; }));
 }
 
 TEST_P(EveryExecutor, AnotherPeriodCountsFromTheNextCallOn) {
-  if (!is_ours(GetParam()) && GetParam() == "events") GTEST_SKIP() << "sorts by what it read before";
+  if (!is_ours(GetParam()) && GetParam() == "events") GTEST_SKIP() << "it sorts by outdated instants";
   std::atomic_int ran{0};
   const auto timer = node->create_wall_timer(20ms, [&] { ++ran; });
   executor->add_node(node);
@@ -115,7 +115,7 @@ class SimulatedClock {
 };
 
 TEST_P(EveryExecutor, SimulatedTimeReleasesItsTimers) {
-  if (GetParam() == "events") GTEST_SKIP() << "it sleeps in real time";
+  if (GetParam() == "events") GTEST_SKIP() << "rclcpp's EventsExecutor sleeps in real time";
   SimulatedClock simulated;
   simulated.set(1s);
   std::atomic_int ran{0};
@@ -128,16 +128,16 @@ TEST_P(EveryExecutor, SimulatedTimeReleasesItsTimers) {
     simulated.set(1s + i * 100ms);
     EXPECT_TRUE(eventually([&] { return ran == i; })) << i;
   }
-  simulated.set(10s + 50ms);  // one call stands for all that were missed
+  simulated.set(10s + 50ms);  // one call replaces all missed calls
   EXPECT_TRUE(eventually([&] { return ran == 6; }));
   std::this_thread::sleep_for(20ms);
   EXPECT_EQ(ran, 6);
 }
 
-/// The last pointer to a timer goes while its clock tells of a jump, under the clock's lock, which the timer
-/// takes when it ends.
+/// Drops the last pointer to a timer during its clock's jump callback, which holds the clock's
+/// lock; the timer's destructor takes that lock.
 TEST_P(EveryExecutor, ATimerMayEndWhileSimulatedTimeMoves) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "only for hotpath's executors";
   SimulatedClock simulated;
   simulated.set(1s);
   executor->add_node(node);
@@ -168,7 +168,7 @@ TEST_P(EveryExecutor, EdfOrdersSimulatedTimersByTheirDeadlines) {
   executor->spin_some();
   for (int round = 1; round <= 5; ++round) {
     order.clear();
-    simulated.set(1s + round * 300ms);  // both
+    simulated.set(1s + round * 300ms);  // both timers are due
     while (order.size() < 2) executor->spin_some();
     EXPECT_EQ(order, (std::vector<int>{100, 300})) << round;
   }
@@ -184,8 +184,8 @@ TEST_P(EveryExecutor, TimersOfTheSystemsClockRun) {
   EXPECT_TRUE(eventually([&] { return ran >= 10; }));
 }
 
-/// Every nominal instant has its callback though the executor is late: release-only queues what rcl skips.
-/// Only instants at which the machine held up the timer thread itself are missing.
+/// Every nominal instant has its callback even if the executor is late: release-only queues
+/// timestamps that rcl would skip. Only a delay of the timer thread itself loses instants.
 TEST_P(EveryExecutor, ReleaseOnlyLosesNoTimestamp) {
   if (!is_ours(GetParam()) || GetParam().find("-ro") == std::string::npos) GTEST_SKIP() << "not release-only";
   std::mutex mutex;
@@ -209,7 +209,7 @@ TEST_P(EveryExecutor, ReleaseOnlyLosesNoTimestamp) {
     }));
   }
   EXPECT_EQ(sequences.back() + 1, sequences.size() + skipped);
-  EXPECT_LT(skipped, 25U);  // half of what the executor was late
+  EXPECT_LT(skipped, 25U);  // half of the timestamps during the executor's delay
   EXPECT_FALSE(PriorityExecutor::running_callback());
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What comes, goes or moves while an executor is busy or waits.
+// Entities that are created, removed or moved while an executor is busy or waits.
 #include <malloc.h>
 #include <sched.h>
 
@@ -32,7 +32,7 @@ TEST_P(EveryExecutor, ACallbackMayWaitForAClientThatItMakes) {
         if (!client->wait_for_service(5s)) return;
         auto answer = client->async_send_request(std::make_shared<ListParameters::Request>());
         answered += answer.future.wait_for(5s) == std::future_status::ready ? 1 : 0;
-        if (++waited == 8) timer->cancel();  // so that each thread has been the one that waits
+        if (++waited == 8) timer->cancel();  // by then, each thread has waited
       },
       own);
   executor->add_node(node);
@@ -43,7 +43,7 @@ TEST_P(EveryExecutor, ACallbackMayWaitForAClientThatItMakes) {
 }
 
 TEST_P(EveryExecutor, ATimerThatIsResetEndsAWait) {
-  if (GetParam() == "events") GTEST_SKIP() << "rclcpp's";
+  if (GetParam() == "events") GTEST_SKIP() << "rclcpp's EventsExecutor does not";
   std::atomic_int ran{0};
   const auto timer = node->create_wall_timer(1ms, [&] { ++ran; });
   timer->cancel();
@@ -60,12 +60,12 @@ TEST_P(EveryExecutor, ATimerThatIsResetEndsAWait) {
 }
 
 TEST_P(EveryExecutor, ATimerWithoutAPeriodLeavesRoom) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "only for hotpath's executors";
   std::atomic_int ran{0}, other{0}, stale{0};
   std::chrono::nanoseconds ended{};
   const auto always = node->create_wall_timer(0ms, [&] {
     const auto running = PriorityExecutor::running_callback();
-    if (running && running->release < ended) ++stale;  // released while the one before was pending
+    if (running && running->release < ended) ++stale;  // released while the previous job was pending
     std::this_thread::sleep_for(1ms);
     ++ran;
     ended = std::chrono::steady_clock::now().time_since_epoch();
@@ -78,7 +78,7 @@ TEST_P(EveryExecutor, ATimerWithoutAPeriodLeavesRoom) {
 }
 
 TEST_P(EveryExecutor, ANodeThatMovesTakesAllItsMessagesAlong) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "only for hotpath's executors";
   constexpr int kMessages = 600;
   int got = 0;
   const auto subscription =
@@ -96,9 +96,10 @@ TEST_P(EveryExecutor, ANodeThatMovesTakesAllItsMessagesAlong) {
   })) << got;
 }
 
-/// Where messages are overwritten before they are taken, events remain that find nothing; those go as well.
+/// Messages that are overwritten before they are taken leave events without a sample; spin_some()
+/// removes them.
 TEST_P(EveryExecutor, ALoopOfSpinSomeNeedsNoMoreAndMoreMemory) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "only for hotpath's executors";
   int got = 0;
   const auto subscription =
       node->create_subscription<Int32>("topic", 1, [&](Int32::ConstSharedPtr) { ++got; });
@@ -113,11 +114,11 @@ TEST_P(EveryExecutor, ALoopOfSpinSomeNeedsNoMoreAndMoreMemory) {
     return mallinfo2().uordblks;
   };
   const std::size_t before = rounds(50);
-  EXPECT_LT(rounds(1000), before + 1'000'000);  // 19000 events are more
+  EXPECT_LT(rounds(1000), before + 1'000'000);  // 19000 leftover events would need more
   EXPECT_GT(got, 500);
 }
 
-/// Not set_on_ready_callback(): an executor of events cannot serve it.
+/// Lacks set_on_ready_callback(): an events executor cannot serve it.
 class Mute : public rclcpp::Waitable {
  public:
 #if RCLCPP_VERSION_GTE(28, 0, 0)
@@ -133,14 +134,14 @@ class Mute : public rclcpp::Waitable {
 };
 
 TEST_P(EveryExecutor, ANodeThatItCannotServeIsNotAdded) {
-  if (!is_ours(GetParam())) GTEST_SKIP() << "ours";
+  if (!is_ours(GetParam())) GTEST_SKIP() << "only for hotpath's executors";
   const auto mute = std::make_shared<Mute>();
   node->get_node_waitables_interface()->add_waitable(mute, nullptr);
   EXPECT_THROW(executor->add_node(node), std::runtime_error);
   EXPECT_FALSE(node->get_node_base_interface()->get_associated_with_executor_atomic().load());
   EXPECT_TRUE(executor->get_all_callback_groups().empty());
   rclcpp::executors::SingleThreadedExecutor other;
-  other.add_node(node);  // which may have it
+  other.add_node(node);  // another executor may add it
   other.remove_node(node);
 }
 

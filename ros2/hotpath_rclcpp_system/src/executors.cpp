@@ -67,7 +67,7 @@ Made make_ours(const nlohmann::json& plan) {
   return std::make_shared<PriorityExecutor>(options);
 }
 
-/// Null: this rclcpp does not have it.
+/// Null if this rclcpp version lacks the executor.
 Made make(const ExecutorTraits& traits, const nlohmann::json& plan) {
   switch (traits.family) {
     case Family::wait_set:
@@ -88,7 +88,7 @@ Made make_executor(const ExecutorEntry& entry, const nlohmann::json& plan) {
   if (Made executor = entry.traits.on_rclcpp ? make(entry.traits, plan) : nullptr) return executor;
   throw std::runtime_error("rclcpp " + std::string(RCLCPP_VERSION_STR) + " has no " +
                            std::string(entry.class_name) + " for executor `" + std::string(entry.name) +
-                           "`; leave it out of --executors");
+                           "`; remove it from --executors");
 }
 
 bool is_spinning(rclcpp::Executor& executor) {

@@ -9,12 +9,12 @@
 
 namespace hotpath {
 
-/// The executor of a run's plan, which `entry` names: rclcpp's own, or PriorityExecutor. Throws
-/// std::runtime_error for one that this version does not have.
+/// Creates the executor `entry` of a run's plan: rclcpp's own or PriorityExecutor. Throws
+/// std::runtime_error if this rclcpp version lacks it.
 [[nodiscard]] std::shared_ptr<rclcpp::Executor> make_executor(const ExecutorEntry& entry,
                                                               const nlohmann::json& plan);
 
-/// As Executor::is_spinning(), which is not virtual and which EventsCBGExecutor hides.
+/// Executor::is_spinning(), which is not virtual, or its replacement in EventsCBGExecutor.
 [[nodiscard]] bool is_spinning(rclcpp::Executor& executor);
 
 }  // namespace hotpath

@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// What the words of a message hold.
+/// The content of a message's words.
 inline BoundedMessage& content(hotpath_rclcpp_interfaces::msg::Message4kb& message) {
   return *reinterpret_cast<BoundedMessage*>(message.words.data());
 }

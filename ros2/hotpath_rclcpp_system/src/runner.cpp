@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The process of a repetition of `hotpath run --stack rclcpp`: its only argument is the plan, JSON.
+// Runs one repetition of `hotpath run --stack rclcpp`. Its only argument is the plan as JSON.
 #include <rclcpp/version.h>
 #include <csignal>
 #include <iostream>
@@ -30,13 +30,14 @@ void run(const json& plan, const Channel& coordinator) {
       size.at("descriptor"));
   RclcppSystem system(graph, tasks, plan, memory);
   const auto settle = [&] {
-    // What has been delivered and was not taken is in the middleware; nothing is on its way within a process.
+    // Nothing to wait for: within a process, no sample is in transit; untaken samples are in the
+    // middleware.
   };
   RunLife(coordinator)
       .live_through(system, now() + Duration(plan.at("time_out_ns").get<std::int64_t>()), settle);
 }
 
-/// Nothing of a run leaves the machine. Since Iron the variable of Humble is answered by a warning.
+/// Keeps all traffic on this machine. Since Iron, Humble's variable causes a warning.
 void stay_on_this_machine() {
 #if RCLCPP_VERSION_GTE(21, 0, 0)
   unsetenv("ROS_LOCALHOST_ONLY");
@@ -53,11 +54,11 @@ int main(int argc, char** argv) {
   using namespace hotpath;
   const json plan = json::parse(argc == 2 ? argv[1] : "", nullptr, /*allow_exceptions=*/false);
   if (!plan.contains("channel") || !plan["channel"].is_number_integer()) {
-    std::cerr << "This program is started by `hotpath run --stack rclcpp`, with the plan of a repetition.\n";
+    std::cerr << "Do not start this program directly: `hotpath run --stack rclcpp` starts it with a plan.\n";
     return 2;
   }
   const Channel coordinator(plan["channel"].get<int>());
-  // The coordinator answers for the terminal's signals.
+  // The coordinator handles signals from the terminal.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
   int code = 1;

@@ -21,7 +21,7 @@ const ExecutorEntry& entry_of(const nlohmann::json& plan) {
   return *entry;
 }
 
-/// rcl's timer falls due at `first`, and each period after it.
+/// Makes rcl's timer due at `first`, then every `period`.
 void set_phase(rclcpp::TimerBase& timer, Time first, Duration period) {
   const rcl_timer_t* handle = timer.get_timer_handle().get();
   std::int64_t before = 0;
@@ -90,7 +90,7 @@ void RclcppSystem::start(Time epoch, Time end) {
 void RclcppSystem::spin() {
   try {
     if (ours_ == nullptr) {
-      // The threads that rclcpp starts take it over.
+      // The threads that rclcpp starts inherit the policy.
       if (policy_.required) policy_.policy = apply_thread_policy(policy_);
       prepared_ = true;
     }
@@ -166,7 +166,7 @@ void RclcppSystem::deliver(TaskId task, const SampleInfo& info, Sample sample) {
   {
     const std::lock_guard lock(own.mutex);
     const std::uint64_t sequence = own.one_writer ? sample.as<BoundedMessage>().publication() : own.next;
-    // What the history lost: only the sample after it shows it.
+    // Samples overwritten in the history: only the gap before the next sample reveals them.
     for (; own.next < sequence; ++own.next) {
       JobRecord lost = record;
       lost.job.sequence = own.next;
@@ -190,7 +190,7 @@ std::uint64_t RclcppSystem::timer_sequence(TaskId task, std::optional<Time> expe
   };
   if (const auto running = PriorityExecutor::running_callback()) return index(Time(running->timestamp));
   if (expected) return index(*expected);
-  // rcl has called the timer: its next call is one period after what it skips.
+  // rcl has already called the timer: its next call is one period after the last skipped timestamp.
   OfTask& own = tasks_of_run_[task];
   const std::uint64_t sequence = own.next;
   own.next = index(now() + own.timer->time_until_trigger());
@@ -257,7 +257,7 @@ void RclcppSystem::close() {
       next = own.newest ? *own.newest + 1 : 0;
       if (own.last) write(*own.last, own.last->worker);
     }
-    // What was due, or unread, and did not start.
+    // Jobs that were due or unread but did not start.
     for (; next < reached; ++next) {
       JobRecord queued;
       queued.job.task = id;

@@ -13,8 +13,8 @@
 
 namespace hotpath {
 
-/// Publishers and subscriptions of rclcpp, each in a node with the name that it has in the graph. A
-/// subscription's callback hands its sample to the sink, which runs the job there and then.
+/// Publishers and subscriptions of rclcpp, in nodes named as in the graph. A subscription's
+/// callback passes its sample to the sink, which runs the job immediately.
 class RclcppTransport final : public Transport<BoundedMessage>, private SampleOwner {
  public:
   using RosMessage = hotpath_rclcpp_interfaces::msg::Message4kb;
@@ -40,7 +40,7 @@ class RclcppTransport final : public Transport<BoundedMessage>, private SampleOw
   }
 
   WriterId add_writer(const std::string& topic, std::uint32_t depth, std::uint32_t readers) override {
-    rclcpp::Node& node = *node_of_writer_[writers_.size()];  // the graph's nodes come in order
+    rclcpp::Node& node = *node_of_writer_[writers_.size()];  // writers come in the graph's node order
     writers_.push_back({node.create_publisher<RosMessage>(topic, depth), readers});
     return static_cast<WriterId>(writers_.size() - 1);
   }
@@ -63,7 +63,7 @@ class RclcppTransport final : public Transport<BoundedMessage>, private SampleOw
                            std::size_t wanted) {
       while (count() < wanted) {
         if (now() >= deadline)
-          throw TransportError(std::string(what) + " of " + topic + " met nobody in time");
+          throw TransportError(std::string(what) + " of " + topic + " did not match its partners in time");
         rclcpp::sleep_for(std::chrono::milliseconds(2));
       }
     };
@@ -98,7 +98,7 @@ class RclcppTransport final : public Transport<BoundedMessage>, private SampleOw
     RosMessage::ConstSharedPtr message;
     std::atomic<int> holders;
   };
-  /// A thread fills one message at a time.
+  /// The message of this thread, which fills one message at a time.
   static RosMessage& scratch() {
     thread_local RosMessage message;
     return message;
@@ -111,7 +111,7 @@ class RclcppTransport final : public Transport<BoundedMessage>, private SampleOw
 
   const GraphTasks& tasks_;
   std::vector<rclcpp::Node::SharedPtr> nodes_, node_of_writer_;
-  std::map<std::uint32_t, rclcpp::CallbackGroup::SharedPtr> groups_;  // the graph's
+  std::map<std::uint32_t, rclcpp::CallbackGroup::SharedPtr> groups_;  // by group of the graph
   std::vector<Writer> writers_;
   std::vector<Reader> readers_;
 };

@@ -5,8 +5,8 @@
 
 namespace hotpath {
 
-/// Input that a method cannot answer for. The message says what is wrong, in which task or chain, which
-/// method refuses, and which one would accept.
+/// A method cannot handle the input. The message names the problem, the task or chain, the method,
+/// and a method that accepts the input.
 struct AnalysisError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

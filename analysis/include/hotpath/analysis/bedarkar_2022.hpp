@@ -5,10 +5,11 @@
 
 namespace hotpath {
 
-/// FIFO, as of the unmodified events executor while no timestamp is skipped: largest backlog at an arrival
-/// within the synchronous busy period, which without jitter and overload is that at its beginning: one job of
-/// each task (Bedarkar et al.: "From intuition to Coq", RTSS 2022). Sporadic tasks; the same bound for every
-/// task. Throws AnalysisError for jitter or a utilisation above 1.
+/// Response time bound under FIFO, the order of the unmodified events executor as long as it skips
+/// no timestamp: the largest backlog at an arrival within the synchronous busy period. Without
+/// jitter and overload that is the backlog at the beginning of the period: one job of each task
+/// (Bedarkar et al.: "From intuition to Coq", RTSS 2022). Sporadic tasks; the same bound in
+/// nanoseconds for every task. Throws AnalysisError for jitter or a utilisation above 1.
 std::int64_t bedarkar_2022(const PeriodicTasks& tasks);
 
 }  // namespace hotpath

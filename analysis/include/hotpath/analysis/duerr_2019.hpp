@@ -5,8 +5,8 @@
 
 namespace hotpath {
 
-/// Duerr, von der Brueggen, Chen, Chen: "End-to-end timing analysis of sporadic cause-effect chains in
-/// distributed systems", CASES 2019. T is the largest distance of two releases.
+/// Duerr, von der Brueggen, Chen, Chen: "End-to-end timing analysis of sporadic cause-effect chains
+/// in distributed systems", CASES 2019. T is the longest time between two releases.
 
 /// Theorem 5.4, maximum reaction time: T_1 + R_n + sum_{i<n} max(R_i, T_i+1 + x_i R_i).
 std::int64_t duerr_2019_reaction_time(const PeriodicTasks& tasks, const ResponseTimes& bounds,
@@ -16,7 +16,7 @@ std::int64_t duerr_2019_reaction_time(const PeriodicTasks& tasks, const Response
 std::int64_t duerr_2019_reduced_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds,
                                          const TaskChain& chain, Priorities priorities = Priorities::fixed);
 
-/// Maximum data age: the reduced one and one period of the last task.
+/// Maximum data age: the reduced data age plus one period of the last task.
 std::int64_t duerr_2019_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds,
                                  const TaskChain& chain, Priorities priorities = Priorities::fixed);
 

@@ -9,8 +9,8 @@
 
 namespace hotpath::exact {
 
-/// Integer arithmetic on nanoseconds that reports instead of wrapping: every function throws AnalysisError
-/// when the result leaves the 64-bit range (292 years).
+/// Integer arithmetic on nanoseconds without wrap-around: every function throws AnalysisError if
+/// the result leaves the 64-bit range (292 years).
 [[noreturn]] void report_overflow();
 [[noreturn]] void report_slow_convergence();
 
@@ -46,8 +46,8 @@ class Utilisation {
  public:
   /// wcet >= 0, period > 0.
   void add(std::int64_t wcet, std::int64_t period);
-  /// Negative, zero or positive: below, equal to or above 1. Throws AnalysisError when the sum is within
-  /// 1e-16 of 1 and its exact fraction does not fit into 128 bits.
+  /// Negative, zero or positive: below, equal to or above 1. Throws AnalysisError if the sum is
+  /// within 1e-16 of 1 and its exact fraction does not fit into 128 bits.
   int compare_to_one() const;
   /// For messages only.
   double value() const;
@@ -62,11 +62,11 @@ class Utilisation {
   Wide lower_ = 0, upper_ = 0;
 };
 
-/// Steps after which a fixed point counts as out of reach (the utilisation is next to 1).
+/// Number of steps after which a fixed point counts as unreachable (the utilisation is close to 1).
 inline constexpr std::uint64_t kMaxSteps = 20'000'000;
 
-/// Least w >= start with f(w) <= w, for non-decreasing f with f(start) >= start; none when it exceeds
-/// `limit`.
+/// Least w >= start with f(w) <= w, for non-decreasing f with f(start) >= start; std::nullopt if it
+/// exceeds `limit`.
 template <typename Function>
 std::optional<std::int64_t> least_fixed_point(std::int64_t start, Function&& f,
                                               std::int64_t limit = std::numeric_limits<std::int64_t>::max()) {

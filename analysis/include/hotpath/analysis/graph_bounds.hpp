@@ -12,7 +12,7 @@
 
 namespace hotpath {
 
-/// What there is to be bounded: a graph under an executor on a platform.
+/// The system to analyse: a graph under an executor on a platform.
 struct BoundedSystem {
   const CallbackGraph& graph;
   const ExecutorEntry& executor;
@@ -20,61 +20,65 @@ struct BoundedSystem {
   Platform platform;
 };
 
-/// What one method guarantees, nanoseconds.
+/// The bounds of one method, in nanoseconds.
 struct GraphBounds {
-  std::string method;  ///< Author and year, or what docs/analysis.md calls it.
-  /// Worst-case response time of each task, from its timestamp; none: no bound. Empty: the method refuses.
+  std::string method;  ///< Author and year, or the name in docs/analysis.md.
+  /// Worst-case response time of each task, from its timestamp; std::nullopt: no bound. Empty if
+  /// the method does not apply.
   std::vector<std::optional<std::int64_t>> tasks;
-  std::vector<std::optional<ChainAge>>
-      chains;                               ///< Parallel to the graph's chains. Empty: not a method for them.
-  std::vector<std::string> no_chain_bound;  ///< Parallel to `chains`: why there is none.
-  std::string refusal;                ///< What it does not cover, and which method does; empty: it applies.
-  std::map<TaskId, PathParts> parts;  ///< What the bounds of timers consist of, if the method knows.
+  /// Parallel to the graph's chains. Empty if the method does not bound chains.
+  std::vector<std::optional<ChainAge>> chains;
+  std::vector<std::string> no_chain_bound;  ///< Parallel to `chains`: the reason for a missing bound.
+  /// The assumptions that the method does not cover, and a method that does; empty if it applies.
+  std::string refusal;
+  std::map<TaskId, PathParts> parts;  ///< Components of the timers' bounds, if the method gives them.
 };
 
-/// Something about a system that a method must cover to be applied to it.
+/// A property of a system that a method must cover to be applicable.
 enum class Assumption : std::uint32_t {
   subscriptions = 1U << 0,
   fixed_priorities = 1U << 1,
   deadlines = 1U << 2,
   activation_order = 1U << 3,
   polling = 1U << 4,             ///< A wait set, timers before subscriptions.
-  other_order = 1U << 5,         ///< Anything else that never idles.
+  other_order = 1U << 5,         ///< Any other order that never idles.
   runs_timers = 1U << 6,         ///< The timer management thread runs timers.
-  several_threads = 1U << 7,     ///< That run jobs.
-  ties_by_activation = 1U << 8,  ///< Among jobs of equal priority, and there may be some.
+  several_threads = 1U << 7,     ///< Several threads that run jobs.
+  ties_by_activation = 1U << 8,  ///< The order among jobs of equal priority, if such jobs may exist.
   unknown_phases = 1U << 9,
-  shifted_phases = 1U << 10,  ///< Phases are known, and some timer's is not 0.
-  costs = 1U << 11,           ///< Of releases, dispatches and waits.
+  shifted_phases = 1U << 10,  ///< Phases are known, and some timer has a phase other than 0.
+  costs = 1U << 11,           ///< Costs of releases, dispatches and waits.
   wake_up = 1U << 12,
   late_releases = 1U << 13,  ///< The timer thread waits for the executor thread on the only core.
   delivery_delay = 1U << 14,
-  mixed_deadlines = 1U << 15,  ///< A job may not run by the deadline of the sample that it takes.
-  woken_by_jobs = 1U << 16,  ///< A timer thread gets a timer back when its job ends, and may have to wake up.
+  mixed_deadlines = 1U << 15,  ///< A job may run under another deadline than that of its sample.
+  /// The end of a job returns its timer to the timer thread, which may have to wake up.
+  woken_by_jobs = 1U << 16,
 };
 
-/// What holds of the system, as bits of Assumption.
+/// The properties of the system, as bits of Assumption.
 [[nodiscard]] std::uint32_t assumptions_of(const BoundedSystem& system);
 
-/// What each method says of the system. `also_covers`: bits that no method checks, for tests that the check
-/// is needed.
+/// The bounds of every method. `also_covers`: bits that no method checks, for tests which prove
+/// that the check is needed.
 [[nodiscard]] std::vector<GraphBounds> graph_bounds(const BoundedSystem& system,
                                                     std::uint32_t also_covers = 0);
 
-/// The exact worst case of timers, and of chains along sequences of subscriptions, for the phases that
-/// `system.graph` has: by the schedule-abstraction graph (Nasri 2017), one predecessor a job. Subscriptions
-/// have no bounds of their own.
+/// The exact worst case of timers, and of chains along sequences of subscriptions, for the phases
+/// of `system.graph`: by the schedule-abstraction graph (Nasri 2017) with one predecessor per job.
+/// Subscriptions have no separate bounds.
 [[nodiscard]] GraphBounds exact_bounds(const BoundedSystem& system, std::uint32_t also_covers = 0);
 
-/// End-to-end latency of data that a chain of timers, each of which reads what the one before wrote last,
-/// hands on: its largest reaction time and data age.
+/// Bound on the end-to-end latency of a chain of timers, each of which reads the last output of the
+/// previous one: the largest reaction time and data age.
 struct TimerChainBound {
   std::string method;
   std::optional<std::int64_t> latency;  ///< Nanoseconds.
   std::string refusal;
 };
 
-/// What each method says of the chain of the timers `names`. Throws AnalysisError for an unknown name.
+/// The bounds of every method for the chain of the timers `names`. Throws AnalysisError for an
+/// unknown name.
 [[nodiscard]] std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
                                                               const std::vector<std::string>& names,
                                                               std::uint32_t also_covers = 0);

@@ -15,29 +15,29 @@ namespace hotpath {
 struct Blocker;
 struct BusyLevel;
 
-/// The order in which one executor thread runs what is pending: jobs of the smaller rank first.
+/// The order in which one executor thread runs pending jobs: the smaller rank first.
 struct GraphOrder {
   std::vector<std::int64_t> rank;  ///< By task.
-  /// A timer's job never precedes anything pending of its rank or a smaller one that was released before it.
-  /// Otherwise jobs of one rank run in any order.
+  /// A timer's job never precedes a pending job of its own or a smaller rank that was released
+  /// before it. Otherwise jobs of one rank run in any order.
   bool timers_behind_equals = false;
-  /// At one instant releases happen before the executor decides.
+  /// At the same instant, releases happen before the executor decides.
   bool releases_first = false;
-  /// Among jobs of one rank the one with the earliest absolute deadline goes first: that of its timer's job,
-  /// which subscriptions inherit. All ranks are equal then.
+  /// Among jobs of one rank, the earliest absolute deadline goes first: the deadline of the timer's
+  /// job, which subscriptions inherit. All ranks are equal then.
   bool by_deadline = false;
 };
 
-/// One rank for all: whatever order the executor follows, it never idles while a job is pending.
+/// One rank for all tasks: covers every order that never idles while a job is pending.
 GraphOrder any_order(const TaskSet& set);
 
-/// Busy windows of one thread that runs jobs to their ends in a fixed order of ranks (docs/analysis.md,
-/// "Busy windows of a graph"): the jobs of a timer and of the subscriptions downstream count together, those
-/// of joins once.
+/// Busy windows of one thread that runs jobs to completion in a fixed order of ranks
+/// (docs/analysis.md, "Busy windows of a graph"). The jobs of a timer and of the subscriptions
+/// downstream count together, jobs of joins once.
 class GraphBusyWindow : public PathBounds {
  public:
-  /// The topology must outlive it. It does not cover delays of delivery, for which samples on their way would
-  /// have to count.
+  /// The topology must outlive this object. Does not cover delivery delays, with which samples in
+  /// transit would count.
   GraphBusyWindow(const GraphTopology& topology, GraphOrder order, const GraphOverheads& overheads);
   ~GraphBusyWindow() override;
 
@@ -78,17 +78,19 @@ class GraphBusyWindow : public PathBounds {
   const GraphTopology& topology_;
   const GraphOrder order_;
   const GraphOverheads overheads_;
-  std::map<std::int64_t, std::int64_t> release_work_;  ///< By period: of a release of each of its timers.
+  /// By period: total work of one release of each of its timers.
+  std::map<std::int64_t, std::int64_t> release_work_;
   const std::unique_ptr<Counting> counting_;
-  // Filled when asked for.
+  // Filled on demand.
   mutable std::map<std::int64_t, std::shared_ptr<const BusyLevel>> levels_;
-  mutable std::size_t known_nodes_ = 0;  ///< Of all `levels_`, which are forgotten before they are too many.
+  mutable std::size_t known_nodes_ = 0;  ///< Number of nodes in `levels_`; too many clear it.
   mutable std::map<TaskId, std::optional<std::vector<DeadlineStep>>> steps_;
   mutable std::map<std::tuple<TaskId, TaskId, bool>, std::optional<std::int64_t>> known_;
-  /// By rank, target, whether it works, and blocker: the start of the first job, where it is that of every
-  /// root.
+  /// By rank, target, whether the target works, and blocker: the start of the first job, where it
+  /// is the same for every root.
   mutable std::map<std::tuple<std::int64_t, TaskId, bool, TaskId>, std::optional<std::int64_t>> first_starts_;
-  /// By rank, root, blocker and job of the root: whether the window ends before the root's next job.
+  /// By rank, root, blocker and job of the root: whether the window ends before the root's next
+  /// job.
   mutable std::map<std::tuple<std::int64_t, TaskId, TaskId, std::int64_t>, bool> ends_;
 };
 

@@ -11,13 +11,13 @@
 
 namespace hotpath {
 
-/// tau_i = (C_i, T_i, D_i, phi_i) of the paper, Section II-A, with release jitter. All times in nanoseconds;
-/// the formulas hold in any other single unit as well.
+/// tau_i = (C_i, T_i, D_i, phi_i) of the paper, Section II-A, with release jitter. All times are in
+/// nanoseconds; the formulas hold in any single unit.
 struct PeriodicTask {
   std::string name;           ///< For messages and tables; may be empty.
   TaskId id = kNoTask;        ///< Index in the TaskSet it came from.
   std::int64_t wcet = 0;      ///< C, > 0.
-  std::int64_t period = 0;    ///< T, > 0; the smallest distance of two releases where sporadic.
+  std::int64_t period = 0;    ///< T, > 0; the minimum time between two releases if sporadic.
   std::int64_t deadline = 0;  ///< D, relative, > 0.
   std::int64_t bcet = 0;      ///< In [0, wcet].
   std::int64_t jitter = 0;    ///< J: latest release after the nominal one, >= 0.
@@ -27,31 +27,31 @@ struct PeriodicTask {
 /// A task set in priority order, highest first. Under EDF the order only breaks ties.
 using PeriodicTasks = std::vector<PeriodicTask>;
 
-/// How instants are meant. `continuous`: bounds are suprema; a blocking job has started an arbitrarily short
-/// time before, so that it blocks for (almost) its whole C (the paper). `discrete`: time is counted in whole
-/// units (here: nanoseconds), and a blocking job has started one unit before (George 1996, Prosa); at most
-/// one unit less than `continuous`.
+/// The meaning of instants. `continuous`: bounds are suprema; a blocking job has started an
+/// arbitrarily short time before, so it blocks for (almost) its whole C (the paper). `discrete`:
+/// time consists of whole units (here: nanoseconds), and a blocking job has started one unit before
+/// (George 1996, Prosa); bounds are at most one unit below `continuous`.
 enum class TimeModel : std::uint8_t { continuous, discrete };
 
-/// The timers of `set` in the order of `policy`: level, then task id; under edf and fifo by task id. Throws
-/// AnalysisError when the set has subscriptions, which are no periodic tasks (sequence_tasks() takes some of
-/// these).
+/// The timers of `set` in the order of `policy`: level, then task id; under edf and fifo by task
+/// id. Throws AnalysisError if the set has subscriptions, which are not periodic tasks
+/// (sequence_tasks() accepts some of them).
 PeriodicTasks periodic_tasks(const TaskSet& set, Policy policy);
 
-/// What a method can take, for check_tasks() to refuse the rest.
+/// The inputs that a method accepts; check_tasks() rejects all others.
 struct MethodScope {
-  std::string_view method;          ///< As messages name it, with author and year.
-  std::string_view instead;         ///< Methods that take what this one refuses.
+  std::string_view method;          ///< Name in messages, with author and year.
+  std::string_view instead;         ///< Methods that accept the rejected inputs.
   bool arbitrary_deadlines = true;  ///< D > T allowed.
   bool jitter = true;               ///< J > 0 allowed.
   bool phases = true;               ///< Phases other than 0 allowed.
-  bool overload = true;             ///< Utilisation above 1 allowed (tasks without a bound get none).
+  bool overload = true;             ///< Utilisation above 1 allowed (overloaded tasks then have no bound).
 };
 
-/// Throws AnalysisError for an empty set, times out of range, or anything outside of `scope`.
+/// Throws AnalysisError for an empty set, times out of range, or input outside `scope`.
 void check_tasks(const PeriodicTasks& tasks, const MethodScope& scope);
 
-/// The task's name, or its position when it has none.
+/// The task's name, or its position if it has none.
 std::string task_label(const PeriodicTasks& tasks, std::size_t position);
 
 /// Least common multiple of the periods; throws AnalysisError on overflow.

@@ -9,21 +9,22 @@
 
 namespace hotpath {
 
-/// Processing windows of rclcpp's default executor (wait set, one thread): what a poll finds ready runs
-/// before the next poll, each callback at most once, timers before subscriptions. Follows Teper 2024 (lemmas
-/// VI.1 to VI.5) with the response time of the head timer, joins that work at most once a window, and the
-/// platform's costs (docs/analysis.md, "Processing windows").
+/// Processing windows of rclcpp's default executor (wait set, one thread): all callbacks that a
+/// poll finds ready run before the next poll, each at most once, timers before subscriptions.
+/// Follows Teper 2024 (lemmas VI.1 to VI.5) and adds the response time of the head timer, joins
+/// that work at most once per window, and the platform's costs (docs/analysis.md, "Processing
+/// windows").
 class ProcessingWindows : public PathBounds {
  public:
-  /// `entity_order`: all tasks in the order in which those of one kind are scanned; empty: that of creation.
-  /// The topology must outlive it.
+  /// `entity_order`: all tasks in the order in which tasks of one kind are scanned; empty: order of
+  /// creation. The topology must outlive this object.
   ProcessingWindows(const GraphTopology& topology, const std::vector<TaskId>& entity_order,
                     const GraphOverheads& overheads);
 
   std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> response(TaskId subscription) const override;
-  /// By task of the longest way: from the end of the one before.
+  /// By task of the longest path: the time since the end of the previous task.
   PathParts parts(TaskId root, TaskId to) const override;
 
  private:
@@ -31,7 +32,7 @@ class ProcessingWindows : public PathBounds {
   std::int64_t job_work(TaskId id) const;
   std::int64_t ahead(TaskId id) const;
   std::int64_t behind(TaskId id) const;
-  /// Ends of all tasks behind a timestamp of `root`; negative: not reached.
+  /// Ends of all tasks, relative to a timestamp of `root`; negative: not reached.
   const std::vector<std::int64_t>& ends(TaskId root) const;
   std::int64_t hop(TaskId publisher, TaskId subscription) const;
 
@@ -40,7 +41,7 @@ class ProcessingWindows : public PathBounds {
   std::vector<TaskId> sequence_;                              // in the order of a window
   std::vector<std::size_t> position_;                         // by task
   std::int64_t whole_ = 0;                                    // longest window
-  mutable std::map<TaskId, std::vector<std::int64_t>> ends_;  // filled when asked for
+  mutable std::map<TaskId, std::vector<std::int64_t>> ends_;  // filled on demand
 };
 
 }  // namespace hotpath

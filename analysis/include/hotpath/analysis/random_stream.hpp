@@ -9,8 +9,8 @@
 
 namespace hotpath {
 
-/// Random numbers that are the same with every standard library, from one seed and a place in the experiment,
-/// so that no draw depends on what another thread or machine draws.
+/// Random numbers that are equal with every standard library. Each stream follows from one seed and
+/// a place in the experiment, so that no draw depends on the draws of another thread or machine.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::initializer_list<std::uint64_t> place);
@@ -22,10 +22,10 @@ class RandomStream {
   /// Uniform in {0, ..., n - 1}, without bias; n > 0.
   std::uint64_t below(std::uint64_t n);
 
-  /// Index drawn with the given cumulative shares, the last of which is 1.
+  /// An index drawn with the given cumulative shares, the last of which is 1.
   std::size_t pick(std::span<const double> cumulative);
 
-  /// Weibull with the given shape and scale.
+  /// Weibull-distributed with the given shape and scale.
   double weibull(double shape, double scale);
 
   template <typename T>

@@ -7,7 +7,8 @@
 
 namespace hotpath {
 
-/// Section V-B of the paper: releasing one job takes up to delta; Delta_i prolongs the jobs of tau_i.
+/// Section V-B of the paper: releasing one job takes up to delta ns; Delta_i prolongs the jobs of
+/// tau_i. For release-and-execute, and in the tightened form for release-only: n * delta.
 
 /// Release-and-execute, and the tightened form of release-only: n * delta.
 std::int64_t release_overhead_re(std::size_t tasks, std::int64_t delta);
@@ -18,7 +19,8 @@ struct ReleaseOverhead {
   std::int64_t overhead = 0;  ///< Delta_i.
 };
 
-/// None when it diverges: the releases alone use the whole processor (sum of delta / T_j >= 1).
+/// std::nullopt if it diverges: the releases alone use the whole processor (sum of delta / T_j >=
+/// 1).
 std::optional<ReleaseOverhead> release_overhead_ro(const PeriodicTasks& tasks, std::size_t position,
                                                    std::int64_t delta);
 
@@ -26,16 +28,18 @@ enum class ReleaseMode : std::uint8_t { release_only, release_and_execute };
 
 using ResponseTimeAnalysis = std::function<ResponseTimes(const PeriodicTasks&)>;
 
+/// Response time bounds of a task set with the release overhead in its execution times.
 struct OverheadAwareResponse {
-  PeriodicTasks tasks;  ///< C_i := C_i + Delta_i, as behind `bounds`.
+  PeriodicTasks tasks;  ///< C_i := C_i + Delta_i, the input of `bounds`.
   ResponseTimes bounds;
-  bool tightened = false;  ///< Delta_i = n * delta was used.
+  bool tightened = false;  ///< Whether Delta_i = n * delta was used.
 };
 
-/// Applies `analysis` to C_i + Delta_i. For release_only Delta_i first comes from Equation (3); only when
-/// that shows the set schedulable and its deadlines are constrained are the bounds tightened with n * delta.
-/// Throws AnalysisError when the overhead diverges, or when release_and_execute would skip timestamps (C_i >=
-/// T_j for some j != i, condition C1 of Section V-A).
+/// Applies `analysis` to C_i + Delta_i. For release_only, Delta_i first comes from Equation (3);
+/// the bounds are tightened with n * delta only if that proves the set schedulable and its
+/// deadlines are constrained. Throws AnalysisError if the overhead diverges, or if
+/// release_and_execute would skip timestamps (C_i >= T_j for some j != i, condition C1 of Section
+/// V-A).
 OverheadAwareResponse with_release_overhead(const PeriodicTasks& tasks, std::int64_t delta, ReleaseMode mode,
                                             const ResponseTimeAnalysis& analysis);
 

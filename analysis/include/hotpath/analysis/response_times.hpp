@@ -7,11 +7,11 @@
 
 namespace hotpath {
 
-/// One upper bound for each task of a set, in its order, relative to the nominal release; none where the
-/// method finds no bound.
+/// One upper bound per task of a set, in its order, relative to the nominal release; std::nullopt
+/// if the method finds no bound.
 using ResponseTimes = std::vector<std::optional<std::int64_t>>;
 
-/// Every task has a bound, and it is within the deadline.
+/// Whether every task has a bound within its deadline.
 bool schedulable(const PeriodicTasks& tasks, const ResponseTimes& bounds);
 
 }  // namespace hotpath

@@ -8,7 +8,7 @@
 
 namespace hotpath {
 
-/// One job of a schedule-abstraction graph, in the columns of the SAG tools' job files.
+/// One job of a schedule-abstraction graph, with the columns of the SAG tools' job files.
 struct SagJob {
   std::uint64_t task = 0;
   std::uint64_t job = 0;
@@ -16,20 +16,22 @@ struct SagJob {
   std::int64_t cost_min = 0, cost_max = 0;
   std::int64_t deadline = 0;  ///< Absolute.
   std::int64_t priority = 0;  ///< Smaller first; ties by task, then job.
-  /// Arrives when the job at this position ends; its own arrival is then that of the first job before it.
+  /// Position of the predecessor, whose end is this job's arrival; `arrival_min` and `arrival_max`
+  /// then hold those of the first job of that sequence.
   std::optional<std::size_t> predecessor = std::nullopt;
 };
 
 enum class SagPolicy : std::uint8_t { fixed_priority, edf };
 
-/// Jobs above which a hyperperiod counts as exploded.
+/// Limit of jobs per exploration.
 inline constexpr std::int64_t kMaxSagJobs = 5'000'000;
 
-/// All jobs with a nominal release in one hyperperiod (synchronous tasks); where there are phases, before the
-/// largest phase plus two hyperperiods; where there is jitter, for so many hyperperiods more as the longest
-/// busy window may reach back. Sorted by release. Task numbers are positions, execution times [bcet, wcet],
-/// release windows [r, r + jitter]. Throws AnalysisError when the utilisation is above 1, or 1 with jitter,
-/// when the hyperperiod overflows or when there are more than kMaxSagJobs jobs.
+/// All jobs with a nominal release in one hyperperiod (synchronous tasks). With phases: before the
+/// largest phase plus two hyperperiods. With jitter: for as many further hyperperiods as the
+/// longest busy window may reach back. Sorted by release. Task numbers are positions, execution
+/// times [bcet, wcet], release windows [r, r + jitter]. Throws AnalysisError if the utilisation is
+/// above 1, or equal to 1 with jitter, if the hyperperiod overflows, or if there are more than
+/// kMaxSagJobs jobs.
 std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy);
 
 /// The format of the SAG tools (np-schedulability-analysis): a header line, then

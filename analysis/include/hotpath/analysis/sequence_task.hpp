@@ -5,8 +5,8 @@
 
 namespace hotpath {
 
-/// A sequence timer -> subscription -> subscription ... seen as one task that can be preempted between its
-/// segments (paper, Section VI). Times in nanoseconds.
+/// A sequence timer -> subscription -> subscription ..., treated as one task that can be preempted
+/// between its segments (paper, Section VI). Times in nanoseconds.
 struct SequenceTask {
   std::string name;
   TaskId id = kNoTask;                 ///< The timer.
@@ -22,13 +22,13 @@ struct SequenceTask {
 /// In priority order, highest first.
 using SequenceTasks = std::vector<SequenceTask>;
 
-/// The sequences of `set` in the order of `policy`; a subscription belongs to the timer upstream. Throws
-/// AnalysisError when the set is not made of sequences: a task feeds two, or a subscription has not exactly
-/// one task upstream.
+/// The sequences of `set` in the order of `policy`; a subscription belongs to the timer upstream.
+/// Throws AnalysisError if the set does not consist of sequences: a task feeds two tasks, or a
+/// subscription does not have exactly one task upstream.
 SequenceTasks sequence_tasks(const TaskSet& set, Policy policy);
 
-/// Throws AnalysisError for an empty set or times out of range; with `arbitrary_deadlines` false also for D >
-/// T.
+/// Throws AnalysisError for an empty set or times out of range; if `arbitrary_deadlines` is false,
+/// also for D > T.
 void check_sequences(const SequenceTasks& tasks, std::string_view method, bool arbitrary_deadlines);
 
 }  // namespace hotpath

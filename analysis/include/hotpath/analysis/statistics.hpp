@@ -12,12 +12,13 @@ namespace hotpath {
 
 inline constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
-/// Quantile of ascending samples by linear interpolation between the two samples around (n - 1) * probability
-/// (Hyndman and Fan 1996, type 7, as NumPy and R). The quantile at 1/2 is the median, at 0 and 1 the
-/// extremes. One sample is all of its quantiles; none have none: NaN. `probability` lies in [0, 1].
+/// Quantile of ascending samples by linear interpolation between the two samples around (n - 1) *
+/// probability (Hyndman and Fan 1996, type 7, the default of NumPy and R). The quantile at 1/2 is
+/// the median, at 0 and 1 the extremes. A single sample equals all of its quantiles; without
+/// samples the result is NaN. `probability` in [0, 1].
 double quantile(std::span<const double> ascending, double probability);
 
-/// A sample's shape, in the unit of the samples; all but `n` are NaN when there are none.
+/// Summary of a sample, in the unit of the samples; without samples all values but `n` are NaN.
 struct Quantiles {
   std::size_t n = 0;
   double min = kNoValue;
@@ -28,27 +29,30 @@ struct Quantiles {
   double max = kNoValue;
   double mean = kNoValue;
 };
+/// Computes the summary; `samples` may be in any order.
 Quantiles quantiles(std::vector<double> samples);
 
+/// A confidence interval.
 struct Interval {
   double low = kNoValue;
   double high = kNoValue;
 };
 
-/// A statistic of all samples and, where there are two repetitions or more, its confidence interval.
+/// A statistic of all samples with its confidence interval, if there are at least two repetitions.
 struct Estimate {
   double value = kNoValue;
   std::optional<Interval> interval;
 };
 
+/// Parameters of a bootstrap.
 struct BootstrapOptions {
   std::uint32_t resamples = 2000;
   double confidence = 0.95;  ///< In (0, 1).
   std::uint64_t seed = 1;    ///< The same seed gives the same intervals, with every standard library.
 };
 
-/// The samples of several repetitions, arranged so that a quantile of any resampled pool costs a binary
-/// search. Repetitions without samples are left out.
+/// The samples of several repetitions, arranged so that a quantile of any resampled pool costs one
+/// binary search. Omits repetitions without samples.
 class RepeatedSamples {
  public:
   explicit RepeatedSamples(std::vector<std::vector<double>> repetitions);
@@ -58,7 +62,8 @@ class RepeatedSamples {
   const std::vector<double>& repetition(std::size_t r) const { return sorted_[r]; }
   /// All samples, ascending.
   const std::vector<double>& pooled() const { return pooled_; }
-  /// Quantile, as quantile(), of the pool that has each sample of repetition r `times[r]` times.
+  /// The quantile(), in the sense of quantile(), of a pool that contains each sample of repetition
+  /// r `times[r]` times.
   double resampled_quantile(std::span<const std::uint32_t> times, double probability) const;
 
  private:
@@ -68,28 +73,28 @@ class RepeatedSamples {
   std::vector<double> pooled_;
   std::vector<std::vector<double>> sorted_;  ///< By repetition.
   std::vector<std::size_t> sizes_;           ///< Samples of each repetition.
-  std::vector<std::uint32_t> ranks_;         ///< Row i: how many of pooled_[0..i] each repetition holds.
+  std::vector<std::uint32_t> ranks_;         ///< Row i: number of samples in pooled_[0..i], by repetition.
 };
 
-/// Quantiles of the pooled samples with bootstrap intervals (Efron's percentile method). Whole repetitions
-/// are resampled, with replacement, and pooled, because the samples of one repetition are not independent.
-/// There is no interval for fewer than two repetitions: one run does not tell how runs differ. With few
-/// repetitions intervals are rather too narrow, and the interval of the maximum never exceeds the largest
-/// sample.
+/// Quantiles of the pooled samples with bootstrap intervals (Efron's percentile method). Whole
+/// repetitions are resampled, with replacement, and pooled, because the samples of one repetition
+/// are not independent. With fewer than two repetitions there is no interval: one run does not show
+/// how runs differ. With few repetitions the intervals tend to be too narrow, and the interval of
+/// the maximum never exceeds the largest sample.
 std::vector<Estimate> estimate_quantiles(const RepeatedSamples& samples,
                                          std::span<const double> probabilities,
                                          const BootstrapOptions& options = {});
 
-/// Quantile of `a` divided by, or minus, that of `b`, both resampled independently of each other. An interval
-/// that leaves out 1, or 0, marks a difference beyond noise.
+/// Quantile of `a` divided by, or minus, the same quantile of `b`; both are resampled
+/// independently. An interval that excludes 1, or 0, indicates a difference beyond noise.
 Estimate ratio_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
                             const BootstrapOptions& options = {});
 Estimate difference_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
                                  const BootstrapOptions& options = {});
 
-/// Cliff's delta: the share of pairs in which the sample of `a` is the smaller one minus the share in which
-/// it is the larger one, in [-1, 1]. The interval is over repetitions of both sides; there is none when
-/// neither side has two repetitions. NaN without samples on one side.
+/// Cliff's delta in [-1, 1]: the share of pairs in which the sample of `a` is smaller, minus the
+/// share in which it is larger. The interval is over repetitions of both sides; there is none if
+/// neither side has two repetitions. NaN if a side has no samples.
 Estimate cliffs_delta(const RepeatedSamples& a, const RepeatedSamples& b,
                       const BootstrapOptions& options = {});
 

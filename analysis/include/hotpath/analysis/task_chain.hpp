@@ -17,17 +17,17 @@ enum class Revisits : std::uint8_t { allowed, forbidden };
 /// repetition.
 TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names, Revisits repetition);
 
-/// Whether positions mean fixed priorities. Under `dynamic` (EDF, FIFO) no order of jobs follows from the
-/// position.
+/// Whether positions represent fixed priorities. Under `dynamic` (EDF, FIFO) the position does not
+/// determine the order of jobs.
 enum class Priorities : std::uint8_t { fixed, dynamic };
 
 /// Throws AnalysisError unless every element of the chain is a task of the set and has a response time bound.
 void check_chain(const PeriodicTasks& tasks, const ResponseTimes& bounds, const TaskChain& chain,
                  std::string_view method);
 
-/// The handover delay x_i * R_i behind element i of a chain: none when tau_i has a higher priority than
-/// tau_i+1 and no release jitter, for then a job of tau_i+1 released no earlier than one of tau_i cannot
-/// start before it (Duerr 2019, theorem 5.4).
+/// The handover delay x_i * R_i after element i of a chain: zero if tau_i has a higher priority
+/// than tau_i+1 and no release jitter, because then a job of tau_i+1 released no earlier than a job
+/// of tau_i cannot start before it (Duerr 2019, theorem 5.4).
 inline std::int64_t handover_delay(const PeriodicTasks& tasks, const ResponseTimes& bounds,
                                    const TaskChain& chain, std::size_t i, Priorities priorities) {
   const bool after =

@@ -10,7 +10,8 @@ namespace hotpath {
 
 class Crew;
 
-/// Response time analysis and end-to-end method, against the default executor's bound (teper_2024).
+/// A pair of response time analysis and end-to-end method, compared with the default executor's
+/// bound (teper_2024).
 enum class WatersMethod : std::uint8_t {
   brueggen_davare,  ///< The paper's: Theorem 1 and Equation (6).
   davis_davare,     ///< Exact NP-FP and Equation (6).
@@ -27,16 +28,17 @@ constexpr auto enum_texts(WatersMethod) {
                                                 {WatersMethod::davis_guenzel, "davis_guenzel"}});
 }
 
+/// Parameters of the WATERS experiment (paper, Section VII-B).
 struct WatersOptions {
   std::uint64_t seed = 1;
   std::vector<double> utilisations = {0.6, 0.8, 0.9};
   std::uint32_t sets = 1000;  ///< Task sets for each utilisation.
   std::vector<WatersMethod> methods = {WatersMethod::brueggen_davare};
-  unsigned threads = 0;  ///< 0: one for each processor. Never changes a result.
+  unsigned threads = 0;  ///< 0: one per processor. Does not affect the result.
 };
 
-/// One chain: bounds in ns, parallel to WatersOptions::methods; -1 where the set is not schedulable by the
-/// method's response time analysis.
+/// Results of one chain: bounds in ns, parallel to WatersOptions::methods; -1 if the set is not
+/// schedulable under the method's response time analysis.
 struct WatersRow {
   std::uint32_t level = 0;  ///< Index into WatersOptions::utilisations.
   std::uint32_t set = 0;
@@ -45,39 +47,41 @@ struct WatersRow {
   std::int64_t default_bound = 0;
   std::array<std::int64_t, kWatersMethods> bound{};  ///< Only the first methods.size() are used.
 
-  /// (E_default - E) / E_default of method number m of the options.
+  /// (E_default - E) / E_default of method `m` of the options.
   double reduction(std::size_t m) const {
     return static_cast<double>(default_bound - bound[m]) / static_cast<double>(default_bound);
   }
   friend bool operator==(const WatersRow&, const WatersRow&) = default;
 };
 
-/// One task set; those that are not schedulable have no rows.
+/// Results of one task set; unschedulable sets have no rows.
 struct WatersSet {
   std::uint32_t level = 0, set = 0;
   std::uint32_t tasks = 0;
   std::uint32_t chains = 0;  ///< Generated, with or without rows.
   bool schedulable_brueggen = false;
-  bool schedulable_davis = false;  ///< Only meaningful when a method uses it.
+  bool schedulable_davis = false;  ///< Only meaningful if a method uses it.
   friend bool operator==(const WatersSet&, const WatersSet&) = default;
 };
 
+/// Results of the experiment, or of a part of it.
 struct WatersResult {
   std::vector<WatersSet> sets;
   std::vector<WatersRow> rows;
   friend bool operator==(const WatersResult&, const WatersResult&) = default;
 };
 
-/// The whole experiment in order of level, set, chain, by the threads of this process.
+/// Runs the whole experiment with the threads of this process; ordered by level, set, chain.
 WatersResult run_waters(const WatersOptions& options);
-/// By a crew, whose threads count. Ranks that do not coordinate get nothing.
+/// Runs the experiment with a crew, whose number of threads applies. Ranks other than the
+/// coordinator get an empty result.
 WatersResult run_waters(const WatersOptions& options, Crew& crew);
 
-/// Joins parts, in whatever order, into the whole.
+/// Joins parts, in any order, into the whole result.
 WatersResult join_waters(const std::vector<WatersResult>& shares);
 
-/// A part as bytes and back, for machines of one architecture. Throws AnalysisError for bytes that are no
-/// share.
+/// Serialises a part and reads it back, for machines of one architecture. Throws AnalysisError if
+/// the bytes are not a part.
 std::string pack_waters(const WatersResult& share);
 WatersResult unpack_waters(const std::string& bytes);
 

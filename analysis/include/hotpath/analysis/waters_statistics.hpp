@@ -12,9 +12,10 @@ struct ClusteredEstimate {
   double value = 0, low = 0, high = 0;
 };
 
-/// Normalised reductions (percent) of one utilisation and method. Chains of one task set are alike, so that
-/// all intervals are clustered by task set: linearised variance for mean and share, Woodruff intervals for
-/// quantiles. All values are NaN without chains, all intervals with fewer than two task sets.
+/// Normalised reductions (percent) of one utilisation and method. Chains of one task set are
+/// similar; therefore all intervals are clustered by task set: linearised variance for mean and
+/// share, Woodruff intervals for quantiles. All values are NaN without chains, and all intervals
+/// with fewer than two task sets.
 struct WatersSummary {
   double utilisation = 0;
   WatersMethod method = WatersMethod::brueggen_davare;
@@ -26,20 +27,21 @@ struct WatersSummary {
   double p1 = 0, p5 = 0, p95 = 0, p99 = 0;
 };
 
-/// One for each utilisation and method, in this order.
+/// One summary per utilisation and method, in this order.
 std::vector<WatersSummary> summarise_waters(const WatersOptions& options, const WatersResult& result);
 
-/// One panel of the figure: equal bins over the panel's own range of reductions (percent).
+/// One panel of the figure: equal bins over the panel's range of reductions (percent).
 struct WatersHistogram {
   double utilisation = 0;
   WatersMethod method = WatersMethod::brueggen_davare;
   double low = 0, width = 0;
   std::vector<std::uint64_t> count;
 };
+/// One histogram per utilisation and method, in this order.
 std::vector<WatersHistogram> waters_histograms(const WatersOptions& options, const WatersResult& result,
                                                std::size_t bins = 200);
 
-/// One line for each chain, summary and bin, with header lines; reductions in percent.
+/// Write one line per chain, summary or bin, with header lines; reductions in percent.
 void write_waters_csv(std::ostream& out, const WatersOptions& options, const WatersResult& result);
 void write_waters_summary_csv(std::ostream& out, const std::vector<WatersSummary>& summaries);
 void write_waters_histogram_csv(std::ostream& out, const std::vector<WatersHistogram>& histograms);

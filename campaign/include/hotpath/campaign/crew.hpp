@@ -13,49 +13,52 @@ namespace hotpath {
 
 class Link;
 
+/// Parameters of a Crew.
 struct CrewOptions {
-  unsigned threads = 0;  ///< Of each rank; 0: one for each processor that it may use.
-  /// A rank from which nothing was heard for so long counts as lost. Ranks report four times as often.
+  unsigned threads = 0;  ///< Threads per rank; 0: one per available processor.
+  /// A rank that is silent for longer counts as lost. Ranks report four times as often.
   std::chrono::milliseconds silence{20'000};
-  /// The clock that silence is measured with.
+  /// The clock for `silence`.
   std::function<std::chrono::steady_clock::time_point()> now = std::chrono::steady_clock::now;
 };
 
-/// Who works on a campaign: the threads of this process and, when it was started by mpirun (or another
-/// launcher of MPI processes, where the build found MPI), those of all ranks. One at a time.
+/// The threads that work on a campaign: those of this process and, if it was started by mpirun (or
+/// another MPI launcher, in builds with MPI), those of all ranks. Only one Crew may exist at a
+/// time.
 ///
-/// Rank 0 coordinates and works as well: ranks ask for cells when they run short, and get the fewer at once
-/// the fewer are left. The cells of a rank that falls silent are handed out again; for others to survive a
-/// rank that dies, the launcher must let them (`mpirun --enable-recovery`). Without rank 0 the others end.
+/// Rank 0 coordinates and also works. Ranks request cells when they run short; the fewer cells
+/// remain, the fewer they get at once. The cells of a silent rank are handed out again. For the
+/// others to survive a rank that dies, the launcher must allow it (`mpirun --enable-recovery`). If
+/// rank 0 dies, the others end.
 class Crew {
  public:
   explicit Crew(const CrewOptions& options);
-  /// Where there was no run(), ranks take leave of each other.
+  /// If run() was not called, tells the other ranks to end.
   ~Crew();
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
 
-  /// Whether this is the rank that gathers. Others have nothing to say after run().
+  /// Whether this rank gathers the results. Other ranks have no results after run().
   [[nodiscard]] bool coordinates() const;
   [[nodiscard]] unsigned ranks() const;
-  [[nodiscard]] unsigned threads() const { return options_.threads; }  ///< Of this rank.
+  [[nodiscard]] unsigned threads() const { return options_.threads; }  ///< Threads of this rank.
   [[nodiscard]] unsigned ranks_on_this_machine() const;
 
-  /// Works until every cell is gathered, or the campaign was stopped; to be called once, by all ranks.
-  /// Returns sentences about ranks that were lost. Throws what a cell of this rank or `gather` threw, and
-  /// CampaignError.
+  /// Works until every cell is gathered or the campaign is stopped; all ranks must call it once.
+  /// Returns messages about lost ranks. Throws the exception of a cell of this rank or of `gather`,
+  /// and CampaignError.
   std::vector<std::string> run(const Campaign& campaign);
 
  private:
   CrewOptions options_;
-  std::unique_ptr<Link> link_;  // none: alone
+  std::unique_ptr<Link> link_;  // nullptr: a single process
   bool ran_ = false;
 };
 
-/// Differs between builds of the running program.
+/// A hash that differs between builds of the running program.
 [[nodiscard]] std::uint64_t build_fingerprint();
 
-/// Mixes bytes into a hash: FNV-1a, the same on every machine.
+/// Adds bytes to an FNV-1a hash; the same on every machine.
 [[nodiscard]] std::uint64_t hash_of(std::string_view bytes, std::uint64_t so_far = 0xcbf29ce484222325);
 
 }  // namespace hotpath

@@ -9,7 +9,7 @@
 
 namespace hotpath {
 
-/// How often each outcome happened to one task, and how many there should be in total.
+/// How often each outcome occurred for one task, and the expected total.
 struct TaskAccount {
   TaskId task = kNoTask;
   std::array<std::uint64_t, 6> count{};  ///< Indexed by Outcome.
@@ -21,9 +21,9 @@ struct TaskAccount {
   [[nodiscard]] bool balanced() const { return accounted() == expected; }
 };
 
-/// The loss equations of a run, one account per task. The expected numbers come from period and phase
-/// (timers) and from the publishers' counts (subscriptions), independently of the subscription's and timer's
-/// own rows.
+/// The loss equations of a run, one account per task. The expected totals come from period and
+/// phase (timers) and from the publishers' counts (subscriptions), independently of the task's own
+/// records.
 std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace);
 
 }  // namespace hotpath

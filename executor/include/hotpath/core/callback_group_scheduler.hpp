@@ -11,15 +11,16 @@
 
 namespace hotpath {
 
-/// EventsCBGExecutor (cm_executors: events_cbg_executor.cpp, FirstInFirstOutScheduler.cpp, timer_manager.hpp;
-/// in rclcpp since Lyrical). Every callback group has a queue of ready events, and the groups that have some
-/// and run nothing stand in a queue of their own. A worker takes the first group out of that queue and runs
-/// its first event; afterwards the group, if it has more, queues up at the end. No two events of a group run
-/// at once, not even of a reentrant one.
+/// EventsCBGExecutor (cm_executors: events_cbg_executor.cpp, FirstInFirstOutScheduler.cpp,
+/// timer_manager.hpp; in rclcpp since Lyrical). Every callback group has a queue of ready events.
+/// Groups that have events and run no job wait in a queue of groups. A worker takes the first group
+/// from that queue and runs the group's first event; a group with more events then joins the end of
+/// the queue. Two events of a group never run at once, even if the group is reentrant.
 ///
-/// A timer that falls due is taken off the timer manager and put into its group's queue; it is called, by
-/// rcl's rule for a late timer, when it starts, and goes back to the timer manager when it has run. A
-/// subscription has one event for each sample that arrived; it takes the oldest that is left, or nothing.
+/// A due timer moves from the timer manager into its group's queue. It is called, by rcl's rule for
+/// a late timer, when its job starts, and returns to the timer manager when the job has finished. A
+/// subscription has one event per arrived sample; the event takes the oldest unread sample, or
+/// nothing.
 class CallbackGroupScheduler final : public Scheduler {
  public:
   /// `workers` in [1, kMaxWorkers - 1] run events; one more manages the timers.
@@ -48,7 +49,7 @@ class CallbackGroupScheduler final : public Scheduler {
     SimpleEventsQueue events{16};
     bool idle = true;  ///< Neither in the queue of ready groups nor running.
   };
-  /// A timer in the timer manager: by next call, then by when it came.
+  /// A timer in the timer manager, ordered by next call, then by order of insertion.
   struct Waiting {
     Time next_call;
     std::uint64_t order;
@@ -57,7 +58,7 @@ class CallbackGroupScheduler final : public Scheduler {
   static bool later(const Waiting& a, const Waiting& b) {
     return a.next_call != b.next_call ? a.next_call > b.next_call : a.order > b.order;
   }
-  /// A queue in which every group stands once at most.
+  /// A queue that contains each group at most once.
   class GroupQueue {
    public:
     explicit GroupQueue(std::size_t groups) : ring_(groups) {}
@@ -78,14 +79,14 @@ class CallbackGroupScheduler final : public Scheduler {
       words.add(static_cast<std::int64_t>(count_));
       for (std::size_t i = 0; i < count_; ++i) words.add(ring_[(head_ + i) % ring_.size()]);
     }
-    /// Returns whether it was there.
+    /// Returns whether the queue contained the group.
     bool erase(std::uint32_t group) {
-      bool found = false;
+      bool erased = false;
       for (std::size_t left = count_; left > 0; --left) {
         const std::uint32_t first = pop();
-        first == group ? static_cast<void>(found = true) : push(first);
+        first == group ? static_cast<void>(erased = true) : push(first);
       }
-      return found;
+      return erased;
     }
 
    private:
@@ -94,9 +95,9 @@ class CallbackGroupScheduler final : public Scheduler {
   };
 
   [[nodiscard]] Worker timer_manager() const { return static_cast<Worker>(roles_.size() - 1); }
-  /// Takes the timer into the timer manager; returns whether it is the first there.
+  /// Inserts the timer into the timer manager; returns whether it has the earliest next call there.
   bool manage(std::uint32_t timer);
-  /// Queues an event of `task`; the returned worker, if any, must be woken for it.
+  /// Queues an event of `task`; returns the worker to wake, if any.
   WorkerSet add_event(TaskId task, Time now);
   WorkerSet queue_group(std::uint32_t group);
   [[nodiscard]] Job take(const Job& event, Time now);
@@ -107,10 +108,10 @@ class CallbackGroupScheduler final : public Scheduler {
   std::vector<Timer> timers_;
   std::vector<std::uint32_t> timer_index_;  // by task
   std::vector<Waiting> waiting_;            // a heap, the next call first
-  std::uint64_t waited_ = 0;                // timers ever put into it
+  std::uint64_t waited_ = 0;                // insertions into waiting_ so far
   std::vector<Group> groups_;
   GroupQueue ready_groups_;
-  WorkerSet idle_;  // nobody has woken them since they found nothing to run
+  WorkerSet idle_;  // found nothing to run and have not been woken since
 };
 
 }  // namespace hotpath

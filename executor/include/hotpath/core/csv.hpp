@@ -18,49 +18,52 @@
 
 namespace hotpath {
 
-/// The longest duration, and the latest instant, that a file may tell: 36 years, so that sums of a few of
-/// them are no overflow.
+/// The longest duration and the latest instant that a file may contain: 36 years, so that sums of a
+/// few values do not overflow.
 inline constexpr Duration kLongest{std::int64_t{1} << 60};
 
+/// Origin of a CSV file, which determines its layout rules.
 enum class CsvLayout : std::uint8_t {
-  written,  ///< By a program: every line is a row, every character counts.
-  by_hand,  ///< Blank lines, and blanks around fields, count for nothing.
+  written,  ///< By a program: every line is a row, and every character counts.
+  by_hand,  ///< Blank lines, and blanks around fields, are ignored.
 };
 
-/// Streams a CSV file row by row: a header that names the columns, then rows of as many fields. Fields are
-/// separated by commas and never quoted; a carriage return at the end of a line is ignored. All that is wrong
-/// with a file is an InputError with its line.
+/// Streams a CSV file row by row: a header with the column names, then rows with as many fields.
+/// Fields are separated by commas and never quoted; a carriage return at the end of a line is
+/// ignored. Every problem of a file is reported as an InputError with the line number.
 class CsvReader {
  public:
   /// Throws InputError for a file that cannot be read.
   explicit CsvReader(const std::filesystem::path& file, CsvLayout layout = CsvLayout::written);
-  /// `in` outlives the reader; `name` is its file's in messages.
+  /// `in` must outlive the reader; `name` is the file name in messages.
   CsvReader(std::istream& in, std::string name, CsvLayout layout = CsvLayout::written);
-  /// For files that may lack their header: a first line that does not begin with the name of the first column
-  /// is a row, and `columns` are the names. `lines_before` of the file have been read from `in`.
+  /// For files that may lack a header: if the first line does not begin with the name of the first
+  /// column, it is a row, and `columns` gives the names. `lines_before` lines of the file have
+  /// already been read from `in`.
   CsvReader(std::istream& in, std::string name, std::vector<std::string> columns, CsvLayout layout,
             std::size_t lines_before = 0);
   ~CsvReader();
   CsvReader(const CsvReader&) = delete;
   CsvReader& operator=(const CsvReader&) = delete;
 
-  /// Names of the columns; none in an empty file.
+  /// Column names; empty for an empty file.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
   void require_header(std::string_view expected) const;
   [[nodiscard]] std::optional<std::size_t> find_column(std::string_view name) const;
-  /// The same for a column without which the file has no meaning. Throws InputError.
+  /// Index of a required column. Throws InputError if it is missing.
   [[nodiscard]] std::size_t column(std::string_view name) const;
 
-  /// Goes to the next row. False at the end of the file.
+  /// Advances to the next row; false at the end of the file.
   [[nodiscard]] bool next();
-  /// Line of the row, or of the header before the first one; counts from 1.
+  /// Line number of the row, or of the header before the first row; counts from 1.
   [[nodiscard]] std::size_t line() const { return lines_.line(); }
 
   /// A field of the row; valid until the next call of next().
   [[nodiscard]] std::string_view text(std::size_t column) const { return fields_[column]; }
   [[nodiscard]] std::string_view text(std::string_view name) const { return text(column(name)); }
 
-  /// The same as a decimal number: all of the field, and in the range of the type.
+  /// A field as a decimal number. The whole field must be a number within the range of the type;
+  /// throws InputError otherwise.
   template <class Number>
   [[nodiscard]] Number number(std::size_t column) const {
     Number value{};
@@ -76,7 +79,7 @@ class CsvReader {
     return number<Number>(column(name));
   }
 
-  /// A field of nanoseconds, at most kLongest in size.
+  /// A field in nanoseconds with a magnitude of at most kLongest. Throws InputError.
   [[nodiscard]] Duration nanoseconds(std::size_t column) const;
 
   /// Throws InputError for the current line.

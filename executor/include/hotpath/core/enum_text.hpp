@@ -9,20 +9,21 @@
 
 namespace hotpath {
 
-/// A value of an enumeration and the word for it, in files, on the command line and in results alike.
+/// An enumeration value and its word, the same in files, on the command line and in results.
 template <class Enum>
 struct EnumText {
   Enum value;
   const char* text;
 };
 
-/// An enumeration with words: beside it is a function `enum_texts(Enum)` that returns an array of EnumText
-/// for all of its values, in the order in which they are listed to the user.
+/// An enumeration with words: a function `enum_texts(Enum)` beside it returns an array of EnumText
+/// for all values, in the order in which they are listed to the user.
 template <class Enum>
 concept EnumWithTexts = requires(Enum e) {
   enum_texts(e).front().text;
 };
 
+/// The word of a value; "?" for a value outside of the enumeration.
 template <EnumWithTexts Enum>
 [[nodiscard]] constexpr const char* to_string(Enum value) {
   constexpr auto texts = enum_texts(Enum{});
@@ -32,7 +33,7 @@ template <EnumWithTexts Enum>
   return "?";
 }
 
-/// The value of a word; nothing for any other text.
+/// The value of a word; std::nullopt for any other text.
 template <EnumWithTexts Enum>
 [[nodiscard]] constexpr std::optional<Enum> parse(std::string_view text) {
   constexpr auto texts = enum_texts(Enum{});

@@ -9,20 +9,22 @@
 
 namespace hotpath {
 
-/// Released jobs that have not started (rclcpp experimental/executors/events_executor/events_queue.hpp).
+/// Released jobs that have not started (rclcpp
+/// experimental/executors/events_executor/events_queue.hpp).
 class EventsQueue {
  public:
   virtual ~EventsQueue() = default;
   virtual void push(const Job& job) = 0;
   /// Removes the job that runs next. The queue must not be empty.
   [[nodiscard]] virtual Job pop() = 0;
-  /// Removes the first job, in the order in which they would run, that `may_run`; none: there is none. O(n).
+  /// Removes the first job, in execution order, for which `may_run` is true; std::nullopt if there
+  /// is none. O(n).
   [[nodiscard]] virtual std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) = 0;
   [[nodiscard]] virtual bool empty() const = 0;
   [[nodiscard]] virtual std::size_t size() const = 0;
   /// Removes the jobs of a task and visits them, in no particular order.
   virtual void erase(TaskId task, const std::function<void(const Job&)>& erased) = 0;
-  /// Jobs that come from now on are ordered by this set; those in the queue stay where they are.
+  /// Orders jobs pushed from now on by this set; queued jobs keep their place.
   virtual void tasks_changed(const TaskSet& set) { static_cast<void>(set); }
   /// Visits all jobs, in no particular order.
   virtual void for_each(const std::function<void(const Job&)>& visit) const = 0;

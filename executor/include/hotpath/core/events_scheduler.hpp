@@ -11,14 +11,15 @@
 
 namespace hotpath {
 
-/// What the events executors share: an events queue served by the executor workers, edge-triggered by
-/// arriving samples, one event each. A subscription's event takes the oldest unread sample when it runs, or
-/// finds none. One executor worker (rclcpp's, the paper's) takes the head of the queue; of several each takes
-/// the first event whose callback group is reentrant, or in which no other of them runs a job.
+/// The common part of the events executors: an events queue served by the executor workers,
+/// edge-triggered with one event per arriving sample. A subscription's event takes the oldest
+/// unread sample when it runs, or finds none. A single executor worker (rclcpp's, the paper's)
+/// takes the head of the queue. With several, each takes the first event whose callback group is
+/// reentrant or has no running job.
 class EventsScheduler : public Scheduler {
  public:
   static constexpr Worker kExecutor = 0;
-  static constexpr Worker kTimerManagement = 1;  ///< With one executor worker; else after the last of them.
+  static constexpr Worker kTimerManagement = 1;  ///< With one executor worker; see timer_management().
 
   [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
   void begin(Time epoch) final;
@@ -42,7 +43,7 @@ class EventsScheduler : public Scheduler {
   [[nodiscard]] WorkerSet executors() const;
   /// An executor worker's decision.
   Decision next_event();
-  /// The events queue, and what a derived class has beside it.
+  /// Visits the events queue and any further queue of a derived class.
   virtual void for_each_queue(const std::function<void(EventsQueue&)>& visit) { visit(*events_); }
 
   std::unique_ptr<EventsQueue> events_;
@@ -54,7 +55,7 @@ class EventsScheduler : public Scheduler {
   std::vector<WorkerRole> roles_;
   TaskSet set_;
   UnreadSamples unread_;
-  std::vector<bool> busy_;  // callback groups, with several executor workers
+  std::vector<bool> busy_;  // by callback group; used with several executor workers
 };
 
 }  // namespace hotpath

@@ -13,23 +13,24 @@ namespace hotpath {
 /// One job of the real ROS 2 stack.
 struct GoldenJob {
   TaskId task = kNoTask;
-  std::uint64_t count = 0;  ///< Jobs of the task before it.
+  std::uint64_t count = 0;  ///< Earlier jobs of the task.
   Time start{}, finish{};
-  Time next_call{};  ///< The timer's next call as read at the start of the job.
+  Time next_call{};  ///< The timer's next call, read at the start of the job.
   Worker worker = 0;
 };
 
-/// A golden trace: what the real ROS 2 stack did with a set of timers, job by job
-/// (reference_system/ros2_reference/traces*/SET.EXECUTOR.csv). A line for each timer,
-/// `# TASK period_ns N wcet_ns N first_release_ns N`, then one for each job,
-/// `TASK,COUNT,START,FINISH,NEXT_CALL` in nanoseconds since the epoch of the run; or, after a header that
-/// names a column `thread`, with the worker in place of the next call, which then follows from rcl's rule.
+/// A golden trace: the jobs of a set of timers under the real ROS 2 stack
+/// (reference_system/ros2_reference/traces*/SET.EXECUTOR.csv). The file has a line for each timer,
+/// `# TASK period_ns N wcet_ns N first_release_ns N`, then a line for each job,
+/// `TASK,COUNT,START,FINISH,NEXT_CALL` in nanoseconds since the epoch of the run. If a header names
+/// a column `thread`, each row has the worker in place of the next call, which then follows from
+/// rcl's rule.
 struct GoldenTrace {
-  TaskSet set;                  ///< Each timer in a callback group of its own.
-  std::vector<GoldenJob> jobs;  ///< By start.
+  TaskSet set;                  ///< Each timer has its own callback group.
+  std::vector<GoldenJob> jobs;  ///< Sorted by start.
 };
 
-/// Whether a file's first line is that of a golden trace.
+/// Whether this is the first line of a golden trace.
 [[nodiscard]] bool is_golden_trace(std::string_view first_line);
 
 /// Throws InputError.

@@ -7,9 +7,9 @@
 
 namespace hotpath {
 
-/// What a user can correct in a file: `FILE:LINE: what is wrong; what would be right`.
+/// A problem of an input file that the user can correct: `FILE:LINE: problem; remedy`.
 struct InputError : std::runtime_error {
-  /// `line` counts from 1; 0 means the file as a whole and is left out.
+  /// `line` counts from 1; 0 means the whole file, and the message then has no line number.
   InputError(const std::string& file, std::int64_t line, const std::string& problem,
              const std::string& remedy)
       : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + problem + "; " +

@@ -9,21 +9,23 @@
 
 namespace hotpath {
 
-/// Opens a file that a user names. Only a regular one: a device may have no end, and a FIFO no writer. Throws
-/// InputError; `remedy` says what to give instead.
+/// Opens a file that the user named. Accepts only regular files: a device may never end, and a FIFO
+/// may have no writer. Throws InputError; `remedy` tells the user which file to give instead.
 [[nodiscard]] std::ifstream open_input(const std::filesystem::path& file, const std::string& remedy);
 
-/// The lines of a file, none of more than 4 MiB: a file without line breaks takes no more memory than that.
+/// Reads a file line by line. Lines are limited to 4 MiB, which bounds the memory for a file
+/// without line breaks.
 class LineReader {
  public:
-  /// `in` outlives the reader; `file` is its name in messages, and `lines_before` have been read from it.
+  /// `in` must outlive the reader; `file` is the name in messages; `lines_before` lines have
+  /// already been read from it.
   LineReader(std::istream& in, std::string file, std::size_t lines_before = 0);
 
-  /// Goes to the next line; false at the end. Throws InputError for a line that is too long, and where the
-  /// file cannot be read further.
+  /// Advances to the next line; false at the end. Throws InputError if the line is too long or
+  /// reading fails.
   bool next();
 
-  /// Without its end, `\n` or `\r\n`; valid until the next call of next().
+  /// The line without its end, `\n` or `\r\n`; valid until the next call of next().
   [[nodiscard]] std::string_view text() const { return text_; }
   [[nodiscard]] std::size_t line() const { return line_; }  ///< Counts from 1.
   [[nodiscard]] const std::string& file() const { return file_; }

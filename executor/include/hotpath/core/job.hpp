@@ -6,14 +6,14 @@
 
 namespace hotpath {
 
-/// Names one job of one task.
+/// Identifies one job of one task.
 struct JobRef {
   TaskId task = kNoTask;
   std::uint64_t sequence = 0;
   friend bool operator==(const JobRef&, const JobRef&) = default;
 };
 
-/// What a scheduler needs to know of an arriving sample.
+/// The facts about an arriving sample that a scheduler needs.
 struct SampleInfo {
   Time published{};        ///< Instant of the publication.
   Time deadline = kNever;  ///< Absolute deadline of the job that published it.
@@ -26,11 +26,11 @@ struct Job {
   /// Timers: index of the timestamp (0 is the first). Subscriptions: index of the sample at this reader.
   std::uint64_t sequence = 0;
   Time timestamp{};           ///< Nominal release instant (timer) or publication instant (subscription).
-  Time release{};             ///< When it entered the ready queue (events) or the wait set's snapshot.
-  Time deadline = kNever;     ///< Absolute; a subscription's job inherits that of the job that published.
+  Time release{};             ///< When the job entered the ready queue (events) or the wait set's snapshot.
+  Time deadline = kNever;     ///< Absolute; a subscription's job inherits the deadline of the publishing job.
   JobRef parent;              ///< Subscriptions: the publishing job.
-  std::uint32_t skipped = 0;  ///< Timers: timestamps that follow this one for which no job is ever released.
-  bool empty = false;         ///< Subscriptions: the event's sample is gone and there is nothing to take.
+  std::uint32_t skipped = 0;  ///< Timers: timestamps after this one for which no job is ever released.
+  bool empty = false;         ///< Subscriptions: no sample is left for this event.
 
   [[nodiscard]] JobRef ref() const { return {task, sequence}; }
 };
@@ -38,12 +38,12 @@ struct Job {
 /// Whether it is a timer's job; a subscription's has the job that published.
 [[nodiscard]] inline bool is_of_timer(const Job& job) { return job.parent.task == kNoTask; }
 
-/// What became of a job or timestamp; the column `outcome` of jobs.csv.
+/// The fate of a job or timestamp; the column `outcome` of jobs.csv.
 enum class Outcome : std::uint8_t {
   ran,
   skipped,      ///< Timestamp of a timer for which no job is ever released (rcl's rule for a late timer).
   overwritten,  ///< Sample replaced in the reader's history before it was taken.
-  queued,       ///< Released, or unread, but not started when the run ended or its task was removed.
+  queued,       ///< Released, or unread, but not started when the run ended or the task was removed.
   running,      ///< Started but not finished when the run ended.
   empty,        ///< Event whose sample had been overwritten or taken: nothing ran.
 };

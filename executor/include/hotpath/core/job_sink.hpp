@@ -9,7 +9,7 @@
 
 namespace hotpath {
 
-/// Receives what becomes of every job while a simulation runs.
+/// Receives the record of every job while a simulation runs.
 class JobSink {
  public:
   virtual ~JobSink() = default;
@@ -17,14 +17,14 @@ class JobSink {
   /// A job starts: `finish` and `outcome` are not set yet. Not called for empty events.
   virtual void started(const JobRecord& record) { static_cast<void>(record); }
 
-  /// The record is complete. Called at the instant at which that is so: `ran` at the finish, `overwritten` at
-  /// the delivery of the newer sample, `empty` when the event finds nothing, `queued` and `running` at the
-  /// end of the run.
+  /// The record is complete. Called as soon as the outcome is known: `ran` at the finish,
+  /// `overwritten` at the delivery of the newer sample, `empty` when the event finds no sample,
+  /// `queued` and `running` at the end of the run.
   virtual void ended(const JobRecord& record) = 0;
 };
 
-/// Collects the records of a simulation into a trace, ordered by start; jobs that never start are where
-/// their fate was settled.
+/// Collects the records of a simulation into a trace, ordered by start. A job that never starts is
+/// placed at the instant that decided its outcome.
 class TraceRecorder final : public JobSink {
  public:
   explicit TraceRecorder(Trace& trace) : trace_(trace) {}
@@ -33,7 +33,7 @@ class TraceRecorder final : public JobSink {
 
  private:
   Trace& trace_;
-  std::vector<std::size_t> open_;  // per worker: place of its running job
+  std::vector<std::size_t> open_;  // by worker: index of the running job's record
 };
 
 }  // namespace hotpath

@@ -7,8 +7,8 @@
 
 namespace hotpath {
 
-/// The paper's priority-based events queue (Section IV): a binary heap over the priority order, O(log n) a
-/// push and a pop, unbounded. Serves as events queue and as timer ready queue.
+/// The paper's priority-based events queue (Section IV): an unbounded binary heap over the priority
+/// order, O(log n) per push and pop. Serves both as the events queue and as the timer ready queue.
 class PriorityEventsQueue final : public EventsQueue {
  public:
   explicit PriorityEventsQueue(PriorityOrder order) : order_(std::move(order)) {

@@ -8,6 +8,7 @@
 
 namespace hotpath {
 
+/// The order of released jobs.
 enum class Policy : std::uint8_t {
   fifo,  ///< Order of activation (the stock events queue).
   rm,    ///< Rate monotonic: smaller period first.
@@ -16,16 +17,16 @@ enum class Policy : std::uint8_t {
   edf,   ///< Earliest absolute deadline first.
 };
 
-/// Where a subscription's priority comes from.
+/// The source of a subscription's priority.
 enum class SubscriptionRule : std::uint8_t {
-  inherit,  ///< Fixed priority: the highest of the timers upstream; EDF: the publishing job's absolute
-            ///< deadline (paper, Section VII-C).
+  inherit,  ///< Fixed priority: the highest of the timers upstream; EDF: the absolute deadline of the
+            ///< publishing job (paper, Section VII-C).
   first,    ///< Ahead of every timer (the authors' published artifact).
 };
 
 /// Order at equal priority.
 enum class Ties : std::uint8_t {
-  lifo,  ///< Subscriptions before timers, the most recently activated first; timers by task, then timestamp.
+  lifo,  ///< Subscriptions before timers, most recently activated first; timers by task, then timestamp.
   fifo,  ///< By activation.
 };
 
@@ -56,10 +57,11 @@ class PriorityOrder {
  public:
   PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule rule, Ties ties);
 
-  /// Tasks have come or gone, and with them levels that subscriptions inherit.
+  /// Recomputes the levels after tasks have joined or left.
   void update(const TaskSet& set);
 
-  /// `activation` counts releases and arrivals of the whole scheduler. Policy `fifo` orders by it alone.
+  /// `activation` counts the scheduler's releases and arrivals. Policy `fifo` orders by
+  /// `activation` alone.
   [[nodiscard]] PriorityKey key(const Job& job, std::uint64_t activation) const;
 
   /// Whether subscriptions are ordered by the deadlines of the jobs that published.
@@ -67,7 +69,8 @@ class PriorityOrder {
     return policy_ == Policy::edf && rule_ == SubscriptionRule::inherit;
   }
 
-  /// Fixed policies: the number that `key` compares first. Under `rm` it is the (inherited) period in ns.
+  /// Fixed policies: the number that `key` compares first. Under `rm` it is the (inherited) period
+  /// in ns.
   [[nodiscard]] std::int64_t level(TaskId task) const { return level_[task]; }
 
  private:
@@ -79,13 +82,14 @@ class PriorityOrder {
   std::vector<bool> always_due_;
 };
 
-/// Fixed-priority level of every task: timers their own under `policy` (period, relative deadline or given
-/// priority), subscriptions a given priority of their own (`fp` only) or the highest (smallest) level among
-/// the timers upstream along `Task::feeds`. A subscription that no timer reaches gets the largest value.
+/// Fixed-priority level of every task. A timer has its own level under `policy`: period, relative
+/// deadline or given priority. A subscription has its given priority (`fp` only) or else the
+/// highest (smallest) level among the timers upstream along `Task::feeds`. A subscription without a
+/// timer upstream gets the largest value.
 std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy);
 
-/// By task: the timer from which a subscription inherits its level, kNoTask where there is none. A timer has
-/// itself.
+/// By task: the timer from which a subscription inherits its level, kNoTask if there is none. A
+/// timer maps to itself.
 std::vector<TaskId> most_urgent_timers(const TaskSet& set, Policy policy);
 
 }  // namespace hotpath

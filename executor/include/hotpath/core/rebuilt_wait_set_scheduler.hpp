@@ -10,19 +10,20 @@
 namespace hotpath {
 
 /// rclcpp's MultiThreadedExecutor from 28 on (Jazzy; executor.cpp, wait_result.hpp,
-/// executor_entities_collection.cpp, multi_threaded_executor.cpp). The wait set outlives the wait. The end of
-/// a job of a mutually exclusive group triggers a guard condition; the wait that it ends has the wait set
-/// rebuilt before the next one: groups that are busy then leave it, groups that have become free are appended
-/// to it, so that the order in it changes all the time. That is why nobody starves here who starves under
-/// rclcpp 26.
+/// executor_entities_collection.cpp, multi_threaded_executor.cpp). The wait set outlives the wait.
+/// When a job of a mutually exclusive group ends, it triggers a guard condition, which ends the
+/// wait and makes the executor rebuild the wait set before the next wait. The rebuild removes
+/// groups that are busy then and appends groups that have become free, so the order in the wait set
+/// keeps changing. That prevents the starvation that occurs under rclcpp 26.
 ///
-/// Between two rebuilds the wait set has tasks whose group is busy. Of the snapshot, a blocked timer stays in
-/// it and a blocked subscription is gone until the next poll. A worker that finds blocked tasks alone polls
-/// again at once, and again, until something changes; here it sleeps until then.
+/// Between two rebuilds the wait set contains tasks whose group is busy. A blocked timer stays in
+/// the snapshot; a blocked subscription leaves it until the next poll. An rclcpp worker that finds
+/// only blocked tasks polls again and again until something changes; here it sleeps until then.
 class RebuiltWaitSetScheduler final : public WaitSet {
  public:
-  /// `workers` in [1, kMaxWorkers]. What is appended to the wait set together comes in reverse order of
-  /// creation: the hash maps from which rclcpp takes it begin with what was inserted last.
+  /// `workers` in [1, kMaxWorkers]. Tasks that are appended to the wait set together appear in
+  /// reverse order of creation: rclcpp takes them from hash maps that iterate from the last
+  /// insertion.
   RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers, const std::vector<TaskId>& entity_order = {});
 
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
@@ -37,9 +38,9 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   void rebuild();
   void rebuild(std::vector<TaskId>& waited, const std::vector<TaskId>& all);
 
-  std::vector<TaskId> waited_timers_, waited_subscriptions_;  // the wait set, in its order
+  std::vector<TaskId> waited_timers_, waited_subscriptions_;  // in the order of the wait set
   std::vector<bool> is_waited_for_;                           // by task
-  bool interrupted_ = false;                                  // the guard condition is triggered
+  bool interrupted_ = false;                                  // whether the guard condition is triggered
   bool needs_rebuild_ = false;
   WaitMutex wait_mutex_;
 };

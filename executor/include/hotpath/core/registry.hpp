@@ -12,25 +12,27 @@
 
 namespace hotpath {
 
+/// Options of an executor's scheduler; each applies to the executors named in its comment.
 struct SchedulerOptions {
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;
-  /// Multi-threaded: number of workers, not above most_threads(); 0 takes rclcpp's default, max(2,
+  /// Multi-threaded: number of workers, at most most_threads(); 0 selects rclcpp's default, max(2,
   /// processors).
   unsigned workers = 0;
-  /// Wait sets: all tasks in the order in which those of one kind are scanned, for `multi-jazzy` at the
-  /// start; empty: that of creation. With rclcpp it follows addresses in memory (Humble's maps of weak
-  /// pointers, Jazzy's hash maps).
+  /// Wait sets: all tasks in the order in which tasks of one kind are scanned (for `multi-jazzy`:
+  /// at the start). Empty: order of creation. In rclcpp the order follows memory addresses
+  /// (Humble's maps of weak pointers, Jazzy's hash maps).
   std::vector<TaskId> entity_order = {};
-  /// Release-only: executor workers, in [1, kMaxWorkers - 1]; rclcpp and the paper have one.
+  /// Release-only: number of executor workers, in [1, kMaxWorkers - 1]; rclcpp and the paper use
+  /// one.
   unsigned release_only_workers = 1;
 };
 
-/// Which design of rclcpp an executor follows.
+/// The design that an executor follows.
 enum class Family : std::uint8_t {
   wait_set,         ///< Level-triggered: polls a wait set (SingleThreaded-, Static-, MultiThreadedExecutor).
   events,           ///< Edge-triggered: a FIFO events queue (rclcpp's experimental EventsExecutor).
-  priority_events,  ///< The paper's: priority events queue, timers released all together.
+  priority_events,  ///< The paper's: priority events queue; all due timers are released together.
   callback_groups,  ///< A queue of ready callback groups (EventsCBGExecutor).
 };
 constexpr auto enum_texts(Family) {
@@ -42,10 +44,11 @@ constexpr auto enum_texts(Family) {
 
 /// How an executor serves timers.
 enum class TimerHandling : std::uint8_t {
-  polled,               ///< The executor thread finds them ready in its wait set.
-  release_only,         ///< The timer management thread releases them into the events queue.
-  release_and_execute,  ///< The timer management thread runs them itself.
-  marked_ready,  ///< The timer management thread marks them ready, the executor thread calls them and skips.
+  polled,               ///< The executor thread finds due timers in its wait set.
+  release_only,         ///< The timer management thread releases timers into the events queue.
+  release_and_execute,  ///< The timer management thread runs the timers itself.
+  marked_ready,  ///< The timer management thread marks timers ready; the executor thread calls them and skips
+                 ///< late timestamps.
 };
 constexpr auto enum_texts(TimerHandling) {
   return std::to_array<EnumText<TimerHandling>>({{TimerHandling::polled, "polled"},
@@ -54,18 +57,18 @@ constexpr auto enum_texts(TimerHandling) {
                                                  {TimerHandling::marked_ready, "marked_ready"}});
 }
 
-/// What an executor costs on the reference machine with the real ROS 2 stack
+/// Costs of an executor on the reference machine with the real ROS 2 stack
 /// (reference_system/ros2_reference).
 struct ReferenceCosts {
-  unsigned cores;            ///< Processors that its threads had.
-  Duration dispatch;         ///< End of a job to the start of the next one of the same snapshot, median.
-  Duration wake_up;          ///< A timer's instant to the start of its job when nothing ran, median.
-  Duration wait;             ///< Wait sets: end of a job to the start of the next by a new wait, beyond
-                             ///< `dispatch` and what the entities cost.
+  unsigned cores;     ///< Processors available to the executor's threads.
+  Duration dispatch;  ///< Median, end of a job to the start of the next one of the same snapshot.
+  Duration wake_up;   ///< Median, due instant of a timer to the start of its job on an idle executor.
+  Duration wait;  ///< Wait sets: end of a job to the start of the next one after a new wait, less `dispatch`
+                  ///< and the cost of the entities.
   Duration wait_per_entity;  ///< Wait sets.
 };
 
-/// Releases of ROS 2 from the oldest that is supported on; each has one major version of rclcpp.
+/// ROS 2 releases, from the oldest supported one on; each has one major version of rclcpp.
 enum class RosDistro : std::uint8_t { humble, iron, jazzy, kilted, lyrical, rolling };
 constexpr auto enum_texts(RosDistro) {
   return std::to_array<EnumText<RosDistro>>({{RosDistro::humble, "humble"},
@@ -76,54 +79,57 @@ constexpr auto enum_texts(RosDistro) {
                                              {RosDistro::rolling, "rolling"}});
 }
 
-/// The releases in which an executor can run on rclcpp, both included.
+/// The range of releases, both ends included, in which an executor can run on rclcpp.
 struct RosDistros {
   RosDistro first = RosDistro::humble;
   RosDistro last = RosDistro::rolling;
   [[nodiscard]] constexpr bool has(RosDistro distro) const { return first <= distro && distro <= last; }
 };
 
-/// What an executor is, for code that treats executors differently; nothing asks for it by their names. No
-/// member has a default: a new executor states all of them.
+/// The traits by which code distinguishes executors; no code looks at an executor's name. No member
+/// has a default: a new executor states all of them.
 struct ExecutorTraits {
   Family family;
   TimerHandling timers;
-  std::optional<Policy> policy;        ///< Order of the events queue; none for wait sets.
+  std::optional<Policy> policy;        ///< Order of the events queue; std::nullopt for wait sets.
   std::optional<TaskKind> runs_first;  ///< Wait sets: the kind of ready task that runs first.
-  bool many_workers;                   ///< Takes a number of threads (`multi:4`).
-  bool raises_timer_thread;  ///< Live by default at SCHED_FIFO 90, simulated above the executor worker.
-  bool compared_by_paper;    ///< One of the paper's comparison (Section VII).
-  std::optional<RosDistros> on_rclcpp;  ///< `--stack rclcpp`, rclcpp's own or hotpath_rclcpp's; none: never.
+  bool many_workers;                   ///< Accepts a number of threads (`multi:4`).
+  bool raises_timer_thread;  ///< Raises the timer thread by default: live to SCHED_FIFO 90, simulated above
+                             ///< the executor worker.
+  bool compared_by_paper;    ///< Part of the paper's comparison (Section VII).
+  std::optional<RosDistros> on_rclcpp;  ///< Releases with `--stack rclcpp`, as rclcpp's own executor or
+                                        ///< hotpath_rclcpp's; std::nullopt: never.
   ReferenceCosts reference;
-  std::string_view colour;  ///< In every figure, `#RRGGBB`; families share a hue.
+  std::string_view colour;  ///< Colour in every figure, `#RRGGBB`; families share a hue.
 
-  /// The worker (of Scheduler::workers()) that runs timers' jobs.
+  /// The worker (index into Scheduler::workers()) that runs the timers' jobs.
   [[nodiscard]] constexpr Worker timer_worker() const {
     return timers == TimerHandling::release_and_execute ? 1 : 0;
   }
 };
 
-/// One executor that a user can name.
+/// An executor that a user can select by name.
 struct ExecutorEntry {
-  std::string_view name;         ///< As on the command line and in the column `executor`.
+  std::string_view name;         ///< The name on the command line and in the column `executor`.
   std::string_view class_name;   ///< rclcpp's name of the executor class.
   std::string_view description;  ///< One line.
   ExecutorTraits traits;
   std::unique_ptr<Scheduler> (*make)(const TaskSet&, const SchedulerOptions&);
 };
 
-/// The executor to which comparisons refer: rclcpp's own default.
+/// The baseline of comparisons: rclcpp's own default.
 inline constexpr std::string_view kBaselineExecutor = "default";
 
-/// All executors, in the order in which they are listed. A new one is one row here.
+/// All executors, in listing order.
 [[nodiscard]] std::span<const ExecutorEntry> executors();
 
-/// The most threads that an executor with many workers can be given.
+/// The largest number of threads for an executor with many workers.
 [[nodiscard]] constexpr unsigned most_threads(const ExecutorTraits& traits) {
   return kMaxWorkers - (traits.timers == TimerHandling::polled ? 0 : 1);
 }
 
-/// Workers of the executor's scheduler (Scheduler::workers()): for code that must know before there is one.
+/// Number of workers of the executor's scheduler (Scheduler::workers()), known before the scheduler
+/// exists.
 [[nodiscard]] std::uint32_t worker_count(const ExecutorEntry& entry, const SchedulerOptions& options);
 
 /// nullptr for an unknown name.

@@ -9,8 +9,8 @@ namespace hotpath {
 /// jobs.
 class ReleaseOnlyScheduler final : public EventsScheduler {
  public:
-  /// one_by_one: one timer per call and one wake-up each (stock, timers_manager.cpp); all_due: all timers
-  /// that are due under one lock with one wake-up (the paper's).
+  /// one_by_one: one timer and one wake-up per call (stock, timers_manager.cpp); all_due: all due
+  /// timers under one lock with one wake-up (the paper's).
   enum class Release : std::uint8_t { one_by_one, all_due };
   ReleaseOnlyScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, Release release,
                        unsigned executors = 1)

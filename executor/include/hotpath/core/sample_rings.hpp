@@ -10,8 +10,8 @@
 
 namespace hotpath {
 
-/// A ring of samples for each subscription of a task set, as large as its history depth (KEEP_LAST). All
-/// memory is taken when a task is added.
+/// A ring of samples per subscription of a task set, sized by its history depth (KEEP_LAST). Memory
+/// is allocated only when a task is added.
 template <class Sample>
 class SampleRings {
  public:
@@ -32,7 +32,7 @@ class SampleRings {
   [[nodiscard]] bool is_subscription(TaskId task) const { return rings_[task].depth > 0; }
   [[nodiscard]] std::uint32_t count(TaskId task) const { return rings_[task].count; }
 
-  /// Returns the oldest sample if this one took its place.
+  /// Returns the oldest sample if the ring was full and this sample replaced it.
   [[nodiscard]] std::optional<Sample> push(TaskId task, Sample sample) {
     Ring& r = rings_[task];
     assert(r.depth > 0 && "not a subscription");
@@ -59,7 +59,7 @@ class SampleRings {
     return slots_[place(rings_[task], i)];
   }
 
-  /// Removes and returns all samples, among empty ones.
+  /// Empties all rings; returns their samples mixed with empty ones.
   [[nodiscard]] std::vector<Sample> clear() {
     for (Ring& r : rings_) r.head = r.count = 0;
     return std::exchange(slots_, std::vector<Sample>(slots_.size()));

@@ -11,29 +11,31 @@
 
 namespace hotpath {
 
-/// What must hold of the records of one run, whatever executor it had, live or simulated. Records come one
-/// after another, those that started in the order of their starts. Memory is needed for tasks and workers,
-/// and for records that come in another order than their sequences, not for the records themselves.
+/// Checks invariants that hold for the records of every run, under any executor, live or simulated.
+/// Records are passed one at a time; the records of started jobs come in the order of their starts.
+/// Memory grows with the number of tasks and workers and with records that arrive out of sequence,
+/// not with the number of records.
 class ScheduleCheck {
  public:
-  /// `set` has the phases of the run and outlives the check. No job starts at or after `end`; in a live run
-  /// it may have been brought forward between a decision and the start of its job, which is `running` then.
+  /// `set` has the phases of the run and must outlive the check. No job starts at or after `end`.
+  /// In a live run `end` may have been brought forward between a decision and the start of its job;
+  /// that job is `running`.
   ScheduleCheck(const TaskSet& set, Time epoch, Time end, bool live);
 
-  /// What is wrong with the next record, a whole sentence's worth; empty: nothing.
+  /// The problem of the next record, as a complete message; empty if there is none.
   [[nodiscard]] std::string add(const JobRecord& r);
 
-  /// After the last record: what got lost, where `expected` is, by task, the number of its timestamps or
-  /// samples (TaskAccount::expected). Empty: nothing.
+  /// To be called after the last record: reports lost jobs; empty if there are none. `expected` is,
+  /// by task, the number of timestamps or samples (TaskAccount::expected).
   [[nodiscard]] std::string lost(const std::vector<std::uint64_t>& expected) const;
 
  private:
   struct TaskState {
-    std::uint64_t accounted = 0;  ///< All sequences below it have had their record.
-    /// Above it, those that have had theirs: from the first to beyond the last.
+    std::uint64_t accounted = 0;  ///< All lower sequences have a record.
+    /// Higher sequences with a record, as ranges: first to one past the last.
     std::map<std::uint64_t, std::uint64_t> later{};
-    std::uint64_t next_start = 0;        ///< The least sequence that may start.
-    std::map<TaskId, Time> published{};  ///< By publishing task: timestamp of the last sample that started.
+    std::uint64_t next_start = 0;        ///< The smallest sequence that may start.
+    std::map<TaskId, Time> published{};  ///< By publishing task: timestamp of the last started sample.
   };
 
   std::string account(const JobRecord& r);

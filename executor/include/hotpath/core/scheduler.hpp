@@ -16,7 +16,7 @@ namespace hotpath {
 class Timer;
 class UnreadSamples;
 
-/// What a call to a scheduler causes outside of it.
+/// The consequences of a scheduler call for the driver.
 struct Effect {
   WorkerSet wake;              ///< Workers that must ask for a decision again.
   std::uint32_t released = 0;  ///< Timers released by this call; each costs delta (paper, Section V-B).
@@ -25,7 +25,7 @@ struct Effect {
 /// Answer to an arriving sample.
 struct Arrival {
   WorkerSet wake;
-  std::optional<Job> overwritten;  ///< The unread sample that this one replaced in the reader's history.
+  std::optional<Job> overwritten;  ///< The unread sample that the new one replaced in the reader's history.
 };
 
 /// Answer to a joining task.
@@ -37,17 +37,17 @@ struct Joined {
 /// One scheduling decision.
 struct Decision {
   std::optional<Job> job;  ///< The job that this worker runs next.
-  Time wake_at = kNever;   ///< No job: sleep until then or until woken.
+  Time wake_at = kNever;   ///< Without a job: sleep until this instant or until woken.
   WorkerSet wake;          ///< Other workers that must ask for a decision.
-  /// Tasks in the wait set that this decision built and scanned; 0: it came from a snapshot or a queue, or
-  /// from the wait in which the worker slept.
+  /// Number of tasks in the wait set that this decision built and scanned; 0 if the job came from a
+  /// snapshot, a queue, or the wait in which the worker slept.
   std::uint32_t waited_for = 0;
 };
 
-/// Decides which job runs next and owns the queues. A plain state machine: no thread, no clock, no lock; the
-/// driver (live executor or simulator) serialises the calls and passes `now`, which never decreases.
-/// No call allocates once begin() has returned, except where a queue outgrows its largest size so far, and
-/// where tasks come and go.
+/// Decides which job runs next and owns the queues. A plain state machine without thread, clock or
+/// lock: the driver (live executor or simulator) serialises the calls and passes `now`, which never
+/// decreases. After begin() no call allocates, except when a queue exceeds its largest size so far
+/// and when tasks join or leave.
 class Scheduler {
  public:
   virtual ~Scheduler() = default;
@@ -58,15 +58,15 @@ class Scheduler {
   /// Sets every timer's first timestamp to `epoch` plus its phase. Called once, before any other call.
   virtual void begin(Time epoch) = 0;
 
-  /// Releases due timers into a queue. Nothing to do for wait sets and for stock release-and-execute, and for
-  /// any worker that is not the releaser. The stock events executor releases one timer per call, the paper's
-  /// all that are due.
+  /// Releases due timers into a queue: the stock events executor one timer per call, the paper's
+  /// all due timers. Has no effect for wait sets, for stock release-and-execute, and for any worker
+  /// other than the releaser.
   virtual Effect release_timers(Worker worker, Time now) = 0;
 
   /// A sample became available to the subscription `task`.
   virtual Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) = 0;
 
-  /// What `worker` does next. A subscription's job takes the oldest unread sample.
+  /// Decides the next step of `worker`. A subscription's job takes the oldest unread sample.
   virtual Decision decide(Worker worker, Time now) = 0;
 
   /// `worker` is done with `job`.
@@ -75,23 +75,23 @@ class Scheduler {
   /// Unread samples of a subscription (level-triggered readiness; drivers check their own count against it).
   [[nodiscard]] virtual std::uint32_t unread(TaskId task) const = 0;
 
-  /// Visits what was due or unread at the end `now` of a run and not started: `queued` jobs, and the
-  /// timestamps that a call at `now` would skip.
+  /// Visits what was due or unread, but not started, at the end `now` of a run: `queued` jobs, and
+  /// the timestamps that a call at `now` would skip.
   using Visitor = std::function<void(const Job&, Outcome)>;
   virtual void unfinished(Time now, const Visitor& visit) const = 0;
 
-  /// A task joins the schedule, after begin(). Its id is the number of tasks so far, removed ones included. A
-  /// timer's first timestamp is `now` plus its phase; one that is not local is never released, but hands its
-  /// priority down (events schedulers only).
+  /// Adds a task after begin(). Its id is the number of tasks so far, including removed ones. A
+  /// timer's first timestamp is `now` plus its phase. A timer that is not local is never released,
+  /// but passes its priority on (events schedulers only).
   virtual Joined add_task(const JoiningTask& joining, Time now) = 0;
 
-  /// A task leaves: no job of it starts any more and no sample may arrive for it; one that runs still ends
-  /// with finished(). Visits what was released, due or unread, as unfinished() does. Time grows with the
-  /// number of tasks and of queued jobs.
+  /// Removes a task: none of its jobs starts any more, and no sample may arrive for it; a running
+  /// job still ends with finished(). Visits jobs that were released, due or unread, as unfinished()
+  /// does. Takes time proportional to the number of tasks and of queued jobs.
   virtual void remove_task(TaskId task, Time now, const Visitor& dropped) = 0;
 
-  /// The given priority of a task, or whom it feeds, is another: jobs that are released from now on are
-  /// ordered by that. Nothing happens where the order does not follow from it.
+  /// Changes the given priority of a task and the tasks that it feeds: jobs released from now on
+  /// are ordered accordingly. Has no effect if the scheduler's order does not depend on them.
   virtual void change_task(TaskId task, const std::optional<std::int64_t>& priority,
                            const std::vector<TaskId>& feeds);
 
@@ -111,17 +111,19 @@ class Scheduler {
  protected:
   static void visit_due(const Timer& timer, Time now, const Visitor& visit);
   static void visit_unread(const UnreadSamples& unread, TaskId task, const Visitor& visit);
-  /// What all schedulers have in common there: timers that are due, and unread samples.
+  /// The common part of unfinished(): due timers and unread samples.
   static void visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
                                const Visitor& visit);
   static Time next_timestamp(std::span<const Timer> timers, Time now);
 };
 
-/// One turn of a worker: release, then decide. Every driver advances a worker by this function and no other.
+/// One turn of a worker: release, then decide. Every driver advances a worker only through
+/// take_turn().
 struct Turn {
   Decision decision;
   std::uint32_t released = 0;
 };
+/// Calls release_timers() and decide(); the result's `wake` includes both but not `worker` itself.
 Turn take_turn(Scheduler& scheduler, Worker worker, Time now);
 
 }  // namespace hotpath

@@ -10,7 +10,7 @@ namespace hotpath {
 /// First in, first out: the stock events executor's queue (rclcpp simple_events_queue.hpp), unbounded.
 class SimpleEventsQueue final : public EventsQueue {
  public:
-  /// `capacity`: a power of two; jobs before the first allocation.
+  /// `capacity`: number of jobs before the first allocation; a power of two.
   explicit SimpleEventsQueue(std::size_t capacity = 64) : ring_(capacity) {}
   void push(const Job& job) override;
   Job pop() override;

@@ -11,53 +11,56 @@
 
 namespace hotpath {
 
+/// Parameters of a simulation.
 struct SimulationOptions {
   Platform platform;
   Duration duration = std::chrono::seconds(10);  ///< > 0; the run is [0, duration).
-  /// In [0, duration): when executors begin to spin. Timers run from 0 on, as those of nodes that were
+  /// In [0, duration): when the executors begin to spin. Timers run from 0 on, like timers of nodes
   /// created before.
   Duration start{};
-  /// Released jobs that may wait for their start before the system counts as overloaded; the simulation then
-  /// stops with a SimulationError.
+  /// Limit of released jobs waiting to start; beyond it the system counts as overloaded, and the
+  /// simulation stops with a SimulationError.
   std::uint64_t max_backlog = 1'000'000;
 };
 
-/// What remains of a simulation without a sink.
+/// The result of a simulation without a sink.
 struct SimulationSummary {
-  std::uint64_t jobs = 0;                ///< Jobs that ran to their end.
-  std::vector<std::uint64_t> published;  ///< As Trace::published.
+  std::uint64_t jobs = 0;                ///< Jobs that finished.
+  std::vector<std::uint64_t> published;  ///< See Trace::published.
   Time end{};
 };
 
-/// Options or a task set that cannot be simulated, or a backlog beyond the limit; the message says what is
-/// wrong and what would be right.
+/// Options or a task set cannot be simulated, or the backlog exceeds the limit. The message states
+/// the problem and the remedy.
 struct SimulationError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Drives `scheduler`, made for `set` and not begun, through virtual time from 0 on, with the calls that a
-/// live executor makes (take_turn, sample_arrived, finished) and decides nothing itself. Memory does not grow
-/// with the duration. Same input, same result.
+/// Drives `scheduler`, created for `set` and not yet begun, through virtual time from 0 on. It
+/// makes the calls of a live executor (take_turn, sample_arrived, finished) and decides nothing
+/// itself. Memory does not grow with the duration. The same input gives the same result.
 ///
-/// At one instant: first running jobs finish and publish, then delayed samples arrive, then sleeping workers
-/// wake, then workers take turns, in rounds in the order of their priorities. With a raised releaser a timer
-/// that is due is therefore released before a decision of the executor worker at the same instant.
+/// Order of events at one instant: running jobs finish and publish, delayed samples arrive,
+/// sleeping workers wake, then workers take turns, in rounds by priority. With a raised releaser a
+/// due timer is therefore released before the executor worker decides at the same instant.
 ///
-/// At the end, samples still on their way arrive, and what has not started is recorded as `queued`.
+/// At the end, samples in transit arrive, and jobs that have not started are recorded as `queued`.
 /// Throws SimulationError, also for a duration so long that instants would overflow.
 SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& workload,
                            const SimulationOptions& options, JobSink* sink = nullptr);
 
 /// One of several executors of a simulation.
 struct SimulatedExecutor {
-  Scheduler* scheduler = nullptr;  ///< Made for the whole task set, of which its tasks are local, or a part.
+  Scheduler* scheduler = nullptr;  ///< Created for the whole task set, in which only its own tasks are local,
+                                   ///< or for a part of it.
   std::vector<SimulatedThread> threads;  ///< By worker.
-  std::uint32_t other_entities = 0;      ///< In its waits, beside its tasks; see Platform.
-  std::vector<TaskId> tasks = {};        ///< Of a scheduler for a TaskPart: its tasks.
+  std::uint32_t other_entities = 0;      ///< Entities in its waits besides its tasks; see Platform.
+  std::vector<TaskId> tasks = {};        ///< For a scheduler of a TaskPart: its tasks.
 };
 
-/// The same with several executors on one machine, of which `executor_of` says, by task, which one serves it.
-/// Their workers are numbered through. Platform::raised_releaser is of no effect: `threads` have priorities.
+/// Simulates several executors on one machine; `executor_of` maps each task to its executor.
+/// Workers are numbered consecutively across executors. Platform::raised_releaser has no effect,
+/// because `threads` gives the priorities.
 SimulationSummary simulate(const TaskSet& set, std::span<const SimulatedExecutor> executors,
                            const std::vector<std::uint32_t>& executor_of, Workload& workload,
                            const SimulationOptions& options, JobSink* sink = nullptr);
@@ -66,8 +69,9 @@ SimulationSummary simulate(const TaskSet& set, std::span<const SimulatedExecutor
 Trace simulate_trace(const TaskSet& set, const ExecutorEntry& executor, const SchedulerOptions& scheduling,
                      Workload& workload, const SimulationOptions& options);
 
-/// Executor utilisation of a task set in the worst case: the sum of WCET / period over the timers, plus, for
-/// every subscription, its WCET times the rate at which `published` samples reached it within `elapsed`.
+/// Worst-case executor utilisation of a task set: the sum of WCET / period over the timers, plus,
+/// for every subscription, its WCET times the rate at which `published` samples reached it within
+/// `elapsed`.
 double utilisation(const TaskSet& set, const std::vector<std::uint64_t>& published, Duration elapsed);
 
 }  // namespace hotpath

@@ -5,9 +5,10 @@
 
 namespace hotpath {
 
-/// rclcpp 26.0.0 StaticSingleThreadedExecutor (static_single_threaded_executor.cpp): each wait is followed by
-/// all executables that it found ready, subscriptions first, then timers, which must be ready again when
-/// their turn comes; each in entity order. Callback groups are ignored.
+/// rclcpp 26.0.0 StaticSingleThreadedExecutor (static_single_threaded_executor.cpp): after each
+/// wait it runs all executables that the wait found ready. Subscriptions run first, then timers,
+/// each kind in entity order; a timer must still be ready when its turn comes. Callback groups are
+/// ignored.
 class StaticScheduler final : public WaitSet {
  public:
   explicit StaticScheduler(const TaskSet& set, const std::vector<TaskId>& entity_order = {})
@@ -24,7 +25,7 @@ class StaticScheduler final : public WaitSet {
   WorkerSet joined(TaskId) override { return WorkerSet::of(0); }
   std::optional<Job> next_ready(Time now);
 
-  bool sleeps_ = false;  // in rcl_wait
+  bool sleeps_ = false;  // whether the worker sleeps in rcl_wait
 };
 
 }  // namespace hotpath

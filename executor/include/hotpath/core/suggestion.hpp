@@ -8,11 +8,12 @@
 
 namespace hotpath {
 
-/// The candidate that is most like a misspelt `word` (letter case aside); nothing if none is alike.
+/// The candidate most similar to a misspelt `word`, ignoring case; std::nullopt if none is similar.
 [[nodiscard]] std::optional<std::string> nearest(std::string_view word,
                                                  std::span<const std::string> candidates);
 
-/// "did you mean `X`?" with the nearest candidate, else "known are: ..." with all of them.
+/// "did you mean `X`?" with the nearest candidate, otherwise "choose one of: ..." with all
+/// candidates.
 [[nodiscard]] std::string suggest(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace hotpath

@@ -12,7 +12,7 @@
 
 namespace hotpath {
 
-/// Index of a task in its TaskSet. The order of indices is the order of creation, which wait sets follow.
+/// Index of a task in its TaskSet. Indices follow the order of creation, which wait sets use.
 using TaskId = std::uint32_t;
 inline constexpr TaskId kNoTask = std::numeric_limits<TaskId>::max();
 
@@ -34,10 +34,10 @@ constexpr auto enum_texts(CallbackGroup) {
 struct Task {
   std::string name;  ///< `Node` (timer) or `Node/topic` (subscription); unique in its set.
   TaskKind kind = TaskKind::timer;
-  Duration period{};  ///< Timers: distance of two timestamps, > 0. Subscriptions: 0.
-  /// Timers of period 0 in rcl: due again at once when its job has ended, so that at most one is pending.
-  /// Last in every order but that of given priorities, since it takes all the time there is. Events
-  /// schedulers.
+  Duration period{};  ///< Timers: time between two timestamps, > 0. Subscriptions: 0.
+  /// A timer of period 0 in rcl: due again as soon as its job has ended, so at most one job is
+  /// pending. It is last in every order except given priorities, because it would use all the time.
+  /// Events schedulers only.
   bool always_due = false;
   Duration phase{};                      ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
   Duration wcet{};                       ///< Worst-case execution time, >= 0.
@@ -46,8 +46,8 @@ struct Task {
   std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.
-  bool local = true;  ///< Runs in this process. Others are known only for the priorities that they hand down.
-  std::vector<TaskId> feeds;  ///< Subscriptions that a publication of this task's jobs activates.
+  bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
+  std::vector<TaskId> feeds;  ///< Subscriptions activated by the publications of this task's jobs.
 };
 
 /// Tasks in creation order with their callback groups.
@@ -59,29 +59,30 @@ struct TaskSet {
   [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
 };
 
-/// Some tasks of a set as a set of its own, for a scheduler that serves no others: of many such schedulers
-/// each needs memory for its own tasks alone.
+/// A subset of a task set, for a scheduler that serves only these tasks: each of many such
+/// schedulers needs memory for its own tasks only.
 struct TaskPart {
   TaskSet set;
-  std::vector<TaskId> tasks;  ///< By number in `set`: the number in the whole set.
+  std::vector<TaskId> tasks;  ///< By id in `set`: the id in the whole set.
 };
 
-/// The part of `whole` with the tasks `ids`, which ascend. `urgent` is empty, or says by task of `whole`
-/// which timer's priority it inherits: timers that are not in the part come behind all others, not local, and
-/// have no number in TaskPart::tasks.
+/// The part of `whole` with the tasks `ids`, in ascending order. `urgent` is empty, or gives for
+/// each task of `whole` the timer whose priority it inherits. Timers needed for that but not in
+/// `ids` follow all other tasks, are not local, and have no entry in TaskPart::tasks.
 [[nodiscard]] TaskPart part_of(const TaskSet& whole, const std::vector<TaskId>& ids,
                                const std::vector<TaskId>& urgent = {});
 
 /// A task that joins a set.
 struct JoiningTask {
-  Task task;                   ///< Its `group` may be one past the last of the set, which makes a new group
-  CallbackGroup new_group{};   ///< of this kind. Whom it feeds must be in the set.
-  std::vector<TaskId> fed_by;  ///< Tasks whose publications activate it.
+  Task task;  ///< Its `group` may be one past the last group of the set, which adds a group of kind
+              ///< `new_group`. The tasks in `feeds` must be in the set.
+  CallbackGroup new_group{};
+  std::vector<TaskId> fed_by;  ///< Tasks whose publications activate this one.
 };
 
-/// Adds the task; its id is the number of tasks before.
+/// Adds the task; its id is the previous number of tasks.
 TaskId join(TaskSet& set, const JoiningTask& joining);
-/// The task keeps its id, but is no longer local and has no part in the graph.
+/// Removes the task from the graph: it keeps its id but is no longer local and has no edges.
 void leave(TaskSet& set, TaskId id);
 
 }  // namespace hotpath

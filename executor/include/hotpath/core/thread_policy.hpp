@@ -14,11 +14,11 @@ namespace hotpath {
 struct ThreadPolicy {
   enum class Class : std::uint8_t { other, batch, idle, fifo, rr, deadline };
   Class scheduling_class = Class::other;
-  int priority = 0;  ///< Without real time: the nice value.
+  int priority = 0;  ///< Real-time priority; for other, batch and idle the nice value.
   /// SCHED_DEADLINE: 1024 ns <= runtime <= deadline <= period.
   Duration runtime{}, deadline{}, period{};
 
-  /// Below all real-time policies.
+  /// Whether the policy ranks below all real-time policies.
   [[nodiscard]] constexpr bool ordinary() const {
     return scheduling_class != Class::fifo && scheduling_class != Class::rr &&
            scheduling_class != Class::deadline;
@@ -37,11 +37,12 @@ constexpr auto enum_texts(ThreadPolicy::Class) {
 
 inline constexpr int kHighestPriority = 99;
 
-/// The least runtime that Linux grants under SCHED_DEADLINE.
+/// The smallest runtime that Linux accepts for SCHED_DEADLINE.
 inline constexpr Duration kLeastRuntime{1024};
 
-/// What a timer management thread has that is raised above executor threads of this policy: SCHED_FIFO 90, or
-/// more where those have that. At kHighestPriority, and under SCHED_DEADLINE, nothing is above them.
+/// The policy of a timer management thread raised above executor threads of policy `executor`:
+/// SCHED_FIFO 90, or one above `executor` if that is higher. Nothing ranks above kHighestPriority
+/// or SCHED_DEADLINE.
 [[nodiscard]] constexpr ThreadPolicy raised_above(const ThreadPolicy& executor) {
   const int above = executor.ordinary() ? 0 : executor.priority + 1;
   return {ThreadPolicy::Class::fifo, std::min(kHighestPriority, std::max(90, above))};
@@ -49,9 +50,9 @@ inline constexpr Duration kLeastRuntime{1024};
 
 /// `other`, `other:-5`, `fifo:80`, `deadline:2.5/10/10` (runtime, deadline and period in ms).
 [[nodiscard]] std::string to_string(const ThreadPolicy& policy);
-/// Throws std::invalid_argument that says what would be right.
+/// Throws std::invalid_argument with the valid forms.
 [[nodiscard]] ThreadPolicy parse_thread_policy(const std::string& text);
-/// Of SCHED_DEADLINE; throws as well.
+/// Checks the budget of a SCHED_DEADLINE policy; throws std::invalid_argument.
 void check_budget(const ThreadPolicy& policy);
 
 }  // namespace hotpath

@@ -18,7 +18,7 @@ constexpr double to_ms(Duration d) { return static_cast<double>(d.count()) / 1e6
 
 constexpr double to_us(Duration d) { return static_cast<double>(d.count()) / 1e3; }
 
-/// Nearest nanosecond to `ms` milliseconds.
+/// `ms` milliseconds, rounded to the nearest nanosecond.
 constexpr Duration from_ms(double ms) {
   return Duration(static_cast<std::int64_t>(ms * 1e6 + (ms < 0 ? -0.5 : 0.5)));
 }

@@ -5,7 +5,7 @@
 
 namespace hotpath {
 
-/// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling). The only place that has it.
+/// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling); no other code repeats it.
 class Timer {
  public:
   Timer() = default;
@@ -20,14 +20,15 @@ class Timer {
   [[nodiscard]] Time next_call() const { return next_call_; }
   [[nodiscard]] bool is_ready(Time now) const { return next_call_ <= now; }
 
-  /// The job of the next timestamp, and the step to the timestamp after it: one period on, and if that is not
-  /// strictly after `now`, on by whole periods until it is. The timestamps passed over are skipped.
+  /// Returns the job of the next timestamp and advances to the following timestamp: by one period,
+  /// and, if that is not strictly after `now`, by further whole periods until it is. The timestamps
+  /// passed over are skipped.
   Job call(Time now);
 
-  /// Its job has ended; always due timers only.
+  /// The job of an always-due timer has ended.
   void ended(Time now) { next_call_ = now; }
 
-  /// Never ready again.
+  /// The timer is never ready again.
   void cancel() { next_call_ = kNever; }
 
   /// The first timestamp after `now` that has not been called.

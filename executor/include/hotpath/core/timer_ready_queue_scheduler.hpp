@@ -5,8 +5,9 @@
 
 namespace hotpath {
 
-/// The paper's release-and-execute (Section IV): due timers move into a prioritised timer ready queue, which
-/// is filled again before every decision; its head runs. The executor worker runs subscriptions.
+/// The paper's release-and-execute (Section IV): due timers move into a prioritised timer ready
+/// queue, which is refilled before every decision; its head runs. The executor worker runs
+/// subscriptions.
 class TimerReadyQueueScheduler final : public EventsScheduler {
  public:
   TimerReadyQueueScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events,

@@ -15,7 +15,7 @@ class TimersManager {
 
   /// The timer's first timestamp is `epoch` plus its phase. O(n log n).
   void add(TaskId id, const Task& task, Time epoch);
-  /// Returns the timer as it was. O(n log n).
+  /// Returns the removed timer. O(n log n).
   Timer remove(TaskId id);
 
   /// Next call of the head timer, kNever without timers.
@@ -28,7 +28,7 @@ class TimersManager {
   /// Calls the head timer, which must be due, and restores the heap. O(log n).
   Job call_head(Time now);
 
-  /// Those that were removed are never ready.
+  /// Removed timers are included, but never ready.
   [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }
 
  private:

@@ -8,20 +8,20 @@
 
 namespace hotpath {
 
-/// One job of a run. Which instants are set follows from the outcome: `ran` has all, `running` no finish,
-/// `empty` start equal to finish, `queued` and `overwritten` neither.
+/// The record of one job. The outcome determines which instants are set: `ran` both, `running` only
+/// the start, `empty` both and equal, `queued` and `overwritten` neither.
 struct JobRecord {
-  Job job;  ///< job.skipped counts further timestamps, each a row `skipped` of jobs.csv.
+  Job job;  ///< `job.skipped` counts further timestamps, each a row `skipped` of jobs.csv.
   Time start{};
   Time finish{};
   Duration cpu_time{-1};  ///< CPU time of the thread over the job; -1: not measured.
   Outcome outcome = Outcome::ran;
-  std::uint16_t worker = 0;  ///< Unique in the run, over all its executors.
+  std::uint16_t worker = 0;  ///< Unique in the run, across all its executors.
   std::uint16_t process = 0;
   std::int16_t cpu = -1;  ///< Processor on which the job finished; -1: unknown.
 };
 
-/// Whether its callback began.
+/// Whether the callback started.
 [[nodiscard]] inline bool started(const JobRecord& r) {
   return r.outcome == Outcome::ran || r.outcome == Outcome::running;
 }
@@ -30,24 +30,24 @@ struct JobRecord {
 struct ChainRecord {
   std::uint32_t chain = 0;     ///< Index into the graph's chains.
   std::uint64_t sequence = 0;  ///< Sequence of the sink's job.
-  std::uint32_t dropped =
-      0;  ///< Samples lost on the way, as counted in the message (upstream's `hot path drops`).
-  Duration
-      hot_path_latency{};  ///< Start of the sink's job minus the latest start of a source job in its data.
-  Duration end_to_end_latency{
-      -1};  ///< Finish of the sink's job minus the oldest source timestamp; -1: unknown.
+  /// Samples lost on the way, as counted in the message (upstream's `hot path drops`).
+  std::uint32_t dropped = 0;
+  /// Start of the sink's job minus the latest start of a source job in its data.
+  Duration hot_path_latency{};
+  /// Finish of the sink's job minus the oldest source timestamp; -1: unknown.
+  Duration end_to_end_latency{-1};
 };
 
-/// All that one run of one executor recorded, live or simulated.
+/// Everything recorded in one run of one executor, live or simulated.
 struct Trace {
   std::string executor;
   std::uint32_t repetition = 0;
   Time epoch{};
-  Time end{};  ///< No job starts at or after it.
+  Time end{};  ///< No job starts at or after this instant.
   std::vector<JobRecord> jobs;
   std::vector<ChainRecord> chains;
   std::vector<std::uint64_t> published;  ///< Per subscription: samples published for it. Timers: 0.
-  std::uint64_t lost_records = 0;        ///< Records for which the buffers had no room.
+  std::uint64_t lost_records = 0;        ///< Records lost because the buffers were full.
 };
 
 }  // namespace hotpath

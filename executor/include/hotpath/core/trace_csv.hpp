@@ -16,40 +16,43 @@ namespace hotpath {
 extern const std::string kJobsCsvHeader;
 extern const std::string kChainsCsvHeader;
 
-/// Appends one row for every job, and one for each skipped timestamp. Instants are nanoseconds since the
-/// epoch of the run; a field that does not apply is empty. Stream errors are the caller's to check.
+/// Appends one row per job and one per skipped timestamp. Instants are nanoseconds since the epoch
+/// of the run; a field that does not apply is empty. The caller checks the stream for errors.
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace);
+/// Appends one row per chain record; an unknown end-to-end latency is empty. The caller checks the
+/// stream for errors.
 void write_chains_csv(std::ostream& out, const std::vector<std::string>& chain_names, const Trace& trace);
 
-/// Reads jobs.csv back: one trace per (executor, repetition), in order of appearance. Instants are relative
-/// to an epoch of zero; `published`, `end` and `chains` are not in this file and stay empty. Throws
-/// InputError, also for a task that `set` does not have.
+/// Reads jobs.csv back: one trace per (executor, repetition), in order of appearance. Instants are
+/// relative to an epoch of zero; `published`, `end` and `chains` are not in the file and stay
+/// empty. Throws InputError, also for a task that is not in `set`.
 [[nodiscard]] std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set,
                                                const std::string& file_name);
 
-/// A row of jobs.csv: `skipped` rows stand for themselves. Valid until the next one is read.
+/// A row of jobs.csv; rows `skipped` are separate. Valid until the next row is read.
 struct JobRow {
   std::string_view executor;
   std::uint32_t repetition = 0;
   const JobRecord& record;
   std::size_t line = 0;
 };
-/// The same row by row, in memory that does not grow with the file. Throws InputError.
+/// Reads jobs.csv row by row, in memory that does not grow with the file. Throws InputError.
 void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_name,
                   const std::function<void(const JobRow&)>& use);
 
-/// The same job by job, as a Trace has them: rows `skipped` are counted in their job.
+/// Reads jobs.csv job by job, like a Trace: rows `skipped` are counted in their job. Throws
+/// InputError.
 void for_each_record(std::istream& in, const TaskSet& set, const std::string& file_name,
                      const std::function<void(const JobRow&)>& use);
 
-/// A jobs.csv with the tasks that it tells of, in order of appearance.
+/// The contents of a jobs.csv and the tasks that occur in it, in order of appearance.
 struct JobsCsv {
-  /// Names and kinds; of timers also the period, as two timestamps of one run tell it (0 where there is only
-  /// one), and the relative deadline (0 where none is recorded).
+  /// Names and kinds; for timers also the period, derived from two timestamps of one run (0 if
+  /// there is only one), and the relative deadline (0 if none is recorded).
   TaskSet set;
   std::vector<Trace> traces;
 };
-/// The same without the graph that ran. Throws InputError.
+/// Reads jobs.csv without the graph of the run. Throws InputError.
 [[nodiscard]] JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name);
 
 /// A row of chains.csv.
@@ -60,7 +63,8 @@ struct ChainRow {
   std::size_t line = 0;  ///< In the file; counts from 1.
   ChainRecord record;    ///< `chain` counts the names in order of appearance; `dropped` is not in this file.
 };
-/// All rows in the file's order; the second in memory that does not grow with the file. Throw InputError.
+/// Read all rows in file order; the second in memory that does not grow with the file. Throw
+/// InputError.
 [[nodiscard]] std::vector<ChainRow> read_chains_csv(std::istream& in, const std::string& file_name);
 void for_each_chain(std::istream& in, const std::string& file_name,
                     const std::function<void(const ChainRow&)>& use);

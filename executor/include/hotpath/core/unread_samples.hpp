@@ -9,8 +9,8 @@
 
 namespace hotpath {
 
-/// Unread samples of every subscription, as jobs without a release, each bounded by the subscription's
-/// history depth.
+/// Unread samples of every subscription, as jobs that have no release yet. Each subscription keeps
+/// at most its history depth.
 class UnreadSamples {
  public:
   explicit UnreadSamples(const TaskSet& set) : samples_(set), arrived_(set.size(), 0) {}
@@ -25,7 +25,7 @@ class UnreadSamples {
 
   struct Added {
     Job job;
-    std::optional<Job> overwritten;  ///< The sample that this one replaced when the history was full.
+    std::optional<Job> overwritten;  ///< The sample that the new one replaced because the history was full.
   };
   [[nodiscard]] Added add(TaskId task, const SampleInfo& sample);
 

@@ -7,12 +7,12 @@
 
 namespace hotpath {
 
-/// Whether the text is valid UTF-8: whole sequences, none longer than needed, no surrogates.
+/// Whether the text is valid UTF-8: complete sequences, no overlong encoding, no surrogates.
 [[nodiscard]] bool is_utf8(std::string_view text);
 
-/// Any bytes as UTF-8 of at most `most` bytes (at least 3) on one line, as a terminal or a log can show them.
-/// What is no UTF-8, a control character, or turns the direction of the text or ends its line becomes `\xHH`;
-/// what is too long ends in `...`.
+/// Converts any bytes to one line of UTF-8 of at most `most` bytes (at least 3) that is safe for
+/// terminals and logs. Invalid bytes, control characters, and characters that change the text
+/// direction or end the line become `\xHH`; longer text ends in `...`.
 [[nodiscard]] std::string printable(std::string_view text, std::size_t most = std::string_view::npos);
 
 }  // namespace hotpath

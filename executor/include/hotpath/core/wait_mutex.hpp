@@ -7,11 +7,12 @@
 
 namespace hotpath {
 
-/// The mutex under which the workers of rclcpp's MultiThreadedExecutor look for work and wait for it
-/// (multi_threaded_executor.cpp): of the idle workers one sleeps in rcl_wait, the others queue for the mutex.
+/// The mutex under which the workers of rclcpp's MultiThreadedExecutor look for work and wait for
+/// it (multi_threaded_executor.cpp): one idle worker sleeps in rcl_wait, the others queue for the
+/// mutex.
 class WaitMutex {
  public:
-  /// `worker` looks for work. Returns whether it is the one that slept in rcl_wait.
+  /// `worker` looks for work. Returns whether this worker slept in rcl_wait.
   bool enter(Worker worker) {
     idle_.erase(worker);
     if (waiting_ != worker) return false;
@@ -19,12 +20,13 @@ class WaitMutex {
     return true;
   }
 
-  /// Whom a worker that found a job lets in: it runs what is left of the snapshot, or waits in its place.
+  /// The worker that gets the mutex after a worker has found a job: it runs the rest of the
+  /// snapshot or waits in its place.
   [[nodiscard]] WorkerSet next() const {
     return waiting_ || idle_.empty() ? WorkerSet{} : WorkerSet::of(idle_.first());
   }
 
-  /// `worker` found nothing. Returns whether it sleeps in rcl_wait.
+  /// `worker` found no job. Returns whether it sleeps in rcl_wait.
   bool wait(Worker worker) {
     idle_.insert(worker);
     if (waiting_) return false;

@@ -11,9 +11,9 @@
 
 namespace hotpath {
 
-/// What rclcpp's executors that poll a wait set have in common: the timers and subscriptions of this process
-/// in entity order, and the snapshot of those that the last poll found ready and that have not run since, in
-/// the order in which they run.
+/// The common part of rclcpp's executors that poll a wait set: the timers and subscriptions of this
+/// process in entity order, and the snapshot: the tasks that the last poll found ready and that
+/// have not run since, in execution order.
 class WaitSet : public Scheduler {
  public:
   [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
@@ -29,24 +29,24 @@ class WaitSet : public Scheduler {
   [[nodiscard]] Time next_change(Time now) const final { return next_timestamp(timers_, now); }
 
  protected:
-  /// The task is in entity order, behind all others. Returns whom to wake.
+  /// The task has been appended to the entity order. Returns the workers to wake.
   virtual WorkerSet joined(TaskId task) = 0;
-  /// The task is not in entity order any more.
+  /// The task has been removed from the entity order.
   virtual void left(TaskId task) { static_cast<void>(task); }
 
-  /// What happens to a task of the snapshot when a worker looks for its next job.
+  /// What to do with a task of the snapshot when a worker looks for its next job.
   enum class Pick : std::uint8_t {
     run,
-    leave,   ///< Look at the next one; this one stays in the snapshot.
-    forget,  ///< Look at the next one; this one waits for the next poll.
+    leave,   ///< Continue with the next task; this one stays in the snapshot.
+    forget,  ///< Continue with the next task; this one waits for the next poll.
   };
 
-  /// A snapshot's tasks of kind `runs_first` run before those of the other kind, each kind in
-  /// `entity_order`, as in SchedulerOptions.
+  /// In a snapshot, tasks of kind `runs_first` run before tasks of the other kind, each kind in
+  /// `entity_order` (see SchedulerOptions).
   WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order);
 
-  /// Adds the ready tasks of which `eligible(TaskId)` is true to the snapshot, behind what it has. Returns
-  /// the number of tasks in the wait set.
+  /// Appends the ready tasks for which `eligible(TaskId)` is true to the snapshot. Returns the
+  /// number of tasks in the wait set.
   template <class Eligible>
   std::uint32_t poll(Time now, Eligible&& eligible) {
     if (runs_first_ == TaskKind::timer) poll_timers(now, eligible);
@@ -57,21 +57,22 @@ class WaitSet : public Scheduler {
     return static_cast<std::uint32_t>(timer_ids_.size() + subscription_ids_.size());
   }
 
-  /// Adds `task` alone, if it is ready.
+  /// Adds only `task`, if it is ready.
   void poll_task(TaskId task, Time now) {
     if (is_ready(task, now)) snapshot_.add(task, now);
   }
 
   void forget_snapshot() { snapshot_.clear(); }
 
-  /// The job of the first task of the snapshot for which `pick(TaskId)` says `run`: the timer is called, the
-  /// subscription's oldest sample is taken, and a mutually exclusive group is busy until free_group().
+  /// The job of the first task in the snapshot for which `pick(TaskId)` returns `run`: the timer is
+  /// called or the subscription's oldest sample is taken. A mutually exclusive group is then busy
+  /// until free_group().
   template <class Decide>
   std::optional<Job> take(Time now, Decide&& pick) {
     const TaskId id = snapshot_.take_first(pick);
     if (id == kNoTask) return std::nullopt;
     Job job = set_.tasks[id].kind == TaskKind::timer ? timer(id).call(now) : unread_.take(id);
-    // A sample overwritten since the poll gave its place in the snapshot to a younger one.
+    // If a sample was overwritten since the poll, a younger sample has its place in the snapshot.
     job.release = std::max(snapshot_.added_at(id), job.timestamp);
     group_busy_[group(id)] = set_.groups[group(id)] == CallbackGroup::mutually_exclusive;
     return job;
@@ -80,7 +81,7 @@ class WaitSet : public Scheduler {
   [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[group(task)]; }
   void free_group(TaskId task) { group_busy_[group(task)] = false; }
 
-  /// When the first of the eligible timers falls due.
+  /// The earliest next call of the eligible timers.
   template <class Eligible>
   [[nodiscard]] Time next_timer(Eligible&& eligible) const {
     Time next = kNever;
@@ -101,7 +102,7 @@ class WaitSet : public Scheduler {
   UnreadSamples unread_;
 
  private:
-  /// Mostly the front is taken.
+  /// A list optimised for removal at the front.
   class Snapshot {
    public:
     explicit Snapshot(TaskId tasks) : contains_(tasks, false), added_at_(tasks) {}
@@ -132,20 +133,20 @@ class WaitSet : public Scheduler {
       tasks_.push_back(task);
     }
     [[nodiscard]] std::span<const TaskId> tasks() const { return std::span(tasks_).subspan(next_); }
-    /// When the task was added last.
+    /// When the task was last added.
     [[nodiscard]] Time added_at(TaskId task) const { return added_at_[task]; }
     template <class Decide>
     TaskId take_first(Decide&& pick) {
       for (std::size_t at = next_; at < tasks_.size();) {
         const TaskId task = tasks_[at];
-        const Pick what = pick(task);
-        if (what == Pick::leave) {
+        const Pick action = pick(task);
+        if (action == Pick::leave) {
           ++at;
           continue;
         }
         remove(at);
         at = std::max(at, next_);
-        if (what == Pick::run) return task;
+        if (action == Pick::run) return task;
       }
       return kNoTask;
     }

@@ -9,20 +9,21 @@
 
 namespace hotpath {
 
-/// What a poll does with tasks of the snapshot whose callback groups are busy.
+/// How a poll treats tasks of the snapshot whose callback groups are busy.
 enum class Blocked : std::uint8_t {
   forgotten,  ///< rclcpp up to 26 (Humble, Iron).
-  kept,       ///< Ahead of what it finds: the remedy of Teper et al. (Thread Carefully, EMSOFT 2024).
+  kept,  ///< Kept ahead of newly found tasks: the remedy of Teper et al. (Thread Carefully, EMSOFT 2024).
 };
 
-/// rclcpp's SingleThreadedExecutor (one worker), and MultiThreadedExecutor (several) up to rclcpp 26
-/// (executor.cpp, allocator_memory_strategy.hpp): at a polling point every ready timer and subscription is
-/// entered once into a snapshot that all workers share; the processing window picks timers before
-/// subscriptions, each in entity order, and `call()` happens at the pick. What becomes ready meanwhile waits
-/// for the next poll. A mutually exclusive callback group with a running job is left out of polls and picks.
+/// rclcpp's SingleThreadedExecutor (one worker), and MultiThreadedExecutor (several) up to rclcpp
+/// 26 (executor.cpp, allocator_memory_strategy.hpp). At a polling point every ready timer and
+/// subscription enters the snapshot once; all workers share it. The processing window picks timers
+/// before subscriptions, each in entity order, and `call()` happens at the pick. Tasks that become
+/// ready meanwhile wait for the next poll. Polls and picks leave out a mutually exclusive callback
+/// group with a running job.
 class WaitSetScheduler final : public WaitSet {
  public:
-  /// `workers` in [1, kMaxWorkers]; with one, no group is ever busy when it looks for work.
+  /// `workers` in [1, kMaxWorkers]; with one worker no group is ever busy when it looks for work.
   WaitSetScheduler(const TaskSet& set, unsigned workers, Blocked blocked = Blocked::forgotten,
                    const std::vector<TaskId>& entity_order = {})
       : WaitSet(set, workers, TaskKind::timer, entity_order), blocked_(blocked) {}
@@ -35,7 +36,7 @@ class WaitSetScheduler final : public WaitSet {
   }
 
  private:
-  /// The interrupt guard condition, so that the task is in the wait.
+  /// The interrupt guard condition ends the wait, so that the next one includes the task.
   WorkerSet joined(TaskId) override { return wait_mutex_.waiting(); }
   std::optional<Job> pick(Time now);
 

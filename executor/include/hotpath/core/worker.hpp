@@ -13,11 +13,11 @@ namespace hotpath {
 using Worker = std::uint32_t;
 inline constexpr Worker kMaxWorkers = 64;
 
-/// What a worker is for; drivers derive its default thread policy from it.
+/// The role of a worker; drivers derive its default thread policy from it.
 enum class WorkerRole : std::uint8_t {
   executor,          ///< rclcpp's executor thread (the paper's *default thread*).
-  timer_management,  ///< The releaser (the paper's *timer management thread*); in RE it runs the timers' jobs
-                     ///< too.
+  timer_management,  ///< The releaser (the paper's *timer management thread*); in RE it also runs the timers'
+                     ///< jobs.
 };
 constexpr auto enum_texts(WorkerRole) {
   return std::to_array<EnumText<WorkerRole>>(
@@ -40,7 +40,7 @@ class WorkerSet {
   constexpr void erase(Worker w) { bits_ &= ~(std::uint64_t{1} << w); }
   [[nodiscard]] constexpr bool contains(Worker w) const { return (bits_ >> w) & 1U; }
   [[nodiscard]] constexpr bool empty() const { return bits_ == 0; }
-  /// Lowest member; the set must not be empty.
+  /// The smallest member; the set must not be empty.
   [[nodiscard]] constexpr Worker first() const {
     assert(!empty());
     return static_cast<Worker>(std::countr_zero(bits_));

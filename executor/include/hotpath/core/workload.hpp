@@ -11,12 +11,13 @@
 
 namespace hotpath {
 
-/// What jobs do, in virtual time: the simulator's counterpart of the nodes of a live run. All calls come from
-/// one thread; `now` never decreases.
+/// The work of jobs in virtual time: the simulator's counterpart of a live run's nodes. All calls
+/// come from one thread; `now` never decreases.
 ///
-/// A workload whose messages have content keeps them per subscription by the number that `delivered` gives,
-/// which is `Job::sequence` of the job that takes the message. Which messages are ever taken is the
-/// scheduler's business: each number meets either `overwritten` or the `start` of its job, or the end.
+/// A workload whose messages have content stores them per subscription under the sequence number
+/// given to `delivered`, which equals `Job::sequence` of the job that takes the message. The
+/// scheduler decides which messages are taken: each number ends in `overwritten`, in the `start` of
+/// its job, or unread at the end of the run.
 class Workload {
  public:
   virtual ~Workload() = default;
@@ -24,12 +25,12 @@ class Workload {
   /// `job` starts; returns its execution time, >= 0. Not called for empty events.
   virtual Duration start(const Job& job, Time now) = 0;
 
-  /// `job` of `task` finishes; returns the subscriptions that it publishes to, of those in `task.feeds`. The
-  /// span is valid until the next finish().
+  /// `job` of `task` finishes; returns the subset of `task.feeds` to which it publishes. The span
+  /// is valid until the next finish().
   virtual std::span<const TaskId> finish(const Job& job, const Task& task, Time now) = 0;
 
-  /// The message that job `parent` published has reached `subscription`, as its number `sequence` (0, 1,
-  /// ...). Messages of one publisher arrive in the order of their publication.
+  /// The message published by job `parent` has reached `subscription` with number `sequence` (0, 1,
+  /// ...). Messages of one publisher arrive in the order of publication.
   virtual void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
     static_cast<void>(subscription);
     static_cast<void>(sequence);
@@ -42,14 +43,14 @@ class Workload {
   /// Adds all that its later answers depend on, with the data that they hand on.
   virtual void describe(StateWords& words) const { static_cast<void>(words); }
 
-  /// Message `sequence` of `subscription` gives way, untaken, to the one whose delivery is reported next.
+  /// Message `sequence` of `subscription` was never taken; the message delivered next replaces it.
   virtual void overwritten(TaskId subscription, std::uint64_t sequence) {
     static_cast<void>(subscription);
     static_cast<void>(sequence);
   }
 };
 
-/// How long jobs take.
+/// Source of execution times.
 class ExecutionTimes {
  public:
   virtual ~ExecutionTimes() = default;
@@ -67,13 +68,13 @@ class WorstCaseTimes final : public ExecutionTimes {
   std::vector<Duration> wcet_;
 };
 
-/// Uniform in [BCET, WCET]. A function of seed, task and sequence alone, so that the order of calls, and with
-/// it executor and number of threads, do not matter.
+/// Uniform in [BCET, WCET]. Depends only on seed, task and sequence, so neither the order of calls,
+/// nor the executor, nor the number of threads affects the values.
 class UniformTimes final : public ExecutionTimes {
  public:
   UniformTimes(const TaskSet& set, std::uint64_t seed);
   Duration of(const Job& job) const override;
-  /// The number in [0, count) that a job draws; count in [1, 2^63].
+  /// The job's pseudo-random number in [0, count); count in [1, 2^63].
   [[nodiscard]] std::uint64_t draw(const Job& job, std::uint64_t count) const;
 
  private:
@@ -85,18 +86,18 @@ class UniformTimes final : public ExecutionTimes {
   std::uint64_t seed_;
 };
 
-/// How a job takes one of its task's measured values.
+/// How a job draws from the measured values of its task.
 enum class Draw : std::uint8_t {
-  independent,  ///< Each as likely as any other.
-  in_order,     ///< One after the other as they were measured, round and round, so that what hangs together
-                ///< stays so. The seed decides where, for all tasks at the same share of their values.
+  independent,  ///< All values are equally likely.
+  in_order,  ///< Cyclically in the measured order, which keeps correlations. The seed sets the start, at the
+             ///< same fraction of the values for all tasks.
 };
 
-/// Drawn from measured values; a function of seed, task and sequence alone, as UniformTimes, which tasks
-/// without values take.
+/// Draws from measured values; depends only on seed, task and sequence, like UniformTimes, which
+/// serves tasks without values.
 class MeasuredTimes final : public ExecutionTimes {
  public:
-  /// The values of a task: nullptr for none, else at least one, all >= 0.
+  /// The values of a task: nullptr for none, otherwise at least one, all >= 0.
   using Values = std::shared_ptr<const std::vector<Duration>>;
   /// `values` are parallel to the tasks.
   MeasuredTimes(const TaskSet& set, std::vector<Values> values, std::uint64_t seed,
@@ -110,8 +111,9 @@ class MeasuredTimes final : public ExecutionTimes {
   std::uint64_t place_;  // share of all values in 2^-64
 };
 
-/// The execution times (finish - start) of a trace. A job that the trace lacks takes the time of the last
-/// earlier job of its task there, or else of the first; a task without any job there takes its WCET.
+/// The execution times (finish - start) of a trace. A job missing in the trace takes the time of
+/// the last earlier job of its task, or else of the first; a task without jobs in the trace takes
+/// its WCET.
 class ReplayedTimes final : public ExecutionTimes {
  public:
   ReplayedTimes(const TaskSet& set, const Trace& trace);
@@ -126,7 +128,7 @@ class ReplayedTimes final : public ExecutionTimes {
   std::vector<Duration> wcet_;
 };
 
-/// Every job runs for its time and publishes at its finish; messages have no content.
+/// Every job runs for its execution time and publishes at its finish; messages have no content.
 class PublishingWorkload final : public Workload {
  public:
   /// `times` must outlive the workload.

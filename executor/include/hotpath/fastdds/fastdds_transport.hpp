@@ -17,22 +17,23 @@
 
 namespace hotpath {
 
-/// eProsima Fast DDS with loaned samples on both sides; types of variable size, which Fast DDS lends to
-/// readers only, are written from messages of our own. `Traits` names the generated type: `Message`,
-/// `PubSubType`, and `static hotpath::SampleInfo info(const Message&)`, which reads what the publisher wrote
-/// into the message, and `static bool valid(const Message&, TaskId tasks)`, whether a graph of so many tasks
-/// may publish it. Samples of strangers, and such as are not valid, are counted and go no further.
+/// eProsima Fast DDS with loaned samples on both sides. Fast DDS lends types of variable size only
+/// to readers; for these the transport owns the written messages. `Traits` names the generated
+/// type: `Message`, `PubSubType`, `static hotpath::SampleInfo info(const Message&)`, which reads
+/// the information that the publisher wrote into the message, and `static bool valid(const
+/// Message&, TaskId tasks)`, which returns whether a graph with so many tasks may publish the
+/// message. Invalid samples and samples of unmatched writers are counted and dropped.
 ///
-/// A reader's listener takes each arriving sample at once, as a loan and without a copy, and hands it to the
-/// sink, which only enqueues: the listener runs inside the publisher's write(), where a nested publication
-/// would hang Fast DDS after a few hops.
+/// A reader's listener takes each arriving sample at once, as a loan without a copy, and passes it
+/// to the sink, which only enqueues: the listener runs inside the publisher's write(), where a
+/// nested publication would hang Fast DDS after a few hops.
 template <class Traits>
 class FastDdsTransport final : public Transport<typename Traits::Message>, private SampleOwner {
  public:
   using Message = typename Traits::Message;
   using typename Transport<Message>::WriterId;
 
-  /// `tasks`: how many the graph has.
+  /// `tasks`: number of tasks of the graph.
   FastDdsTransport(
       const FastDdsOptions& options, TaskId tasks, PrepareMessage<Message> prepare = [](Message&) {})
       : tasks_(tasks), prepare_(std::move(prepare)), participant_(options) {
@@ -50,7 +51,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   void add_reader(const std::string& topic, TaskId task, std::uint32_t depth, std::uint32_t writers,
                   SampleSink& sink) override {
     Reader& reader = readers_.emplace_back(task, sink, *this);
-    // Unread, in a job, in a node's slot, and one that is arriving.
+    // Unread samples, one held by a job, one in a node's slot, and one arriving.
     reader.reserve(depth + 3);
     reader.endpoint = participant_.add_reader(topic, depth, writers, &reader);
   }
@@ -74,13 +75,13 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
     assert(written && "a KEEP_LAST history always has room");
     if (loans_) return;
     const std::lock_guard lock(mutex_);
-    unused_.push_back(&message);  // within the capacity that add_message() reserved
+    unused_.push_back(&message);  // no allocation: add_message() reserved the capacity
   }
 
  private:
   struct Reader;
 
-  /// Fast DDS makes the messages that it lends to readers.
+  /// Prepares the messages that Fast DDS creates to lend to readers.
   struct PreparedType final : GuardedType<typename Traits::PubSubType> {
     explicit PreparedType(const PrepareMessage<Message>& p) : prepare(p) {}
     void* createData() override {
@@ -91,7 +92,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
     const PrepareMessage<Message> prepare;
   };
 
-  /// What one take() lent, nearly always one sample; Fast DDS wants both collections back.
+  /// The samples lent by one take(), nearly always one; Fast DDS requires both collections back.
   struct Loan {
     eprosima::fastdds::dds::LoanableSequence<Message> data;
     eprosima::fastdds::dds::SampleInfoSeq infos;
@@ -107,8 +108,8 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
       while (count-- > 0) add();
     }
 
-    /// Takes all that there is at once: whatever arrives later calls again, and a take() that finds nothing
-    /// would cost nearly as much as the first.
+    /// Takes all available samples at once: a later arrival calls again, and a second take() that
+    /// finds nothing would cost nearly as much as the first.
     void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
       Loan* loan = acquire();
       if (reader->take(loan->data, loan->infos) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
@@ -197,14 +198,14 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   const TaskId tasks_;
   const PrepareMessage<Message> prepare_;
   std::atomic<std::uint64_t> refused_{0};
-  // The readers outlive the participant, which calls them.
+  // The readers must outlive the participant, which calls them.
   std::deque<Reader> readers_;
   FastDdsParticipant participant_;
   std::vector<eprosima::fastdds::dds::DataWriter*> writers_;
 
   bool loans_ = false;
   std::mutex mutex_;
-  std::deque<Message> messages_;  // without loans
+  std::deque<Message> messages_;  // used without loans
   std::vector<Message*> unused_;
 };
 

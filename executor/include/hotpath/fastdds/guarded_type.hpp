@@ -6,9 +6,9 @@
 
 namespace hotpath {
 
-/// Generated type support that refuses what is none of its messages. By itself it lets an exception pass (an
-/// unknown encapsulation, for example), which ends the program in a thread of Fast DDS: one packet of anybody
-/// in the domain would do.
+/// Type support that rejects malformed messages. The generated code throws an exception instead
+/// (for an unknown encapsulation, for example), which would terminate the program in a thread of
+/// Fast DDS: a single packet from anyone in the domain would suffice.
 template <class PubSubType>
 struct GuardedType : PubSubType {
   bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override {

@@ -8,19 +8,21 @@
 
 namespace hotpath {
 
+/// Parameters of the Fast DDS transport.
 struct FastDdsOptions {
-  /// How samples get to other processes. Within the process they are always handed over directly.
+  /// Transport of samples to other processes. Within the process they are always handed over
+  /// directly.
   enum class Network : std::uint8_t {
     udp,            ///< UDP over IPv4.
     shared_memory,  ///< Fast DDS's shared memory transport; UDP for discovery.
   };
   std::uint32_t domain = 0;  ///< DDS domain, 0 to 232.
-  std::string partition;     ///< Of the run's processes alone; empty: DDS's default partition.
-  /// Begins the topics' names on DDS, and no others: with a name that nobody guesses, endpoints of others
-  /// match none of the run's in whatever partition they are.
+  std::string partition;     ///< Partition of the run's processes only; empty: DDS's default partition.
+  /// Prefix of the run's DDS topic names, used by no other topic. With an unguessable prefix,
+  /// endpoints of other programs match none of the run's, in any partition.
   std::string topic_prefix;
   Network network = Network::udp;
-  bool loopback_only = true;  ///< Nothing leaves the machine.
+  bool loopback_only = true;  ///< Restricts traffic to the loopback interface.
 };
 constexpr auto enum_texts(FastDdsOptions::Network) {
   return std::to_array<EnumText<FastDdsOptions::Network>>(

@@ -15,23 +15,23 @@
 
 namespace hotpath {
 
-/// What a participant on these transports is like.
+/// The QoS of a participant with these options.
 [[nodiscard]] eprosima::fastdds::dds::DomainParticipantQos participant_qos(const FastDdsOptions& options);
 
-/// A participant whose log goes to standard error, for programs that bring their own endpoints. The caller
-/// deletes it. Throws TransportError when Fast DDS cannot create it.
+/// Creates a participant that logs to standard error, for programs that create their own endpoints.
+/// The caller deletes it. Throws TransportError if Fast DDS cannot create it.
 [[nodiscard]] eprosima::fastdds::dds::DomainParticipant* create_participant(
     std::uint32_t domain, const eprosima::fastdds::dds::DomainParticipantQos& qos,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr,
     const eprosima::fastdds::dds::StatusMask& events = eprosima::fastdds::dds::StatusMask::none());
-/// The same for one that comes and goes during a run, and announces itself accordingly.
+/// Creates a participant that joins and leaves during a run and announces itself accordingly.
 [[nodiscard]] eprosima::fastdds::dds::DomainParticipant* create_participant(const FastDdsOptions& options);
 
-/// The one participant of a process, with a publisher and a subscriber. Its destruction removes all that was
-/// created through it; loans must have been returned.
+/// The only participant of a process, with a publisher and a subscriber. Its destructor removes
+/// everything created through it; loans must have been returned.
 class FastDdsParticipant {
  public:
-  /// Throws TransportError when Fast DDS cannot create it.
+  /// Throws TransportError if Fast DDS cannot create it.
   explicit FastDdsParticipant(const FastDdsOptions& options);
   ~FastDdsParticipant();
   FastDdsParticipant(const FastDdsParticipant&) = delete;
@@ -46,13 +46,13 @@ class FastDdsParticipant {
                                                  std::uint32_t writers,
                                                  eprosima::fastdds::dds::DataReaderListener* listener);
 
-  /// Whether a writer, as samples name it, belongs to this run: to this participant, or to one of this class
-  /// with the same partition and topic prefix.
+  /// Whether a writer, given by its instance handle, belongs to this run: to this participant, or
+  /// to another FastDdsParticipant with the same partition and topic prefix.
   [[nodiscard]] bool is_of_run(const eprosima::fastdds::dds::InstanceHandle_t& writer) const;
 
-  /// Waits until every endpoint has met its partners in the participants of this class with the same
-  /// partition and topic prefix; others that listen or publish there do not count. Throws TransportError that
-  /// names one that has not by `deadline`.
+  /// Waits until every endpoint is matched with its partners in FastDdsParticipants of the same
+  /// partition and topic prefix; other endpoints do not count. Throws TransportError with an
+  /// unmatched endpoint if `deadline` passes.
   void wait_until_matched(Time deadline) const;
 
  private:

@@ -10,7 +10,7 @@ namespace hotpath {
 /// The clock of live runs, CLOCK_MONOTONIC.
 [[nodiscard]] inline Time now() { return std::chrono::steady_clock::now(); }
 
-/// What one of Linux's clocks says, since its own epoch.
+/// Reads one of Linux's clocks; the time since that clock's own epoch.
 [[nodiscard]] inline Duration read_clock(clockid_t clock) {
   timespec t{};
   clock_gettime(clock, &t);

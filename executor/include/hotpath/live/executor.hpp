@@ -19,10 +19,10 @@
 
 namespace hotpath {
 
-/// What jobs do.
+/// Runs the jobs of an executor.
 class JobHandler {
  public:
-  /// Runs one job, started at `start`, on the calling worker's thread and outside the executor's lock.
+  /// Runs one job, started at `start`, on the calling worker's thread, outside the executor's lock.
   /// `sample` is the sample that a subscription's job takes. May publish.
   virtual void run(const Job& job, Time start, Sample sample, Worker worker) = 0;
 
@@ -30,65 +30,67 @@ class JobHandler {
   ~JobHandler() = default;
 };
 
+/// Parameters of a live executor.
 struct ExecutorOptions {
   ThreadPolicyRequest executor_threads;
   ThreadPolicyRequest timer_thread;
-  bool measure_cpu_time = false;  ///< Thread CPU time of each job; about a microsecond a job.
-  Worker first_worker = 0;        ///< Number of its first worker in records and for the handler.
+  bool measure_cpu_time = false;  ///< Measures each job's thread CPU time; costs about a microsecond per job.
+  Worker first_worker = 0;        ///< Number of the first worker in records and for the handler.
 };
 
-/// The executor's defaults (design: Live execution): the paper's raise their timer management thread to
-/// SCHED_FIFO 90 above the executor thread; the stock ones run under the ordinary policy.
+/// The executor's default thread policies: the paper's executors raise their timer management
+/// thread to SCHED_FIFO 90 above the executor thread; the stock executors use the ordinary policy.
 [[nodiscard]] ExecutorOptions default_options(const ExecutorEntry& entry);
 
-/// Threads, clock and what synchronises them: the system's. Tests put their own in its place, where they
-/// decide which thread goes on.
+/// The threads, clock and synchronisation primitives of the system. Tests substitute their own,
+/// which control the interleaving of the threads.
 struct SystemSync {
   using Mutex = PiMutex;
   using Parker = hotpath::Parker;
   using Thread = std::thread;
   using Latch = std::latch;
   static Time now() { return hotpath::now(); }
-  /// Makes the calling thread ready for its role; see apply_thread_policy().
+  /// Prepares the calling thread for its role; see apply_thread_policy().
   static ThreadPolicy prepare_thread(WorkerRole role, const ThreadPolicyRequest& request);
 };
 
-/// Drives one scheduler with real threads and the real clock, one thread for each of the scheduler's workers.
-/// Which of rclcpp's executors it is follows from the scheduler.
+/// Drives one scheduler with real threads and the real clock, one thread per worker of the
+/// scheduler. The scheduler determines which of rclcpp's executors this is.
 ///
-/// All workers share one lock, under which only the scheduler, the inbox of samples and the records of
-/// arrivals are touched; jobs, publications and the return of samples happen outside of it.
+/// All workers share one lock. It protects the scheduler, the inbox of samples and the records of
+/// arrivals; jobs, publications and the return of samples happen outside the lock.
 template <class Sync>
 class BasicExecutor final : public SampleSink {
  public:
-  /// Logs for the records of one run: one for each worker, and one more for what arrivals overwrite.
+  /// The logs for one run's records: one per worker, and one more for samples overwritten at
+  /// arrival.
   using Logs = std::vector<RecordLog<JobRecord>>;
 
   BasicExecutor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler, Logs logs,
                 const ExecutorOptions& options);
   ~BasicExecutor();
 
-  /// Starts the threads; timers count from `epoch`, no job starts at or after `end`. Blocks until every
-  /// thread has its policy; throws ThreadSetupError when a required one was refused.
+  /// Starts the threads; timers count from `epoch`, and no job starts at or after `end`. Blocks
+  /// until every thread has its policy. Throws ThreadSetupError if a required policy was refused.
   void start(Time epoch, Time end);
 
-  /// Brings the end forward to now. Any thread.
+  /// Brings the end forward to now. Callable from any thread.
   void stop();
 
   /// Waits for the threads, which finish the jobs they are in. Returns the instant at which the run ended.
   Time join();
 
-  /// After join(): appends what was released or unread by `end` and did not start, and gives all samples
-  /// back. `end` is that of the run, not before the one that join() returned. Samples that arrive later are
-  /// neither kept nor recorded.
+  /// After join(): records the jobs that were released or unread by `end` and did not start, and
+  /// returns all samples to their owners. `end` is the end of the run, not before the instant that
+  /// join() returned. Samples that arrive later are neither kept nor recorded.
   void close(Time end);
 
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
 
-  /// Samples delivered to `task` so far. Any thread.
+  /// Number of samples delivered to `task` so far. Callable from any thread.
   [[nodiscard]] std::uint64_t arrived(TaskId task) const;
 
-  /// One for each of the scheduler's workers; their policies are those obtained once start() has returned.
+  /// One entry per worker of the scheduler; after start() with the policies obtained.
   [[nodiscard]] const std::vector<WorkerThread>& workers() const { return workers_; }
 
  private:
@@ -112,7 +114,7 @@ class BasicExecutor final : public SampleSink {
   mutable typename Sync::Mutex mutex_;
   Time epoch_{}, end_{kNever};
   bool closed_ = false;
-  SampleRings<Sample> inbox_;  // the same samples as the scheduler's unread ones
+  SampleRings<Sample> inbox_;  // matches the scheduler's unread samples
   std::vector<std::uint64_t> arrived_;
   std::vector<Lane> lanes_;
 

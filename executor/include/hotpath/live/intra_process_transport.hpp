@@ -14,8 +14,8 @@
 
 namespace hotpath {
 
-/// Synchronous and zero copy, within one process: the paper's zero-delay case. A message lives in a block
-/// that all its readers share and that returns to the pool with the last of them.
+/// Synchronous zero-copy transport within one process: the paper's zero-delay case. A message
+/// occupies a block that all its readers share; the last reader returns the block to the pool.
 template <class Message>
 class IntraProcessTransport final : public Transport<Message>, private SampleOwner {
  public:
@@ -33,7 +33,7 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
   void add_reader(const std::string& topic, TaskId task, std::uint32_t depth, std::uint32_t,
                   SampleSink& sink) override {
     topics_[topic].push_back({task, &sink});
-    grow(depth + 2);  // unread, in a job, and in a fusion's or cyclic node's slot
+    grow(depth + 2);  // unread, held by a job, and in the slot of a fusion or cyclic node
   }
 
   void wait_until_matched(Time) override {}
@@ -47,7 +47,7 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
   }
 
   void publish(WriterId writer, Message& message, const SampleInfo& info) override {
-    // The block begins with its message.
+    // The message is the first member of its block.
     Block* block = reinterpret_cast<Block*>(&message);
     const std::vector<Reader>& readers = *writers_[writer];
     block->users.store(static_cast<std::uint32_t>(readers.size()) + 1, std::memory_order_relaxed);
@@ -78,7 +78,7 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
   void release(Block* block) noexcept {
     if (block->users.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
     const std::lock_guard lock(mutex_);
-    free_.push_back(block);  // within the capacity that add_block() reserved
+    free_.push_back(block);  // no allocation: add_block() reserved the capacity
   }
 
   void add_block() {
@@ -95,7 +95,7 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
   }
 
   const PrepareMessage<Message> prepare_;
-  std::unordered_map<std::string, std::vector<Reader>> topics_;  // nodes of the map stay where they are
+  std::unordered_map<std::string, std::vector<Reader>> topics_;  // pointers to elements stay valid
   std::vector<const std::vector<Reader>*> writers_;
   std::mutex mutex_;
   std::deque<Block> blocks_;

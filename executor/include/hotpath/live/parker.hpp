@@ -8,16 +8,16 @@
 
 namespace hotpath {
 
-/// Lets one thread sleep until an absolute instant of CLOCK_MONOTONIC or until another wakes it. Unlike a
-/// condition variable it takes no mutex on waking, and the waking thread decides under its own lock whether
-/// anybody sleeps.
+/// Lets one thread sleep until an absolute instant of CLOCK_MONOTONIC or until another thread wakes
+/// it. Unlike a condition variable it takes no mutex on waking; the waking thread decides under its
+/// own lock whether a thread sleeps.
 class Parker {
  public:
-  /// To be read, under the lock that guards the condition, before park_until().
+  /// Must be read before park_until(), under the lock that guards the condition.
   [[nodiscard]] std::uint32_t ticket() const { return ticket_.load(std::memory_order_relaxed); }
 
-  /// Sleeps until `until` (kNever: no limit), or until unpark() was called after `ticket` was read. May wake
-  /// early.
+  /// Sleeps until `until` (kNever: no limit), or until unpark() is called after `ticket` was read.
+  /// May wake early.
   void park_until(std::uint32_t ticket, Time until);
 
   void unpark();

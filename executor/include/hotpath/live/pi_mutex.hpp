@@ -5,9 +5,9 @@
 
 namespace hotpath {
 
-/// A mutex with priority inheritance, so that the timer management thread is never held up by a preempted
-/// executor thread for longer than the executor's own critical section. Lockable; the uncontended path makes
-/// no system call.
+/// A mutex with priority inheritance: a preempted executor thread never delays the timer management
+/// thread by more than the executor's own critical section. Lockable; the uncontended path makes no
+/// system call.
 class PiMutex {
  public:
   /// Throws std::system_error.

@@ -10,9 +10,9 @@
 
 namespace hotpath {
 
-/// A log of fixed capacity in memory that the caller provides, which may be shared with another process: what
-/// was appended can be read there even when the writer dies. One writer at a time; append() neither allocates
-/// nor blocks.
+/// A log of fixed capacity in memory provided by the caller. The memory may be shared with another
+/// process, which can read the appended records even after the writer has died. One writer at a
+/// time; append() neither allocates nor blocks.
 template <class Record>
 class RecordLog {
   static_assert(std::is_trivially_copyable_v<Record>);
@@ -24,7 +24,8 @@ class RecordLog {
 
   RecordLog() = default;
 
-  /// An empty log in `memory`, which is aligned like std::max_align_t and holds bytes(capacity).
+  /// Creates an empty log in `memory`, which must be aligned like std::max_align_t and hold
+  /// bytes(capacity).
   static RecordLog create(void* memory, std::uint64_t capacity) {
     RecordLog log;
     log.header_ = new (memory) Header{};
@@ -32,14 +33,14 @@ class RecordLog {
     return log;
   }
 
-  /// The log that create() made in this memory.
+  /// Opens the log that create() placed in this memory.
   static RecordLog open(void* memory) {
     RecordLog log;
     log.header_ = static_cast<Header*>(memory);
     return log;
   }
 
-  /// Counts the record as lost when the log is full.
+  /// Appends a record; if the log is full, counts the record as lost.
   void append(const Record& record) {
     const std::uint64_t n = header_->count.load(std::memory_order_relaxed);
     if (n == header_->capacity) {

@@ -6,12 +6,12 @@
 
 namespace hotpath {
 
-/// Whoever lends samples takes them back here. May be called from any thread, never under the executor's
-/// lock.
+/// The owner of lent samples, to which they return. Called from any thread, never under the
+/// executor's lock.
 class SampleOwner {
  public:
   virtual void give_back(const void* data, std::uintptr_t token) noexcept = 0;
-  /// Lends what it has lent once more: it comes back twice.
+  /// Lends a lent sample once more: it will be returned twice.
   virtual void lend_again(std::uintptr_t token) noexcept = 0;
 
  protected:
@@ -41,7 +41,7 @@ class Sample {
     if (data_ != nullptr) owner_->give_back(std::exchange(data_, nullptr), token_);
   }
   explicit operator bool() const { return data_ != nullptr; }
-  /// Another handle to the same message, which holds one.
+  /// Returns another handle to the same message. This handle must hold one.
   [[nodiscard]] Sample share() const noexcept {
     owner_->lend_again(token_);
     return {data_, *owner_, token_};

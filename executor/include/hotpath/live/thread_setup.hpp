@@ -10,7 +10,7 @@
 
 namespace hotpath {
 
-/// What a worker's thread is for and the policy it got.
+/// The role of a worker's thread and the policy it obtained.
 struct WorkerThread {
   WorkerRole role = WorkerRole::executor;
   ThreadPolicy policy;
@@ -18,41 +18,44 @@ struct WorkerThread {
 /// `executor other`, `timer_mgmt fifo:90`.
 [[nodiscard]] std::string to_string(const WorkerThread& thread);
 
-/// A policy that is wanted for a thread. `required`: the user asked for it and not getting it is an error;
+/// A requested thread policy. `required`: the user asked for it, and a refusal is an error;
 /// otherwise it is a default that may be refused.
 struct ThreadPolicyRequest {
   ThreadPolicy policy = {};
   bool required = false;
-  std::vector<int> processors = {};  ///< Always required; empty: those of the creating thread.
+  std::vector<int> processors = {};  ///< Always required; empty: the creating thread's processors.
 };
 
-/// Real-time set-up that was asked for was refused.
+/// A required real-time set-up was refused.
 struct ThreadSetupError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Gives the calling thread the policy and the processors; returns the policy obtained (the ordinary one when
-/// a mere default was not permitted). Throws ThreadSetupError when what is required is refused.
+/// Applies the policy and the processors to the calling thread. Returns the policy obtained: the
+/// ordinary one if a default was not permitted. Throws ThreadSetupError if a required setting is
+/// refused.
 [[nodiscard]] ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request);
 
-/// What the calling thread has.
+/// The policy of the calling thread.
 [[nodiscard]] ThreadPolicy own_thread_policy();
 
-/// Why apply_thread_policy() refuses it, tried in a thread of its own; empty: it does not.
+/// The reason for which apply_thread_policy() rejects the request, found by trying it in a separate
+/// thread; empty if it succeeds.
 [[nodiscard]] std::string refusal(const ThreadPolicyRequest& request);
 
-/// Timer slack of the calling thread to 1 ns, so that sleeps under the ordinary policy end on time (default
-/// 50 us).
+/// Sets the timer slack of the calling thread to 1 ns (default 50 us), so that sleeps under the
+/// ordinary policy end on time.
 void minimise_timer_slack();
 
-/// Restricts the calling thread, and those it creates later, to these processors. Throws ThreadSetupError
-/// that names the processors that exist.
+/// Restricts the calling thread, and threads that it creates later, to these processors. Throws
+/// ThreadSetupError with the processors that exist.
 void pin_to_cpus(const std::vector<int>& cpus);
 
-/// Processors that the calling thread may run on.
+/// The processors on which the calling thread may run.
 [[nodiscard]] std::vector<int> allowed_cpus();
 
-/// mlockall(current and future). Throws ThreadSetupError with the limit that forbids it.
+/// Locks current and future memory (mlockall). Throws ThreadSetupError with the limit that forbids
+/// it.
 void lock_memory();
 
 }  // namespace hotpath

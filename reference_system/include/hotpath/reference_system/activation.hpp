@@ -8,11 +8,12 @@
 
 namespace hotpath {
 
-/// What one job does, between its start and its finish. `Messages` says how messages are held:
+/// The state of one job between its start and its finish; reusable, because clear() keeps its memory.
+/// `Messages` defines how messages are held:
 ///   `Messages::History`  sample management of its message type, see Message4kbHistory and TaskHistory;
 ///   `Messages::Held`     a sample that a node keeps; movable, false when it holds none;
-///   `Messages::message(held)`  its message; `Messages::share(held)` another hold on it; `Messages::Mutex`.
-/// To be used again and again: its memory stays.
+///   `Messages::message(held)`  its message; `Messages::share(held)` another hold on it;
+///   `Messages::Mutex`    guards the state of one node.
 template <class Messages>
 struct Activation {
   using Held = typename Messages::Held;

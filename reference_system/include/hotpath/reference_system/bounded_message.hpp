@@ -20,7 +20,7 @@ inline TaskId task_of(const HistoryEntry& entry) { return entry.task; }
 inline Stat stat_of(const HistoryEntry& e) { return {e.task, e.dropped, e.sequence, from_ns(e.start)}; }
 inline void set_stat(HistoryEntry& e, const Stat& s) { e = {s.task, s.dropped, s.sequence, to_ns(s.start)}; }
 
-/// As many entries as fit into 4096 bytes; what comes when they are full is left out, as upstream does.
+/// As many entries as fit into 4096 bytes; further entries are dropped, as upstream does.
 class BoundedHistory {
  public:
   static constexpr std::uint32_t kCapacity = 168;
@@ -44,7 +44,7 @@ class BoundedHistory {
   std::uint32_t size_, padding_;
 };
 
-/// What Message4kb carries, in at most 4096 bytes and without code that a generator of messages makes.
+/// The content of Message4kb, in at most 4096 bytes and without generated message code.
 class __attribute__((may_alias)) BoundedMessage {
  public:
   [[nodiscard]] const BoundedHistory& history() const { return history_; }

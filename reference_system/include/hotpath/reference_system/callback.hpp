@@ -13,19 +13,20 @@ namespace hotpath {
 /// When a job publishes.
 enum class PublishRule : std::uint8_t {
   always,   ///< Every job.
-  all_new,  ///< When each input of a set has a sample that has not gone into such a message yet.
+  all_new,  ///< When each input of a set has a sample that no such message has contained yet.
   every,    ///< Every n-th job.
-  last_of,  ///< Every job; adds the newest sample of each input of a set that none of its messages has had.
+  last_of,  ///< Every job; adds the newest sample of each input of a set that no message has contained yet.
 };
 
-/// A topic that a callback publishes, and when. The message carries the histories of the samples of the set,
-/// and that of the sample that the job itself took.
+/// A topic that a callback publishes, and when. The message contains the histories of the set's
+/// samples and of the sample that the job itself took.
 struct Publication {
   std::string topic;
   PublishRule rule = PublishRule::always;
   std::vector<std::uint32_t> of;  ///< all_new, last_of: ascending indices into the node's inputs, >= 1.
   std::uint32_t n = 1;            ///< every: >= 1.
-  /// Callbacks of one node with equal publications complete the same set: its samples go into one message.
+  /// Callbacks of one node with equal publications complete the same set: its samples enter one
+  /// message.
   friend bool operator==(const Publication&, const Publication&) = default;
 };
 
@@ -36,30 +37,30 @@ struct DurationQuantile {
   friend bool operator==(const DurationQuantile&, const DurationQuantile&) = default;
 };
 
-/// Two hundred values with these quantiles, which lie on straight lines between them; the first and the last
-/// are the extremes. `quantiles` are ascending, from 0 to 100 percent.
+/// Two hundred values with these quantiles, linearly interpolated between them; the first and the
+/// last are the extremes. `quantiles` are ascending, from 0 to 100 percent.
 [[nodiscard]] std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles);
 
-/// A timer or a subscription of a node: what becomes one task.
+/// A timer or a subscription of a node; it becomes one task.
 struct Callback {
   std::string task;                    ///< Name of the task.
-  std::optional<std::uint32_t> input;  ///< Index into the node's inputs; none: a timer.
+  std::optional<std::uint32_t> input;  ///< Index into the node's inputs; std::nullopt: a timer.
   Duration period{};                   ///< Timers: > 0.
   std::optional<Duration> phase;  ///< Timers: first timestamp relative to the epoch, for `--phases given`.
   Duration deadline{};            ///< Timers: relative, > 0.
   std::optional<std::int64_t> priority;                   ///< Given fixed priority.
   Duration worst{}, best{};                               ///< Execution time, 0 <= best <= worst.
   std::shared_ptr<const std::vector<Duration>> measured;  ///< Within [best, worst], >= 1; nullptr: none.
-  std::vector<DurationQuantile> quantiles;  ///< From which `measured` was made; empty: it was not.
-  std::uint32_t group = 0;                  ///< Index into the node's groups.
-  std::vector<Publication> publishes;       ///< Each topic once.
-  /// Keeps its samples for the messages of others and publishes nothing: ends no chain. callbacks_of() says
-  /// it.
+  std::vector<DurationQuantile> quantiles;                ///< The source of `measured`; empty: none.
+  std::uint32_t group = 0;                                ///< Index into the node's groups.
+  std::vector<Publication> publishes;                     ///< Each topic once.
+  /// Only stores its samples for the messages of other callbacks: publishes nothing and ends no
+  /// chain. Set by callbacks_of().
   bool stores_only = false;
 
-  /// Whether each of its publications waits for a set: a job that completes none takes no time.
+  /// Whether each publication waits for a set: a job that completes none takes no time.
   [[nodiscard]] bool waits_for_sets() const;
-  /// Compares measured values, not where they are kept.
+  /// Compares measured values, not their addresses.
   friend bool operator==(const Callback& a, const Callback& b);
 };
 

@@ -5,12 +5,13 @@
 
 namespace hotpath {
 
-/// The least hot-path latency that physics allows for a chain: from the start of a source to the start of the
-/// sink, with nothing else to do. For Autoware's hot path 4 and 5 crunches.
+/// The physical lower limit of a chain's hot-path latency, from the start of a source to the start
+/// of the sink, if nothing else runs. For Autoware's hot path: 4 and 5 crunches.
 struct ChainLimits {
   Duration one_core_per_branch{};  ///< Work of the nodes before the sink on the longest branch.
   Duration one_thread{};           ///< Work of all nodes before the sink.
 };
+/// The limits of a chain of a valid graph.
 ChainLimits chain_limits(const Graph& graph, const Chain& chain);
 
 }  // namespace hotpath

@@ -13,11 +13,11 @@
 
 namespace hotpath {
 
-/// Sources of one chain that an observation can hold.
+/// Largest number of a chain's sources in an observation.
 inline constexpr std::size_t kMaxSources = 8;
 
-/// What the sink of a chain found in the data that one of its jobs worked on. Fixed size: the job path stores
-/// it.
+/// The facts about a chain in the data of one job of its sink. Fixed size, because the job path
+/// stores it.
 struct ChainObservation {
   std::uint32_t chain = 0;
   JobRef sink;
@@ -25,40 +25,43 @@ struct ChainObservation {
   Time latest_source_start{};
   std::uint32_t dropped = 0;       ///< Sum of the dropped samples of the chain's nodes in the message.
   std::uint32_t sources_seen = 0;  ///< Bit i: source i of the chain is in the message.
-  bool names_jobs = false;         ///< What `source_sequence` holds of each source seen ...
-  std::array<std::uint64_t, kMaxSources> source_sequence{};  ///< ... its job's, or its publications before.
+  /// Whether `source_sequence` has the sequences of the sources' jobs, or counts their earlier publications.
+  bool names_jobs = false;
+  std::array<std::uint64_t, kMaxSources> source_sequence{};  ///< By source, for those seen.
 };
 
-/// A chain of a graph by tasks.
+/// A chain of a graph in terms of tasks.
 struct ChainIndex {
-  std::vector<std::vector<TaskId>> nodes;  ///< The tasks of each node that it visits.
-  std::vector<TaskId> sources;             ///< Tasks in which its data begins.
+  std::vector<std::vector<TaskId>> nodes;  ///< By visited node: its tasks.
+  std::vector<TaskId> sources;             ///< Tasks where the chain's data begins.
   std::uint32_t sink = 0;                  ///< Index into the graph's nodes.
-  std::vector<TaskId> sink_tasks;          ///< Of which one ends the chain.
+  std::vector<TaskId> sink_tasks;          ///< Tasks of which any ends the chain.
 
   [[nodiscard]] bool ends_in(TaskId id) const {
     return std::find(sink_tasks.begin(), sink_tasks.end(), id) != sink_tasks.end();
   }
 };
+/// The chains of a valid graph, in its order.
 std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks);
 
-/// The tasks of the node of this name, or the task of this name; none: there is neither.
+/// The tasks of the node with this name, or the task with this name; empty if neither exists.
 std::vector<TaskId> tasks_named(const Graph& graph, const GraphTasks& tasks, const std::string& name);
 
-/// Joins what sinks observe with the records of the jobs at both ends of their chains.
+/// Joins the sinks' observations with the records of the jobs at both ends of their chains.
 class ChainJoin {
  public:
   ChainJoin(const Graph& graph, const GraphTasks& tasks);
 
-  /// Jobs of one timer come in the order in which they started, as `ran`, or `running` at the end of the run.
+  /// Adds a job, `ran`, or `running` at the end of the run. Jobs of one timer must be added in the
+  /// order of their starts.
   void add(const JobRecord& record);
 
-  /// Where an observation counts publications, a source's n-th is that of the n-th job of its timer that ran;
-  /// the end-to-end latency is unknown (-1) where that job, or the sink's own, is not among the records
-  /// added.
+  /// Joins one observation. If it counts publications, a source's n-th publication belongs to the
+  /// n-th job of its timer that ran. The end-to-end latency is unknown (-1) if that job, or the
+  /// sink's own, has not been added.
   [[nodiscard]] ChainRecord join(const ChainObservation& observation) const;
 
-  /// Timestamp of a sink's job that ran; nothing when it is not among the records added.
+  /// Timestamp of a sink's job that ran; std::nullopt if it has not been added.
   [[nodiscard]] std::optional<Time> sink_timestamp(JobRef job) const;
 
  private:

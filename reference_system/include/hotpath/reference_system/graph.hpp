@@ -11,13 +11,13 @@
 
 namespace hotpath {
 
-/// The six node types of the reference system (upstream's nodes/rclcpp/*.hpp), and one that is any of them.
+/// The six node types of the reference system (upstream's nodes/rclcpp/*.hpp), and a generic one.
 enum class NodeType : std::uint8_t {
   sensor,        ///< Timer; publishes.
   transform,     ///< One input; works, publishes.
   fusion,        ///< Two inputs or more; works and publishes when it has a message of each.
   cyclic,        ///< Inputs are stored; its timer works and publishes every cycle.
-  intersection,  ///< Independent transforms under one name: input i leads to output i.
+  intersection,  ///< Independent transforms in one node: input i leads to output i.
   command,       ///< One input; the end of a chain.
   callbacks,     ///< Any timers and subscriptions, with any groups and publications.
 };
@@ -31,9 +31,9 @@ constexpr auto enum_texts(NodeType) {
                                             {NodeType::callbacks, "callbacks"}});
 }
 
-/// How a job burns its execution time.
+/// How a job spends its execution time.
 enum class WorkMode : std::uint8_t {
-  fixed,     ///< A fixed amount of work (upstream): preemption makes a job longer, not its work smaller.
+  fixed,     ///< A fixed amount of work (upstream): preemption prolongs the job.
   wall,      ///< Until an instant of the clock (the paper's task sets): preemption counts as work.
   cpu_time,  ///< Until the thread has used that much CPU time.
 };
@@ -44,17 +44,17 @@ constexpr auto enum_texts(WorkMode) {
 
 /// OS priority of the timer management thread, compared with the executor thread's.
 enum class TimerThread : std::uint8_t {
-  by_executor,  ///< Raised under the paper's executors only, as in live runs.
+  by_executor,  ///< Raised only under the paper's executors, as in live runs.
   raised,
   equal,
 };
 
-/// How long the jobs of a simulation take.
+/// The execution times of a simulation.
 enum class ExecutionTimeModel : std::uint8_t {
   worst,     ///< Always the worst case.
   uniform,   ///< Uniform between best and worst case.
-  measured,  ///< Drawn from the measured values of callbacks that have some, uniform for the others.
-  replayed,  ///< The same, but in the order in which they were measured, from a place that the seed decides.
+  measured,  ///< Drawn from measured values; uniform for callbacks without any.
+  replayed,  ///< Measured values in the measured order, from a place that the seed determines.
 };
 
 constexpr auto enum_texts(TimerThread) {
@@ -69,7 +69,7 @@ constexpr auto enum_texts(ExecutionTimeModel) {
                                                       {ExecutionTimeModel::replayed, "replayed"}});
 }
 
-/// The machine on which `hotpath simulate` runs a graph, unless its options say otherwise; see Platform.
+/// The machine on which `hotpath simulate` runs a graph by default; see Platform.
 struct GraphPlatform {
   unsigned cores = 1;  ///< In [1, kMaxWorkers].
   TimerThread timer_thread = TimerThread::by_executor;
@@ -79,26 +79,26 @@ struct GraphPlatform {
   friend bool operator==(const GraphPlatform&, const GraphPlatform&) = default;
 };
 
-/// A cost of the platform as files and options know it.
+/// A cost of the platform, as named in files and options.
 struct PlatformCost {
-  std::string_view key;  ///< In microseconds.
+  std::string_view key;  ///< Name of the option or key; the value is in microseconds.
   Duration GraphPlatform::*value;
   std::string_view meaning;
 };
 inline constexpr std::array kPlatformCosts = {
-    PlatformCost{"release_cost_us", &GraphPlatform::release_cost,
-                 "Microseconds of the releaser for each timer (delta)"},
-    PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "For each pass of the releaser (k)"},
+    PlatformCost{"release_cost_us", &GraphPlatform::release_cost, "Cost of releasing a timer (delta)"},
+    PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "Cost of a pass of the releaser (k)"},
     PlatformCost{"dispatch_cost_us", &GraphPlatform::dispatch_cost,
-                 "From a decision to the start of its job"},
-    PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "For each wait of a wait-set executor"},
+                 "Delay from a scheduling decision to the start of the job"},
+    PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "Cost of a wait of a wait-set executor"},
     PlatformCost{"wait_cost_per_entity_us", &GraphPlatform::wait_cost_per_entity,
-                 "For each entity in it; a node has 8 beside its callbacks"},
-    PlatformCost{"wake_up_us", &GraphPlatform::wake_up, "Until a woken thread competes for a core"},
+                 "Cost of a wait per entity; a node has 8 besides its callbacks"},
+    PlatformCost{"wake_up_us", &GraphPlatform::wake_up, "Delay until a woken thread competes for a core"},
     PlatformCost{"delivery_delay_us", &GraphPlatform::delivery_delay,
-                 "From a publication to the arrival of the sample"},
+                 "Delay from publication to arrival of a sample"},
 };
 
+/// A topic to which a node subscribes. In `callbacks` nodes, the Callback has the priority instead.
 struct Input {
   std::string topic;
   std::uint32_t depth = 1;               ///< History depth; upstream: 1, command nodes 10.
@@ -106,42 +106,45 @@ struct Input {
   friend bool operator==(const Input&, const Input&) = default;
 };
 
+/// A node of a graph. The comments name the node types to which a member applies.
 struct Node {
   std::string name;
   NodeType type = NodeType::sensor;
-  Duration period{};              ///< sensor, cyclic: > 0.
-  std::optional<Duration> phase;  ///< First timestamp relative to the epoch; taken with `--phases given`.
-  Duration deadline{};            ///< sensor, cyclic: relative; the period unless given.
+  Duration period{};                     ///< sensor, cyclic: > 0.
+  std::optional<Duration> phase;         ///< First timestamp relative to the epoch, for `--phases given`.
+  Duration deadline{};                   ///< sensor, cyclic: relative; default: the period.
   std::optional<std::int64_t> priority;  ///< sensor, cyclic: given fixed priority of the timer.
   std::vector<Input> inputs;
-  /// intersection: one for each input; command: none; callbacks: each topic that it publishes, once; else
-  /// one.
+  /// intersection: one per input; command: none; callbacks: each topic that it publishes, once;
+  /// other types: one.
   std::vector<std::string> outputs;
   Duration execution_time{};                                ///< Work of one activation (worst case).
-  Duration best_case_execution_time{};                      ///< Equal to execution_time unless given.
-  CallbackGroup group = CallbackGroup::mutually_exclusive;  ///< Of all that the node has; not for callbacks.
-  // Of type `callbacks`, which has none of the above but name, type, inputs and outputs.
+  Duration best_case_execution_time{};                      ///< Default: execution_time.
+  CallbackGroup group = CallbackGroup::mutually_exclusive;  ///< Of all callbacks; not for type callbacks.
+  // Only for type `callbacks`, which uses no other member than name, type, inputs and outputs.
   std::vector<CallbackGroup> groups;
   std::vector<std::string> group_names;  ///< callbacks: parallel to groups.
   std::vector<Callback> callbacks;       ///< In order of creation.
   friend bool operator==(const Node&, const Node&) = default;
 };
 
-/// What a node of any type does, in order of creation: the six types of the reference system in terms of the
-/// seventh. First their subscriptions in input order, then their timer.
+/// The callbacks of a node of any type, in order of creation: expresses the six types of the
+/// reference system in terms of the seventh. Subscriptions come first, in input order, then the
+/// timer.
 std::vector<Callback> callbacks_of(const Node& node);
 
-/// A path of data whose latency is measured, from sources to the sink.
-/// Where a node has several callbacks that matter to it, the chain names their tasks instead.
+/// A path of data from sources to a sink, whose latency is measured. If a node has several relevant
+/// callbacks, the chain names their tasks instead of the node.
 struct Chain {
   std::string name;
-  std::vector<std::string> nodes;    ///< In creation order; all nodes the path visits.
-  std::vector<std::string> sources;  ///< Those of `nodes` where data begins: one timer, or a task.
+  std::vector<std::string> nodes;  ///< In creation order; all nodes the path visits.
+  /// The members of `nodes` where data begins: nodes with one timer, or tasks.
+  std::vector<std::string> sources;
   std::string sink;
   friend bool operator==(const Chain&, const Chain&) = default;
 };
 
-/// A node graph as its YAML file describes it; nodes in creation order.
+/// A node graph, as described by its YAML file; nodes in creation order.
 struct Graph {
   std::string name;
   std::string description;
@@ -150,49 +153,51 @@ struct Graph {
   WorkMode work = WorkMode::fixed;
   GraphPlatform platform;
 
-  /// The node of that name, or of the task of that name; nullptr for an unknown name.
+  /// The node with this name, or the node of the task with this name; nullptr for an unknown name.
   [[nodiscard]] const Node* find(const std::string& node_or_task) const;
-  /// Whether any node is of type `callbacks`. Messages of the others go by upstream's limits.
+  /// Whether any node is of type `callbacks`. Messages of other graphs have upstream's limits.
   [[nodiscard]] bool has_callbacks() const;
   friend bool operator==(const Graph&, const Graph&) = default;
 };
 
-/// Where a task of a graph's task set comes from.
+/// The origin of a task in the graph.
 struct TaskOrigin {
   std::uint32_t node = 0;
-  std::optional<std::uint32_t> input;  ///< Index into the node's inputs; none: a timer.
+  std::optional<std::uint32_t> input;  ///< Index into the node's inputs; std::nullopt: a timer.
   std::uint32_t callback = 0;          ///< Position among the node's callbacks.
 };
 
-/// The tasks of a graph: for each node in creation order its callbacks; no callback group has tasks of two
-/// nodes. A task's `feeds` are the subscriptions of all topics that its jobs may publish to: both inputs of a
-/// fusion feed its output, a cyclic node's subscriptions feed nothing, its timer feeds its output, each
-/// connection of an intersection feeds its own output.
+/// The tasks of a graph: the callbacks of each node in creation order; no callback group spans two
+/// nodes. A task's `feeds` are the subscriptions of all topics to which its jobs may publish: both
+/// inputs of a fusion feed its output; a cyclic node's subscriptions feed nothing, and its timer
+/// feeds its output; each connection of an intersection feeds its own output.
 struct GraphTasks {
   TaskSet set;
   // Parallel to set.tasks:
   std::vector<TaskOrigin> origin;
   std::vector<Callback> callbacks;
-  std::vector<std::vector<std::vector<TaskId>>> readers;  ///< Of each publication: its part of `feeds`.
+  std::vector<std::vector<std::vector<TaskId>>> readers;  ///< By publication: its part of `feeds`.
 
-  /// The subscriptions whose samples go into messages of a task.
+  /// The subscriptions whose samples enter the messages of a task.
   [[nodiscard]] std::vector<TaskId> merged_inputs(TaskId id) const;
-  /// The tasks that a task's data reaches next: those it feeds, and those of its node whose messages its
-  /// samples go into.
+  /// The next tasks that a task's data reaches: the tasks that it feeds, and tasks of its node
+  /// whose messages contain its samples.
   [[nodiscard]] std::vector<TaskId> downstream(TaskId id) const;
 };
+/// Expands a valid graph into its tasks.
 [[nodiscard]] GraphTasks make_tasks(const Graph& graph);
 
-/// Jobs of each task that really work, per second, in the steady state: a timer's own rate, a subscription's
-/// that of its input; where jobs wait for sets, the rate of the set's slowest input (shared evenly over the
-/// callbacks of which any may complete it). Tasks that never work count their input's rate.
+/// Steady-state rate of working jobs of each task, per second: for a timer its own rate, for a
+/// subscription the rate of its input. If jobs wait for sets, it is the rate of the set's slowest
+/// input, shared evenly over the callbacks that may complete it. Tasks that never work have the
+/// rate of their input.
 std::vector<double> activation_rates(const GraphTasks& tasks);
 
 /// Work of all nodes in percent of one core, from rates and execution times.
 double load_percent(const Graph& graph);
 
-/// Scales all execution times so that load_percent() becomes `percent` (>= 0; 0: no work at all).
-/// Throws std::invalid_argument for a negative load, or when the graph has no work to scale.
+/// Scales all execution times so that load_percent() becomes `percent` (>= 0; 0: no work). Throws
+/// std::invalid_argument for a negative load, or if the graph has no work to scale.
 void scale_to_load(Graph& graph, double percent);
 
 }  // namespace hotpath

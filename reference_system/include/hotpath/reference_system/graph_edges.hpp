@@ -9,14 +9,14 @@
 
 namespace hotpath {
 
-/// A subscription as a connection of two nodes (indices into the graph's nodes).
+/// A subscription as a connection between two nodes (indices into the graph's nodes).
 struct GraphEdge {
   std::uint32_t source = 0, target = 0;
   std::string topic;
-  bool hot = false;  ///< Part of the hot path: what a chain's sink publishes is not.
+  bool hot = false;  ///< Whether the edge is part of the hot path; publications of a chain's sink are not.
 };
 
-/// By publisher in creation order, its outputs, and subscriber in creation order.
+/// Sorted by publisher in creation order, its outputs, and subscriber in creation order.
 std::vector<GraphEdge> graph_edges(const Graph& graph);
 
 /// Whether the graph's first chain visits the node.

@@ -9,12 +9,12 @@
 
 namespace hotpath {
 
-/// Most bytes of the name of a node that is not of type `callbacks`: the message keeps 48 with the closing
-/// NUL (upstream's TransmissionStats.idl).
+/// Limit of the bytes in a node name, except for type `callbacks`: the message reserves 48
+/// including the closing NUL (upstream's TransmissionStats.idl).
 inline constexpr std::size_t kMaxNameBytes = 47;
 
-/// Most nodes in one message's history, in graphs without nodes of type `callbacks` (upstream's
-/// Message4kb.idl).
+/// Limit of the nodes in one message's history, in graphs without nodes of type `callbacks`
+/// (upstream's Message4kb.idl).
 inline constexpr std::size_t kMaxHistory = 63;
 
 /// Reads and checks a graph file, YAML with the keys
@@ -47,22 +47,22 @@ inline constexpr std::size_t kMaxHistory = 63;
 /// file that cannot be read or is not a valid graph.
 [[nodiscard]] Graph load_graph(const std::string& path);
 
-/// The path of a graph file. What has a slash or ends in .yaml or .yml is a path already; a bare name is
-/// looked up as NAME.yaml in the folders of the environment variable HOTPATH_GRAPHS (separated by colons),
-/// then in those the program was built with. Throws InputError when there is no such file.
+/// The path of a graph file. A name with a slash or ending in .yaml or .yml is a path already. A
+/// bare name is searched as NAME.yaml in the folders of the environment variable HOTPATH_GRAPHS
+/// (separated by colons), then in the built-in folders. Throws InputError if there is no such file.
 [[nodiscard]] std::string find_graph(const std::string& name_or_path);
 
-/// One graph file of those folders.
+/// One graph file in these folders.
 struct GraphListing {
-  std::string name;  ///< What find_graph takes: the file's name without .yaml.
+  std::string name;  ///< The argument of find_graph: the file name without .yaml.
   std::string description;
   std::size_t nodes = 0;
   std::string path;
-  std::string error;  ///< Why the file is not a valid graph; empty if it is one.
+  std::string error;  ///< The reason why the file is not a valid graph; empty if it is valid.
 };
 
-/// All graphs that have a bare name, by name. Of two files of one name the one that find_graph takes is
-/// listed.
+/// All graphs that are available by bare name, sorted by name. If two files have the same name,
+/// lists the one that find_graph takes.
 [[nodiscard]] std::vector<GraphListing> list_graphs();
 
 }  // namespace hotpath

@@ -8,13 +8,13 @@
 
 namespace hotpath {
 
-/// Draws the graph in Graphviz's language, data flowing from left to right: shape and colour by node type,
-/// the period of timers, the execution time of nodes that work, topics whose name is not their publisher's.
-/// Nodes and edges of the first chain are red and bold.
+/// Writes the graph in Graphviz's DOT language, data flowing from left to right: shape and colour
+/// by node type, the period of timers, the execution time of working nodes, and topics with another
+/// name than their publisher. Nodes and edges of the first chain are red and bold.
 void write_dot(std::ostream& out, const Graph& graph);
 
-/// The same, nodes coloured by the executor that serves them, with a legend. Of a node whose callbacks belong
-/// to several executors, that of the first callback colours it.
+/// Writes the graph with nodes coloured by executor, and a legend. If several executors serve a
+/// node's callbacks, the executor of the first callback determines the colour.
 void write_dot(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment);
 
 }  // namespace hotpath

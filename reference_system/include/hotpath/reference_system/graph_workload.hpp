@@ -26,16 +26,17 @@ struct SimulatedMessages {
   };
 };
 
-/// The machine that the graph's `platform` describes, for a simulation of its nodes under `executor`.
+/// The machine of the graph's `platform`, for a simulation of the graph under `executor`.
 Platform make_platform(const Graph& graph, const ExecutorEntry& executor);
 
-/// The nodes of a graph in virtual time: the behaviour of live nodes (NodeLogic), with execution times
-/// instead of work. Only jobs that really work take time: not those of a fusion that waits for another input,
-/// nor subscriptions of cyclic nodes. Messages name tasks, whatever the graph's live messages do.
+/// The nodes of a graph in virtual time: the behaviour of live nodes (NodeLogic) with execution
+/// times instead of work. Only working jobs take time: not jobs of a fusion that wait for another
+/// input, nor subscriptions of cyclic nodes. Messages identify tasks, even if the graph's live
+/// messages identify nodes.
 class GraphWorkload final : public Workload {
  public:
-  /// The arguments must outlive the workload. What the sinks of the graph's chains find in their data is
-  /// appended to `observations`, if given.
+  /// The arguments must outlive the workload. Observations of the chains' sinks are appended to
+  /// `observations`, if given.
   GraphWorkload(const Graph& graph, const GraphTasks& tasks, const ExecutionTimes& times,
                 std::vector<ChainObservation>* observations = nullptr);
 
@@ -54,14 +55,14 @@ class GraphWorkload final : public Workload {
     JobRef parent;
     SimulatedSample sample;
     const std::vector<TaskId>* readers;
-    std::size_t deliveries;  ///< Subscriptions that it has yet to reach.
+    std::size_t deliveries;  ///< Number of subscriptions still to reach.
   };
   struct Unread {
     std::uint64_t sequence;
     SimulatedSample sample;
   };
 
-  /// What a job does at its end.
+  /// Completes a job at its end.
   std::span<const TaskId> complete(const Task& task, Activation<SimulatedMessages>& job);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
@@ -73,21 +74,22 @@ class GraphWorkload final : public Workload {
   const ExecutionTimes& times_;
   std::vector<ChainObservation>* const observations_;
   const std::vector<ChainIndex> chains_;
-  std::shared_ptr<SimulatedMessagePool> pool_ = std::make_shared<SimulatedMessagePool>();  // first: all samples are in it
+  // Declared before everything that holds messages.
+  std::shared_ptr<SimulatedMessagePool> pool_ = std::make_shared<SimulatedMessagePool>();
   std::deque<NodeLogic<SimulatedMessages>> nodes_;
-  std::vector<std::vector<std::uint32_t>> ends_;  // per task: chains
-  std::vector<std::vector<TaskId>> sources_;      // per task: of chains whose sinks its data can reach
+  std::vector<std::vector<std::uint32_t>> ends_;  // by task: chains
+  std::vector<std::vector<TaskId>> sources_;      // by task: of chains whose sinks its data can reach
   std::vector<std::vector<TaskId>> sources_of_nodes_;
-  std::vector<std::vector<Unread>> unread_;       // per subscription, oldest first; as many as its depth
+  std::vector<std::vector<Unread>> unread_;             // by subscription, oldest first; at most its depth
   std::vector<Activation<SimulatedMessages>> running_;  // the first busy_; the others are clear
   std::size_t busy_ = 0;
   std::vector<TaskId> reached_;
   std::deque<OnTheWay> on_the_way_;
 };
 
-/// The jobs of a measured trace that really worked, from which ReplayedTimes takes execution times for a
-/// GraphWorkload: jobs that waited for others to complete a set are left out. Of tasks that never completed
-/// one, the times are those of a task that did.
+/// The jobs of a measured trace that really worked, from which ReplayedTimes takes execution times
+/// for a GraphWorkload; omits jobs that waited for others to complete a set. A task that never
+/// completed a set gets the times of a task that did.
 Trace working_jobs(const GraphTasks& tasks, const Trace& trace);
 
 }  // namespace hotpath

@@ -10,28 +10,29 @@
 
 namespace hotpath {
 
-/// What a written graph says to its reader beside the graph.
+/// Comments of a written graph.
 struct GraphComments {
-  std::string header;                     ///< In front of all; may have several lines.
-  std::map<std::string, std::string> of;  ///< One line each, by the name of a node or of a callback's task.
+  std::string header;                     ///< At the top of the file; may have several lines.
+  std::map<std::string, std::string> of;  ///< One line each; key: the name of a node or of a callback's task.
 };
 
-/// Most measured execution times of a callback that stand in the graph's own file.
+/// Limit of measured execution times per callback in the graph's own file.
 inline constexpr std::size_t kMaxInlineTimes = 20;
 
-/// The graph as text that load_graph() reads back as the same graph. All measured execution times are in it.
-/// A group without a name is mutually exclusive, as in a file.
+/// The graph as text from which load_graph() reads the same graph, including all measured execution
+/// times. An unnamed group is read back as mutually exclusive.
 [[nodiscard]] std::string graph_yaml(const Graph& graph, const GraphComments& comments = {});
 
-/// Writes a text into a file, whose folder may be missing.
+/// Writes a text into a file; creates its folder if necessary.
 using TextWriter = std::function<void(const std::filesystem::path& file, const std::string& text)>;
 
-/// A TextWriter that does not wait for the disk. Throws InputError when the file cannot be written.
+/// A TextWriter without sync to disk. Throws InputError if the file cannot be written.
 void write_text_file(const std::filesystem::path& file, const std::string& text);
 
-/// Writes the graph into `file`, by `write`. Callbacks with more than kMaxInlineTimes measured execution
-/// times have them in CSV files in a folder beside it, which is called STEM_times after the file. They are
-/// written first. Throws InputError when there is no folder for `file`, and what `write` throws.
+/// Writes the graph into `file` with `write`. If a callback has more than kMaxInlineTimes measured
+/// execution times, they go into a CSV file in a folder beside `file`, called STEM_times after it.
+/// The CSV files are written first. Throws InputError if the folder for `file` does not exist, and
+/// exceptions of `write`.
 void write_graph(const std::filesystem::path& file, const Graph& graph, const GraphComments& comments = {},
                  const TextWriter& write = write_text_file);
 

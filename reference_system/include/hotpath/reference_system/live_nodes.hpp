@@ -5,7 +5,8 @@
 
 namespace hotpath {
 
-/// The nodes of a graph that live in this process (`tasks.set[id].local`), on a transport: what jobs do.
+/// The nodes of a graph in this process (`tasks.set[id].local`), connected to a transport; runs
+/// their jobs.
 class LiveNodes : public JobHandler {
  public:
   virtual ~LiveNodes() = default;

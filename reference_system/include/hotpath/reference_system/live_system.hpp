@@ -13,13 +13,14 @@
 
 namespace hotpath {
 
+/// The transport between the nodes of a live system.
 enum class TransportKind : std::uint8_t { fastdds, intra_process };
 constexpr auto enum_texts(TransportKind) {
   return std::to_array<EnumText<TransportKind>>(
       {{TransportKind::fastdds, "fastdds"}, {TransportKind::intra_process, "intra_process"}});
 }
 
-/// Whether this build has the transport fastdds.
+/// Whether this build has the `fastdds` transport.
 [[nodiscard]] bool has_fastdds();
 
 /// One executor of a live system.
@@ -29,28 +30,29 @@ struct LiveExecutor {
   ExecutorOptions threads;
 };
 
+/// Parameters of a live system.
 struct LiveOptions {
   std::vector<LiveExecutor> executors;
-  std::vector<std::uint32_t> executor_of;  ///< By task; empty: the first executor serves all.
+  std::vector<std::uint32_t> executor_of;  ///< By task; empty: the first executor serves all tasks.
   TransportKind transport = TransportKind::fastdds;
   FastDdsOptions fastdds;
   Calibration calibration;
 };
 
-/// The nodes of a graph that live in this process, driven by one executor or several. Their messages are
-/// upstream's, or, if the graph has nodes of type `callbacks`, TaskMessage. First timestamps are the phases
-/// in `tasks`.
+/// The nodes of a graph in this process, driven by one or more executors. Their messages are
+/// upstream's, or TaskMessage if the graph has nodes of type `callbacks`. First timestamps are the
+/// phases in `tasks`.
 class LiveSystem : private SampleSink {
  public:
-  /// `memory` has logs for all workers and executors. Throws TransportError.
+  /// `memory` must have logs for all workers and executors. Throws TransportError.
   LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options, RunMemory& memory);
   ~LiveSystem();
 
-  /// Waits until all endpoints of the graph, also those in other processes, know each other. Throws
+  /// Waits until all endpoints of the graph, including other processes, are matched. Throws
   /// TransportError.
   void wait_until_matched(Time deadline) { nodes_->wait_until_matched(deadline); }
 
-  /// As Executor has them, for all executors: their workers are numbered through.
+  /// See Executor; for all executors, with their workers numbered consecutively.
   void start(Time epoch, Time end);
   void stop();
   Time join();

@@ -15,15 +15,15 @@
 
 namespace hotpath {
 
-/// Sample management of the reference system (upstream's sample_management.hpp) on the 4096-byte message,
-/// where nodes go by name.
+/// Sample management of the reference system (upstream's sample_management.hpp) on the 4096-byte
+/// message, which identifies nodes by name.
 class Message4kbHistory {
  public:
   using Message = msg::Message4kb;
   static constexpr std::size_t kCapacity = 63;
-  static constexpr bool kNamesJobs = false;  ///< The sequences of its entries count publications.
+  static constexpr bool kNamesJobs = false;  ///< The sequences of the entries count publications.
 
-  /// The names of the tasks' nodes become char[48] with a terminating NUL.
+  /// Converts the names of the tasks' nodes to char[48] with a terminating NUL.
   Message4kbHistory(const Graph& graph, const GraphTasks& tasks) {
     for (const TaskOrigin& origin : tasks.origin) {
       const std::string& name = graph.nodes[origin.node].name;
@@ -36,7 +36,8 @@ class Message4kbHistory {
   static void reserve(Message&, TaskId) {}
   static void clear(Message& m) { m.size(0); }
 
-  /// The last entry of any message is its publisher's. Ignored when the history is full.
+  /// Appends the publisher's entry, which is the last one of any message. Does nothing if the
+  /// history is full.
   void append(Message& m, const Stat& stat, std::uint32_t publication) const {
     if (m.size() >= kCapacity) return;
     auto& entry = m.stats()[m.size()];
@@ -47,8 +48,8 @@ class Message4kbHistory {
     m.size(m.size() + 1);
   }
 
-  /// Appends the entries of nodes that `into` does not have yet, in order: the first occurrence of a name
-  /// wins.
+  /// Appends the entries of nodes that `into` does not contain yet, in order: the first occurrence
+  /// of a name wins.
   static void merge(Message& into, const Message& from) {
     const std::size_t before = into.size();
     std::size_t size = before;
@@ -67,7 +68,7 @@ class Message4kbHistory {
     return m.size() == 0 ? 0 : m.stats()[m.size() - 1].sequence_number();
   }
 
-  /// Calls `visit(Stat)` for the first entry of these tasks' node, if there is one.
+  /// Calls `visit(Stat)` for the first entry of these tasks' node, if any.
   template <class Visit>
   void find(const Message& m, std::span<const TaskId> tasks, Visit&& visit) const {
     for (std::size_t i = 0; i < m.size(); ++i) {
@@ -82,7 +83,7 @@ class Message4kbHistory {
   std::vector<std::array<char, 48>> names_;  // by task
 };
 
-/// Writes the result of the work into data[0], what a reader needs to know of its sample into data[1..4].
+/// Writes the result of the work into data[0] and the SampleInfo into data[1..4].
 inline void complete(msg::Message4kb& m, const SampleInfo& info, std::int64_t result) {
   m.data()[0] = result;
   m.data()[1] = to_ns(info.published);
@@ -91,7 +92,7 @@ inline void complete(msg::Message4kb& m, const SampleInfo& info, std::int64_t re
   m.data()[4] = static_cast<std::int64_t>(info.parent.sequence);
 }
 
-/// Whether a node of a graph with so many tasks may have published it.
+/// Whether a node of a graph with this number of tasks may have published the message.
 inline bool is_message_of(const msg::Message4kb& m, TaskId tasks) {
   const auto instant = [](std::int64_t ns) { return ns >= 0; };
   if (m.size() == 0 || m.size() > Message4kbHistory::kCapacity) return false;
@@ -101,6 +102,7 @@ inline bool is_message_of(const msg::Message4kb& m, TaskId tasks) {
   return instant(m.data()[1]) && instant(m.data()[2]) && m.data()[3] >= 0 && m.data()[3] < tasks;
 }
 
+/// Reads the SampleInfo that complete() wrote.
 inline SampleInfo read_info(const msg::Message4kb& m) {
   return {from_ns(m.data()[1]),
           from_ns(m.data()[2]),
@@ -108,7 +110,7 @@ inline SampleInfo read_info(const msg::Message4kb& m) {
 }
 
 namespace msg {
-// For templates, which look for them beside the message.
+// For templates, which find these functions by argument-dependent lookup.
 using hotpath::is_message_of;
 using hotpath::read_info;
 }  // namespace msg

@@ -13,8 +13,8 @@
 
 namespace hotpath {
 
-/// The behaviour of one node, the same for live executors and simulator. A job is start(), then its work,
-/// then finish() of each of its messages. Jobs of one node may overlap (reentrant groups,
+/// The behaviour of one node, shared by live executors and simulator. A job consists of start(),
+/// its work, and finish() for each of its messages. Jobs of one node may overlap (reentrant groups,
 /// release-and-execute).
 template <class Messages>
 class NodeLogic {
@@ -39,7 +39,7 @@ class NodeLogic {
     }
   }
 
-  /// Makes room for any job of the node, and for the ends of `chains` chains.
+  /// Reserves memory for any job of the node, and for the ends of `chains` chains.
   void reserve(Activation<Messages>& job, std::size_t chains) const {
     std::size_t samples = 0, messages = 0;
     for (const Set& set : sets_) samples += set.slots.size();
@@ -49,7 +49,8 @@ class NodeLogic {
     job.observed.reserve(std::max(job.observed.capacity(), chains));
   }
 
-  /// A job of the node's callback at this position, which takes `sample` (timers: none). `job` is clear.
+  /// Starts a job of the node's callback at this position, which takes `sample` (timers: none).
+  /// `job` must be clear.
   void start(std::uint32_t callback, JobRef ref, Held sample, Time now, Activation<Messages>& job) {
     job.ref = ref;
     job.start = now;
@@ -92,7 +93,7 @@ class NodeLogic {
     }
   }
 
-  /// The output of the job's message `index`: index into the node's outputs.
+  /// The output of the job's message `index`, as an index into the node's outputs.
   [[nodiscard]] std::uint32_t output(const Activation<Messages>& job, std::size_t index) const {
     return publication(job, index).output;
   }
@@ -104,7 +105,7 @@ class NodeLogic {
     const std::lock_guard lock(mutex_);
     History::clear(out);
     if (publication.what.rule == PublishRule::last_of) {
-      // The inputs are read after the work, as upstream's cyclic node does.
+      // Inputs are read after the work, like in upstream's cyclic node.
       for (Slot& slot : sets_[publication.set].slots) {
         if (!slot.held) continue;
         dropped += missed(slot.last_seen, slot.held);
@@ -127,7 +128,7 @@ class NodeLogic {
     Held held;
     std::uint32_t last_seen = 0;
   };
-  /// Samples that wait for a message: of all callbacks that publish it.
+  /// Samples that wait for a message, shared by all callbacks that publish it.
   struct Set {
     Publication what;
     std::vector<Slot> slots;  // parallel to what.of
@@ -144,7 +145,7 @@ class NodeLogic {
     bool keeps_sample = true;
     std::uint32_t last_seen = 0;
     std::vector<OfPublication> publications;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> stores;  // sets and slots that its samples go into
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> stores;  // sets and slots for its samples
   };
 
   static std::uint32_t output_of(const Node& node, const std::string& topic) {
@@ -152,7 +153,8 @@ class NodeLogic {
                                       node.outputs.begin());
   }
 
-  /// Sets of rule all_new are shared by all that publish them; each last_of has its own.
+  /// Callbacks that publish the same all_new set share it; each last_of publication has its own
+  /// set.
   std::uint32_t set_of(const Publication& publication) {
     if (publication.of.empty()) return kNoSet;
     const auto same = [&](const Set& set) {
@@ -169,8 +171,8 @@ class NodeLogic {
   void store(std::uint32_t input, OfCallback& callback) const {
     for (std::uint32_t s = 0; s < sets_.size(); ++s) {
       const std::vector<std::uint32_t>& of = sets_[s].what.of;
-      const auto found = std::find(of.begin(), of.end(), input);
-      if (found != of.end()) callback.stores.emplace_back(s, static_cast<std::uint32_t>(found - of.begin()));
+      const auto place = std::find(of.begin(), of.end(), input);
+      if (place != of.end()) callback.stores.emplace_back(s, static_cast<std::uint32_t>(place - of.begin()));
     }
     const auto needs_it = [&](const OfPublication& p) {
       const std::vector<std::uint32_t>& of = p.what.of;
@@ -184,7 +186,7 @@ class NodeLogic {
     return callbacks_[job.callback].publications[job.messages[index].publication];
   }
 
-  /// Whether a job that starts now publishes it.
+  /// Whether a job that starts now will publish it.
   bool due(OfPublication& publication) {
     switch (publication.what.rule) {
       case PublishRule::always:
@@ -201,8 +203,8 @@ class NodeLogic {
     return std::all_of(slots.begin(), slots.end(), [](const Slot& s) { return static_cast<bool>(s.held); });
   }
 
-  /// Samples of an input that were lost since the last one used. The first loss is under-counted by one
-  /// sample, since sequences start at 0 and so does the memory (upstream).
+  /// Number of samples of an input lost since the last used one. The first loss is under-counted by
+  /// one sample, because both sequences and `last_seen` start at 0 (upstream).
   static std::uint32_t missed(std::uint32_t& last_seen, const Held& sample) {
     const std::uint32_t sequence = History::publication(Messages::message(sample));
     const std::uint32_t previous = std::exchange(last_seen, sequence);
@@ -213,7 +215,7 @@ class NodeLogic {
   [[no_unique_address]] typename Messages::Mutex mutex_;
   std::vector<OfCallback> callbacks_;
   std::vector<Set> sets_;
-  std::vector<std::uint32_t> published_;  // per output
+  std::vector<std::uint32_t> published_;  // by output
 };
 
 }  // namespace hotpath

@@ -9,8 +9,9 @@
 
 namespace hotpath {
 
-/// Reads a chain's latency out of `message`, which the sink's job `out.sink`, started at `out.sink_start`,
-/// worked on or produced. False when the message contains none of the chain's sources.
+/// Extracts a chain's latency from `message`, which the sink's job `out.sink`, started at
+/// `out.sink_start`, processed or produced. False if the message contains none of the chain's
+/// sources.
 template <class History>
 bool observe_chain(const History& history, const typename History::Message& message, const ChainIndex& chain,
                    ChainObservation& out) {
@@ -30,8 +31,8 @@ bool observe_chain(const History& history, const typename History::Message& mess
   return true;
 }
 
-/// Hands to `append` what a job finds in `message` of the chains that it ends, `ends`, each at most once a
-/// job. `job` is its Activation.
+/// Passes to `append` the observations of a job in `message` for the chains `ends` that the job
+/// ends, each chain at most once per job. `job` is its Activation.
 template <class History, class Job, class Append>
 void observe_chains(const History& history, const typename History::Message& message,
                     const std::vector<ChainIndex>& chains, std::span<const std::uint32_t> ends, Job& job,

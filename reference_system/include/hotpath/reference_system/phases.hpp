@@ -10,9 +10,9 @@
 
 namespace hotpath {
 
-/// Where the first timestamps of timers come from; the option `--phases`.
+/// The rule for the timers' first timestamps; option `--phases`.
 enum class Phases : std::uint8_t {
-  creation,     ///< Creation of the timer plus its period, nodes being created one after another, as rclcpp.
+  creation,  ///< Creation of the timer plus its period, with nodes created one after another, as in rclcpp.
   synchronous,  ///< All at the epoch.
   given,        ///< `phase_ms` of the graph file. (A file of phases is read with read_phases.)
   random,       ///< Uniform in [0, period).
@@ -25,26 +25,28 @@ constexpr auto enum_texts(Phases) {
                                           {Phases::random, "random"}});
 }
 
-/// What the creation of a node costs: a constant, and more for each of its publishers and subscriptions.
-/// Least squares over all rows of reference_system/ros2_reference/rclcpp_autoware_phases.csv, that is over
-/// the creation instants of Autoware's timers in seven runs of rclcpp 26 on Fast DDS (root mean square
-/// error 3.7 ms, of which most is one row's; BehaviorPlanner's timer is created 96 ms after the first one).
+/// The cost of creating a node: a constant, plus one per publisher and subscription. Fitted by
+/// least squares to all rows of reference_system/ros2_reference/rclcpp_autoware_phases.csv: the
+/// creation instants of Autoware's timers in seven runs of rclcpp 26 on Fast DDS. The root mean
+/// square error is 3.7 ms, most of it from one row; BehaviorPlanner's timer is created 96 ms after
+/// the first one.
 inline constexpr Duration kNodeCreation = std::chrono::microseconds(1840);
 inline constexpr Duration kEndpointCreation = std::chrono::microseconds(1320);
 
-/// Creation instant of each task's node's timer, from instant 0, the creation of the graph's first timer, on;
-/// a node's timer is created after its publishers and subscriptions. `step` instead of those two constants:
-/// uniform time per node (>= 0). Subscriptions: 0.
+/// Creation instant of the timer of each task's node, relative to the creation of the graph's first
+/// timer; a node's timer is created after its publishers and subscriptions. `step` replaces the two
+/// constants by a uniform time per node (>= 0). Subscriptions: 0.
 [[nodiscard]] std::vector<Duration> creation_instants(const Graph& graph, const GraphTasks& tasks,
                                                       std::optional<Duration> step = std::nullopt);
 
+/// Parameters of make_phases().
 struct PhaseOptions {
   std::optional<Duration> step;  ///< `creation`: uniform time per node instead of the constants above.
   std::uint64_t seed = 1;        ///< `random`: the same seed gives the same phases on every machine.
 };
 
-/// First timestamp of every timer relative to the epoch, >= 0, indexed by task; 0 for subscriptions.
-/// Throws std::invalid_argument for `given` when a timer's node has no phase.
+/// First timestamp of every timer relative to the epoch, >= 0, by task; 0 for subscriptions. Throws
+/// std::invalid_argument for `given` if a timer's node has no phase.
 [[nodiscard]] std::vector<Duration> make_phases(const Graph& graph, const GraphTasks& tasks, Phases phases,
                                                 const PhaseOptions& options = {});
 

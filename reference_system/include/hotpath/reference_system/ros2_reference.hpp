@@ -6,8 +6,8 @@
 
 namespace hotpath {
 
-/// The folder of what the real ROS 2 stack measured on the same workloads (its README tells the files), in
-/// the source tree or where it was installed. Nothing if it is in neither.
+/// The folder with the measurements of the real ROS 2 stack on the same workloads (its README
+/// describes the files), in the source tree or the installation. std::nullopt if it is in neither.
 [[nodiscard]] std::optional<std::filesystem::path> find_ros2_reference();
 
 }  // namespace hotpath

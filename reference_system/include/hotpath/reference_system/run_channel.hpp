@@ -13,24 +13,24 @@
 
 namespace hotpath {
 
-/// What the coordinator and a process of a run tell each other.
+/// A message between the coordinator and a process of a run.
 struct ChannelMessage {
   enum class Kind : std::uint32_t {
-    matched,  ///< Process: all endpoints have met.
+    matched,  ///< Process: all endpoints are matched.
     begin,    ///< Coordinator: number[0] is the epoch, number[1] the end.
-    begun,  ///< Process: its threads run; text lists their policies; [0]: the timer management thread has the
-            ///< ordinary one.
+    begun,  ///< Process: its threads run; text lists their policies; number[0]: whether the timer management
+            ///< thread has the ordinary policy.
     stop,   ///< Coordinator: end now.
     stopped,  ///< Process: no job runs any more; number[0] is the instant of the end.
     settle,   ///< Coordinator: every process has stopped.
-    done,     ///< Process: numbers are its usage.
-    failed,   ///< Process: text says why.
-    closed,   ///< Nobody: the other end is gone.
+    done,     ///< Process: the numbers are its resource usage.
+    failed,   ///< Process: text is the reason.
+    closed,   ///< Not sent: the other end is gone.
   };
   using Numbers = std::array<std::int64_t, 5>;
 
-  ChannelMessage(Kind what, const Numbers& numbers = {}, const std::string& words = "")
-      : kind(what), number(numbers) {
+  ChannelMessage(Kind message_kind, const Numbers& numbers = {}, const std::string& words = "")
+      : kind(message_kind), number(numbers) {
     set_text(words);
   }
 
@@ -41,7 +41,7 @@ struct ChannelMessage {
   void set_text(const std::string& s);
 };
 
-/// One end of a connection between two processes; closes with its owner.
+/// One end of a connection between two processes; the destructor closes it.
 class Channel {
  public:
   Channel() = default;
@@ -53,24 +53,26 @@ class Channel {
   /// Two connected ends. Throws std::system_error.
   static std::array<Channel, 2> make_pair();
 
-  /// For a program that this process becomes: the descriptor, which it takes over.
+  /// Releases the descriptor to a program that this process becomes.
   [[nodiscard]] int for_program() const;
 
-  /// False when the other end is gone.
+  /// False if the other end is gone.
   bool send(const ChannelMessage& message) const;
-  /// The next message, which is `closed` when the other end is gone; none when `until` passes or a signal
-  /// interrupts the wait.
+  /// The next message; `closed` if the other end is gone; std::nullopt if `until` passes or a
+  /// signal interrupts the wait.
   std::optional<ChannelMessage> receive(Time until) const;
 
  private:
   int descriptor_ = -1;
 };
 
-/// A copy of this process that runs `work` at the other end of the channel, and ends with what it returns.
+/// A copy of this process that runs `work` at the other end of the channel and exits with its
+/// result.
 struct ForkedProcess {
-  pid_t id = -1;  ///< Negative: it could not be forked; errno says why.
+  pid_t id = -1;  ///< Negative: the fork failed; errno has the reason.
   Channel channel;
 };
+/// Forks the process; `work` runs in the copy. Throws std::system_error if there is no socket pair.
 ForkedProcess fork_process(const std::function<int(const Channel&)>& work);
 
 }  // namespace hotpath

@@ -14,16 +14,18 @@
 
 namespace hotpath {
 
-/// The coordinator of a run is gone: end in order.
+/// Thrown when the coordinator of a run is gone: the process ends in an orderly way.
 struct CoordinatorGone {};
 
-/// A process of a run, from its matched endpoints to its end, as it talks to the coordinator.
+/// The life of a run's process, from matched endpoints to its end, and its dialogue with the
+/// coordinator.
 class RunLife {
  public:
   explicit RunLife(const Channel& coordinator) : coordinator_(coordinator) {}
 
-  /// `System` is LiveSystem, or what has the same functions. `settle` waits, for a bounded time, until all
-  /// samples that were published for this process have arrived. Throws what they throw, and CoordinatorGone.
+  /// `System` is LiveSystem or a type with the same functions. `settle` waits, for a bounded time,
+  /// until all samples published for this process have arrived. Throws their exceptions and
+  /// CoordinatorGone.
   template <class System>
   void live_through(System& system, Time match_limit, const std::function<void()>& settle) const {
     system.wait_until_matched(match_limit);
@@ -52,7 +54,7 @@ class RunLife {
  private:
   using Kind = ChannelMessage::Kind;
 
-  /// Until `end`, or, which returns false, until the coordinator asks for an earlier one.
+  /// Waits until `end`; returns false if the coordinator requests an earlier end.
   template <class System>
   bool wait(Time end, System& system) const {
     while (now() < end) {
@@ -72,7 +74,7 @@ class RunLife {
   static rusage own_usage();
   static Duration cpu_time(const rusage& usage);
   static std::string as_text(const std::vector<WorkerThread>& workers);
-  /// The timer management thread runs under the ordinary policy.
+  /// Whether the timer management thread runs under the ordinary policy.
   static bool timers_are_ordinary(const std::vector<WorkerThread>& workers);
 
   const Channel& coordinator_;

@@ -12,34 +12,35 @@
 
 namespace hotpath {
 
-/// Where one process of a run records, sized before the run starts and shared with the process that collects:
-/// what a process has recorded survives its death. Backed by a memory file without a name, so nothing is left
-/// behind anywhere.
+/// The memory into which one process of a run records. It is sized before the run starts and shared
+/// with the collecting process, so records survive the death of the recording process. Backed by an
+/// unnamed memory file, so nothing is left behind.
 class RunMemory {
  public:
   struct Size {
     std::uint32_t tasks = 0;
     std::uint32_t workers = 0;
-    std::uint64_t jobs = 0;    ///< Records for each worker, and for what arrivals at an executor overwrite.
-    std::uint64_t chains = 0;  ///< Chain observations for each worker.
+    std::uint64_t jobs = 0;    ///< Records per worker, and per executor for samples overwritten at arrival.
+    std::uint64_t chains = 0;  ///< Chain observations per worker.
     std::uint32_t executors = 1;
   };
 
-  /// What that size takes.
+  /// Number of bytes for this size.
   [[nodiscard]] static std::size_t bytes(const Size& size);
 
-  /// Throws std::system_error when there is not enough memory.
+  /// Throws std::system_error if there is not enough memory.
   explicit RunMemory(const Size& size);
-  /// What another process made with this size, by its memory file, which is closed.
+  /// Maps the memory that another process created with this size, by the descriptor of its memory
+  /// file, which is then closed.
   RunMemory(const Size& size, int descriptor);
   ~RunMemory();
   RunMemory(const RunMemory&) = delete;
   RunMemory& operator=(const RunMemory&) = delete;
 
-  /// The memory file; another program takes it over when it is not closed before (FD_CLOEXEC).
+  /// The memory file; another program can take it over unless FD_CLOEXEC closes it before.
   [[nodiscard]] int descriptor() const { return descriptor_; }
 
-  /// Of each worker, then, of each executor, for what arrivals overwrite.
+  /// One log per worker, then one per executor for samples overwritten at arrival.
   [[nodiscard]] const Executor::Logs& jobs() const { return jobs_; }
   [[nodiscard]] const std::vector<RecordLog<ChainObservation>>& chains() const { return chains_; }
   /// Per subscription: samples published for it. Timers: 0.
@@ -56,7 +57,7 @@ class RunMemory {
   std::vector<RecordLog<ChainObservation>> chains_;
 };
 
-/// Samples published for a subscription so far, by all processes of a run.
+/// Number of samples published so far for a subscription, by all processes of a run.
 std::uint64_t published_for(const std::deque<RunMemory>& memories, TaskId subscription);
 
 }  // namespace hotpath

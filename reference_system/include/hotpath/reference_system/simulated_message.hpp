@@ -13,7 +13,7 @@ inline TaskId task_of(const Stat& entry) { return entry.task; }
 inline const Stat& stat_of(const Stat& entry) { return entry; }
 inline void set_stat(Stat& entry, const Stat& stat) { entry = stat; }
 
-/// What a message says about its data, without the bytes.
+/// The information of a message about its data, without the bytes.
 class SimulatedMessage {
  public:
   const std::vector<Stat>& history() const { return history_; }
@@ -30,7 +30,8 @@ class SimulatedMessage {
 
 using SimulatedHistory = TaskHistory<SimulatedMessage>;
 
-/// Messages that return here when their last holder lets go of them; as many as ever were held at once.
+/// A pool to which messages return when their last holder releases them. Holds as many messages as
+/// were ever in use at once.
 class SimulatedMessagePool {
  public:
   SimulatedMessage& take() {
@@ -39,7 +40,7 @@ class SimulatedMessagePool {
     free_.pop_back();
     return message;
   }
-  /// Not inline: most holders that go hold nothing, and shall find that out quickly.
+  /// Not inline: most destroyed holders are empty, and their check stays short.
   void give_back(SimulatedMessage& message);
 
  private:
@@ -47,7 +48,7 @@ class SimulatedMessagePool {
   std::vector<SimulatedMessage*> free_;
 };
 
-/// One hold on a message. Not for more than one thread.
+/// A reference to a message; for one thread only.
 class SimulatedSample {
  public:
   SimulatedSample() = default;

@@ -7,12 +7,13 @@
 
 namespace hotpath {
 
-/// One entry of a message's history: which job contributed, and when.
+/// One entry of a message's history: a contributing job and its start.
 struct Stat {
   TaskId task = 0;
-  std::uint32_t dropped = 0;   ///< Samples that its inputs lost since its last publication.
-  std::uint64_t sequence = 0;  ///< Of the job; in upstream's message its publisher's publications before it.
-  Time start{};                ///< Start of the publishing job.
+  std::uint32_t dropped = 0;  ///< Samples that the job's inputs lost since its last publication.
+  /// Sequence of the job; in upstream's message, the publisher's number of earlier publications.
+  std::uint64_t sequence = 0;
+  Time start{};  ///< Start of the publishing job.
 };
 
 }  // namespace hotpath

@@ -8,21 +8,22 @@
 
 namespace hotpath {
 
-/// Sample management as Message4kbHistory has it, on a message whose history has any length and where jobs go
-/// by task. `Message` has `history()`, a vector of entries with task_of(), stat_of() and set_stat(), and the
-/// number of publications of its publisher before it, `publication()`.
+/// Sample management like Message4kbHistory, on a message whose history has any length and
+/// identifies jobs by task. `Message` has `history()`, a vector of entries with task_of(),
+/// stat_of() and set_stat(), and `publication()`, the number of its publisher's earlier
+/// publications.
 template <class M>
 class TaskHistory {
  public:
   using Message = M;
-  static constexpr bool kNamesJobs = true;  ///< The sequences of its entries are those of jobs.
+  static constexpr bool kNamesJobs = true;  ///< The sequences of the entries are those of jobs.
 
-  /// Memory for an entry of each task.
+  /// Reserves memory for one entry per task.
   static void reserve(Message& m, TaskId tasks) { m.history().reserve(tasks); }
   static void clear(Message& m) { m.history().clear(); }
 
-  /// The last entry of any message is its publisher's, and the only one of it: what a timer published may
-  /// come back to it by way of others.
+  /// Appends the publisher's entry, which is the last one of any message, and removes an earlier
+  /// one: a timer's publication may return to the timer through other tasks.
   static void append(Message& m, const Stat& stat, std::uint32_t publication) {
     auto& entries = m.history();
     const auto its = [&](const auto& e) { return task_of(e) == stat.task; };
@@ -32,7 +33,8 @@ class TaskHistory {
     m.publication(publication);
   }
 
-  /// Appends the entries of tasks that `into` does not have yet, in order: the first occurrence wins.
+  /// Appends the entries of tasks that `into` does not contain yet, in order: the first occurrence
+  /// wins.
   static void merge(Message& into, const Message& from) {
     auto& entries = into.history();
     const auto before = static_cast<std::ptrdiff_t>(entries.size());
@@ -44,7 +46,7 @@ class TaskHistory {
 
   static std::uint32_t publication(const Message& m) { return m.publication(); }
 
-  /// Calls `visit(Stat)` for the first entry of one of these tasks, if there is one.
+  /// Calls `visit(Stat)` for the first entry of one of these tasks, if any.
   template <class Visit>
   static void find(const Message& m, std::span<const TaskId> tasks, Visit&& visit) {
     for (const auto& entry : m.history()) {

@@ -30,14 +30,14 @@ inline void set_stat(Contribution& entry, const Stat& stat) {
 
 using TaskMessageHistory = TaskHistory<msg::TaskMessage>;
 
-/// Writes the result of the work, and what a reader needs to know of its sample besides its history.
+/// Writes the result of the work and the SampleInfo, whose parent is the history's last entry.
 inline void complete(msg::TaskMessage& m, const SampleInfo& info, std::int64_t result) {
   m.published(to_ns(info.published));
   m.deadline(to_ns(info.deadline));
   m.result(result);
 }
 
-/// Whether a task of a graph with so many may have published it.
+/// Whether a task of a graph with this number of tasks may have published the message.
 inline bool is_message_of(const msg::TaskMessage& m, TaskId tasks) {
   const auto instant = [](std::int64_t ns) { return ns >= 0; };
   const auto known = [&](const msg::Contribution& entry) {
@@ -47,13 +47,14 @@ inline bool is_message_of(const msg::TaskMessage& m, TaskId tasks) {
          std::all_of(m.history().begin(), m.history().end(), known);
 }
 
+/// Reads the SampleInfo; the message must satisfy is_message_of().
 inline SampleInfo read_info(const msg::TaskMessage& m) {
   const msg::Contribution& publisher = m.history().back();
   return {from_ns(m.published()), from_ns(m.deadline()), {publisher.task(), publisher.job()}};
 }
 
 namespace msg {
-// For templates, which look for them beside the message.
+// For templates, which find these functions by argument-dependent lookup.
 using hotpath::is_message_of;
 using hotpath::read_info;
 }  // namespace msg

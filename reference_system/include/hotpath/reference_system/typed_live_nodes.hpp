@@ -17,8 +17,8 @@
 
 namespace hotpath {
 
-/// Samples on a live transport. `H` is the sample management, `P` the generated type support of its message,
-/// if it has one.
+/// Samples on a live transport. `H` is the sample management, `P` the generated type support of its
+/// message, if any.
 template <class H, class P = void>
 struct LiveMessages {
   using History = H;
@@ -32,6 +32,7 @@ struct LiveMessages {
   static bool valid(const Message& m, TaskId tasks) { return is_message_of(m, tasks); }
 };
 
+/// LiveNodes with messages of one type.
 template <class Messages>
 class TypedLiveNodes final : public LiveNodes {
  public:
@@ -76,7 +77,8 @@ class TypedLiveNodes final : public LiveNodes {
       }
       local_[id] = &locals_.back();
     }
-    // A reader that comes after its writer gets samples in the order in which the readers came.
+    // Readers created after their writer get samples in the order in which the readers were
+    // created.
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
       const TaskOrigin origin = tasks_.origin[id];
       if (!tasks_.set[id].local || !origin.input) continue;
@@ -137,13 +139,13 @@ class TypedLiveNodes final : public LiveNodes {
   const std::vector<ChainIndex> chains_;
   RunMemory& memory_;
   std::vector<RecordLog<ChainObservation>> chain_logs_;
-  std::vector<std::vector<std::uint32_t>> ends_;  // per task: chains
+  std::vector<std::vector<std::uint32_t>> ends_;  // by task: chains
   std::vector<Work> work_;                        // per task
 
-  std::unique_ptr<Transport<Message>> transport_;  // before all that holds its samples
+  std::unique_ptr<Transport<Message>> transport_;  // declared before everything that holds its samples
   std::deque<Local> locals_;
   std::vector<Local*> local_;               // by task; nullptr: in another process
-  std::vector<Activation<Messages>> jobs_;  // of each worker
+  std::vector<Activation<Messages>> jobs_;  // by worker
 };
 
 }  // namespace hotpath

@@ -6,7 +6,7 @@
 
 namespace hotpath {
 
-/// The execution time of one node's activations, ready to be burnt.
+/// The work of one callback's jobs.
 class Work {
  public:
   Work(WorkMode mode, Duration duration, const CrunchScale& scale)
@@ -14,8 +14,8 @@ class Work {
         duration_(duration),
         limit_(mode == WorkMode::fixed ? scale.limit(duration) : kUnlimited) {}
 
-  /// Burns it in the calling thread, for a job that started at `start`; returns the result of the number
-  /// cruncher.
+  /// Spends the execution time in the calling thread, for a job that started at `start`; returns
+  /// the result of the number cruncher.
   [[nodiscard]] std::int64_t burn(Time start) const;
 
  private:

@@ -7,10 +7,10 @@
 
 namespace hotpath {
 
-/// The text of a regular file of at most 4 MiB. Throws InputError.
+/// Reads a regular text file of at most 4 MiB. Throws InputError.
 std::string read_text_file(const std::string& path);
 
-/// The map that the text consists of. `remedy` says what such a file looks like. Throws InputError.
+/// Parses a text that must be a map. `remedy` describes such a file. Throws InputError.
 YAML::Node read_yaml(const std::string& file, const std::string& text, const std::string& remedy);
 
 }  // namespace hotpath

@@ -15,11 +15,11 @@
 
 namespace hotpath {
 
-/// Room for a prefix before the 255 bytes that DDS allows.
+/// Limit of the bytes in a topic name: leaves room for a prefix within the 255 bytes of DDS.
 inline constexpr std::size_t kMaxTopicBytes = 200;
 
-/// One value of a YAML file that knows its place and what it is called, with checked conversions; all
-/// throw InputError.
+/// One value of a YAML file with its position and a description for messages. The conversions check
+/// the value; all throw InputError.
 class YamlValue {
  public:
   YamlValue(const std::string& file, const YAML::Node& node, std::string what, int line)
@@ -30,18 +30,18 @@ class YamlValue {
   bool is_null() const { return node_.IsNull(); }
   bool is_list() const { return node_.IsSequence(); }
 
-  /// Valid UTF-8.
+  /// Must be valid UTF-8.
   std::string text() const;
-  /// Names appear in CSV columns and in messages: no blanks, commas, quotes; a node's no slash either.
+  /// A name for CSV columns and messages: no blanks, commas or quotes; for a node also no slash.
   std::string name() const { return checked_name(kMaxNameBytes, false); }
-  /// One that no message carries.
+  /// A name that no message contains: of any length.
   std::string long_name() const { return checked_name(std::numeric_limits<std::size_t>::max(), false); }
   std::string topic() const { return checked_name(kMaxTopicBytes, true); }
   Duration milliseconds(bool zero_allowed) const;
   /// >= 0.
   Duration microseconds() const;
   std::int64_t integer(std::int64_t least, std::int64_t most) const;
-  /// Any but the extremes, which stand for none.
+  /// Any integer except the extremes, which are reserved for "none".
   std::int64_t priority() const {
     using Limits = std::numeric_limits<std::int64_t>;
     return integer(Limits::min() + 1, Limits::max() - 1);
@@ -54,7 +54,7 @@ class YamlValue {
   }
   /// A list with at least one item; `what` names an item.
   std::vector<YamlValue> list(const std::string& item) const;
-  /// The same, which may be empty or null.
+  /// A list that may be empty or null.
   std::vector<YamlValue> items(const std::string& item) const;
 
   [[noreturn]] void fail(const std::string& problem, const std::string& remedy) const;
@@ -69,7 +69,7 @@ class YamlValue {
   int line_;
 };
 
-/// A YAML map whose keys are texts and occur once. `what` names it in messages.
+/// A YAML map with distinct text keys. `what` names the map in messages.
 class YamlMap {
  public:
   YamlMap(const YamlValue& value, std::string what);
@@ -84,8 +84,8 @@ class YamlMap {
   std::optional<YamlValue> find(const std::string& key) const;
   YamlValue require(const std::string& key, const std::string& example) const;
 
-  /// Refuses keys that are not among `known`; `elsewhere` are keys that exist, but not for this kind of
-  /// thing.
+  /// Rejects keys that are not among `known`; `elsewhere` are keys that are valid only for other
+  /// kinds of objects.
   void check_keys(const std::vector<std::string>& known,
                   const std::vector<std::string>& elsewhere = {}) const;
 

@@ -16,43 +16,48 @@ namespace hotpath {
 struct PriorityExecutorParts;
 
 struct PriorityExecutorOptions {
-  /// `rm-ro`, `rm-re`, `dm-*`, `edf-*`, `fp-*`, `events-ro`, `events-re`, `cbg`: `hotpath list executors`.
-  /// The paper's take `:first` (subscriptions before all timers) and `:fifo` (ties by activation).
+  /// `rm-ro`, `rm-re`, `dm-*`, `edf-*`, `fp-*`, `events-ro`, `events-re` or `cbg`; `hotpath list
+  /// executors` describes them. The paper's executors take the variants `:first` (subscriptions
+  /// before all timers) and `:fifo` (ties by activation).
   std::string executor = "rm-ro";
-  /// Threads that run callbacks, that of spin() among them; more than one with release-only executors and
-  /// `cbg`. Mutually exclusive callback groups stay so.
+  /// Number of threads that run callbacks, including the thread that calls spin(). Only
+  /// release-only executors and `cbg` take more than one. Callbacks of a mutually exclusive group
+  /// never overlap.
   unsigned threads = 1;
-  /// YAML with priorities of callbacks, docs/ros2.md; `fp-*`. Empty: none.
+  /// YAML file with callback priorities for `fp-*` (format: docs/ros2.md). Empty: none.
   std::string priorities;
-  /// A graph of this project, a path or a bare name: subscriptions inherit priorities along it. Empty: none.
+  /// A hotpath graph, as a path or a bare name; subscriptions inherit priorities along it. Empty:
+  /// none.
   std::string graph;
-  /// Without a graph: who publishes during whose callback is learnt at run time, from samples that the
+  /// Without a graph: learns at run time which callback feeds which, from samples that the
   /// middleware or intra-process communication delivers during the publication, in the same thread.
   bool learn = true;
-  /// `fifo:90`, `other`, ...: asked for, so that spin() throws std::runtime_error when it is not obtained.
-  /// Otherwise the paper's executors raise the timer thread to SCHED_FIFO 90 where that is permitted, and say
-  /// so once where it is not.
+  /// Required policy (`fifo:90`, `other`, ...): spin() throws std::runtime_error if it is denied.
+  /// Without a value, the paper's executors raise the timer thread to SCHED_FIFO 90 if permitted;
+  /// otherwise they log one warning.
   std::optional<std::string> timer_thread;
-  /// For the thread that calls spin(), which keeps it, and the others that run callbacks.
+  /// Required policy of all threads that run callbacks. The thread that calls spin() keeps it
+  /// afterwards.
   std::optional<std::string> executor_threads;
 };
 
-/// One callback as its executor sees it.
+/// The job that a callback serves.
 struct RunningCallback {
-  std::chrono::nanoseconds timestamp{};  ///< CLOCK_MONOTONIC; timers: nominal; others: arrival.
-  std::chrono::nanoseconds release{};    ///< When it entered the queue.
-  std::uint64_t sequence = 0;            ///< Of the timestamp or sample of this callback.
-  std::uint32_t skipped = 0;             ///< Timers: timestamps after it for which nothing ever runs.
+  std::chrono::nanoseconds timestamp{};  ///< CLOCK_MONOTONIC; timers: nominal instant; others: arrival.
+  std::chrono::nanoseconds release{};    ///< When the job entered the queue.
+  std::uint64_t sequence = 0;            ///< Index of its timestamp or sample.
+  std::uint32_t skipped = 0;             ///< Timers: number of skipped timestamps that follow.
 };
 
-/// The paper's executors, and those of rclcpp that they are compared with, for unpatched rclcpp. A timer
-/// thread of its own releases the timers at their nominal instants (release-only), or runs them as well
-/// (release-and-execute; then callback groups do not keep a timer and another callback apart). In spin_some()
-/// and its kin the calling thread does both. All decisions are those of hotpath_executor::core.
+/// The paper's executors, and the events executors of rclcpp as a comparison, for unpatched rclcpp.
+/// A separate timer thread releases timers at their nominal instants (release-only) or also runs
+/// them (release-and-execute; then a timer may overlap other callbacks of its mutually exclusive
+/// group). In spin_some(), spin_all() and spin_once() the calling thread does both.
+/// hotpath_executor::core makes all scheduling decisions.
 ///
-/// Throws std::invalid_argument for options that say nothing it has, hotpath's InputError (a
-/// std::runtime_error) for files. An exception of a callback leaves spin(), after the other threads have
-/// ended; what was queued stays so.
+/// Throws std::invalid_argument for unknown or contradictory options, and hotpath's InputError (a
+/// std::runtime_error) for invalid files. An exception of a callback propagates from spin() after
+/// the other threads have ended; queued jobs stay queued.
 class PriorityExecutor : public rclcpp::Executor {
  public:
   PriorityExecutor() : PriorityExecutor(PriorityExecutorOptions{}) {}
@@ -78,23 +83,25 @@ class PriorityExecutor : public rclcpp::Executor {
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_manually_added_callback_groups() override;
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_automatically_added_callback_groups_from_nodes() override;
 
-  /// Given priority under `fp-*`, the smaller first; of a group: for what has none of its own. Before or
-  /// after its node was added, from any thread. Throws std::invalid_argument under another policy.
+  /// Sets a priority under `fp-*`; smaller values run first. A group's priority applies to its
+  /// entities without their own. Callable from any thread, before or after the node is added.
+  /// Throws std::invalid_argument under another policy.
   void set_priority(const rclcpp::TimerBase::SharedPtr& timer, std::int64_t priority);
   void set_priority(const rclcpp::SubscriptionBase::SharedPtr& subscription, std::int64_t priority);
   void set_priority(const rclcpp::ServiceBase::SharedPtr& service, std::int64_t priority);
   void set_priority(const rclcpp::ClientBase::SharedPtr& client, std::int64_t priority);
   void set_priority(const rclcpp::CallbackGroup::SharedPtr& group, std::int64_t priority);
 
-  /// Callbacks from the most urgent on: `/node@Timer(100000000)`, `/node@Subscription(/topic)`, each with
-  /// what it is ordered by. Any thread.
+  /// Callbacks, most urgent first, each with its sort key: `/node@Timer(100000000): 100000000 ns`.
+  /// Callable from any thread.
   [[nodiscard]] std::vector<std::string> priority_order() const;
 
-  /// The threads of the spin() that runs, or ran last, that of its caller first, each with the policy that it
-  /// obtained: `executor other`, `timer_mgmt fifo:90`. Empty until all have theirs. Any thread.
+  /// The threads of the current or last spin(), the caller first, each with its obtained policy:
+  /// `executor other`, `timer_mgmt fifo:90`. Empty until all policies are set. Callable from any
+  /// thread.
   [[nodiscard]] std::vector<std::string> thread_policies() const;
 
-  /// Of the callback that the calling thread is in; nothing outside of one.
+  /// The callback that the calling thread runs; std::nullopt outside a callback.
   [[nodiscard]] static std::optional<RunningCallback> running_callback();
 
  protected:

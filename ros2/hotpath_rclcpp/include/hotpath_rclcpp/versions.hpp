@@ -8,10 +8,11 @@
 #include <string>
 #include <type_traits>
 
-/// Everything in which the versions of rclcpp from Humble to Rolling differ for this package.
+/// Hides the differences between rclcpp versions, from Humble to Rolling.
 namespace hotpath::versions {
 
-/// How Executor::add_node() and its kin take a pointer: by value, from Lyrical on by reference.
+/// How Executor::add_node() and similar functions take a pointer: by value, since Lyrical by
+/// reference.
 template <class Pointer, class = void>
 struct Passed {
   using Type = const Pointer&;
@@ -28,12 +29,12 @@ using GroupArgument =
     std::conditional_t<std::is_reference_v<NodeBaseArgument>, const rclcpp::CallbackGroup::SharedPtr&,
                        rclcpp::CallbackGroup::SharedPtr>;
 
-/// Iron on: a timer tells of its reset.
+/// Since Iron, a timer reports its reset through a callback.
 #define HOTPATH_TIMERS_TELL_OF_RESETS RCLCPP_VERSION_GTE(21, 0, 0)
 
 inline constexpr bool kTimersTellOfResets = HOTPATH_TIMERS_TELL_OF_RESETS;
 
-/// `callback` may be empty, which clears it.
+/// Sets the reset callback where rclcpp has one; an empty `callback` clears it.
 inline void on_reset(rclcpp::TimerBase& timer, const std::function<void(std::size_t)>& callback) {
 #if HOTPATH_TIMERS_TELL_OF_RESETS
   callback ? timer.set_on_reset_callback(callback) : timer.clear_on_reset_callback();
@@ -43,10 +44,10 @@ inline void on_reset(rclcpp::TimerBase& timer, const std::function<void(std::siz
 #endif
 }
 
-/// Calls the timer and runs its callback; false: it is cancelled and nothing ran.
+/// Calls the timer and runs its callback. Returns false if it is cancelled and nothing ran.
 template <class Timer>
 bool run_timer(Timer& timer) {
-  if constexpr (std::is_same_v<decltype(timer.call()), bool>) {  // to Iron
+  if constexpr (std::is_same_v<decltype(timer.call()), bool>) {  // up to Iron
     if (!timer.call()) return false;
     timer.execute_callback();
   } else {
@@ -66,8 +67,8 @@ inline void run(rclcpp::Waitable& waitable, int entity) {
 #endif
 }
 
-/// False: a QoS event of Humble's rmw_fastrtps (6.2). It calls back with a pointer to something else when an
-/// event is pending while the callback is set, and the program crashes.
+/// False for a QoS event of Humble's rmw_fastrtps (6.2): if an event is pending while its callback
+/// is set, the middleware calls back with a wrong pointer and the program crashes.
 inline bool may_call_back(const rclcpp::Waitable& waitable) {
 #if RCLCPP_VERSION_GTE(21, 0, 0)
   static_cast<void>(waitable);
@@ -79,7 +80,7 @@ inline bool may_call_back(const rclcpp::Waitable& waitable) {
 #endif
 }
 
-/// Whether an intra-process subscription has a message, which it knows without a wait set.
+/// Whether an intra-process subscription has a message. It ignores the wait set.
 inline bool has_message(rclcpp::experimental::SubscriptionIntraProcessBase& subscription) {
 #if RCLCPP_VERSION_GTE(28, 0, 0)
   return subscription.is_ready(rcl_get_zero_initialized_wait_set());
@@ -88,7 +89,7 @@ inline bool has_message(rclcpp::experimental::SubscriptionIntraProcessBase& subs
 #endif
 }
 
-/// What is triggered when the node, or the group, has got another entity.
+/// The guard condition that is triggered when the node or the group gets another entity.
 inline rclcpp::GuardCondition& changes_of(NodeBase& node) {
 #if RCLCPP_VERSION_GTE(21, 0, 0)
   return *node.get_shared_notify_guard_condition();
@@ -111,7 +112,7 @@ inline rclcpp::GuardCondition& reference(const rclcpp::GuardCondition::SharedPtr
   return *condition;
 }
 
-/// The clock of a timer, which has no accessor for it.
+/// The clock of a timer: rclcpp has no accessor for it.
 inline rclcpp::Clock::SharedPtr clock_of(const rclcpp::TimerBase& timer) {
   struct Access : rclcpp::TimerBase {
     static rclcpp::Clock::SharedPtr rclcpp::TimerBase::*member() { return &Access::clock_; }

@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// A description of a real system (HOTPATH_FUZZED_IMPORT reads it) becomes a graph and a deployment, which
-// load.
+// An architecture file of CARET is rejected, or it becomes a graph and a deployment that load.
 #include <iostream>
 
 #include "fuzz.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "import/import_caret.hpp"
-#include "import/import_irobot.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hotpath;
   static fuzz::InputFile file;
   static const fuzz::TemporaryFolder folder;
-  std::cout.setstate(std::ios::failbit);  // what was understood is nobody's to read
+  std::cout.setstate(std::ios::failbit);
   return fuzz::read_or_refuse([&] {
     const std::filesystem::path output = folder.path() / "output";
     std::filesystem::remove_all(output);
-    HOTPATH_FUZZED_IMPORT({.file = file.hold(data, size), .output = output});
+    import_caret({.file = file.hold(data, size), .output = output});
     const Graph graph = load_graph(output / "graph.yaml");
     const std::string deployment = output / "deployment.yaml";
     if (std::filesystem::exists(deployment))
