@@ -135,6 +135,9 @@ class PublishingWorkload final : public Workload {
   explicit PublishingWorkload(const ExecutionTimes& times) : times_(times) {}
   Duration start(const Job& job, Time) override { return times_.of(job); }
   std::span<const TaskId> finish(const Job&, const Task& task, Time) override { return task.feeds; }
+  [[nodiscard]] std::unique_ptr<Workload> clone() const override {
+    return std::make_unique<PublishingWorkload>(*this);
+  }
 
  private:
   const ExecutionTimes& times_;
