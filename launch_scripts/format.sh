@@ -9,10 +9,10 @@ mode=(-i) python=()
 [ "${1:-}" = --check ] && mode=(--dry-run --Werror) python=(--check)
 git ls-files '*.cpp' '*.hpp' | xargs clang-format "${mode[@]}"
 
-packages=(bench/hotpath_report tools)
+mapfile -t sources < <(git ls-files '*.py')
 have() { command -v "$1" >/dev/null; }
-if have black; then black --quiet "${python[@]}" "${packages[@]}"; fi
+if have black; then black --quiet "${python[@]}" "${sources[@]}"; fi
 if [ "${1:-}" = --check ]; then
-  if have flake8; then flake8 "${packages[@]}"; fi
-  if have mypy; then mypy --no-error-summary "${packages[@]}"; fi
+  if have flake8; then flake8 "${sources[@]}"; fi
+  if have mypy; then mypy --no-error-summary "${sources[@]}"; fi
 fi

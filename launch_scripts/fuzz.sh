@@ -7,4 +7,4 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 { cmake --preset fuzz && cmake --build --preset fuzz; } >build-fuzz.log 2>&1 || { tail -40 build-fuzz.log; exit 1; }
-exec /usr/bin/python3 -B tools/fuzz.py "$@"
+exec tools/fuzz.py "$@"

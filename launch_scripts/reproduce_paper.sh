@@ -14,4 +14,4 @@ case " $* " in
     ;;
 esac
 export HOTPATH=${HOTPATH:-build/bench/hotpath}
-exec /usr/bin/python3 -I -B bench/hotpath_report/__main__.py reproduce "$@"
+exec /usr/bin/python3 -I -B bench reproduce "$@"

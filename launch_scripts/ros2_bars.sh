@@ -22,4 +22,4 @@ compare() {
 compare autoware --load 80 --executors default,events-ro,rm-ro,edf-ro --repetitions 5 --duration 30
 compare no_work --load 0 --executors default,static,events-ro,rm-ro --repetitions 5 --duration 10
 compare timers --graph timers_only_90 --executors default,rm-ro,edf-ro --repetitions 3 --duration 30
-exec /usr/bin/python3 -B tools/ros2_bars.py "$output" "${@:2}"
+exec env PYTHONPATH=bench /usr/bin/python3 -B tools/ros2_bars.py "$output" "${@:2}"

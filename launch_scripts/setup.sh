@@ -9,7 +9,7 @@ packages=(
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev libopenmpi-dev openmpi-bin
   pkg-config libbabeltrace2-dev
-  python3-matplotlib python3-pandas python3-scipy python3-jinja2 python3-tqdm graphviz
+  python3-matplotlib python3-pandas python3-jinja2 python3-tqdm graphviz
 )
 ros=(
   libroscpp-dev libstd-msgs-dev libdiagnostic-msgs-dev libgeometry-msgs-dev libros-rosgraph-msgs-dev libsensor-msgs-dev
@@ -23,7 +23,7 @@ if [ "${1:-}" = ros ]; then
 elif [ "${1:-}" = test ]; then
   packages+=("${ros[@]}")
   packages+=(
-    libgtest-dev libgmock-dev libbenchmark-dev clang clang-format libclang-rt-14-dev black flake8 mypy chromium
+    libgtest-dev libgmock-dev libbenchmark-dev clang clang-format libclang-rt-14-dev black flake8 mypy python3-pytest chromium
     colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
     libbenchmark-tools
   )

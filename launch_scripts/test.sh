@@ -16,7 +16,7 @@ echo "== colcon, debug build"
 launch_scripts/colcon_build.sh --bench-target hotpath \
   -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0
 echo "== commands of the debug build"
-HOTPATH=$PWD/build_colcon/hotpath_bench/hotpath PYTHONPATH=bench /usr/bin/python3 -B bench/test/commands_test.py
+HOTPATH=$PWD/build_colcon/hotpath_bench/hotpath /usr/bin/python3 -B -m pytest bench/test/commands_test.py
 echo "== tests"
 # Real-time tests run alone (RUN_SERIAL).
 ctest --test-dir build --output-on-failure --parallel 2

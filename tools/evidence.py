@@ -15,14 +15,12 @@ import time
 from pathlib import Path
 from typing import Any
 
+from hotpath_report import hotpath_command
+from hotpath_report.errors import InputError, RunError
+from hotpath_report.tables import make_folder, write_json
+
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
-sys.path.insert(0, str(ROOT / "bench"))
-
-# pylint: disable=wrong-import-position
-from hotpath_report import hotpath_command  # noqa: E402
-from hotpath_report.errors import InputError, RunError  # noqa: E402
-from hotpath_report.tables import make_folder, write_json  # noqa: E402
 
 
 def parser(description: str | None, file: str = "") -> argparse.ArgumentParser:

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
 """Runs the fuzz targets in build-fuzz/ (built by launch_scripts/fuzz.sh) and reports findings.
 

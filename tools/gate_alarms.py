@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
 """Counts how often `hotpath compare-results --gate` fires, with and without a slowdown.
 
@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from evidence import RESULTS, hotpath, parser
-from hotpath_report.pages.compare import Key, losses, read, regardless_of_load
-from hotpath_report.pages.judgement import judge
+from hotpath_report.comparison.sides import Key, losses, read, regardless_of_load
+from hotpath_report.comparison.judgement import judge
 from hotpath_report.statistics import Samples
 
 SLOWER = (1.0, 1.03, 1.05, 1.10, 1.20)  # the first is A/A

@@ -236,4 +236,42 @@ Estimate cliffs_delta(const RepeatedSamples& a, const RepeatedSamples& b, const 
   return result;
 }
 
+double rank_test(const RepeatedSamples& a, const RepeatedSamples& b) {
+  const std::vector<double>&x = a.pooled(), &y = b.pooled();
+  if (x.empty() || y.empty()) return kNoValue;
+  std::vector<double> both(x.size() + y.size());
+  std::merge(x.begin(), x.end(), y.begin(), y.end(), both.begin());
+  double ties = 0;
+  for (auto first = both.begin(); first != both.end();) {
+    const auto last = std::upper_bound(first, both.end(), *first);
+    const auto equal = static_cast<double>(last - first);
+    ties += equal * equal * equal - equal;
+    first = last;
+  }
+  const auto n = static_cast<double>(both.size());
+  const double pairs = static_cast<double>(x.size()) * static_cast<double>(y.size());
+  const double variance = pairs / 12 * (n + 1 - ties / (n * (n - 1)));
+  if (variance <= 0) return 1;
+  return std::min(1.0, std::erfc((std::abs(wins(x, y)) - 1) / 2 / std::sqrt(2 * variance)));
+}
+
+Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights) {
+  assert(x.size() == y.size() && x.size() == weights.size());
+  double total = 0, mean_x = 0, mean_y = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    total += weights[i];
+    mean_x += weights[i] * x[i];
+    mean_y += weights[i] * y[i];
+  }
+  mean_x /= total;
+  mean_y /= total;
+  double along = 0, across = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    along += weights[i] * (x[i] - mean_x) * (x[i] - mean_x);
+    across += weights[i] * (x[i] - mean_x) * (y[i] - mean_y);
+  }
+  if (along == 0) return {mean_y / mean_x, 0};
+  return {across / along, mean_y - across / along * mean_x};
+}
+
 }  // namespace hotpath

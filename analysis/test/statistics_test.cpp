@@ -193,5 +193,34 @@ TEST(Comparison, ResamplesBothSidesIndependently) {
   EXPECT_DOUBLE_EQ(difference.interval->high, 2.0);
 }
 
+TEST(RankTest, AsScipyHasIt) {
+  // scipy.stats.mannwhitneyu(a, b)
+  const RepeatedSamples a(Repetitions{{1, 2, 2, 3, 5, 8}, {8, 9, 11, 12.5}});
+  const RepeatedSamples b(Repetitions{{2, 4, 6, 8, 8, 10, 13, 14, 15, 16, 17}});
+  EXPECT_NEAR(rank_test(a, b), 0.07125105188801, 1e-12);
+  EXPECT_NEAR(rank_test(b, a), 0.07125105188801, 1e-12);
+}
+
+TEST(RankTest, OfEqualSamplesAndOfNone) {
+  const RepeatedSamples equal(Repetitions{{3, 3, 3}}), none(Repetitions{});
+  EXPECT_EQ(rank_test(equal, equal), 1);
+  EXPECT_TRUE(std::isnan(rank_test(equal, none)));
+}
+
+TEST(FitLine, AsNumpyHasIt) {
+  // numpy.polyfit(x, y, 1, w=numpy.sqrt(weights))
+  const std::vector<double> x = {1, 2, 3, 7}, y = {130, 190, 270, 600}, weights = {4, 9, 1, 2};
+  const Line line = fit_line(x, y, weights);
+  EXPECT_NEAR(line.slope, 79.54271961492, 1e-9);
+  EXPECT_NEAR(line.intercept, 37.36462093863, 1e-9);
+}
+
+TEST(FitLine, OfOnePlacePassesThroughTheOrigin) {
+  const std::vector<double> x = {4, 4}, y = {100, 140}, weights = {1, 3};
+  const Line line = fit_line(x, y, weights);
+  EXPECT_DOUBLE_EQ(line.slope, 32.5);
+  EXPECT_DOUBLE_EQ(line.intercept, 0);
+}
+
 }  // namespace
 }  // namespace hotpath

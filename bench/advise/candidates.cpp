@@ -8,6 +8,7 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 
 namespace hotpath {
 
@@ -67,7 +68,7 @@ class Candidates {
 
  private:
   static bool is_executor(const std::string& name) {
-    return find_executor(name.substr(0, name.find(':'))) != nullptr;
+    return find_executor(ExecutorLabel(name).name) != nullptr;
   }
   bool has(const std::string& name) const {
     return std::ranges::any_of(all_, [&](const Candidate& c) { return c.name == name; });

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iostream>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -57,11 +56,12 @@ class Observed {
 class BoundReport {
  public:
   /// Tasks must outlive it.
-  BoundReport(const TaskSet& set, const std::optional<Observed>& observed) : set_(set), observed_(observed) {}
+  BoundReport(const TaskSet& set, const std::optional<Observed>& observed, std::ostream& out)
+      : set_(set), observed_(observed), out_(out) {}
 
   /// Prints to standard output.
   void print(const std::string& executor, const CallbackGraph& graph, const GraphBounds& bounds) {
-    std::cout << "\n" << executor << ", " << bounds.method << "\n";
+    out_ << "\n" << executor << ", " << bounds.method << "\n";
     TextTable tasks = table("task", {"deadline"});
     for (TaskId id = 0; id < set_.size(); ++id) {
       const bool timer = set_[id].kind == TaskKind::timer;
@@ -70,7 +70,7 @@ class BoundReport {
       if (bounds.parts.contains(id)) row.dominated_by = consists_of(bounds.parts.at(id));
       add_row(tasks, row, {timer ? in_ms(row.deadline) : ""});
     }
-    std::cout << tasks;
+    out_ << tasks;
     print_verdict(bounds);
     if (bounds.chains.empty()) return;
     TextTable chains = table("chain, end to end", {"response", "waiting", "last timer"});
@@ -90,11 +90,11 @@ class BoundReport {
       }
       add_row(chains, row, parts);
     }
-    std::cout << chains;
+    out_ << chains;
     print_hot_paths(executor, graph, bounds);
     for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
       if (bounds.chains[c] && bounds.chains[c]->last_timer != kNoTask)
-        std::cout << graph.chains[c].name << ": " << dominated_by(*bounds.chains[c]) << "\n";
+        out_ << graph.chains[c].name << ": " << dominated_by(*bounds.chains[c]) << "\n";
     }
   }
 
@@ -107,7 +107,7 @@ class BoundReport {
       if (bounds.chains[c]) row.bound = bounds.chains[c]->hot_path;
       add_row(chains, row, {});
     }
-    std::cout << chains;
+    out_ << chains;
   }
 
   std::size_t violations() const { return violations_; }  ///< Observed values beyond a bound.
@@ -198,14 +198,15 @@ class BoundReport {
     for (TaskId id = 0; id < set_.size(); ++id) {
       const bool timer = set_[id].kind == TaskKind::timer;
       if (!timer || (bounds.tasks[id] && *bounds.tasks[id] <= set_[id].deadline.count())) continue;
-      std::cout << "Schedulability not shown: " << set_[id].name << " may exceed its deadline.\n";
+      out_ << "Schedulability not shown: " << set_[id].name << " may exceed its deadline.\n";
       return;
     }
-    std::cout << "Schedulable: every timer meets its deadline.\n";
+    out_ << "Schedulable: every timer meets its deadline.\n";
   }
 
   const TaskSet& set_;
   const std::optional<Observed>& observed_;
+  std::ostream& out_;
   std::ostringstream csv_;
   std::size_t violations_ = 0, compared_ = 0;
   std::string first_violation_;

@@ -18,11 +18,8 @@ std::string name_of(const std::string& word) { return word.substr(0, word.find('
 
 /// Parses --live-options like `run`, and rejects options that capacity sets or has itself.
 std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& run, std::string text) {
-  // The command's own callback keeps its options alive, and must not run.
-  run.parse_complete_callback([] { throw CLI::Success(); });
   try {
     run.parse(std::move(text), false);
-  } catch (const CLI::Success&) {
   } catch (const CLI::ParseError& error) {
     throw UsageError(concat("--live-options: ", error.what(), "; see `hotpath run --help`"));
   }
@@ -37,7 +34,7 @@ std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& 
 /// The given options as words for `run`; rejects options for simulations only.
 std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityArguments& a) {
   CLI::App app;
-  add_run_command(app);
+  add_run_command(app, [](const RunOptions&) {});
   CLI::App& run = *app.get_subcommand("run");
   const std::vector<std::string> own = {
       "over",     "require",      "from",   "to",        "resolution",  "coarse",     "live",

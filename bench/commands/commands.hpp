@@ -6,10 +6,14 @@
 
 namespace hotpath {
 
+struct AnalyzeOptions;
+struct RunOptions;
 struct SimulateOptions;
 
 /// Each function adds one subcommand, whose callback throws UsageError or RunError.
 void add_run_command(CLI::App& app);
+/// Calls `measure` in place of the measurement.
+void add_run_command(CLI::App& app, const std::function<void(const RunOptions&)>& measure);
 void add_compare_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 /// Calls `run` in place of the simulation.
@@ -24,6 +28,8 @@ void add_validate_command(CLI::App& app);
 void add_list_command(CLI::App& app);
 void add_graph_command(CLI::App& app);
 void add_analyze_command(CLI::App& app);
+/// Calls `run` in place of the analysis.
+void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOptions&)>& run);
 void add_advise_command(CLI::App& app);
 void add_experiment_command(CLI::App& app);
 void add_machine_command(CLI::App& app);

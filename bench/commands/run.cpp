@@ -83,14 +83,15 @@ void add_run_options(CLI::App& command, RunOptions& o) {
 
 }  // namespace
 
-void add_run_command(CLI::App& app) {
+void add_run_command(CLI::App& app) { add_run_command(app, run_live); }
+
+void add_run_command(CLI::App& app, const std::function<void(const RunOptions&)>& measure) {
   auto [run, o] = add_command<RunArguments>(app, "run", "Measure a graph live under one executor",
                                             "hotpath run --executor edf-ro --duration 10 --output runs/first",
-                                            [](RunArguments& arguments) {
-                                              const bool deployed = !arguments.options.deployments.empty();
-                                              if (!deployed)
+                                            [measure](RunArguments& arguments) {
+                                              if (arguments.options.deployments.empty())
                                                 arguments.options.executors = {arguments.executor};
-                                              run_live(arguments.options);
+                                              measure(arguments.options);
                                             });
   run.option_defaults()->group(kSystemGroup);
   add_text(run, "--executor,--executors", o.executor, "NAME",

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/sweep_cells.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
+#include <sstream>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "guarantees/analyze.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
@@ -41,12 +37,10 @@ class OptionParser {
  public:
   explicit OptionParser(std::string command) : app_("", "hotpath"), command_(std::move(command)) {
     add_simulate_command(app_, [this](const SimulateOptions& options) { simulate_ = options; });
-    add_run_command(app_);
-    add_analyze_command(app_);
+    add_run_command(app_, [](const RunOptions&) {});
+    add_analyze_command(app_, [this](const AnalyzeOptions& options) { analyze_ = options; });
     app_.require_subcommand(1);
     sub_ = app_.get_subcommand(command_);
-    // The command's own callback keeps its options alive, and must not run.
-    if (command_ != "simulate") sub_->parse_complete_callback([] { throw CLI::Success(); });
   }
 
   bool has(const std::string& option) const { return sub_->get_option_no_throw("--" + option) != nullptr; }
@@ -58,22 +52,22 @@ class OptionParser {
     return joined(names);
   }
   /// Throws CLI::ParseError.
-  const SimulateOptions& parse(const Words& words) {
+  void parse(const Words& words) {
     Words all = words;
     all.insert(all.begin(), command_);
     std::ranges::reverse(all);  // CLI11 expects the arguments in reverse order
-    try {
-      app_.parse(all);
-    } catch (const CLI::Success&) {
-    }
-    return simulate_;
+    app_.parse(all);
   }
+  /// The options of `simulate`, and of `analyze`, after parse().
+  [[nodiscard]] const SimulateOptions& simulate() const { return simulate_; }
+  [[nodiscard]] const AnalyzeOptions& analyze() const { return analyze_; }
 
  private:
   CLI::App app_;
   const std::string command_;
   CLI::App* sub_ = nullptr;
   SimulateOptions simulate_;
+  AnalyzeOptions analyze_;
 };
 
 }  // namespace
@@ -99,8 +93,9 @@ SweepCells::SweepCells(SweepDesign design, fs::path output)
 
 void SweepCells::check_cell(const std::vector<SweepOption>& at, int line) const {
   try {
-    const SimulateOptions options = OptionParser(design_.command).parse(words_of(at, 0));
-    if (design_.command == "simulate") check_simulation(options);
+    OptionParser parser(design_.command);
+    parser.parse(words_of(at, 0));
+    if (design_.command == "simulate") check_simulation(parser.simulate());
   } catch (const CLI::ParseError& error) {
     throw InputError(design_.file, line, error.what(), "see `hotpath " + design_.command + " --help`");
   } catch (const UsageError& error) {
@@ -183,7 +178,9 @@ std::string SweepCells::measured_of(std::uint64_t cell, const std::string& place
     summary = summary_of_folder(folder);
     if (!design_.keeps(cell)) fs::remove_all(folder);
   } else {
-    SimulateOptions options = OptionParser(design_.command).parse(words_of(design_.coordinates(cell), cell));
+    OptionParser parser(design_.command);
+    parser.parse(words_of(design_.coordinates(cell), cell));
+    SimulateOptions options = parser.simulate();
     options.threads = 1;
     summary = summary_of_simulation(options);
   }
@@ -193,24 +190,29 @@ std::string SweepCells::measured_of(std::uint64_t cell, const std::string& place
 }
 
 std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) const {
-  std::string csv = fs::temp_directory_path() / "hotpath-bounds-XXXXXX";  // an unpredictable name
-  const int descriptor = mkstemp(csv.data());
-  if (descriptor < 0) throw RunError(concat(csv, " cannot be created (", std::strerror(errno), ")"));
-  close(descriptor);
-  run_as_child(cell, "--csv=" + csv);
-  std::ifstream in(csv);
+  OptionParser parser(design_.command);
+  parser.parse(words_of(design_.coordinates(cell), cell));
+  std::ostringstream printed;
+  std::istringstream table;
+  try {
+    table.str(analyze(parser.analyze(), printed));
+  } catch (const RunError& error) {
+    throw CellFailure(error.what());
+  }
   std::string rows, line;
-  for (std::getline(in, line); std::getline(in, line);)
+  for (std::getline(table, line); std::getline(table, line);)
     rows.append(place).append(",").append(line).append("\n");
-  if (in.bad()) throw RunError(csv + " cannot be read");
-  fs::remove(csv);
   return rows.empty() ? failed(cell, place, "no bound is known") : rows;
 }
 
 void SweepCells::run_as_child(std::uint64_t cell, const std::string& results) const {
   Words words = words_of(design_.coordinates(cell), cell);
   const bool simulated = design_.command == "simulate";
-  if (simulated) check_simulation(OptionParser(design_.command).parse(words));
+  if (simulated) {
+    OptionParser parser(design_.command);
+    parser.parse(words);
+    check_simulation(parser.simulate());
+  }
   words.insert(words.begin(), design_.command);
   words.push_back(results);
   fs::remove_all(folder_of(cell));  // left by an earlier attempt

@@ -44,7 +44,7 @@ void check_memory_of(const TimelineOptions& o) {
   std::error_code none;
   const auto size = static_cast<double>(std::filesystem::file_size(run.folder() / "jobs.csv", none));
   if (none || (!o.to_ms && o.perfetto.empty())) return;  // the chart is short by default
-  const double repetitions = run.check([&] { return static_cast<double>(run.facts().at("runs").size()); });
+  const auto repetitions = static_cast<double>(run.record().runs.size());
   const double length_ms = to_ms(run.length());
   const double share = std::clamp((o.to_ms.value_or(length_ms) - o.from_ms) / length_ms, 0.0, 1.0);
   check_memory(size / std::max(1.0, repetitions) * share * kMemoryOfByte, "timeline " + o.run, "this window",

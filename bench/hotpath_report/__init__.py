@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures and pages about runs of `hotpath`. The C++ program measures and computes; this package reads and draws."""
+"""Figures and pages about runs of `hotpath`. C++ measures and computes; this package draws."""

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command line: `python3 -I hotpath_report/__main__.py COMMAND ARGUMENTS...`; `hotpath` calls it for its figures and
-pages. Isolated (-I), Python takes modules neither from the current folder nor from PYTHONPATH."""
+"""Command line of the package. `hotpath` calls it for its figures and pages."""
 
 import argparse
 import contextlib
@@ -11,19 +10,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-if __package__ == "" or __package__ is None:  # started by its path, which isolated Python does not add
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-from hotpath_report.errors import READ, InputError, RunError  # noqa: E402
-from hotpath_report.hotpath_command import load  # noqa: E402
-from hotpath_report.shown_text import PrintableStream, printable  # noqa: E402
+from hotpath_report.errors import READ, InputError, RunError
+from hotpath_report.hotpath_command import load
+from hotpath_report.shown_text import PrintableStream, printable
 
 EXIT_FAILED, EXIT_WRONG_USE = 1, 2
 LONGEST_MESSAGE = 4000
 
 
 def add_commands(commands: Any) -> None:
-    """A parser for each command; the default `call` names the module and the function behind it."""
+    """Adds a parser for each command; its default `call` names the function that runs it."""
 
     def add(name: str, call: str, about: str, **folders: Any) -> argparse.ArgumentParser:
         parser: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
@@ -32,54 +28,67 @@ def add_commands(commands: Any) -> None:
         parser.set_defaults(call=call)
         return parser
 
-    runs = {"metavar": "RUN", "nargs": "+", "help": "folders of `hotpath`, live or simulated"}
-    output: Any = {"metavar": "DIR", "help": "where to write (default: the first RUN)"}
+    runs = {"metavar": "RUN", "nargs": "+", "help": "run folders, live or simulated"}
+    output: Any = {"metavar": "DIR", "help": "output folder (default: the first RUN)"}
     for name, call, about in (
-        ("hot-path", "figures.hot_path:draw_runs", "hot-path latency of each executor, runs of one graph"),
-        ("timers-only", "figures.timers:draw_runs", "dropped jobs and response times of timers-only sets"),
-        ("report", "pages.run_report:write", "one page about runs, or about a published reproduction"),
+        (
+            "hot-path",
+            "figures.hot_path:draw_runs",
+            "hot-path latency of each executor, for runs of one graph",
+        ),
+        ("timers-only", "figures.timers:draw_runs", "dropped jobs and response times of timers-only graphs"),
+        ("report", "report:write", "page about runs, or about a published reproduction"),
     ):
         add(name, call, about, folders=runs).add_argument("--output", **output)
-    add("timeline", "trace_events:show", "chart or trace; OPTIONS as `hotpath timeline` has them", options={})
-    add("validate", "pages.text:tell_validation", "the simulator against the real stack", folder={})
+    add(
+        "timeline",
+        "trace_events:show",
+        "chart or Perfetto trace; OPTIONS: JSON from `hotpath timeline`",
+        options={},
+    )
+    add(
+        "validate", "pages.text:tell_validation", "print and draw the result of `hotpath validate`", folder={}
+    )
     add("import-page", "pages.text:write_import", "page of `hotpath import ctf`", folder={})
     add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
     add("capacity", "figures.capacity:draw", "levels of `hotpath capacity`", folder={})
     add("sweep", "figures.sweep:draw", "lines and maps of `hotpath sweep`", folder={})
-    add("advice", "figures.advice:draw", "what `hotpath advise` predicts", folder={})
+    add("advice", "figures.advice:draw", "predictions of `hotpath advise`", folder={})
     add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
     add(
         "bench",
         "bench_suite:bench",
-        "the benchmark programs; OPTIONS as `hotpath bench` has them",
+        "run the benchmark programs; OPTIONS: JSON from `hotpath bench`",
         options={},
     )
     add("bench-report", "pages.bench_report:write", "report of `hotpath bench`", folder={})
     compare = add(
-        "compare-results", "pages.compare:compare_results", "what differs beyond noise", old={}, new={}
+        "compare-results", "comparison.compare:compare_results", "differences beyond noise", old={}, new={}
     )
-    compare.add_argument("--csv", metavar="FILE", help="also write the table to this file")
-    compare.add_argument("--gate", action="store_true", help="exit code 1 if anything became worse")
-    compare.add_argument("--across-loads", action="store_true", help="compare runs of different loads")
+    compare.add_argument("--csv", metavar="FILE", help="write the table to this file as well")
+    compare.add_argument("--gate", action="store_true", help="exit with code 1 if anything became worse")
+    compare.add_argument("--across-loads", action="store_true", help="allow runs of different loads")
     for form in ("junit", "markdown"):
-        compare.add_argument(f"--{form}", metavar="FILE", help=f"with --gate: also a report as {form}")
+        compare.add_argument(f"--{form}", metavar="FILE", help=f"with --gate: write a report as {form}")
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Exit code: 2 for input that cannot be used, 1 for what failed otherwise; the last line on standard error says
-    what is wrong."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command. Returns exit code 2 for unusable input and 1 for any other failure; the
+    last line on standard error names the problem."""
     with contextlib.redirect_stdout(PrintableStream(sys.stdout)):  # type: ignore[type-var]
-        return run(arguments)
+        return run(sys.argv[1:] if arguments is None else arguments)
 
 
 def run(arguments: Sequence[str]) -> int:
-    """As main(), whose output it makes."""
+    """Runs one command without filtering its output."""
     parser = argparse.ArgumentParser(prog="hotpath_report", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add_commands(commands)
-    commands.add_parser("reproduce", help="the paper's evaluation; see reproduce --help", add_help=False)
+    commands.add_parser(
+        "reproduce", help="reproduce the paper's evaluation; see reproduce --help", add_help=False
+    )
     try:
-        if arguments[:1] == ["reproduce"]:  # has its own options and exit codes
+        if arguments[:1] == ["reproduce"]:  # own options and exit codes
             return int(load("paper.reproduce").reproduce(arguments[1:]))
         options = vars(parser.parse_args(arguments))
         options.pop("command")
@@ -87,13 +96,13 @@ def run(arguments: Sequence[str]) -> int:
         code = getattr(load(module), name)(**options) or 0
         sys.stdout.flush()
         return code
-    except BrokenPipeError:  # the reader has seen enough
+    except BrokenPipeError:  # the reader closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except InputError as error:
         code, sentence = EXIT_WRONG_USE, str(error)
     except ImportError as error:
-        needs = "Debian's python3-matplotlib, python3-scipy, python3-pandas, python3-jinja2 and python3-tqdm"
+        needs = "Debian's python3-matplotlib, python3-pandas, python3-jinja2 and python3-tqdm"
         code, sentence = EXIT_FAILED, f"{error}; it needs {needs}"
     except RunError as error:
         code, sentence = EXIT_FAILED, str(error)
@@ -106,8 +115,8 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def of_strange_content(error: Exception) -> str:
-    """What files that are not as `hotpath` writes them have led to; raises `error` where none was read. The file read
-    last is most likely the one."""
+    """Message for an error that a damaged input file caused, most likely the file read last. Raises
+    `error` if no file was read."""
     files = list(dict.fromkeys(map(str, reversed(READ))))
     if not files:
         raise error
@@ -118,4 +127,4 @@ def of_strange_content(error: Exception) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())

@@ -10,8 +10,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hotpath_report.errors import InputError
-from hotpath_report.statistics import Estimate, Samples, ratio
+from hotpath_report.statistics import Estimate, Pairing, Samples, Scale, growth
 from hotpath_report.tables import read_json, text_table
 
 NS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
@@ -23,8 +25,9 @@ MODIFIERS = re.compile(r"/(iterations:|manual_time|min_time:|real_time|repeats:)
 
 # Repetitions that each side needs before a difference can be called one.
 LEAST_REPETITIONS = 3
-# Of a thousand values that have not changed, a few still seem to.
-CONFIDENCE = 0.99
+# Probability that an unchanged value counts as a difference.
+ALARM_RATE = 0.01
+ROUNDING = 1e-9
 NOT_COMPARABLE = "not comparable"  # too few repetitions, or values that have no ratio
 
 Key = tuple[str, str]  # benchmark and metric
@@ -90,13 +93,17 @@ def figures_of(folder: str) -> dict[Key, list[float]]:
 
 
 def change(before: list[float], after: list[float]) -> tuple[Estimate | None, str]:
-    """The ratio of medians, after / before, with its interval, and what it says."""
+    """The ratio of geometric means, after / before, with its 95 % interval, and the verdict of the quality gate's
+    test (statistics.growth), two-sided."""
     for values in (before, after):
         if len(values) < LEAST_REPETITIONS or not all(math.isfinite(v) and v > 0 for v in values):
             return None, NOT_COMPARABLE
-    of_medians = ratio(Samples([v] for v in after), Samples([v] for v in before), 0.5, CONFIDENCE)
-    verdict = "smaller" if of_medians.high < 1 else "larger" if of_medians.low > 1 else "within noise"
-    return of_medians, verdict
+    sides = np.array(before, dtype=float), np.array(after, dtype=float)
+    found = growth(*sides, Pairing.INDEPENDENT, Scale.RATIO, ALARM_RATE, power=0.9)
+    ratio = Estimate(found.growth, found.low, found.high)
+    if abs(found.growth - 1) < ROUNDING or ALARM_RATE / 2 < found.p_value < 1 - ALARM_RATE / 2:
+        return ratio, "within noise"
+    return ratio, "larger" if found.growth > 1 else "smaller"
 
 
 def compare(before: str, after: str) -> int:
@@ -112,7 +119,7 @@ def compare(before: str, after: str) -> int:
     if not rows:
         raise InputError(f"--compare: {before} and {after} have no value in common")
     rows.sort(key=lambda row: -row[0])
-    print(text_table(["value", "before", "after", "ratio [99 % interval]", ""], [cells for _, cells in rows]))
+    print(text_table(["value", "before", "after", "ratio [95 % interval]", ""], [cells for _, cells in rows]))
     print(f"{sum(effect > 0 for effect, _ in rows)} of {len(rows)} values differ beyond noise.")
     if unknown := sum(cells[-1] == NOT_COMPARABLE for _, cells in rows):
         needs = f"each side needs {LEAST_REPETITIONS} repetitions and values above zero"

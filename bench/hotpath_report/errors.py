@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can go wrong without a bug, and what was read until then."""
+"""Errors that are no bugs, and the files read so far."""
 
 import contextlib
 import signal
@@ -8,23 +8,23 @@ from pathlib import Path
 from typing import Any
 
 
-READ: list[Path] = []  # files that were read so far, the last one last
+READ: list[Path] = []  # files read so far, the latest last
 
 
 class InputError(Exception):
-    """What the user gave cannot be used; the message says what is wrong and what would be right (exit code 2)."""
+    """Unusable user input; the message names the problem and the remedy (exit code 2)."""
 
 
 class RunError(Exception):
-    """Something failed that is not the user's input (exit code 1)."""
+    """A failure that the user's input did not cause (exit code 1)."""
 
 
 class Missing(Exception):
-    """There are no data for a figure, a table or a check, which a page then leaves out; never seen by a user."""
+    """A figure, table or check has no data; the page leaves it out. Never reaches the user."""
 
 
 class Interrupted(Exception):
-    """A signal asked for the end."""
+    """A signal interrupted the program."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -33,7 +33,7 @@ class Interrupted(Exception):
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
-    """Meanwhile SIGINT and SIGTERM raise Interrupted."""
+    """Makes SIGINT and SIGTERM raise Interrupted within the block."""
 
     def interrupt(number: int, _frame: Any) -> None:
         raise Interrupted(number)

@@ -15,13 +15,13 @@ from typing import Any
 from hotpath_report.errors import InputError, RunError
 
 PACKAGE = Path(__file__).resolve().parent
-# Before a command line: the program does not outlive this one.
+# Prefix of a command line: ends the program when this process ends.
 ENDS_WITH_US = ("setpriv", "--pdeathsig", "TERM", "--")
-WRONG_USE = 2  # exit code of `hotpath` for input that cannot be used
+WRONG_USE = 2  # exit code of `hotpath` for unusable input
 
 
 def program() -> Path:
-    """The program: $HOTPATH, that of the build tree, or that of the prefix in which this package is installed."""
+    """$HOTPATH, or the program in the build tree or in the prefix of the installed package."""
     if "HOTPATH" in os.environ:
         return Path(os.environ["HOTPATH"]).resolve()
     built, installed = PACKAGE.parents[1] / "build/bench/hotpath", PACKAGE.parents[2] / "bin/hotpath"
@@ -29,7 +29,7 @@ def program() -> Path:
 
 
 def output_of(*words: object) -> str:
-    """Standard output of `hotpath WORDS...`. Raises InputError with its sentence where it refuses its input."""
+    """Standard output of `hotpath WORDS...`. Raises InputError if it rejects its input."""
     if not os.access(program(), os.X_OK):
         raise RunError(f"{program()} cannot be started; build it with launch_scripts/build.sh")
     command = [*ENDS_WITH_US, str(program()), *map(str, words)]
@@ -42,9 +42,9 @@ def output_of(*words: object) -> str:
 
 
 def load(module: str) -> ModuleType:
-    """A module of this package. It is imported while the package's folder is the current one: matplotlib prefers the
-    `matplotlibrc` of the folder in which it is imported, and what lies in the user's may come from anywhere.
-    """
+    """Imports a module of this package with the package's folder as the current folder: matplotlib
+    reads `matplotlibrc` from the current folder when it is imported, and the file in the user's
+    folder may come from anywhere."""
     folder = os.open(".", os.O_PATH)
     try:
         os.chdir(PACKAGE)
@@ -55,9 +55,8 @@ def load(module: str) -> ModuleType:
 
 
 def draw_if_possible(call: str, *arguments: Any) -> None:
-    """Calls MODULE:FUNCTION, which draws what belongs to results: what is missing for it is said on standard error, and
-    the results are complete without it. HOTPATH_FIGURES=none in the environment leaves all such figures out.
-    """
+    """Calls MODULE:FUNCTION, which draws an optional figure. Reports missing Python packages on
+    standard error. HOTPATH_FIGURES=none in the environment skips these figures."""
     if os.environ.get("HOTPATH_FIGURES") == "none":
         return
     module, _, function = call.partition(":")
@@ -69,23 +68,23 @@ def draw_if_possible(call: str, *arguments: Any) -> None:
 
 @dataclass(frozen=True)
 class Executor:
-    """Traits of an executor, from the registry of the C++ library."""
+    """Traits of an executor, from the C++ registry."""
 
     name: str
     family: str  # wait_set, events or priority_events
     timers: str  # polled, release_only or release_and_execute
-    policy: str | None  # of the events queue, where it has priorities or is a FIFO
+    policy: str | None  # of the events queue, if it has one
     colour: str  # #RRGGBB
 
 
 @functools.cache
 def registry() -> dict[str, Executor]:
-    """All executors by name, in the order of the registry."""
+    """All executors by name, in registry order."""
     keys = [field.name for field in fields(Executor)]
     rows = json.loads(output_of("list", "executors", "--json"))
     return {row["name"]: Executor(*(row[key] for key in keys)) for row in rows}
 
 
 def executor_named(name: str) -> Executor | None:
-    """Traits behind the name in a result, which can have options (`rm-ro:first`, `multi:2`)."""
+    """Traits of an executor by its name in a result, with or without options (`multi:2`)."""
     return registry().get(name.split(":")[0].split("@")[0])

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads run folders (run.json, chains.csv, summary.json). Instants in their files are relative to the epoch of the
-run."""
+"""Reads run folders. Times in their files are relative to the run's epoch."""
 
 import io
 import math
@@ -15,12 +14,12 @@ from hotpath_report.errors import InputError
 from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
 SOURCES = ("simulated", "live")
-TIMER_MANAGEMENT = 1  # worker of the events executors
-COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # of timers
+TIMER_MANAGEMENT = 1  # worker number in events executors
+COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # per timer
 
 
 def cpu_list(cpus: list[int]) -> str:
-    """CPU numbers as the kernel writes them: 0-3,8."""
+    """CPU numbers in the kernel's list format: 0-3,8."""
     ranges: list[list[int]] = []
     for cpu in sorted(cpus):
         if ranges and cpu == ranges[-1][1] + 1:
@@ -40,7 +39,7 @@ class Run:
         self.executors: list[str] = self["executors"]
         if not self.executors:
             raise InputError(f"{self.path}: `executors` is empty, there is nothing to draw")
-        self.partial = self.facts.get("complete") is not True  # whether it did not end
+        self.partial = self.facts.get("complete") is not True  # the run did not finish
         self.simulated = self.facts.get("kind") == "simulated"
         self.recorded = self.facts.get("kind") == "recorded"  # imported from a trace of another system
         self.source = SOURCES[not self.simulated]
@@ -59,7 +58,7 @@ class Run:
         return f"{self['graph.name']} ({self['load_percent']:.3g} %)"
 
     def conditions(self) -> str:
-        """How it ran, without graph and load."""
+        """Conditions of the run, without graph and load."""
         if self.simulated or self.recorded:
             cores = self["platform.cores"]
             where = "one core" if cores == 1 else f"{cores} cores"
@@ -71,13 +70,13 @@ class Run:
         return f"phases: {self['phases']} · on {where} · {length}"
 
     def what_ran(self) -> str:
-        """Two lines: the experiment, and where it ran."""
+        """Two lines: the experiment, and its machine."""
         how = self.facts["kind"] if self.simulated or self.recorded else self["transport"]
         load = f"{self['load_percent']:.3g} % load"
         return f"{self['graph.name']} · {how} · {load} · {self.conditions()}\n{self.where()}"
 
     def where(self) -> str:
-        """The machine, or what the simulated platform charges."""
+        """The machine, or the costs of the simulated platform."""
         if self.recorded:
             return "read from a trace of ros2_tracing"
         if not self.simulated:
@@ -90,8 +89,8 @@ class Run:
         return " · ".join([*(charged or ["no costs"]), f"execution times: {self['execution_times']}"])
 
     def slow_repetitions(self) -> list[tuple[str, int, list[dict[str, float]]]]:
-        """Executor and repetition of those that ran on a slow processor for a while, with these periods: `cpu`,
-        `from_s`, `until_s`, `factor`. None where no summary says so."""
+        """Executor, repetition and slow periods (`cpu`, `from_s`, `until_s`, `factor`) of each
+        repetition that ran on a slow processor for a while; empty without a summary."""
         path = self.folder / "summary.json"
         executors = self.summary() if not self.simulated and path.exists() else []
         return [
@@ -101,7 +100,7 @@ class Run:
         ]
 
     def counted(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """The rows without those of repetitions that were measured again and replaced."""
+        """The rows without repetitions that were measured again and replaced."""
         for r in self.facts.get("runs", []):
             if "replaced_by" in r:
                 mine = (frame["executor"] == r["executor"]) & (frame["repetition"] == r["repetition"])
@@ -109,24 +108,25 @@ class Run:
         return frame.reset_index(drop=True)
 
     def latencies(self) -> pd.DataFrame:
-        """Outputs of chains after the warm-up: executor, repetition, chain, hot_path_ms."""
+        """Chain outputs after the warm-up: executor, repetition, chain, hot_path_ms."""
         columns = ["executor", "chain", "hot_path_latency_ns", "repetition"]
         frame = self.counted(read_table(self.folder / "chains.csv", columns)[columns])
         frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
         return frame
 
     def jobs_file(self) -> Path:
-        """Raises InputError where the run kept no jobs."""
+        """Path of jobs.csv. Raises InputError if the run kept no jobs."""
         path = self.folder / "jobs.csv"
         if not path.exists():
             why = "the run kept no jobs (--no-trace), or the file was removed"
-            raise InputError(f"{path}: {why}; repeat it: {self.command(without='--no-trace')}")
+            again = self.command(without="--no-trace")
+            raise InputError(f"{path}: {why}" + (f"; repeat it: {again}" if again else ""))
         return path
 
     def jobs(self, executor: str, repetition: int, begin: float, end: float) -> pd.DataFrame:
-        """Rows of jobs.csv that touch [begin, end), with instants in ms, NaN for one that did not come, and whether
-        each was `late`: finished after its deadline. `hotpath timeline` finds them: a run can be larger than memory.
-        Raises InputError where that repetition did not run."""
+        """Rows of jobs.csv that touch [begin, end), with times in ms (NaN if the event did not
+        happen). `late` marks a job that finished after its deadline. `hotpath timeline` selects the
+        rows, because a run can exceed memory. Raises InputError if the repetition did not run."""
         path = self.jobs_file()
         words = ["--executor", executor, "--repetition", repetition, "--from", begin, "--csv", "-"]
         if math.isfinite(end):
@@ -143,19 +143,19 @@ class Run:
         return jobs
 
     def has_timer_thread(self, executor: str) -> bool:
-        """Whether timers are released by a thread of their own; not known of deployments."""
+        """Whether a separate thread releases timers; false for deployments, where it is unknown."""
         traits = hotpath_command.executor_named(executor)
         return traits is not None and traits.family != "wait_set"
 
     def worker_name(self, worker: int, timer_thread: bool) -> str:
-        """What a worker is called."""
+        """Display name of a worker."""
         if not timer_thread:
             return f"worker {worker}"
         return "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
 
     def responses(self) -> pd.DataFrame:
-        """Jobs of timers that ran after the warm-up: executor, repetition, task, response_ms. `hotpath summarize`
-        computes them from jobs.csv, and writes summary.json anew."""
+        """Timer jobs that ran after the warm-up: executor, repetition, task, response_ms. `hotpath
+        summarize` computes them from jobs.csv and rewrites summary.json."""
         self.jobs_file()
         text = hotpath_command.output_of("summarize", self.folder, "--responses", "-")
         frame = pd.read_csv(io.StringIO(text))
@@ -169,32 +169,21 @@ class Run:
         return executors
 
     def timer_counts(self) -> pd.DataFrame:
-        """Timers after the warm-up: executor, task, COUNTS, deadline_ms, bound_ms."""
+        """Timers after the warm-up: executor, task, COUNTS, deadline_ms, response_max_ms, bound_ms."""
         bounds = {(b["executor"], b["task"]): b["ms"] for b in self.facts.get("bounds", [])}
         rows = [
             t
             | t["after_warm_up"]
             | {"executor": e["executor"], "bound_ms": bounds.get((e["executor"], t["task"]))}
+            | {"response_max_ms": (t.get("response_ms") or {}).get("max")}
             for e in self.summary()
             for t in e["tasks"]
             if "after_warm_up" in t
         ]
-        return pd.DataFrame(rows, columns=["executor", "task", *COUNTS, "deadline_ms", "bound_ms"])
+        columns = ["executor", "task", *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"]
+        return pd.DataFrame(rows, columns=columns).astype({"response_max_ms": float})
 
     def command(self, without: str = "") -> str:
-        """A command line that repeats the run, or its simulation where it was recorded; `without` that option."""
-        if "command" in self.facts:
-            return shlex.join(["hotpath", *(word for word in self["command"] if word != without)])
-        words = [
-            "hotpath",
-            "simulate" if self.simulated or self.recorded else "compare",
-            "--graph",
-            self["graph.file"],
-        ]
-        words += ["--executors", ",".join(self.executors), "--phases", self["phases"]]
-        for option, key in (("load", "load_percent"), ("duration", "duration_s"), ("warm-up", "warm_up_s")):
-            words += [f"--{option}", f"{self[key]:g}"]
-        words += ["--repetitions", str(self["repetitions"]), "--seed", str(self["seed"])]
-        if not (self.simulated or self.recorded):
-            words += ["--transport", self["transport"], "--cpus", ",".join(map(str, self["cpus"]))]
-        return shlex.join(words)
+        """Command line that repeats the run, omitting `without`; empty: imported, or an older version."""
+        words = [word for word in self.facts.get("command", []) if word != without]
+        return shlex.join(["hotpath", *words]) if words else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of samples and counts, grouped for figures, tables and claims."""
+"""Samples and counts, grouped for figures, tables and claims."""
 
 import functools
 from collections import Counter
@@ -13,20 +13,20 @@ from hotpath_report.errors import InputError
 from hotpath_report.run import Run
 from hotpath_report.statistics import Samples
 
-# Groups of the timers-only sets, by part of a task's name.
+# Groups of timers, by part of the task name.
 GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}
 
 Setting = Hashable  # a utilisation in percent, or the name of a graph with its load
 
 
 def group_of(task: str) -> str | None:
-    """The group of timers that a task belongs to."""
+    """The task's group of timers."""
     return next((group for group in GROUPS if group in task.lower()), None)
 
 
 def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Samples]:
-    """Samples of each group of rows with equal keys, in the order of their first rows; repetitions are told apart by
-    the column `repetition`. One of the keys is the source."""
+    """Samples of each group of rows with equal keys, in order of first appearance. The column
+    `repetition` numbers the repetitions; one key must be `source`."""
     found = {}
     for key, rows in frame.groupby(keys, sort=False):
         of = {int(n): r[value].to_numpy() for n, r in rows.groupby("repetition", sort=False)}
@@ -35,7 +35,7 @@ def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Sa
 
 
 def samples_of_run(frame: pd.DataFrame, name: str, value: str, run: Run) -> dict[str, dict[str, Samples]]:
-    """{name: {executor: samples}}, both in the order of their first rows; `name` is a column."""
+    """{name: {executor: samples}}, in order of first appearance; `name` is a column."""
     made: dict[str, dict[str, Samples]] = {}
     keys = [name, "source", "executor"]
     for (key, _, executor), samples in samples_by(frame.assign(source=run.source), keys, value).items():
@@ -46,9 +46,9 @@ def samples_of_run(frame: pd.DataFrame, name: str, value: str, run: Run) -> dict
 class TimerRuns:
     """Timers of several runs after the warm-up.
 
-    `counts` has one row for each setting, source, executor, repetition and task, with COUNTS, deadline_ms, bound_ms
-    and, where it is known, response_max_ms; `responses` one row for each job that ran, with response_ms. Both have
-    the task's group.
+    `counts` has a row per setting, source, executor, repetition and task: COUNTS, deadline_ms,
+    bound_ms and, if known, response_max_ms. `responses` has a row per job that ran: response_ms.
+    Both have the task's group.
     """
 
     KEY = ["setting", "source", "executor"]
@@ -61,7 +61,7 @@ class TimerRuns:
 
     @classmethod
     def of_runs(cls, runs: list[Run]) -> "TimerRuns":
-        """Of run folders. A second run of one setting and source gets a number."""
+        """Timers of run folders. Further runs of the same setting and source get a number."""
         seen: Counter[tuple[str, str]] = Counter()
         counts, responses = [], []
         for run in runs:
@@ -70,18 +70,18 @@ class TimerRuns:
             setting = run.setting() if number == 1 else f"{run.setting()} ({number})"
             key = {"setting": setting, "source": run.source}
             responses.append(run.responses().assign(**key))
-            counts.append(run.timer_counts().assign(**key, repetition=0, response_max_ms=np.nan))
+            counts.append(run.timer_counts().assign(**key, repetition=0))
             if not counts[-1]["reached"].sum():
                 raise InputError(f"{run.folder / 'jobs.csv'}: no row of a timer, there is nothing to draw")
         return cls(pd.concat(counts), pd.concat(responses))
 
     def rows(self, setting: Setting, source: str, executor: str, group: str | None = None) -> pd.DataFrame:
-        """Counts of a group of timers; no rows where this executor did not run."""
+        """Counts of a group of timers; empty if the executor did not run."""
         rows = self._counts.get((setting, source, executor), self.counts.iloc[:0])
         return rows if group is None else rows[rows["group"] == group]
 
     def drop_percent(self, *key: Any) -> float:
-        """Skipped timestamps in percent of those that were reached; NaN where none was. `key` as for rows()."""
+        """Skipped in percent of reached timestamps; NaN if none was reached."""
         rows = self.rows(*key)
         return float(100 * rows["skipped"].sum() / rows["reached"].sum()) if rows["reached"].sum() else np.nan
 
@@ -91,7 +91,7 @@ class TimerRuns:
 
     @functools.cache
     def samples(self, setting: Setting, source: str, executor: str, group: str) -> Samples:
-        """Response times (ms) of several timers of one period, in the order of time, as each timer's rows are."""
+        """Response times (ms) of several timers of one period, merged in time order."""
         rows = self.jobs(setting, source, executor)
         rows = rows[rows["group"] == group]
         of_task = rows.groupby(["repetition", "task"], sort=False)["response_ms"]

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantiles and intervals of repeated samples: a thin client of the C++ statistics.
-
-The C++ library resamples whole repetitions, because the samples of one repetition are not independent. A single live
-repetition is handed over in blocks of consecutive samples, a single exact one as it is.
-"""
+"""Client of the C++ statistics library. The library resamples whole repetitions, because the
+samples of one repetition are not independent. A single live repetition is split into blocks of
+consecutive samples; a single exact repetition stays whole."""
 
 import bisect
 import ctypes
@@ -32,7 +30,7 @@ _Result = ctypes.c_double * 3
 
 @functools.cache
 def library() -> ctypes.CDLL:
-    """libhotpath_statistics.so: $HOTPATH_STATISTICS, beside the program, or in ../lib of an installed one."""
+    """libhotpath_statistics.so: $HOTPATH_STATISTICS, beside the program, or in ../lib."""
     folder = hotpath_command.program().resolve().parent
     name = "libhotpath_statistics.so"
     places = [Path(os.environ.get("HOTPATH_STATISTICS", folder / name)), folder.parent / "lib" / name]
@@ -50,6 +48,10 @@ def library() -> ctypes.CDLL:
     loaded.hotpath_quantile_ratio.argtypes = [*two, ctypes.c_double, ctypes.c_double, _Result]
     loaded.hotpath_quantile_difference.argtypes = [*two, ctypes.c_double, _Result]
     loaded.hotpath_cliffs_delta.argtypes = [*two, _Result]
+    loaded.hotpath_rank_test.restype = ctypes.c_double
+    loaded.hotpath_rank_test.argtypes = two
+    points = [ctypes.c_void_p] * 3
+    loaded.hotpath_fit_line.argtypes = [*points, ctypes.c_size_t, ctypes.c_double * 2]
     side = [ctypes.c_void_p, ctypes.c_size_t]
     kinds = [ctypes.c_int] * 2 + [ctypes.c_double] * 2
     loaded.hotpath_growth.argtypes = [*side, *side, *kinds, ctypes.c_double * len(fields(Growth))]
@@ -59,7 +61,7 @@ def library() -> ctypes.CDLL:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % interval, in the unit of the samples; NaN where there is no interval."""
+    """A value with its 95 % interval, in the unit of the samples; NaN: no interval."""
 
     value: float
     low: float = math.nan
@@ -67,21 +69,21 @@ class Estimate:
 
     @property
     def has_interval(self) -> bool:
-        """Whether there were repetitions to resample."""
+        """Whether there were several repetitions or blocks to resample."""
         return not math.isnan(self.low)
 
     def text(self, digits: int) -> str:
-        """`value [low, high]` with so many decimals."""
+        """`value [low, high]` with `digits` decimals."""
         value = f"{self.value:.{digits}f}"
         return value + (f" [{self.low:.{digits}f}, {self.high:.{digits}f}]" if self.has_interval else "")
 
     def excludes(self, value: float) -> bool:
-        """Whether the value lies outside of the interval; never without one."""
+        """Whether the value lies outside the interval; false without an interval."""
         return self.has_interval and not self.low <= value <= self.high
 
 
 class Samples:
-    """Samples of one quantity (ms, unless said otherwise), repetition by repetition, each in the order of time."""
+    """Samples of one quantity (by default in ms) by repetition, each repetition in time order."""
 
     def __init__(
         self,
@@ -89,8 +91,8 @@ class Samples:
         exact: bool = False,
         numbers: Iterable[int] | None = None,
     ) -> None:
-        """`exact`: a single repetition comes from a deterministic simulation and has no sampling error. `numbers` of
-        the repetitions; 0, 1, 2... if left out."""
+        """`exact`: a single repetition comes from a deterministic simulation and has no sampling
+        error. `numbers` number the repetitions; the default is 0, 1, 2..."""
         arrays = [np.array(s, dtype=float) for s in repetitions]
         kept = [(n, r) for n, r in zip(range(len(arrays)) if numbers is None else numbers, arrays) if len(r)]
         self.numbers: list[int] = [n for n, _ in kept]
@@ -113,7 +115,7 @@ class Samples:
         return len(self.pooled)
 
     def estimate(self, p: float) -> Estimate:
-        """Quantile at the probability `p` (type 7) with its interval."""
+        """Quantile at probability `p` (type 7) with its interval."""
         if p not in self._estimates:
             result = _Result()
             library().hotpath_quantile_estimate(self._handle, p, result)
@@ -121,12 +123,12 @@ class Samples:
         return self._estimates[p]
 
     def quantile(self, p: float) -> float:
-        """Quantile at the probability `p` without an interval."""
+        """Quantile at probability `p` without its interval."""
         return self.estimate(p).value
 
     @property
     def mean(self) -> float:
-        """Of all samples."""
+        """Mean of all samples."""
         return float(library().hotpath_mean(self._handle))
 
     @property
@@ -135,14 +137,19 @@ class Samples:
         return self.quantile(1.0)
 
     def middle_worst(self) -> float:
-        """Median of the repetitions' largest samples, which a single disturbed repetition does not move."""
-        return Samples([[r.max()] for r in self.repetitions]).quantile(0.5)
+        """Median of the repetitions' largest samples: robust against one disturbed repetition."""
+        return median([r.max() for r in self.repetitions])
 
     def of_two(self, function: str, other: "Samples", *arguments: float) -> Estimate:
-        """An estimate that the library's `function` makes of these samples and others."""
+        """Estimate of the library's `function` for these samples and others."""
         result = _Result()
         getattr(library(), function)(self._handle, other._handle, *arguments, result)
         return Estimate(*result)
+
+
+def median(values: Iterable[float]) -> float:
+    """Median without an interval."""
+    return Samples([values], exact=True).quantile(0.5)
 
 
 def ratio(a: Samples, b: Samples, p: float, confidence: float = CONFIDENCE_PERCENT / 100) -> Estimate:
@@ -156,20 +163,20 @@ def difference(a: Samples, b: Samples, p: float) -> Estimate:
 
 
 class Pairing(enum.IntEnum):
-    """How the repetitions of two sides belong together; hotpath::Pairing explains them."""
+    """How the repetitions of two sides are paired; see hotpath::Pairing."""
 
     INDEPENDENT, PAIRED, EXACT = range(3)
 
 
 class Scale(enum.IntEnum):
-    """What a difference means; hotpath::Scale explains it."""
+    """Unit of a difference; see hotpath::Scale."""
 
     DIFFERENCE, RATIO = range(2)
 
 
 @dataclass(frozen=True)
 class Growth:
-    """Whether a measure grew; hotpath::GrowthTest explains the fields."""
+    """Whether a measure grew; see hotpath::GrowthTest for the fields."""
 
     before: float
     after: float
@@ -178,13 +185,13 @@ class Growth:
     high: float
     p_value: float
     exact: float
-    detectable: float  # the smallest growth that such repetitions show
+    detectable: float  # smallest growth that these repetitions can show
 
 
 def growth(
     before: Values, after: Values, pairing: Pairing, scale: Scale, alarm_rate: float, power: float
 ) -> Growth:
-    """Tests values of repetitions; `alarm_rate` and `power` are those of the detectable growth."""
+    """Tests one value per repetition; `alarm_rate` and `power` define the detectable growth."""
     result = (ctypes.c_double * len(fields(Growth)))()
     sides = [np.ascontiguousarray(side, dtype=float) for side in (before, after)]
     pointers = [value for side in sides for value in (side.ctypes.data, len(side))]
@@ -193,7 +200,7 @@ def growth(
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """The adjusted p-values."""
+    """P-values adjusted for multiple comparisons (Holm 1979)."""
     adjusted = np.array(p_values, dtype=float)
     library().hotpath_holm(adjusted.ctypes.data, len(adjusted))
     return [float(p) for p in adjusted]
@@ -201,21 +208,28 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class RankTest:
-    """Mann and Whitney's test of `a` against `b`, and the size of the effect."""
+    """Rank test of Mann and Whitney of `a` against `b`, with its effect size."""
 
     p_value: float
-    cliffs_delta: Estimate  # 1 when every sample of `b` is the larger, 0 when neither is
+    cliffs_delta: Estimate  # 1: every sample of `b` is larger; 0: neither side is larger
 
     @property
     def magnitude(self) -> str:
-        """Conventional words for the size of Cliff's delta (Romano et al. 2006)."""
+        """Conventional name for the size of Cliff's delta (Romano et al. 2006)."""
         place = bisect.bisect((0.147, 0.33, 0.474), abs(self.cliffs_delta.value))
         return ("negligible", "small", "medium", "large")[place]
 
 
 def rank_test(a: Samples, b: Samples) -> RankTest:
-    """Whether samples of `a` are smaller than those of `b`, and by how much of the way."""
-    from scipy import stats  # takes half a second, which most figures do not need
+    """Whether the samples of `a` are smaller than those of `b`, and how often."""
+    return RankTest(
+        float(library().hotpath_rank_test(a._handle, b._handle)), a.of_two("hotpath_cliffs_delta", b)
+    )
 
-    test = stats.mannwhitneyu(a.pooled, b.pooled, alternative="two-sided")
-    return RankTest(float(test.pvalue), a.of_two("hotpath_cliffs_delta", b))
+
+def fit_line(x: Sequence[float], y: Sequence[float], weights: Sequence[float]) -> tuple[float, float]:
+    """Slope and intercept of the weighted least-squares line; one single x: through the origin."""
+    result = (ctypes.c_double * 2)()
+    columns = [np.ascontiguousarray(column, dtype=float) for column in (x, y, weights)]
+    library().hotpath_fit_line(*(column.ctypes.data for column in columns), len(columns[0]), result)
+    return result[0], result[1]

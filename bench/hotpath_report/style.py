@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One look for all figures: colours, type, panels, keys, and SVG that a page can theme."""
+"""Common style of all figures: colours, fonts, panels, legends."""
 
 import io
 from collections.abc import Sequence
@@ -22,32 +22,32 @@ WIDE, NARROW = 9.2, 4.3  # inches
 PNG_DPI = 150
 INK, FAINT, GRID, GROUND = "#1f2328", "#68707a", "#dfe3e8", "#fefefe"
 WARNING = "#D1242F"
-# For what is no executor: methods, threads, transports.
+# Colours of methods, threads and transports; executors have their own.
 SERIES = "#2777C4 #E08A00 #0A9A6C #C2569B #8A8F98 #8A56B8 #C8502B #5FB89B #A8882A".split() + [INK]
 DASHED = (0, (5, 3))
-# Numbers stay legible where a line passes behind them.
+# Background that keeps numbers legible above lines.
 OPAQUE = {"facecolor": GROUND, "edgecolor": "none", "alpha": 0.85, "pad": 0.6}
 
-ABOVE = ("data", "axes fraction")  # coordinates of a place at the upper edge of a panel
+ABOVE = ("data", "axes fraction")  # coordinates relative to a panel's upper edge
 
 STYLE = Path(__file__).with_name("hotpath.mplstyle")
 
 
 def colour_of(executor: str) -> str:
-    """The colour that the registry gives to an executor; grey for one that it does not know."""
+    """The executor's colour in the registry; grey for an unknown executor."""
     known = executor_named(executor)
     return known.colour if known else FAINT
 
 
 def is_narrow(inches: float) -> bool:
-    """Whether a figure of this width is for a phone."""
+    """Whether a figure of this width is meant for a phone."""
     return inches < 6
 
 
 def new_figure(
     width: float, height: float, rows: int = 1, columns: int = 1, share_y: bool = False
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with rows × columns panels of `height` inches each, row by row; on a phone one below the other."""
+    """A figure of rows × columns panels of `height` inches; on a phone they are stacked."""
     plt.style.use(STYLE)
     narrow = is_narrow(width)
     if narrow:
@@ -60,7 +60,7 @@ def new_figure(
 
 
 def reserve(figure: Figure, below: float = 0, above: float = 0) -> None:
-    """Enlarges the figure by so many inches outside of its panels."""
+    """Enlarges the figure by margins (inches) outside its panels."""
     engine: Any = figure.get_layout_engine()
     engine.set(w_pad=0.06, h_pad=0.06)
     height = figure.get_figheight() + below + above
@@ -72,9 +72,9 @@ def reserve(figure: Figure, below: float = 0, above: float = 0) -> None:
 
 
 def add_title(figure: Figure, title: str, subtitle: str, partial: bool = False) -> None:
-    """Title and subtitle above the panels of a figure that has no page around it."""
+    """Adds title and subtitle above the panels of a stand-alone figure."""
     if partial:
-        title += " (partial: the run did not end)"
+        title += " (partial: the run did not finish)"
     inches = 0.55 + 0.2 * (subtitle.count("\n") + 1)
     reserve(figure, above=inches)
     height, left = figure.get_figheight(), 0.1 / figure.get_figwidth()
@@ -83,7 +83,7 @@ def add_title(figure: Figure, title: str, subtitle: str, partial: bool = False) 
 
 
 def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
-    """A legend below all panels, in at most so many columns, with room for it."""
+    """Adds a legend below all panels, in at most `columns` columns."""
     narrow = is_narrow(figure.get_figwidth())
     columns = 2 if narrow else min(columns, len(handles))
     reserve(figure, below=0.1 + 0.2 * -(-len(handles) // columns))
@@ -100,7 +100,7 @@ def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
 
 
 def rows_of_labels(axes: Axes, labels: Sequence[str], **look: Any) -> None:
-    """A labelled row for each text, downwards from 0; `look` is that of Axes.set()."""
+    """Adds a labelled row for each text, downwards from 0; `look`: options of Axes.set()."""
     axes.set_yticks(range(len(labels)), labels)
     axes.tick_params(axis="y", length=0)
     axes.grid(False, axis="y")
@@ -108,18 +108,18 @@ def rows_of_labels(axes: Axes, labels: Sequence[str], **look: Any) -> None:
 
 
 def note(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float], **look: Any) -> None:
-    """Small text beside a place of a panel, so many points away from it; vertically centred."""
+    """Adds small text beside a point of a panel; `offset` in points, vertically centred."""
     look = {"fontsize": 8, "va": "center"} | look
     axes.annotate(text, at, offset, textcoords="offset points", **look)
 
 
 def patch(label: str, **look: Any) -> Any:
-    """A key's patch."""
+    """Patch for a legend."""
     return plt.Rectangle((0, 0), 1, 1, label=label, **({"facecolor": FAINT} | look))
 
 
 def line(label: str, **look: Any) -> Any:
-    """A key's line."""
+    """Line for a legend."""
     return plt.Line2D([], [], label=label, **({"color": INK} | look))
 
 
@@ -131,19 +131,19 @@ def glyph(character: str) -> Any:
 
 
 def dot(label: str, marker: Any = "o", **look: Any) -> Any:
-    """A key's marker."""
+    """Marker for a legend."""
     return line(label, **({"linestyle": "", "marker": marker} | look))
 
 
 def reference_mark(**look: Any) -> dict[str, Any]:
-    """How the real ROS 2 stack is drawn: an open diamond."""
+    """Mark of the real ROS 2 stack: an open diamond."""
     mark = dict(marker="D", markersize=5, markerfacecolor="none", markeredgecolor=INK, linestyle="")
     return mark | look
 
 
 def settle(figure: Figure) -> None:
-    """Lays the panels out, in whole steps: the solver's last digits differ from one time to the next, and the same data
-    shall give the same bytes."""
+    """Fixes the layout with rounded positions: the solver's last digits vary between calls, but
+    equal data must give equal bytes."""
     engine: Any = figure.get_layout_engine()
     engine.execute(figure)
     figure.set_layout_engine("none")
@@ -152,8 +152,8 @@ def settle(figure: Figure) -> None:
 
 
 def save(figure: Figure, folder: str | Path, name: str, option: str = "") -> None:
-    """Writes name.svg and name.png, each under its final name only when it is whole, and prints their names. Raises
-    InputError where `option` named the file."""
+    """Writes name.svg and name.png, each renamed only when complete, and prints their names. Raises
+    InputError if `option` named the file and it cannot be written."""
     folder = Path(folder)
     make_folder(folder)
     settle(figure)

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV and JSON files in and out, with errors that name the file, and the line where there is one; tables for a
-terminal."""
+"""Reads and writes CSV and JSON, with errors that name file and line; text tables."""
 
 import contextlib
 import errno
@@ -23,19 +22,19 @@ from hotpath_report.shown_text import printable, printable_content
 
 NS_PER_MS = 1e6
 LONGEST_HEADER = 10_000
-NAMES = ("executor", "chain", "task")  # columns that are text even where all names are numbers
+NAMES = ("executor", "chain", "task")  # text columns, even if every name is a number
 
 
 def check_regular(path: Path) -> None:
-    """Raises InputError for what is no regular file: a device may have no end, and a FIFO no writer."""
+    """Raises InputError unless `path` is a regular file: devices and FIFOs may never end."""
     if not stat.S_ISREG(path.stat().st_mode):
         raise InputError(f"{path}: is no regular file")
     READ.append(path)
 
 
 def check_lines(path: Path) -> None:
-    """Raises InputError for a first line that is no header, with very many columns of which pandas takes hours, and for
-    a last one without its end, whose missing columns pandas takes for empty ones."""
+    """Raises InputError for a first line too long for a header, with which pandas would spend
+    hours, and for an incomplete last line, whose missing columns pandas would read as empty."""
     compressed = path.suffix == ".gz"
     with gzip.open(path) if compressed else path.open("rb") as file:
         if len(file.readline(LONGEST_HEADER)) == LONGEST_HEADER:
@@ -47,7 +46,7 @@ def check_lines(path: Path) -> None:
 
 
 def read_json(path: Path, made_by: str = "hotpath") -> Any:
-    """Content of a JSON file that a command wrote. Raises InputError."""
+    """Content of a JSON file written by the command `made_by`. Raises InputError."""
     try:
         check_regular(path)
         return printable_content(json.loads(path.read_text(encoding="utf-8")))
@@ -62,8 +61,9 @@ def read_json(path: Path, made_by: str = "hotpath") -> Any:
 def read_table(
     path: Path, columns: Sequence[str] = (), optional: Sequence[str] = (), rows: io.StringIO | None = None
 ) -> pd.DataFrame:
-    """A CSV file, compressed where its name says so, or `rows` of it. It must have all `columns`, with a value in each
-    row, and the `optional` ones; of both, those whose names end in _ns are numbers. Raises InputError."""
+    """A CSV file (compressed if named .gz), or `rows` from it. All `columns` must exist and have a
+    value in each row; `optional` columns must exist. Named columns ending in _ns must be numbers.
+    Raises InputError."""
     named = [*columns, *optional]
     kinds: Any = dict.fromkeys(NAMES, str) | {name: float for name in named if name.endswith("_ns")}
     try:
@@ -88,12 +88,12 @@ def read_table(
     return frame
 
 
-MOST_LINKS = 40  # as Linux
+MOST_LINKS = 40  # limit of Linux
 Created = TypeVar("Created")
 
 
 def new_part(path: Path, create: Callable[[Path], Created]) -> tuple[Path, Created]:
-    """What `create` makes beside `path`, which it shall become: under a hidden name that nobody else has."""
+    """Creates a file or folder beside `path` under a unique hidden name."""
     for number in itertools.count():
         part = path.with_name(f".{path.name[:50]}.{os.getpid()}-{number}.part")
         with contextlib.suppress(FileExistsError):
@@ -102,13 +102,13 @@ def new_part(path: Path, create: Callable[[Path], Created]) -> tuple[Path, Creat
 
 
 def create_file(path: Path) -> int:
-    """Creates a file that was not there before. Never opens one through a link."""
+    """Creates a new file; never follows a link."""
     return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
 def take_over_permissions(descriptor: int, replaced: Path) -> None:
-    """Gives a new file the owner and the permissions of the one that it will replace, if any."""
-    with contextlib.suppress(OSError):  # none, or an owner that cannot be set
+    """Copies owner and permissions of the file that will be replaced, if there is one."""
+    with contextlib.suppress(OSError):  # no such file, or the owner cannot be set
         old = os.lstat(replaced)
         if stat.S_ISREG(old.st_mode):
             os.fchown(descriptor, old.st_uid, old.st_gid)
@@ -116,7 +116,7 @@ def take_over_permissions(descriptor: int, replaced: Path) -> None:
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Replaces a file, or a link, by a whole new file, which is on disk afterwards."""
+    """Replaces a file, or a link, by a complete new file and syncs it."""
     part, descriptor = new_part(path, create_file)
     try:
         with open(descriptor, "wb") as file:
@@ -129,15 +129,14 @@ def write_file(path: Path, content: str | bytes) -> None:
 
 
 def descriptor_of(path: Path) -> int | None:
-    """The descriptor of this process for which a name in /proc/self/fd stands."""
+    """The descriptor that a path in /proc/self/fd names, if any."""
     is_one = path.name.isdigit() and path.parent.resolve() == Path("/proc/self/fd").resolve()
     return int(path.name) if is_one else None
 
 
 def write_output(path: Path, option: str, content: str | bytes) -> None:
-    """Writes the file that `option` names. As write_file(), with two differences for names that the user chose: a
-    symbolic link is followed, and what is no regular file (a device, a FIFO) is written to. Raises InputError.
-    """
+    """Writes the file that the user named in `option`. Unlike write_file(), it follows symbolic
+    links and writes into devices and FIFOs. Raises InputError."""
     try:
         target = path
         for _ in range(MOST_LINKS):
@@ -150,7 +149,7 @@ def write_output(path: Path, option: str, content: str | bytes) -> None:
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
             write_file(target, content)
             return
-        sys.stdout.flush()  # what was printed before comes first
+        sys.stdout.flush()  # earlier output comes first
         in_place = os.O_WRONLY | os.O_NOCTTY | os.O_CLOEXEC
         with open(os.open(target, in_place) if descriptor is None else os.dup(descriptor), "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)
@@ -161,26 +160,26 @@ def write_output(path: Path, option: str, content: str | bytes) -> None:
 
 
 def await_disk(path: Path) -> None:
-    """Waits until a file's content, or the names in a folder, would survive a loss of power."""
+    """Syncs a file's content or a folder's entries to disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     except OSError as error:
-        if error.errno != errno.EINVAL:  # of a file system that keeps nothing for later
+        if error.errno != errno.EINVAL:  # file systems without sync
             raise
     finally:
         os.close(descriptor)
 
 
 def name_durably(part: Path, path: Path) -> None:
-    """Gives `part` the name `path` once its content is on disk, and waits until the name is."""
+    """Syncs `part`, renames it to `path` and syncs the folder."""
     await_disk(part)
     os.replace(part, path)
     await_disk(path.parent)
 
 
 def make_folder(folder: Path) -> None:
-    """Creates a folder and those above it, and waits until their names are on disk."""
+    """Creates a folder with its parents and syncs their entries."""
     if not folder.is_dir():
         make_folder(folder.parent)
         folder.mkdir(exist_ok=True)
@@ -193,8 +192,7 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns, of which the first and those with words align left, and numbers right; a line break in a header makes
-    two lines."""
+    """A table: words and the first column align left, numbers right; headers may have two lines."""
     upper, lower = zip(*(text.rpartition("\n")[::2] for text in header))
     left = [k == 0 or any(row[k][:1].isalpha() for row in rows) for k in range(len(header))]
     widths = [max(map(len, column)) for column in zip(upper, lower, *rows)]

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath timeline`: a part of a trace as a chart, or for ui.perfetto.dev, in the object form of Chrome's Trace Event
-Format."""
+"""`hotpath timeline`: part of a trace as a chart or in Chrome's Trace Event Format."""
 
 import json
 import math
@@ -16,28 +15,24 @@ from hotpath_report.run import Run
 from hotpath_report.tables import write_output
 
 US_PER_MS = 1e3
-CHART_MS = 500  # where no end is given
-INSTANTS = {
-    "overwritten": "overwritten sample",
-    "skipped": "skipped",
-}  # outcomes that are marked, at the timestamp
+CHART_MS = 500  # default length
+INSTANTS = ("overwritten", "skipped")  # outcomes marked at their timestamp
 
 Event = dict[str, Any]
 
 
 def event(job: Any, phase: str, name: str, **more: Any) -> Event:
-    """Of the job's process; numbers are as Linux gives them: positive, none twice, and the first thread's is that of
-    its process."""
+    """An event of the job's process. Ids are positive, unique and shared with its first thread."""
     return {"ph": phase, "name": name, "pid": 100 * (job.process + 1), **more}
 
 
 def thread(job: Any) -> int:
-    """Number of the job's thread."""
+    """Id of the job's thread."""
     return int(100 * (job.process + 1) + job.worker)
 
 
 def names(run: Run, title: str, ran: pd.DataFrame, timer_thread: bool) -> Iterator[Event]:
-    """What processes and threads are called."""
+    """Names of processes and threads."""
     for job in ran.drop_duplicates(["process"]).itertuples():
         yield event(job, "M", "process_name", args={"name": f"{title}, process {job.process}"})
     for job in ran.drop_duplicates(["process", "worker"]).itertuples():
@@ -46,8 +41,7 @@ def names(run: Run, title: str, ran: pd.DataFrame, timer_thread: bool) -> Iterat
 
 
 def slices(job: Any, ends: dict[str, list[int]]) -> Iterator[Event]:
-    """A job that ran, and its ends of flows, by phase: an end binds to the slice before it, which thus may last no time
-    at all."""
+    """A job that ran, with its flow ends by phase; a flow end binds to the preceding slice."""
     place = {"tid": thread(job), "ts": job.start * US_PER_MS}
     args = {f"{name}_ms": getattr(job, name) for name in ("timestamp", "release", "deadline")}
     args = {"sequence": job.sequence} | {name: ms for name, ms in args.items() if not math.isnan(ms)}
@@ -68,7 +62,7 @@ def marker(job: Any, what: str, ms: float) -> Event:
 
 
 def events(run: Run, executor: str, repetition: int, begin: float, end: float) -> Iterator[Event]:
-    """All events; a flow leads from the job that published to each that took the message."""
+    """All events; a flow connects a publishing job with each job that took its message."""
     jobs = run.jobs(executor, repetition, begin, end)
     shown = (jobs["outcome"] == "ran") & (jobs["finish"] >= begin) & (jobs["start"] < end)
     ran = jobs[shown]
@@ -89,7 +83,7 @@ def events(run: Run, executor: str, repetition: int, begin: float, end: float) -
 
 
 def show(options: str) -> None:
-    """What `hotpath timeline` was told, as JSON. Raises InputError."""
+    """Runs `hotpath timeline` with its options as JSON. Raises InputError."""
     o: dict[str, Any] = json.loads(options)
     begin, end, svg = o["from_ms"], o["to_ms"], Path(o["svg"] or Path(o["run"]) / "timeline.svg")
     if end is not None and end <= begin:
@@ -105,6 +99,6 @@ def show(options: str) -> None:
         write_output(Path(o["perfetto"]), "--perfetto", text)
         print(o["perfetto"])
     if o["svg"] or not o["perfetto"]:
-        timeline = load("figures.timeline")  # draws, which takes a second to import
+        timeline = load("figures.timeline")  # takes a second to import
         part = (begin, begin + CHART_MS if end is None else end)
         timeline.draw(run, executor, o["repetition"], part, svg, "--svg" if o["svg"] else "")

@@ -26,7 +26,6 @@
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
@@ -220,11 +219,11 @@ class CtfImport final : public RecordedJobSink {
     const Interpretation& best = interpretations_.best;
     const fs::path graph_file = output_ / "graph.yaml";
     write_graph(graph_file, best.graph, import_comments(*recording_, best), write_with_folder);
-    write_run(*folder_, graph_file, best.trace, "recorded");
+    write_run(*folder_, graph_file, best.trace, RunKind::recorded);
     if (best.check.failure.empty()) {
       RunFolder simulated(output_ / "simulated");
       simulated.append(best.tasks.set, chain_names(best.graph), best.check.simulated);
-      write_run(simulated, graph_file, best.check.simulated, "simulated");
+      write_run(simulated, graph_file, best.check.simulated, RunKind::simulated);
     }
     const ImportFacts facts{reading_, *recording_, interpretations_, later_jobs_, options_.trace};
     write_whole_file(output_ / "import.json", "--output", import_json(facts));
@@ -232,33 +231,26 @@ class CtfImport final : public RecordedJobSink {
     print_import(std::cout, facts, output_);
   }
 
-  void write_run(RunFolder& folder, const fs::path& graph_file, const Trace& trace, const char* kind) {
+  void write_run(RunFolder& folder, const fs::path& graph_file, const Trace& trace, RunKind kind) {
     const Interpretation& best = interpretations_.best;
     CommonOptions common;
     common.graph = graph_file;
     common.phases = Phases::given;
     common.warm_up_s = to_ms(kWarmUp) / 1000;
     common.duration_s = to_ms(trace.end - Time{} - kWarmUp) / 1000;
-    json facts = common_facts(common, best.graph, best.tasks.set, {*best.executor});
-    facts["kind"] = kind;
-    facts["execution_times"] = "recorded";
-    facts["platform"] = platform_json(best.graph.platform);
-    facts["bounds"] = json::array();
+    RunRecord record = record_of(common, best.graph, best.tasks.set, {*best.executor});
+    record.kind = kind;
+    record.simulation = SimulationRecord{.platform = best.graph.platform, .execution_times = "recorded"};
     Repetition repetition;
     repetition.trace = trace;
     repetition.trace.chains =
         counted_chains(trace, measured_chains(best.graph, best.tasks), Time{} + kWarmUp);
     repetition.accounts = account(best.tasks.set, repetition.trace);
-    json& run =
-        facts["runs"].emplace_back(repetition_json(best.tasks.set, chain_names(best.graph), repetition));
-    run["failure"] = "";
-    folder.write("run.json", facts);
-    folder.finish();
+    record.runs.push_back(record_of(best.tasks.set, chain_names(best.graph), repetition));
+    folder.write("run.json", json(record));
     const Summary summary = summarize(best.tasks.set, {{trace.executor, {repetition}}},
                                       summary_options(common, best.graph, best.tasks));
-    folder.write("summary.json", json(summary));
-    facts["complete"] = true;
-    folder.write("run.json", facts);
+    folder.close(record, json(summary));
   }
 
   const ImportCtfOptions& options_;

@@ -24,7 +24,7 @@
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
-#include "results/run_facts.hpp"
+#include "results/executor_label.hpp"
 #include "results/run_folder.hpp"
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
@@ -79,27 +79,22 @@ class LiveRun {
     for (const std::string& sentence : warnings(machine_)) warn(sentence);
     calibrate_work();
     describe();
-    folder.write("run.json", run_);
+    folder.write("run.json", json(run_));
 
     measure(folder);
-    if (!failures_.empty() && nothing_measured()) {
+    if (!run_.failures.empty() && nothing_measured()) {
       throw RunError(runs_planned() == 1
-                         ? failures_.front()
+                         ? run_.failures.front()
                          : "every run failed; there is no result in " + folder.path().string());
     }
-    folder.finish();
 
     const Summary summary = summarize(tasks_.set, runs_, counting_);
     std::vector<PublishingEffect> effects;
     json summary_json = summary;
     if (options_.live_alternate)
       summary_json["live_publishing"] = effects = publishing_effects(runs_, counting_);
-    folder.write("summary.json", summary_json);
-    run_["complete"] = failures_.empty() && !partial_;
-    run_["partial"] = partial_;
-    run_["failures"] = failures_;
-    run_["warnings"] = warnings_;
-    folder.conclude(run_);
+    run_.partial = partial_;
+    folder.close(run_, summary_json);
     report(folder, summary, effects);
   }
 
@@ -112,7 +107,9 @@ class LiveRun {
     for (const std::string& text : options_.stacks) {
       const bool on_rclcpp = parse<Stack>(text) == Stack::rclcpp;
       for (const std::string& name : options_.executors) {
-        labels.push_back(on_rclcpp ? concat(name, kOnRclcpp) : name);
+        ExecutorLabel label(name);
+        if (on_rclcpp) label.stack = kRclcppStack;
+        labels.push_back(label.text());
       }
       if (!on_rclcpp) continue;
       plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
@@ -254,15 +251,15 @@ class LiveRun {
     partial_ = result.interrupted;
     Trace& trace = result.repetition.trace;
     trace.chains = counted_chains(trace, measured_chains(graph_, tasks_), trace.epoch + counting_.warm_up);
-    if (tells_processor_speed(run_)) {
+    if (run_.tells_processor_speed()) {
       result.repetition.speed = speed_windows(tasks_.set, trace, counting_.warm_up);
     }
     // A failed repetition is recorded in run.json only. Rows are stored before the record that
     // names them, so that a killed run can be recovered.
     if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
     note(p, result);
-    record_attempt(run_["runs"], executor.label, attempt);
-    folder.write("run.json", run_);
+    record_attempt(run_.runs, executor.label, attempt);
+    folder.write("run.json", json(run_));
     if (result.setup_failed) throw RunError(result.failure);
     if (!result.measured || (attempt.number != attempt.counted && partial_)) return std::nullopt;
     return std::move(result.repetition);
@@ -289,11 +286,10 @@ class LiveRun {
         },
         [&](const Attempt& a, const std::vector<SlowPeriod>& wrong) {
           const std::string& label = executors_[a.executor].label;
-          record_replacement(run_["runs"], label, a);
+          record_replacement(run_.runs, label, a);
           warn(concat(label, ", repetition ", a.counted, ": ", hotpath::describe(wrong), "; repetition ",
                       a.number, " was measured instead and counts."));
-          run_["warnings"] = warnings_;
-          folder.write("run.json", run_);
+          folder.write("run.json", json(run_));
         });
   }
 
@@ -306,15 +302,15 @@ class LiveRun {
   void note(const RepetitionPlan& p, const RepetitionResult& result) {
     for (const std::string& w : result.warnings) warn(w);
     if (!result.failure.empty()) {
-      failures_.push_back(result.failure);
-      run_["failures"] = failures_;
+      run_.failures.push_back(result.failure);
       if (runs_planned() > 1 && !result.setup_failed) say(result.failure);
     }
     if (!result.measured && result.failure.empty()) return;  // interrupted before it began
-    json& run = run_["runs"].emplace_back(repetition_json(p.tasks.set, counting_.chains, result.repetition));
-    run.update({{"thread_policies", result.policies},
-                {"live", p.publishing.has_value()},
-                {"failure", result.failure}});
+    RepetitionRecord& run =
+        run_.runs.emplace_back(record_of(p.tasks.set, counting_.chains, result.repetition));
+    run.thread_policies = result.policies;
+    run.published = p.publishing.has_value();
+    run.failure = result.failure;
     const auto raises = [](const ExecutorSpec& e) { return e.entry->traits.raises_timer_thread; };
     const bool wanted_real_time = std::ranges::any_of(parts(p.executor), raises) && !p.timer_policy;
     if (wanted_real_time && result.timers_are_ordinary && !told_no_real_time_) {
@@ -353,29 +349,26 @@ class LiveRun {
   void describe() {
     Graph bounded = graph_;
     bounded.platform.release_cost = measure_release_cost().p999;
-    run_ = common_facts(options_, graph_, tasks_.set, executors_);
-    run_.update({{"kind", "live"},
-                 {"date", time_stamp("%Y-%m-%dT%H:%M:%S%z")},
-                 {"transport", to_string(plan_.transport)},
-                 {"stacks", options_.stacks},
-                 {"network", to_string(plan_.fastdds.network)},
-                 {"processes", plan_.processes},
-                 {"domain", plan_.fastdds.domain},
-                 {"all_interfaces", options_.all_interfaces},
-                 {"executor_policy", options_.executor_policy},
-                 {"timer_policy", options_.timer_policy},
-                 {"lock_memory", plan_.lock_memory},
-                 {"cpu_time", plan_.measure_cpu_time},
-                 {"live_cpus", publisher_cpus_},
-                 {"cpus", plan_.cpus.empty() ? allowed_cpus() : plan_.cpus},
-                 {"calibration",
-                  {{"divisions_per_us", plan_.calibration.divisions_per_us},
-                   {"spread_percent", plan_.calibration.spread_percent},
-                   {"readings", plan_.calibration.readings},
-                   {"disturbed", plan_.calibration.disturbed}}},
-                 {"machine", machine_},
-                 {"bounds", bounds_json(bounded, tasks_, executors_)},
-                 {"warnings", warnings_}});
+    std::vector<std::string> warnings = std::move(run_.warnings);
+    run_ = record_of(options_, graph_, tasks_.set, executors_);
+    run_.kind = RunKind::live;
+    run_.bounds = timer_bounds(bounded, tasks_, executors_);
+    run_.warnings = std::move(warnings);
+    run_.live = LiveRecord{.date = time_stamp("%Y-%m-%dT%H:%M:%S%z"),
+                           .transport = plan_.transport,
+                           .stacks = options_.stacks,
+                           .network = plan_.fastdds.network,
+                           .processes = plan_.processes,
+                           .domain = plan_.fastdds.domain,
+                           .all_interfaces = options_.all_interfaces,
+                           .executor_policy = options_.executor_policy,
+                           .timer_policy = options_.timer_policy,
+                           .lock_memory = plan_.lock_memory,
+                           .cpu_time = plan_.measure_cpu_time,
+                           .cpus = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus,
+                           .live_cpus = publisher_cpus_,
+                           .calibration = plan_.calibration,
+                           .machine = machine_};
   }
 
   void report(const RunFolder& folder, const Summary& summary, const std::vector<PublishingEffect>& effects) {
@@ -389,8 +382,8 @@ class LiveRun {
       draw(folder, summary);
       if (partial_) warn("Interrupted: the measurements until then are kept and marked as partial.");
     });
-    if (!failures_.empty()) {
-      throw RunError(concat(failures_.size(), " of ", runs_planned(), " runs failed; the rest is in ",
+    if (!run_.failures.empty()) {
+      throw RunError(concat(run_.failures.size(), " of ", runs_planned(), " runs failed; the rest is in ",
                             folder.path().string()));
     }
   }
@@ -410,7 +403,7 @@ class LiveRun {
   static void say(const std::string& sentence) { std::cerr << "note: " << sentence << "\n"; }
 
   void warn(const std::string& sentence) {
-    warnings_.push_back(sentence);
+    run_.warnings.push_back(sentence);
     say(sentence);
   }
 
@@ -423,8 +416,7 @@ class LiveRun {
   std::vector<ExecutorRuns> runs_;
   std::vector<int> publisher_cpus_;
   const Machine machine_ = read_machine();
-  json run_;
-  std::vector<std::string> warnings_, failures_;
+  RunRecord run_;
   bool partial_ = false;
   bool told_no_real_time_ = false, told_throttling_ = false;
 };

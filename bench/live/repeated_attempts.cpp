@@ -3,13 +3,10 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace hotpath {
 namespace {
-
-using nlohmann::json;
 
 using Key = std::pair<std::size_t, std::uint32_t>;  // executor, number of the attempt
 
@@ -23,11 +20,11 @@ std::map<Key, std::vector<SlowPeriod>> slow_attempts(const std::vector<ExecutorR
 }
 
 /// Null: the attempt was interrupted before it began.
-json* entry_of(json& runs, const std::string& executor, std::uint32_t number) {
-  for (json& entry : runs) {
-    if (entry["executor"] == executor && entry["repetition"] == number) return &entry;
-  }
-  return nullptr;
+RepetitionRecord* entry_of(std::vector<RepetitionRecord>& runs, const std::string& executor,
+                           std::uint32_t number) {
+  const auto entry = std::ranges::find_if(
+      runs, [&](const RepetitionRecord& r) { return r.executor == executor && r.repetition == number; });
+  return entry == runs.end() ? nullptr : &*entry;
 }
 
 }  // namespace
@@ -67,16 +64,19 @@ void repeat_disturbed(
   }
 }
 
-void record_attempt(json& runs, const std::string& executor, const Attempt& attempt) {
+void record_attempt(std::vector<RepetitionRecord>& runs, const std::string& executor,
+                    const Attempt& attempt) {
   if (attempt.number == attempt.counted) return;
-  if (json* const entry = entry_of(runs, executor, attempt.number)) {
-    entry->update({{"attempt_of", attempt.repetition}, {"replaced_by", attempt.counted}});
+  if (RepetitionRecord* const entry = entry_of(runs, executor, attempt.number)) {
+    entry->attempt_of = attempt.repetition;
+    entry->replaced_by = attempt.counted;
   }
 }
 
-void record_replacement(json& runs, const std::string& executor, const Attempt& attempt) {
-  entry_of(runs, executor, attempt.number)->erase("replaced_by");
-  entry_of(runs, executor, attempt.counted)->update({{"replaced_by", attempt.number}});
+void record_replacement(std::vector<RepetitionRecord>& runs, const std::string& executor,
+                        const Attempt& attempt) {
+  entry_of(runs, executor, attempt.number)->replaced_by.reset();
+  entry_of(runs, executor, attempt.counted)->replaced_by = attempt.number;
 }
 
 }  // namespace hotpath

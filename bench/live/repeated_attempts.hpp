@@ -2,11 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "results/run_record.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath {
@@ -40,9 +40,10 @@ void repeat_disturbed(
     const std::function<void(const Attempt&, const std::vector<SlowPeriod>& slow)>& replaced);
 
 /// Records in `runs` of run.json that the counted attempt replaces this one, if it is another.
-void record_attempt(nlohmann::json& runs, const std::string& executor, const Attempt& attempt);
+void record_attempt(std::vector<RepetitionRecord>& runs, const std::string& executor, const Attempt& attempt);
 
 /// Records in `runs` of run.json that the attempt replaces the counted one.
-void record_replacement(nlohmann::json& runs, const std::string& executor, const Attempt& attempt);
+void record_replacement(std::vector<RepetitionRecord>& runs, const std::string& executor,
+                        const Attempt& attempt);
 
 }  // namespace hotpath

@@ -14,7 +14,6 @@
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
-#include "program/json_fields.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -113,26 +112,6 @@ Machine read_machine(Duration watch) {
   m.noise = measure_noise(watch);
   return m;
 }
-
-static void to_json(nlohmann::json& j, const Hiccups& h) {
-  j = {{"cpu", h.cpu},
-       {"p99_ns", h.p99.count()},
-       {"p999_ns", h.p999.count()},
-       {"max_ns", h.max.count()},
-       {"lost_percent", h.lost_percent}};
-}
-
-static void to_json(nlohmann::json& j, const MachineNoise& noise) {
-  j = {{"watched_ms", to_ms(noise.length)},
-       {"hiccups", noise.cores},
-       {"clock_resolution_ns", noise.clock_resolution.count()},
-       {"clock_cost_ns", noise.clock_cost_ns},
-       {"cpu_clock_cost_ns", noise.cpu_clock_cost_ns}};
-}
-
-HOTPATH_JSON_FIELDS(Machine, cpu_model, processors, kernel, preempt_rt, distribution, governor, hypervisor,
-                    rt_runtime_us, rt_period_us, load_average, compiler, build_type, turbo, boot_parameters,
-                    clock_source, timer_slack_ns, stolen_percent, real_time_threads, noise);
 
 std::vector<std::string> warnings(const Machine& m) {
   std::vector<std::string> sentences;

@@ -78,6 +78,8 @@ inline constexpr Duration kBriefNoise = std::chrono::milliseconds(200);
 
 Machine read_machine(Duration watch = kBriefNoise);
 void to_json(nlohmann::json& j, const Machine& machine);
+/// Throws nlohmann's exceptions and std::out_of_range.
+void from_json(const nlohmann::json& j, Machine& machine);
 
 /// Sentences about possible disturbances of a measurement.
 std::vector<std::string> warnings(const Machine& machine);

@@ -40,8 +40,8 @@ std::vector<std::string> command_line(const std::string& command, const std::vec
   std::cout << std::flush;  // our output precedes the package's output
   std::fflush(stdout);
   setenv("HOTPATH", own_program().c_str(), 1);
-  const fs::path program = package_folder() / "hotpath_report" / "__main__.py";
-  std::vector<std::string> words = {"/usr/bin/python3", "-I", "-B", program.string(), command};
+  const std::string program = package_folder().string();  // has a __main__.py and the package
+  std::vector<std::string> words = {"/usr/bin/python3", "-I", "-B", program, command};
   words.insert(words.end(), arguments.begin(), arguments.end());
   return words;
 }

@@ -2,7 +2,6 @@
 #include "results/checked_run.hpp"
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -16,16 +15,14 @@
 
 namespace hotpath {
 
-using nlohmann::json;
-
 namespace {
 
 class RunCheck {
  public:
   explicit RunCheck(const StoredRun& run)
       : run_(run), file_((run.folder() / "jobs.csv").string()), set_(run.tasks()) {
-    for (const json& r : run.facts().at("runs")) {
-      if (r.at("failure").get<std::string>().empty()) named_.insert(key(r));
+    for (const RepetitionRecord& r : run.record().runs) {
+      if (r.failure.empty()) named_.emplace(r.executor, r.repetition);
     }
   }
 
@@ -42,10 +39,6 @@ class RunCheck {
 
  private:
   using Key = std::pair<std::string, std::uint32_t>;
-
-  static Key key(const json& run) {
-    return {run.at("executor").get<std::string>(), run.at("repetition").get<std::uint32_t>()};
-  }
 
   void add(const JobRow& row) {
     line_ = row.line;
@@ -66,16 +59,15 @@ class RunCheck {
     if (!done_.insert(repetition).second) fail(line_, "rows of this repetition have ended before");
     const auto first = run_.first_timestamps(set_, repetition.first, repetition.second);
     for (TaskId id = 0; id < set_.size(); ++id) set_.tasks[id].phase = first[id];
-    const json& facts = run_.run(repetition.first, repetition.second);
-    const Duration length = run_.length_of(facts.at("usage").get<ProcessUsage>());
-    schedule_.emplace(set_, Time{}, Time{} + length, run_.facts().at("kind") == "live");
+    const Duration length = run_.length_of(run_.run(repetition.first, repetition.second).usage);
+    schedule_.emplace(set_, Time{}, Time{} + length, run_.record().kind == RunKind::live);
   }
 
   void end_repetition() {
     if (!schedule_) return;
-    const json& expected = run_.run(current_.first, current_.second).at("expected");
+    const RepetitionRecord& stored = run_.run(current_.first, current_.second);
     std::vector<std::uint64_t> by_task;
-    for (const Task& task : set_.tasks) by_task.push_back(expected.at(task.name).get<std::uint64_t>());
+    for (const Task& task : set_.tasks) by_task.push_back(stored.expected_of(task.name));
     if (const std::string lost = schedule_->lost(by_task); !lost.empty()) fail(last_line_, lost);
     schedule_.reset();
   }

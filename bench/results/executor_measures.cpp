@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results/executor_measures.hpp"
 
+#include "results/executor_label.hpp"
+
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -28,8 +30,9 @@ void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vec
 /// The baseline of an executor: `default` on the same stack, such as `default@rclcpp` for
 /// `rm-ro@rclcpp`.
 std::string baseline_of(const std::string& executor) {
-  const std::size_t stack = std::min(executor.find('@'), executor.size());
-  return std::string(kBaselineExecutor) + executor.substr(stack);
+  ExecutorLabel baseline(kBaselineExecutor);
+  baseline.stack = ExecutorLabel(executor).stack;
+  return baseline.text();
 }
 
 /// The quantiles of the samples, which are freed.

@@ -24,15 +24,11 @@ namespace {
 using Prefixes = std::set<std::string>;
 
 Prefixes measured_repetitions(const StoredRun& run) {
-  return run.check([&] {
-    Prefixes prefixes;
-    for (const json& r : run.facts().at("runs")) {
-      if (!r.at("failure").get<std::string>().empty()) continue;
-      prefixes.insert(r.at("executor").get<std::string>() + "," +
-                      std::to_string(r.at("repetition").get<std::uint32_t>()) + ",");
-    }
-    return prefixes;
-  });
+  Prefixes prefixes;
+  for (const RepetitionRecord& r : run.record().runs) {
+    if (r.failure.empty()) prefixes.insert(r.executor + "," + std::to_string(r.repetition) + ",");
+  }
+  return prefixes;
 }
 
 /// Copies the header and the rows with these prefixes. Ignores an incomplete last line.
@@ -63,11 +59,8 @@ void remove_unfinished(const fs::path& folder) {
 Summary recover_run(const fs::path& folder) {
   StoredRun killed(folder, "recover");
   // A run records its end last: if killed just before, it has all files but no recorded end.
-  const bool ended = killed.check([&] {
-    const json& facts = killed.facts();
-    return facts.at("complete").get<bool>() || facts.at("partial").get<bool>() ||
-           !facts.at("failures").empty();
-  });
+  const RunRecord& before = killed.record();
+  const bool ended = before.complete || before.partial || !before.failures.empty();
   const bool grows = fs::exists(folder / "jobs.csv.part") || fs::exists(folder / "chains.csv.part");
   if (ended && !grows && fs::exists(folder / "summary.json")) {
     killed.fail("nothing to recover: its results are complete; `hotpath summarize` reads them");
@@ -91,10 +84,10 @@ Summary recover_run(const fs::path& folder) {
   const StoredRun run(folder, "recover");
   Summary summary = summarize(run, run.summary_options());
   write_whole_file(folder / "summary.json", json(summary));
-  json facts = run.facts();
-  facts["partial"] = true;
-  facts["warnings"].push_back("The run was killed: its finished repetitions were recovered.");
-  write_whole_file(folder / "run.json", facts);
+  RunRecord record = run.record();
+  record.partial = true;
+  record.warnings.emplace_back("The run was killed: its finished repetitions were recovered.");
+  write_whole_file(folder / "run.json", json(record));
   return summary;
 }
 

@@ -48,13 +48,13 @@ RunFolder::RunFolder(const fs::path& path)
 }
 
 RunFolder::~RunFolder() {
-  if (lock_ >= 0) close(lock_);
+  if (lock_ >= 0) ::close(lock_);
 }
 
 int RunFolder::lock(const fs::path& path) {
   const int descriptor = open((path / "jobs.csv.part").c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0 || flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
-  close(descriptor);
+  ::close(descriptor);
   return -1;
 }
 
@@ -66,13 +66,21 @@ void RunFolder::write(const std::string& name, const FileContent& content) const
   }
 }
 
-void RunFolder::conclude(nlohmann::json facts) const {
+void RunFolder::close(RunRecord& record, const nlohmann::json& summary) {
+  finish();
+  if (record.simulation && record.simulation->no_trace) fs::remove(path_ / "jobs.csv");
+  write("summary.json", summary);
+  record.complete = record.failures.empty() && !record.partial;
+  conclude(record);
+}
+
+void RunFolder::conclude(RunRecord& record) const {
   try {
-    write("run.json", facts);
+    write("run.json", nlohmann::json(record));
   } catch (const std::exception&) {  // RunError, or std::bad_alloc
-    facts["complete"] = false;
+    record.complete = false;
     try {
-      write("run.json", facts);
+      write("run.json", nlohmann::json(record));
     } catch (const std::exception&) {  // the first failure is reported
     }
     throw;

@@ -7,6 +7,7 @@
 
 #include "hotpath/core/trace.hpp"
 #include "program/whole_file.hpp"
+#include "results/run_record.hpp"
 
 namespace hotpath {
 
@@ -29,16 +30,16 @@ class RunFolder {
   /// Replaces a file. Throws RunError (disk full, for example) and then leaves the old file.
   void write(const std::string& name, const FileContent& content) const;
 
-  /// Writes run.json for the last time. Throws RunError, and then resets `complete`: the new file
-  /// may already have its name although it could not be synced.
-  void conclude(nlohmann::json facts) const;
-
   /// Appends one repetition to jobs.csv and chains.csv and syncs its rows, so that run.json may
   /// list it. Throws RunError.
   void append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace);
 
   /// Gives jobs.csv and chains.csv their final names. Throws RunError.
   void finish();
+
+  /// Ends the run: finish(), then summary.json, then `record` as run.json, which is complete unless
+  /// the run is partial or has failures. Throws RunError.
+  void close(RunRecord& record, const nlohmann::json& summary);
 
   /// Calls `print` to show the results, and prints the folder. A failure affects no result and is
   /// only a note.
@@ -52,6 +53,9 @@ class RunFolder {
   }
 
  private:
+  /// Resets `complete` if it throws: the new file may already have its name although it could not
+  /// be synced.
+  void conclude(RunRecord& record) const;
   [[noreturn]] void fail(const std::string& name, int cause) const;
 
   const std::filesystem::path path_;

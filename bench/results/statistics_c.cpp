@@ -54,6 +54,15 @@ void hotpath_quantile_difference(const void* a, const void* b, double probabilit
   store(hotpath::difference_of_quantiles(samples(a), samples(b), probability), out);
 }
 
+double hotpath_rank_test(const void* a, const void* b) { return hotpath::rank_test(samples(a), samples(b)); }
+
+/// `out`: slope, intercept.
+void hotpath_fit_line(const double* x, const double* y, const double* weights, std::size_t n, double* out) {
+  const hotpath::Line line = hotpath::fit_line({x, n}, {y, n}, {weights, n});
+  out[0] = line.slope;
+  out[1] = line.intercept;
+}
+
 void hotpath_cliffs_delta(const void* a, const void* b, double* out) {
   store(hotpath::cliffs_delta(samples(a), samples(b)), out);
 }

@@ -11,7 +11,6 @@
 #include "program/memory_limit.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
-#include "results/run_facts.hpp"
 #include "results/schedule.hpp"
 
 namespace hotpath {
@@ -22,10 +21,6 @@ namespace {
 
 std::string named(const std::string& executor, std::uint32_t repetition) {
   return concat(executor, " (repetition ", repetition, ")");
-}
-
-std::string named(const json& run) {
-  return named(run.at("executor").get<std::string>(), run.at("repetition").get<std::uint32_t>());
 }
 
 /// Timers of nodes that also have subscriptions. Only for nodes of the reference system's types,
@@ -53,10 +48,12 @@ auto find_trace(auto& traces, const std::string& executor, std::uint32_t repetit
 StoredRun::StoredRun(std::filesystem::path folder, std::string option)
     : folder_(std::move(folder)), option_(std::move(option)) {
   std::ifstream in = open("run.json");
-  check([&] {
-    facts_ = parse_shallow(in);
-    read_facts();
-  });
+  check([&] { parse_shallow(in).get_to(record_); });
+  if (record_.tasks.tasks.empty()) {
+    fail("it was written by hotpath " + record_.version +
+         ", which stored less than this version needs; run it again");
+  }
+  tasks_ = record_.tasks;
 }
 
 std::ifstream StoredRun::open(const char* file) const {
@@ -66,49 +63,30 @@ std::ifstream StoredRun::open(const char* file) const {
   return open_input(folder_ / file, remedy);
 }
 
-void StoredRun::read_facts() {
-  cores_ = facts_.contains("cpus") ? static_cast<unsigned>(facts_.at("cpus").size())
-                                   : facts_.at("platform").at("cores").get<unsigned>();
-  facts_.at("executors").get_to(executors_);
-  constexpr double kLongestS = 1e9;
-  warm_up_ = from_ms(number_up_to(kLongestS, facts_, "warm_up_s") * 1000);
-  length_ = warm_up_ + from_ms(number_up_to(kLongestS, facts_, "duration_s") * 1000);
-  if (!facts_.contains("tasks")) {
-    fail("it was written by hotpath " + facts_.at("version").get<std::string>() +
-         ", which stored less than this version needs; run it again");
-  }
-  tasks_ = tasks_from_json(facts_.at("tasks"));
-  facts_.at("chains").get_to(chains_);
-  for (const json& run : facts_.at("runs")) {
-    static_cast<void>(named(run));
-    for (const auto& [timer, first] : run.at("first_timestamps_ms").items()) {
-      static_cast<void>(number_up_to(to_ms(kLongest), run.at("first_timestamps_ms"), timer.c_str()));
-    }
-  }
-}
-
-const json& StoredRun::run(const std::string& executor, std::uint32_t repetition) const {
-  for (const json& run : facts_.at("runs")) {
-    if (run.at("executor") == executor && run.at("repetition") == repetition) return run;
-  }
-  fail_missing(executor, repetition);
+const RepetitionRecord& StoredRun::run(const std::string& executor, std::uint32_t repetition) const {
+  const auto entry = std::ranges::find_if(record_.runs, [&](const RepetitionRecord& r) {
+    return r.executor == executor && r.repetition == repetition;
+  });
+  if (entry == record_.runs.end()) fail_missing(executor, repetition);
+  return *entry;
 }
 
 std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std::string& executor,
                                                   std::uint32_t repetition) const {
-  const json& first_ms = run(executor, repetition).at("first_timestamps_ms");
+  const std::map<std::string, Duration>& stored = run(executor, repetition).first_timestamps;
   std::vector<Duration> first(set.size());
   std::size_t timers = 0;
   for (TaskId id = 0; id < set.size(); ++id) {
     if (set[id].kind != TaskKind::timer) continue;
     ++timers;
-    if (!first_ms.contains(set[id].name)) {
+    const auto timestamp = stored.find(set[id].name);
+    if (timestamp == stored.end()) {
       fail("it has no first timestamp for timer " + set[id].name + "; does it belong to another graph?");
     }
-    first[id] = from_ms(first_ms[set[id].name].get<double>());
+    first[id] = timestamp->second;
   }
-  if (timers != first_ms.size()) {
-    fail(concat("it has first timestamps for ", first_ms.size(), " timers, the graph has ", timers,
+  if (timers != stored.size()) {
+    fail(concat("it has first timestamps for ", stored.size(), " timers, the graph has ", timers,
                 "; does it belong to another graph?"));
   }
   return first;
@@ -136,7 +114,7 @@ void StoredRun::read_jobs() {
   traces_ = read_jobs_csv(in, tasks_, (folder_ / "jobs.csv").string());
   // Live repetitions are interleaved at random.
   std::ranges::sort(traces_, {}, [&](const Trace& t) {
-    return std::pair(std::ranges::find(executors_, t.executor), t.repetition);
+    return std::pair(std::ranges::find(executors(), t.executor), t.repetition);
   });
 }
 
@@ -150,10 +128,10 @@ void StoredRun::read_chains() {
     };
     const auto trace = find_trace(traces_, row.executor, row.repetition);
     if (trace == traces_.end()) refuse("jobs.csv has no such repetition of `" + row.executor + "`");
-    const auto chain = std::ranges::find(chains_, row.chain);
-    if (chain == chains_.end()) refuse("run.json names no chain `" + row.chain + "`");
+    const auto chain = std::ranges::find(chains(), row.chain);
+    if (chain == chains().end()) refuse("run.json names no chain `" + row.chain + "`");
     ChainRecord& r = trace->chains.emplace_back(row.record);
-    r.chain = static_cast<std::uint32_t>(chain - chains_.begin());
+    r.chain = static_cast<std::uint32_t>(chain - chains().begin());
   }
 }
 
@@ -165,10 +143,10 @@ const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetit
 
 SummaryOptions StoredRun::summary_options() const {
   SummaryOptions options;
-  options.chains = chains_;
+  options.chains = chains();
   options.cyclic_timers = cyclic_timers(tasks_);
-  options.warm_up = warm_up_;
-  options.bootstrap.seed = check([&] { return facts_.value("seed", options.bootstrap.seed); });
+  options.warm_up = warm_up();
+  options.bootstrap.seed = record_.seed;
   return options;
 }
 
@@ -178,7 +156,7 @@ void StoredRun::fail(const std::string& what) const {
 
 void StoredRun::fail_missing(const std::string& executor, std::uint32_t repetition) const {
   std::vector<std::string> runs;
-  for (const json& run : facts_.at("runs")) runs.push_back(named(run));
+  for (const RepetitionRecord& r : record_.runs) runs.push_back(named(r.executor, r.repetition));
   fail(named(executor, repetition) + " is not in this run; " +
        (runs.empty() ? "it has no repetitions" : "it has " + joined(runs)));
 }

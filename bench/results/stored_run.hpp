@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "results/run_record.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath {
@@ -19,23 +20,23 @@ class StoredRun {
   StoredRun(std::filesystem::path folder, std::string option);
 
   const std::filesystem::path& folder() const { return folder_; }
-  const nlohmann::json& facts() const { return facts_; }  ///< run.json.
-  unsigned cores() const { return cores_; }               ///< Processors that the run could use.
-  const std::vector<std::string>& executors() const { return executors_; }  ///< As requested.
-  Duration warm_up() const { return warm_up_; }
-  Duration length() const { return length_; }  ///< Of each repetition as planned, warm-up included.
+  const RunRecord& record() const { return record_; }  ///< run.json.
+  const std::vector<std::string>& executors() const { return record_.executors; }
+  Duration warm_up() const { return from_ms(record_.warm_up_s * 1000); }
+  /// Of each repetition as planned, warm-up included.
+  Duration length() const { return warm_up() + from_ms(record_.duration_s * 1000); }
   /// The length of a repetition with this usage, which has the actual length of a live run.
   Duration length_of(const ProcessUsage& usage) const {
-    return usage.wall > Duration::zero() ? usage.wall : length_;
+    return usage.wall > Duration::zero() ? usage.wall : length();
   }
 
   /// The entry of a repetition in run.json. Throws UsageError if that executor or repetition did
   /// not run.
-  [[nodiscard]] const nlohmann::json& run(const std::string& executor, std::uint32_t repetition) const;
+  [[nodiscard]] const RepetitionRecord& run(const std::string& executor, std::uint32_t repetition) const;
 
   /// Whether another attempt replaced this repetition, which is kept but does not count.
   [[nodiscard]] bool replaced(const std::string& executor, std::uint32_t repetition) const {
-    return run(executor, repetition).contains("replaced_by");
+    return run(executor, repetition).replaced_by.has_value();
   }
 
   /// Opens a file of the folder. Throws UsageError if it is missing, InputError if it is not a
@@ -56,7 +57,7 @@ class StoredRun {
 
   /// The tasks of run.json, or the tasks given to load().
   const TaskSet& tasks() const { return tasks_; }
-  const std::vector<std::string>& chains() const { return chains_; }  ///< Their names.
+  const std::vector<std::string>& chains() const { return record_.chains; }  ///< Their names.
   /// After load(): by executor in the order of executors(), then by repetition.
   const std::vector<Trace>& traces() const { return traces_; }
   /// The trace of a repetition. Throws UsageError if that executor or repetition did not run.
@@ -84,16 +85,12 @@ class StoredRun {
     fail(std::string("its ") + file + " is not one of `hotpath run`: " + why);
   }
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
-  void read_facts();
   void read_jobs();
   void read_chains();
 
   std::filesystem::path folder_;
   std::string option_;
-  nlohmann::json facts_;
-  unsigned cores_ = 1;
-  std::vector<std::string> executors_, chains_;
-  Duration warm_up_{}, length_{};
+  RunRecord record_;
   TaskSet tasks_;
   std::vector<Trace> traces_;
 };

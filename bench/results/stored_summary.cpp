@@ -9,11 +9,8 @@
 
 #include "program/text.hpp"
 #include "results/executor_measures.hpp"
-#include "results/run_facts.hpp"
 
 namespace hotpath {
-
-using nlohmann::json;
 
 namespace {
 
@@ -26,7 +23,7 @@ enum class Counts : std::uint8_t { all, nothing };
 class StoredSummary {
  public:
   StoredSummary(const StoredRun& run, const SummaryOptions& options) : run_(run), options_(options) {
-    tells_speed_ = run.check([&] { return tells_processor_speed(run.facts()); });
+    tells_speed_ = run.record().tells_processor_speed();
     for (const std::string& executor : run.executors()) {
       speeds_.push_back({executor, {}});
       measures_.emplace_back(executor, run.tasks(), options_);
@@ -34,7 +31,7 @@ class StoredSummary {
   }
 
   void add(const JobRow& row) {
-    if (!facts_ || row.repetition != current_.second || row.executor != executor().executor()) begin(row);
+    if (!stored_ || row.repetition != current_.second || row.executor != executor().executor()) begin(row);
     if (repetitions_.at(current_) == Counts::nothing) return;
     auto& count = accounts_[row.record.job.task].count;
     ++count[static_cast<std::size_t>(row.record.outcome)];
@@ -44,15 +41,14 @@ class StoredSummary {
   }
 
   void end_repetition() {
-    if (!facts_) return;
-    const json* const facts = std::exchange(facts_, nullptr);
+    if (!stored_) return;
+    const RepetitionRecord& stored = *std::exchange(stored_, nullptr);
     if (repetitions_.at(current_) == Counts::nothing) return;
     run_.check([&] {
       for (TaskAccount& a : accounts_) {
-        a.expected = facts->at("expected").at(run_.tasks()[a.task].name).get<std::uint64_t>();
+        a.expected = stored.expected_of(run_.tasks()[a.task].name);
       }
-      executor().end(current_.second, current_.second, usage_, facts->at("lost_records").get<std::uint64_t>(),
-                     accounts_);
+      executor().end(current_.second, current_.second, stored.usage, stored.lost_records, accounts_);
     });
     Repetition& speed = speeds_[current_.first].repetitions.emplace_back();
     speed.trace.repetition = current_.second;
@@ -112,23 +108,22 @@ class StoredSummary {
     end_repetition();
     current_ = {place_of(row.executor), row.repetition};
     const std::string name(row.executor);
-    facts_ = &run_.run(name, row.repetition);
+    stored_ = &run_.run(name, row.repetition);
     if (current_.first == measures_.size()) run_.fail("its run.json does not name the executor " + name);
     repetitions_.emplace(current_, run_.replaced(name, row.repetition) ? Counts::nothing : Counts::all);
     if (repetitions_.at(current_) == Counts::nothing) return;
-    run_.check([&] { facts_->at("usage").get_to(usage_); });
     accounts_.assign(run_.tasks().size(), {});
     for (TaskId id = 0; id < accounts_.size(); ++id) accounts_[id].task = id;
     // jobs.csv lacks the end of the run. An interrupted live run was shorter than planned; a
     // simulation has no wall time.
-    executor().begin(Time{}, Time{} + run_.length_of(usage_));
+    executor().begin(Time{}, Time{} + run_.length_of(stored_->usage));
     if (tells_speed_) watch_.emplace(run_.tasks(), Time{}, run_.warm_up());
   }
 
   std::uint32_t drops(const ChainRow& row) const {
-    return run_.check([&] {
-      return run_.run(row.executor, row.repetition).at("hot_path_drops").at(row.chain).get<std::uint32_t>();
-    });
+    const auto& drops = run_.run(row.executor, row.repetition).hot_path_drops;
+    const auto of_chain = drops.find(row.chain);
+    return of_chain == drops.end() ? 0 : static_cast<std::uint32_t>(of_chain->second);
   }
 
   const StoredRun& run_;
@@ -136,8 +131,7 @@ class StoredSummary {
   std::vector<ExecutorMeasures> measures_;
   std::map<RepetitionKey, Counts> repetitions_;
   RepetitionKey current_;
-  const json* facts_ = nullptr;  // of the current repetition
-  ProcessUsage usage_;           // of the current repetition
+  const RepetitionRecord* stored_ = nullptr;  // the current repetition
   std::vector<TaskAccount> accounts_;
   bool tells_speed_ = false;
   std::optional<SpeedWatch> watch_;   // of the current repetition
@@ -179,15 +173,13 @@ Summary summarize(const StoredRun& run, const SummaryOptions& options,
 }
 
 ResponsesCsv::ResponsesCsv(std::ostream& out, const StoredRun& run) : out_(out), run_(run) {
-  run.check([&] {
-    for (const json& r : run.facts().at("runs")) {
-      OfRepetition& of = repetitions_.emplace_back();
-      r.at("executor").get_to(of.executor);
-      r.at("repetition").get_to(of.repetition);
-      of.replaced = r.contains("replaced_by");
-      of.seen = of.replaced || !r.at("failure").get<std::string>().empty();  // no rows are written
-    }
-  });
+  for (const RepetitionRecord& r : run.record().runs) {
+    OfRepetition& of = repetitions_.emplace_back();
+    of.executor = r.executor;
+    of.repetition = r.repetition;
+    of.replaced = r.replaced_by.has_value();
+    of.seen = of.replaced || !r.failure.empty();  // no rows are written
+  }
   std::ranges::sort(repetitions_, {}, [&](const OfRepetition& of) {
     return std::pair(std::ranges::find(run.executors(), of.executor), of.repetition);
   });

@@ -7,6 +7,7 @@
 #include "hotpath/core/suggestion.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 
 namespace hotpath {
 
@@ -38,18 +39,15 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
 }  // namespace
 
 ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& defaults) {
-  const bool on_rclcpp = label.ends_with(kOnRclcpp);
-  const std::string text = label.substr(0, label.size() - (on_rclcpp ? kOnRclcpp.size() : 0));
-  const std::string name = text.substr(0, text.find(':'));
-  ExecutorSpec spec{label, find_executor(name), defaults, nullptr, on_rclcpp ? Stack::rclcpp : Stack::native};
-  if (spec.entry == nullptr) {
-    throw UsageError("there is no executor `" + name + "`; " + suggest(name, all_executor_names()));
+  const ExecutorLabel parts(label);
+  ExecutorSpec spec{label, find_executor(parts.name), defaults, nullptr, Stack::native};
+  const bool known_stack = parts.stack.empty() || parts.stack == kRclcppStack;
+  if (spec.entry == nullptr || !known_stack) {
+    throw UsageError("there is no executor `" + (known_stack ? parts.name : label) + "`; " +
+                     suggest(parts.name, all_executor_names()));
   }
-  for (std::size_t at = name.size(); at != std::string::npos && at < text.size();) {
-    const std::size_t next = text.find(':', at + 1);
-    apply_variant(spec, text.substr(at + 1, next == std::string::npos ? next : next - at - 1));
-    at = next;
-  }
+  if (!parts.stack.empty()) spec.stack = Stack::rclcpp;
+  for (const std::string& variant : parts.variants) apply_variant(spec, variant);
   return spec;
 }
 

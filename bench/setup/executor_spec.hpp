@@ -21,12 +21,10 @@ enum class Stack : std::uint8_t {
 constexpr auto enum_texts(Stack) {
   return std::to_array<EnumText<Stack>>({{Stack::native, "native"}, {Stack::rclcpp, "rclcpp"}});
 }
-inline constexpr std::string_view kOnRclcpp = "@rclcpp";
 
-/// An executor, or a deployment of several executors. A user names an executor `NAME` or
-/// `NAME:VARIANT[:VARIANT]`, followed by kOnRclcpp for an executor of the ROS 2 stack. Variants:
-/// `inherit`, `first` (rule for subscriptions), `lifo`, `fifo` (ties), or the number of threads of
-/// a multi-threaded executor.
+/// An executor, or a deployment of several executors. A user names an executor by its
+/// ExecutorLabel. Variants: `inherit`, `first` (rule for subscriptions), `lifo`, `fifo` (ties), or
+/// the number of threads of a multi-threaded executor.
 struct ExecutorSpec {
   std::string label;                     ///< As given; the column `executor`.
   const ExecutorEntry* entry = nullptr;  ///< nullptr: a deployment.

@@ -14,6 +14,7 @@
 #include "program/errors.hpp"
 #include "program/memory_limit.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 
 namespace hotpath {
 
@@ -126,8 +127,7 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition) {
   if (!options.phases_file.empty()) {
-    return read_phases(options.phases_file, graph,
-                       executor.label.substr(0, executor.label.find_first_of(":@")));
+    return read_phases(options.phases_file, graph, ExecutorLabel(executor.label).name);
   }
   PhaseOptions phase_options;
   if (options.phase_step_ms) phase_options.step = from_ms(*options.phase_step_ms);

@@ -2,95 +2,79 @@
 #include "setup/setup_facts.hpp"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "bounds/bounds.hpp"
 #include "hotpath/reference_system/chain_limits.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
-#include "results/run_facts.hpp"
 
 namespace hotpath {
 
-using nlohmann::json;
-
 namespace {
 
-json deployment_json(const ExecutorSpec& spec, const TaskSet& set) {
-  json executors = json::array();
+DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set) {
   const Deployment& plan = spec.deployment->plan;
+  DeploymentRecord record{plan.name, plan.file, {}};
   std::uint32_t first = 0;
   for (std::size_t e = 0; e < plan.executors.size(); ++e) {
     const DeployedExecutor& executor = plan.executors[e];
-    json tasks = json::array();
-    for (TaskId id = 0; id < set.size(); ++id) {
-      if (plan.executor_of[id] == e) tasks.push_back(set[id].name);
-    }
     const ExecutorSpec& part = spec.deployment->executors[e];
-    const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
-    executors.push_back({{"name", executor.name},
-                         {"executor", executor.executor},
-                         {"policy", to_string(executor.policy)},
-                         {"processors", executor.processors},
-                         {"process", executor.process},
-                         {"first_worker", first},
-                         {"workers", workers},
-                         {"tasks", tasks}});
-    first += workers;
+    DeployedExecutorRecord& stored = record.executors.emplace_back();
+    stored.name = executor.name;
+    stored.executor = executor.executor;
+    stored.policy = to_string(executor.policy);
+    stored.processors = executor.processors;
+    stored.process = executor.process;
+    stored.first_worker = first;
+    stored.workers = worker_count(*part.entry, part.scheduler);
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (plan.executor_of[id] == e) stored.tasks.push_back(set[id].name);
+    }
+    first += stored.workers;
   }
-  return {{"name", plan.name}, {"file", plan.file}, {"executors", executors}};
+  return record;
 }
 
 }  // namespace
 
-json common_facts(const CommonOptions& options, const Graph& graph, const TaskSet& set,
-                  const std::vector<ExecutorSpec>& executors) {
-  json deployments = json::object();
-  std::vector<std::string> labels;
-  for (const ExecutorSpec& e : executors) {
-    labels.push_back(e.label);
-    if (e.deployment) deployments[e.label] = deployment_json(e, set);
-  }
-  json limits = json::array();
+RunRecord record_of(const CommonOptions& options, const Graph& graph, const TaskSet& set,
+                    const std::vector<ExecutorSpec>& executors) {
+  RunRecord record;
+  record.version = HOTPATH_VERSION;
+  record.command = options.command;
+  record.graph = {graph.name, graph.nodes.size(), options.graph};
+  record.tasks = set;
+  record.chains = chain_names(graph);
   const double load = load_percent(graph);
-  if (!graph.chains.empty() && load > 0) {
-    const ChainLimits l = chain_limits(graph, graph.chains.front());
-    limits = {{{"label", "limit with one core per branch"}, {"ms", to_ms(l.one_core_per_branch)}},
-              {{"label", "limit on one thread"}, {"ms", to_ms(l.one_thread)}}};
+  record.load_percent = std::round(load * 1000) / 1000;
+  record.load_given = options.load_percent;
+  record.rate_percent = options.rate_percent;
+  record.copies = options.copies;
+  record.work = graph.work;
+  for (const ExecutorSpec& e : executors) {
+    record.executors.push_back(e.label);
+    if (e.deployment) record.deployments[e.label] = record_of(e, set);
   }
-  json facts = {{"complete", false},
-                {"partial", false},
-                {"version", HOTPATH_VERSION},
-                {"graph", {{"name", graph.name}, {"nodes", graph.nodes.size()}, {"file", options.graph}}},
-                {"tasks", tasks_json(set)},
-                {"chains", chain_names(graph)},
-                {"executors", labels},
-                {"deployments", deployments},
-                {"rule", to_string(options.rule)},
-                {"ties", to_string(options.ties)},
-                {"entity_order", options.entity_order},
-                {"repetitions", options.repetitions},
-                {"duration_s", options.duration_s},
-                {"warm_up_s", options.warm_up_s},
-                {"seed", options.seed},
-                {"phases", to_string(options.phases)},
-                {"load_percent", std::round(load * 1000) / 1000},
-                {"load_given", options.load_percent ? json(*options.load_percent) : json()},
-                {"work", to_string(graph.work)},
-                {"limits", limits},
-                {"runs", json::array()},
-                {"warnings", json::array()},
-                {"failures", json::array()}};
-  if (options.rate_percent) facts["rate_percent"] = *options.rate_percent;
-  if (options.copies > 1) facts["copies"] = options.copies;
+  record.rule = options.rule;
+  record.ties = options.ties;
+  record.entity_order = options.entity_order;
   if (!executors.empty()) {
     for (const TaskId id : executors.front().scheduler.entity_order) {
-      facts["entity_tasks"].push_back(set[id].name);
+      record.entity_tasks.push_back(set[id].name);
     }
   }
-  if (!options.phases_file.empty()) facts["phases_file"] = options.phases_file;
-  if (options.phase_step_ms) facts["phase_step_ms"] = *options.phase_step_ms;
-  if (!options.command.empty()) facts["command"] = options.command;
-  return facts;
+  record.repetitions = options.repetitions;
+  record.duration_s = options.duration_s;
+  record.warm_up_s = options.warm_up_s;
+  record.seed = options.seed;
+  record.phases = to_string(options.phases);
+  record.phases_file = options.phases_file;
+  record.phase_step_ms = options.phase_step_ms;
+  if (!graph.chains.empty() && load > 0) {
+    const ChainLimits limits = chain_limits(graph, graph.chains.front());
+    record.limits = {{"computation of the longest branch", limits.one_core_per_branch},
+                     {"computation of all branches", limits.one_thread}};
+  }
+  return record;
 }
 
 std::vector<std::string> idle_options(const CommonOptions& options,
@@ -112,8 +96,9 @@ std::vector<std::string> idle_options(const CommonOptions& options,
   return sentences;
 }
 
-json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<ExecutorSpec>& executors) {
-  json bounds = json::array();
+std::vector<BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& tasks,
+                                      const std::vector<ExecutorSpec>& executors) {
+  std::vector<BoundRecord> bounds;
   if (!timers_only(tasks.set)) return bounds;
   const CallbackGraph callbacks = callback_graph(graph, tasks, false);
   for (const ExecutorSpec& executor : executors) {
@@ -126,32 +111,10 @@ json bounds_json(const Graph& graph, const GraphTasks& tasks, const std::vector<
       };
       const GraphBounds& tightest = *std::ranges::min_element(sets, {}, bound);
       if (bound(tightest) == Duration::max()) continue;
-      bounds.push_back({{"executor", executor.label},
-                        {"task", tasks.set[id].name},
-                        {"ms", to_ms(bound(tightest))},
-                        {"method", tightest.method}});
+      bounds.push_back({executor.label, tasks.set[id].name, bound(tightest), tightest.method});
     }
   }
   return bounds;
-}
-
-json platform_json(const GraphPlatform& platform) {
-  json j = {{"cores", platform.cores}, {"timer_thread", to_string(platform.timer_thread)}};
-  for (const PlatformCost& cost : kPlatformCosts) {
-    j[std::string(cost.key)] = to_us(platform.*cost.value);
-  }
-  return j;
-}
-
-GraphPlatform platform_from_json(const json& j) {
-  GraphPlatform platform;
-  platform.cores = j.at("cores").get<unsigned>();
-  platform.timer_thread =
-      parse<TimerThread>(j.at("timer_thread").get<std::string>()).value_or(platform.timer_thread);
-  for (const PlatformCost& cost : kPlatformCosts) {
-    platform.*cost.value = from_ms(j.at(std::string(cost.key)).get<double>() / 1000);
-  }
-  return platform;
 }
 
 }  // namespace hotpath

@@ -10,7 +10,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
-#include "setup/setup_facts.hpp"
+#include "results/executor_label.hpp"
 #include "simulated/repetition.hpp"
 
 namespace hotpath {
@@ -91,10 +91,10 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
                                                const std::string& executor, std::uint32_t repetition) {
   const Trace& measured = run.trace(executor, repetition);
   // Nodes that work until an instant of the clock count preemption as work.
-  if (run.check([&] { return run.facts().at("work") == to_string(WorkMode::wall); })) {
+  if (run.record().work == WorkMode::wall) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
-  const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find_first_of(":@")));
+  const ExecutorEntry* const entry = find_executor(ExecutorLabel(executor).name);
   const auto lacks_cpu_time = [](const JobRecord& r) {
     return r.outcome == Outcome::ran && r.cpu_time < Duration{};
   };
@@ -104,12 +104,10 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
                " has no CPU times of its jobs, which preempt each other; measure with --cpu-time"));
   }
   Graph machine;
-  if (run.facts().contains("platform")) {
-    machine.platform = run.check([&] { return platform_from_json(run.facts().at("platform")); });
-  }
+  if (run.record().simulation) machine.platform = run.record().simulation->platform;
   const bool raised = entry != nullptr && make_platform(machine, *entry).raised_releaser;
-  return std::make_unique<ReplayedTimes>(tasks.set,
-                                         working_jobs(tasks, with_own_times(measured, run.cores(), raised)));
+  return std::make_unique<ReplayedTimes>(
+      tasks.set, working_jobs(tasks, with_own_times(measured, run.record().cores(), raised)));
 }
 
 std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSystem& system,

@@ -12,7 +12,6 @@
 #include "program/parallel.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
-#include "results/run_facts.hpp"
 #include "results/run_folder.hpp"
 #include "results/stored_run.hpp"
 #include "results/summary_table.hpp"
@@ -149,35 +148,27 @@ class SimulatedRun {
   }
 
   /// Contains neither date nor machine, so that the same input gives the same bytes.
-  json describe() const {
-    json facts = common_facts(options_, graph_, tasks_.set, executors_);
-    facts["kind"] = "simulated";
-    if (!options_.phases_of.empty()) facts["phases"] = "as in " + options_.phases_of;
-    facts["platform"] = platform_json(graph_.platform);
-    facts["execution_times"] = execution_times_name();
-    if (options_.max_backlog) facts["max_backlog"] = *options_.max_backlog;
-    if (options_.no_trace) facts["no_trace"] = true;
-    facts["bounds"] = bounds_json(graph_, tasks_, executors_);
-    for (const Simulation& s : simulations_) {
-      json& run = facts["runs"].emplace_back(repetition_json(s.tasks.set, counting_.chains, *s.repetition));
-      run["failure"] = "";
-    }
-    return facts;
+  RunRecord describe() const {
+    RunRecord record = record_of(options_, graph_, tasks_.set, executors_);
+    record.kind = RunKind::simulated;
+    if (!options_.phases_of.empty()) record.phases = "as in " + options_.phases_of;
+    record.simulation = SimulationRecord{.platform = graph_.platform,
+                                         .execution_times = execution_times_name(),
+                                         .max_backlog = options_.max_backlog,
+                                         .no_trace = options_.no_trace};
+    record.bounds = timer_bounds(graph_, tasks_, executors_);
+    return record;
   }
 
   void write(const Summary& summary) {
     RunFolder folder(output_folder(options_, graph_));
-    json facts = describe(), begun = facts;
-    begun["runs"] = json::array();  // until their rows are stored
-    folder.write("run.json", begun);
+    RunRecord record = describe();
+    folder.write("run.json", json(record));
     for (const Simulation& s : simulations_) {
       folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
+      record.runs.push_back(record_of(s.tasks.set, counting_.chains, *s.repetition));
     }
-    folder.finish();
-    if (options_.no_trace) std::filesystem::remove(folder.path() / "jobs.csv");
-    folder.write("summary.json", json(summary));
-    facts["complete"] = true;
-    folder.conclude(facts);
+    folder.close(record, json(summary));
     folder.show([&] {
       write_table(std::cout, summary);
       const bool chains = !graph_.chains.empty();

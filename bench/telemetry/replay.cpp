@@ -92,10 +92,11 @@ class Replay {
   telemetry::RunInfo run_info() const {
     telemetry::RunInfo info =
         make_run_info(system_.graph, executor_, options_.repetition, unix_ns(Time{} - start_));
-    info.transport(run_.facts().value("transport", "simulated"));
+    const RunRecord& record = run_.record();
+    info.transport(record.live ? to_string(record.live->transport) : "simulated");
     info.origin("replay");
     info.speed(options_.speed);
-    nlohmann::json facts = run_.facts();
+    nlohmann::json facts = record;
     facts.erase("runs");
     info.facts(facts.dump());
     return info;
@@ -137,11 +138,7 @@ class Replay {
 
 void replay_run(const ReplayOptions& options) {
   if (!options.live) throw UsageError("replay publishes a stored run over Fast DDS only; add --live");
-  try {
-    Replay(options).run();
-  } catch (const nlohmann::json::exception& error) {
-    throw UsageError("replay " + options.run + ": its run.json is not one of `hotpath run`: " + error.what());
-  }
+  Replay(options).run();
 }
 
 }  // namespace hotpath

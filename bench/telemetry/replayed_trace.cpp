@@ -14,9 +14,9 @@ namespace {
 /// A complete repetition ends as planned, an interrupted repetition with its last record.
 Time end_of(const StoredRun& run, const Trace& trace) {
   const Time planned = Time{} + run.length();
-  const nlohmann::json& last = run.facts().at("runs").back();
-  const bool interrupted = run.facts().at("partial").get<bool>() && last.at("executor") == trace.executor &&
-                           last.at("repetition") == trace.repetition;
+  const RepetitionRecord& last = run.record().runs.back();
+  const bool interrupted =
+      run.record().partial && last.executor == trace.executor && last.repetition == trace.repetition;
   if (!interrupted) return planned;
   Time end{};
   for (const JobRecord& r : trace.jobs) end = std::max({end, r.start, r.finish, r.job.timestamp});

@@ -3,28 +3,28 @@
 
 import csv
 import json
-import pathlib
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = Path(__file__).resolve().parents[2]
 MEASURED = SOURCE / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
 # A smaller ratio of medians is within the variation between repetitions on the real stack.
 CLEAR = 1.15
 
 
 class Advise(CommandTest):
-    def advise(self, *arguments):
+    def advise(self, *arguments: object) -> tuple[Any, Any]:
         out = self.accepted("advise", *arguments, "--output", self.folder / "advice")
         return out, json.loads((self.folder / "advice" / "advice.json").read_text())
 
-    def refused(self, code, *arguments):
+    def refused(self, code: int, *arguments: object) -> Any:
         ended, _, err = self.command("advise", *arguments, "--output", self.folder / "advice")
         self.assertEqual(ended, code, err)
         return err
 
-    def test_autoware_gets_a_ranking_an_advice_and_a_change_that_can_be_run(self):
+    def test_autoware_gets_a_ranking_an_advice_and_a_change_that_can_be_run(self) -> None:
         out, advice = self.advise("autoware", "--cores", 2, "--draws", 3, "--duration", 3)
         rows = {row["name"]: row for row in advice["ranking"]}
         self.assertGreaterEqual(len(rows), 15)
@@ -50,7 +50,7 @@ class Advise(CommandTest):
             executor["chains"][0]["hot_path_latency_ms"]["p50"], rows["default"]["median_ms"]["value"]
         )
 
-    def test_ranks_as_the_real_executors_were_measured(self):
+    def test_ranks_as_the_real_executors_were_measured(self) -> None:
         """Uses the recorded phases, and ranks by the median for a crunch of 4.2 ms."""
         with open(MEASURED, newline="") as file:
             measured = {
@@ -72,7 +72,7 @@ class Advise(CommandTest):
         for a, b in pairs:
             self.assertLess(predicted[names[a]], predicted[names[b]], (a, b))
 
-    def test_finds_chains_and_keeps_requirements(self):
+    def test_finds_chains_and_keeps_requirements(self) -> None:
         graph = self.folder / "mine.yaml"
         graph.write_text(
             "name: mine\nnodes:\n- {name: S, type: sensor, period_ms: 10, execution_time_ms: 1}\n"
@@ -84,13 +84,13 @@ class Advise(CommandTest):
         self.assertIn("Found chain_1: S -> C", out)
         self.assertEqual(advice["objective"], "chain_1 within 40 ms")
 
-    def test_timers_alone_are_ranked_by_lateness(self):
+    def test_timers_alone_are_ranked_by_lateness(self) -> None:
         _, advice = self.advise("timers_only_60", "--draws", 2, "--duration", 5)
         self.assertEqual(advice["objective"], "worst lateness of timers")
         values = [row["objective"] for row in advice["ranking"]]
         self.assertEqual(values, sorted(values))
 
-    def test_reports_overloaded_candidates(self):
+    def test_reports_overloaded_candidates(self) -> None:
         err = self.refused(1, "autoware", "--load", 130)
         self.assertIn("130 % of one core", err)
         self.assertIn("2 cores or more", err)
@@ -98,7 +98,7 @@ class Advise(CommandTest):
         self.assertIn("cannot keep up: it has 130 % of one core of work for 1 thread", out)
         self.assertNotEqual(advice["recommended"], "default")
 
-    def test_is_a_function_of_the_seed(self):
+    def test_is_a_function_of_the_seed(self) -> None:
         texts = []
         for folder, threads in ("one", 1), ("two", 2):
             self.accepted(
@@ -110,14 +110,14 @@ class Advise(CommandTest):
             )
         self.assertEqual(*texts)
 
-    def test_the_budget_ends_it_after_a_whole_draw(self):
+    def test_the_budget_ends_it_after_a_whole_draw(self) -> None:
         out, advice = self.advise(
             *("autoware", "--draws", 1000, "--duration", 30, "--budget", 0.1, "--executors", "default,rm-ro")
         )
         self.assertLess(advice["draws"], 1000)
         self.assertIn("draws: the budget ended", out)
 
-    def test_wrong_use_is_refused(self):
+    def test_wrong_use_is_refused(self) -> None:
         for message, *arguments in (
             ("hot_path:median", "autoware", "--for", "hot_path:p98"),
             ("has no chain", "autoware", "--for", "nothing:p99"),
@@ -127,7 +127,3 @@ class Advise(CommandTest):
             ("no deployment of this name", "autoware", "--now", "nothing"),
         ):
             self.assertIn(message, self.refused(2, *arguments))
-
-
-if __name__ == "__main__":
-    unittest.main()

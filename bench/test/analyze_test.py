@@ -4,8 +4,8 @@ reported."""
 
 import csv
 import json
-import unittest
 from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest
 
@@ -25,21 +25,41 @@ class AnalyzeTest(CommandTest):
         lines = ["name: graph", more, "nodes:", *(f"  - {node}" for node in nodes)]
         if chain:
             *sources, sink = chain.split()
-            lines += ["chains:", f"  - {{name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}}}"]
+            lines += [
+                "chains:",
+                f"  - {{name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}}}",
+            ]
         path.write_text("\n".join(lines) + "\n")
         return path
 
-    def simulated(self, graph, executor: str, *options, seconds=10, repetitions=40, phases="random") -> Path:
+    def simulated(
+        self,
+        graph: Any,
+        executor: str,
+        *options: object,
+        seconds: int = 10,
+        repetitions: int = 40,
+        phases: str = "random",
+    ) -> Path:
         output = self.folder / f"run{len(list(self.folder.iterdir()))}"
         self.accepted(
-            *("simulate", "--graph", graph, "--executors", executor, "--phases", phases, "--repetitions", repetitions),
+            *(
+                "simulate",
+                "--graph",
+                graph,
+                "--executors",
+                executor,
+                "--phases",
+                phases,
+                "--repetitions",
+                repetitions,
+            ),
             *("--duration", seconds, "--output", output, *options),
         )
         return output
 
-    def rows(self, graph, executor: str, *options) -> dict:
-        """The tightest bound and the observed value of each task and chain from `analyze`, in ms.
-        """
+    def rows(self, graph: Any, executor: str, *options: object) -> dict:
+        """The tightest bound and the observed value of each task and chain from `analyze`, in ms."""
         table = self.folder / "bounds.csv"
         self.accepted("analyze", graph, "--executors", executor, "--csv", table, *options)
         rows: dict = {}
@@ -53,7 +73,9 @@ class AnalyzeTest(CommandTest):
                 rows[row["name"]] = (min(bound, known[0]), observed)
         return rows
 
-    def check(self, graph, executor: str, name: str, at_least: float, *options, **more) -> None:
+    def check(
+        self, graph: Any, executor: str, name: str, at_least: float, *options: object, **more: Any
+    ) -> None:
         """Checks that the observed value of `name` exceeds `at_least`, an earlier version's bound,
         but not today's."""
         rows = self.rows(graph, executor, "--trace", self.simulated(graph, executor, *options, **more))
@@ -61,12 +83,12 @@ class AnalyzeTest(CommandTest):
         self.assertGreater(observed, at_least)
         self.assertLessEqual(observed, bound)
 
-    def test_at_equal_priority_subscriptions_run_before_timers(self):
+    def test_at_equal_priority_subscriptions_run_before_timers(self) -> None:
         self.check("sequences_high_utilisation", "rm-ro", "localization", 158.1)
         twins = [SENSOR.format(s, 100, 20) for s in "AB"] + [TRANSFORM.format("T" + s, s, 20) for s in "AB"]
         self.check(self.graph(*twins, chain="A TA"), "rm-ro", "chain", 40)
 
-    def test_the_sink_of_a_sequence_counts(self):
+    def test_the_sink_of_a_sequence_counts(self) -> None:
         nodes = [
             SENSOR.format("S", 50, 5),
             "{name: C, type: cyclic, period_ms: 100, inputs: [S], execution_time_ms: 10}",
@@ -76,49 +98,53 @@ class AnalyzeTest(CommandTest):
         fused = [SENSOR.format("A", 50, 5), SENSOR.format("B", 110, 5), FUSION.format("F", "A", "B", 5)]
         self.check(self.graph(*fused, chain="A F"), "rm-ro", "chain", 25)
 
-    def test_fusions_wait_under_the_default_executor(self):
+    def test_fusions_wait_under_the_default_executor(self) -> None:
         nodes = [SENSOR.format(s, p, 5) for s, p in (("A", 40), ("B", 70), ("C", 110))]
         nodes += [FUSION.format("F", "A", "B", 5), FUSION.format("G", "F", "C", 5)]
         self.check(self.graph(*nodes, chain="A B C G"), "default", "chain", 120)
 
-    def test_samples_queue_under_the_default_executor(self):
+    def test_samples_queue_under_the_default_executor(self) -> None:
         topic = "topics: {tf: {publishers: many}}"
         nodes = [SENSOR.format(f"S{i}", 100, 2)[:-1] + ", output: tf}" for i in range(6)]
         nodes += ["{name: R, type: transform, input: {topic: tf, depth: 20}, execution_time_ms: 10}"]
         self.check(self.graph(*nodes, chain="S5 R", more=topic), "default", "chain", 60, phases="synchronous")
 
-    def test_data_passes_cyclic_nodes(self):
+    def test_data_passes_cyclic_nodes(self) -> None:
         nodes = [
             SENSOR.format("S", 50, 5),
             "{name: C, type: cyclic, period_ms: 100, inputs: [S], execution_time_ms: 10}",
         ]
         self.check(self.graph(*nodes, chain="S C"), "default", "chain", 60)
 
-    def test_variants_have_bounds_of_their_own(self):
+    def test_variants_have_bounds_of_their_own(self) -> None:
         nodes = [SENSOR.format("A", 20, 5), SENSOR.format("B", 100, 5), TRANSFORM.format("T", "B", 20)]
         graph = self.graph(*nodes, chain="B T")
         self.check(graph, "rm-ro:first", "A", 20)
         self.check(graph, "rm-ro:fifo", "A", 20)
 
-    def test_costs_count(self):
+    def test_costs_count(self) -> None:
         costs = ("--release-cost-us", 300, "--dispatch-cost-us", 500, "--wake-up-us", 400)
         self.check("sequences", "rm-ro", "localization", 70, *costs)
         for executor in ("default", "events-ro", "edf-ro", "static"):
             with self.subTest(executor=executor):
-                run = self.simulated("sequences", executor, *costs, "--wait-cost-us", 300, seconds=3, repetitions=10)
+                run = self.simulated(
+                    "sequences", executor, *costs, "--wait-cost-us", 300, seconds=3, repetitions=10
+                )
                 rows = self.rows("sequences", executor, "--trace", run)
                 self.assertLessEqual(rows["localization"][1], rows["localization"][0])
         one = self.rows("sequences", "rm-ro", "--delta-us", 100)
         self.assertEqual(one, self.rows("sequences", "rm-ro", "--release-cost-us", 100))
         self.assertGreater(one["localization"], self.rows("sequences", "rm-ro")["localization"])
 
-    def test_a_delay_of_delivery_is_refused_where_no_method_covers_it(self):
-        out = self.accepted("analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100)
+    def test_a_delay_of_delivery_is_refused_where_no_method_covers_it(self) -> None:
+        out = self.accepted(
+            "analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100
+        )
         self.assertIn("rm-ro: no bound is known", out)
         self.assertIn("it does not cover a delay of delivery; no method here does", out)
         self.assertIn("default, processing windows", out)
 
-    def test_a_subscription_may_have_a_priority_of_its_own(self):
+    def test_a_subscription_may_have_a_priority_of_its_own(self) -> None:
         nodes = [
             "{name: A, type: sensor, period_ms: 100, priority: 1, execution_time_ms: 5}",
             "{name: B, type: sensor, period_ms: 100, priority: 2, execution_time_ms: 10}",
@@ -126,7 +152,7 @@ class AnalyzeTest(CommandTest):
         ]
         self.check(self.graph(*nodes, chain="A T"), "fp-ro", "chain", 19)
 
-    def test_chains_of_timers_need_their_phases(self):
+    def test_chains_of_timers_need_their_phases(self) -> None:
         graph = self.graph(SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 2))
         unknown = self.accepted("analyze", graph, "--executors", "rm-ro", "--chain", "A,B")
         self.assertRegex(unknown, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover unknown phases")
@@ -134,30 +160,36 @@ class AnalyzeTest(CommandTest):
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=1)
         known = ("analyze", graph, "--executors", "rm-ro", "--chain", "A,B", "--phases-of", run)
         shifted = self.accepted(*known)
-        self.assertRegex(shifted, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover phases other than 0")
+        self.assertRegex(
+            shifted, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover phases other than 0"
+        )
         self.assertRegex(shifted, r"Guenzel 2023, Davis 2007 \(exact\) +[0-9.]+")
 
-    def test_an_overload_is_never_schedulable(self):
+    def test_an_overload_is_never_schedulable(self) -> None:
         graph = self.graph(SENSOR.format("A", 10, 6), SENSOR.format("B", 20, 12))
         out = self.accepted("analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous")
         self.assertNotIn("Schedulable", out)
         self.assertIn("utilisation", out)
 
-    def test_a_chain_without_a_bound_says_why(self):
+    def test_a_chain_without_a_bound_says_why(self) -> None:
         nodes = [SENSOR.format("S", 100, 5), TRANSFORM.format("T", "S", 100)]
         out = self.accepted("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
         self.assertIn("from S to T/S there is no bound", out)
 
-    def test_the_page_is_made_from_a_table(self):
+    def test_the_page_is_made_from_a_table(self) -> None:
         page = self.folder / "page"
-        self.accepted("analyze", "sequences", "--executors", "rm-ro,multi", "--page", page)  # without its pictures
+        self.accepted(
+            "analyze", "sequences", "--executors", "rm-ro,multi", "--page", page
+        )  # without its pictures
         refused = json.loads((page / "bounds.json").read_text())["refused"]
         self.assertIn(("multi", "processing windows"), {(r["executor"], r["method"]) for r in refused})
         with (page / "bounds.csv").open(encoding="utf-8") as file:
             chains = [row for row in csv.DictReader(file) if row["kind"] == "chain"]
         self.assertEqual([row["name"] for row in chains], ["localization", "lane_detection"])
         self.assertIn("blocked by Localization/PointsTransformer", chains[1]["dominated_by"])
-        self.assertRegex(self.of_timer(page, "IMU"), "^19.900 blocked by Localization/PointsTransformer; 0.900 IMU")
+        self.assertRegex(
+            self.of_timer(page, "IMU"), "^19.900 blocked by Localization/PointsTransformer; 0.900 IMU"
+        )
         self.accepted("analyze", "sequences", "--executors", "edf-ro", "--page", page)
         self.assertIn("blocked by Localization/PointsTransformer", self.of_timer(page, "IMU"))
 
@@ -179,53 +211,70 @@ class AnalyzeTest(CommandTest):
         (run / "run.json").write_text(json.dumps({**facts, "kind": kind}))
         return run
 
-    def test_a_wrong_bound_is_a_failure(self):
-        code, _, err = self.command("analyze", "sequences", "--executors", "rm-ro", "--trace", self.tampered("simulated"))
+    def test_a_wrong_bound_is_a_failure(self) -> None:
+        code, _, err = self.command(
+            "analyze", "sequences", "--executors", "rm-ro", "--trace", self.tampered("simulated")
+        )
         self.assertEqual(code, 1)
-        self.assertRegex(err, r"1 of \d+ observed values \(.*%\) exceed their bound, first chain .* under rm-ro by busy")
-        self.assertRegex(err, r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --graph")
+        self.assertRegex(
+            err, r"1 of \d+ observed values \(.*%\) exceed their bound, first chain .* under rm-ro by busy"
+        )
+        self.assertRegex(
+            err,
+            r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --graph",
+        )
         reproduce = err.strip().split("reproduces it: hotpath ")[1].split()
         self.assertIn("--dispatch-cost-us", reproduce)
         self.accepted(*reproduce, "--output", self.folder / "again")
 
-    def test_a_live_run_may_exceed_bounds_unless_strict(self):
+    def test_a_live_run_may_exceed_bounds_unless_strict(self) -> None:
         run = self.tampered("live")
         code, out, err = self.command("analyze", "sequences", "--executors", "rm-ro", "--trace", run)
         self.assertEqual((code, err), (0, ""))
         self.assertRegex(out, r"1 of \d+ observed values .* exceed their bound")
-        code, _, err = self.command("analyze", "sequences", "--executors", "rm-ro", "--trace", run, "--strict")
+        code, _, err = self.command(
+            "analyze", "sequences", "--executors", "rm-ro", "--trace", run, "--strict"
+        )
         self.assertEqual(code, 1)
         self.assertIn("--strict: 1 of ", err)
 
-    def test_inputs_of_a_join_may_take_different_times(self):
+    def test_inputs_of_a_join_may_take_different_times(self) -> None:
         publishes = "publishes: {topic: f, when: all_new, of: [a, b]}"
         nodes = [
             "{name: A, type: sensor, period_ms: 20, execution_time_ms: 1, priority: 1, output: a}",
             "{name: B, type: sensor, period_ms: 20, execution_time_ms: 1, priority: 2, output: b}",
             "{name: F, type: callbacks, callbacks: ["
-            f"{{subscription: a, execution_time_ms: 1, {publishes}}}, {{subscription: b, execution_time_ms: 9, {publishes}}}]}}",
+            f"{{subscription: a, execution_time_ms: 1, {publishes}}}, "
+            f"{{subscription: b, execution_time_ms: 9, {publishes}}}]}}",
             "{name: L, type: sensor, period_ms: 40, execution_time_ms: 2, priority: 9, output: l}",
         ]
         for executor in ("fp-ro", "default", "edf-ro", "static"):
             with self.subTest(executor=executor):
                 self.check(self.graph(*nodes), executor, "F/b", 8.9)
 
-    def test_the_exact_worst_case_takes_sequences_alone(self):
+    def test_the_exact_worst_case_takes_sequences_alone(self) -> None:
         own = [
-            *("{name: %s, type: sensor, period_ms: 20, priority: %d, execution_time_ms: 1}" % pair for pair in (("A", 1), ("B", 2))),
+            *(
+                "{name: %s, type: sensor, period_ms: 20, priority: %d, execution_time_ms: 1}" % pair
+                for pair in (("A", 1), ("B", 2))
+            ),
             "{name: X, type: transform, input: {topic: A, priority: 9}, execution_time_ms: 3}",
             "{name: Y, type: transform, input: {topic: B, priority: 9}, execution_time_ms: 5}",
         ]
         sparse = [
-            "{name: A, type: callbacks, callbacks: [{timer: a, period_ms: 10, priority: 1, execution_time_ms: 1, publishes: {topic: t, every: 2}}]}",
+            "{name: A, type: callbacks, callbacks: "
+            "[{timer: a, period_ms: 10, priority: 1, execution_time_ms: 1, publishes: {topic: t, every: 2}}]}",
             "{name: T, type: transform, input: t, execution_time_ms: 4}",
         ]
-        for nodes, why in ((own, "X/A has a priority of its own"), (sparse, "A/a does not publish with every job")):
+        for nodes, why in (
+            (own, "X/A has a priority of its own"),
+            (sparse, "A/a does not publish with every job"),
+        ):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
             out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertIn(why, out)
 
-    def test_a_run_is_compared_with_bounds_for_what_ran(self):
+    def test_a_run_is_compared_with_bounds_for_what_ran(self) -> None:
         graph = self.graph(SENSOR.format("A", 20, 5), SENSOR.format("B", 30, 5))
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=2)
         for options, why in (
@@ -243,8 +292,11 @@ class AnalyzeTest(CommandTest):
         self.assertEqual(code, 2)
         self.assertIn("the graph has changed since", err)
 
-    def test_timers_that_start_far_apart_need_their_phases(self):
-        nodes = [SENSOR.format("A", 1000, 1)[:-1] + ", phase_ms: 0}", SENSOR.format("B", 50, 1)[:-1] + ", phase_ms: 950}"]
+    def test_timers_that_start_far_apart_need_their_phases(self) -> None:
+        nodes = [
+            SENSOR.format("A", 1000, 1)[:-1] + ", phase_ms: 0}",
+            SENSOR.format("B", 50, 1)[:-1] + ", phase_ms: 950}",
+        ]
         nodes.append(FUSION.format("F", "A", "B", 1))
         graph = self.graph(*nodes, chain="A B F")
         run = self.simulated(graph, "fp-ro", "--warm-up", 0, seconds=3, repetitions=1, phases="given")
@@ -255,21 +307,19 @@ class AnalyzeTest(CommandTest):
         self.assertGreater(observed, 900)
         self.assertLessEqual(observed, bound)
 
-    def test_the_order_of_entities_is_that_of_the_run(self):
+    def test_the_order_of_entities_is_that_of_the_run(self) -> None:
         timers = (("A", 1003, 1, 1020.0005), ("B", 17, 10, 0), ("E", 1003, 7, 1003))
         nodes = [SENSOR.format(n, t, c)[:-1] + f", phase_ms: {f}}}" for n, t, c, f in timers]
         graph = self.graph(*nodes, TRANSFORM.format("X", "E", 20))
-        run = self.simulated(graph, "default", "--entity-order", "reverse", seconds=3, repetitions=1, phases="given")
+        run = self.simulated(
+            graph, "default", "--entity-order", "reverse", seconds=3, repetitions=1, phases="given"
+        )
         bound, observed = self.rows(graph, "default", "--trace", run, "--phases", "given")["A"]
         self.assertLessEqual(observed, bound)
         self.assertGreater(observed, self.rows(graph, "default", "--phases", "given")["A"][0])
 
-    def test_another_machine_than_that_of_the_run_is_refused(self):
+    def test_another_machine_than_that_of_the_run_is_refused(self) -> None:
         run = self.simulated("sequences", "rm-ro", seconds=1, repetitions=1)
         code, _, err = self.command("analyze", "sequences", "--trace", run, "--dispatch-cost-us", 5)
         self.assertEqual(code, 2)
         self.assertIn("leave out options that change it", err)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,11 +4,13 @@ figures replace the benchmark programs, since a test must not depend on measured
 
 import json
 import os
-import pathlib
 import shutil
 import subprocess
 import sys
 import unittest
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
 
 import hotpath_command
 from hotpath_command import CommandTest
@@ -26,7 +28,7 @@ END"""
 
 
 class BenchCommand(CommandTest):
-    def setUp(self):
+    def setUp(self) -> None:
         super().setUp()
         # A copy of the command finds the programs next to it.
         self.programs = self.folder / "bin"
@@ -35,31 +37,31 @@ class BenchCommand(CommandTest):
         shutil.copy(shutil.which(real) or real, self.programs / "hotpath")
         self.addCleanup(setattr, hotpath_command, "HOTPATH", real)
         hotpath_command.HOTPATH = str(self.programs / "hotpath")
-        statistics = pathlib.Path(shutil.which(real) or real).with_name("libhotpath_statistics.so")
+        statistics = Path(shutil.which(real) or real).with_name("libhotpath_statistics.so")
         self.environment["HOTPATH_STATISTICS"] = str(statistics)
 
-    def stand_in(self, name, body):
+    def stand_in(self, name: str, body: str) -> None:
         path = self.programs / f"bench_{name}"
         path.write_text(STAND_IN.format(body=body))
         path.chmod(0o755)
 
-    def bench_json(self, folder):
+    def bench_json(self, folder: str | Path) -> Any:
         return json.loads((self.folder / folder / "bench.json").read_text())
 
-    def folder_with(self, name, values):
+    def folder_with(self, name: str, values: Any) -> Any:
         path = self.folder / name
         path.mkdir()
         figures = [{"benchmark": "decide", "metric": "time_ns", "values": values}]
         (path / "bench.json").write_text(json.dumps({"figures": figures, "complexities": [], "errors": []}))
         return path
 
-    def assert_refused(self, *arguments, code=2, words=()):
+    def assert_refused(self, *arguments: object, code: int = 2, words: Iterable[Any] = ()) -> None:
         ended_with, _, err = self.command(*arguments)
         self.assertEqual(ended_with, code, err)
         for word in words:
             self.assertIn(word, err)
 
-    def test_runs_each_repetition_in_a_process_of_its_own(self):
+    def test_runs_each_repetition_in_a_process_of_its_own(self) -> None:
         self.stand_in("scheduler", ROWS)
         self.stand_in("executor", ROWS)
         arguments = ("bench", "--only", "scheduler,executor", "--repetitions", 3, "--output", "out")
@@ -75,16 +77,16 @@ class BenchCommand(CommandTest):
         raw = {f.name for f in (self.folder / "out" / "raw").iterdir() if f.suffix == ".json"}
         self.assertEqual(raw, {f"{p}-{r}.json" for p in ("scheduler", "executor") for r in range(3)})
 
-    def test_quick_runs_once_and_tells_the_programs(self):
+    def test_quick_runs_once_and_tells_the_programs(self) -> None:
         self.stand_in("scheduler", 'echo "$@"\n' + ROWS)
         code, _, err = self.command("bench", "--quick", "--only", "scheduler", "--output", "out")
         self.assertEqual(code, 0, err)
         self.assertIn("--quick", (self.folder / "out" / "raw" / "scheduler-0.txt").read_text())
 
-    def test_says_what_to_install_when_the_programs_are_missing(self):
+    def test_says_what_to_install_when_the_programs_are_missing(self) -> None:
         self.assert_refused("bench", words=["bench_scheduler was not built", "install libbenchmark-dev"])
 
-    def test_a_program_that_fails_is_reported_and_the_rest_is_kept(self):
+    def test_a_program_that_fails_is_reported_and_the_rest_is_kept(self) -> None:
         self.stand_in("scheduler", ROWS)
         self.stand_in("executor", "exit 3")
         arguments = ("bench", "--only", "scheduler,executor", "--repetitions", 1, "--output", "out")
@@ -92,18 +94,20 @@ class BenchCommand(CommandTest):
         self.assertFalse(self.bench_json("out")["complete"])
         self.assertEqual(len(self.bench_json("out")["figures"]), 2)
 
-    def test_a_program_that_hangs_is_ended(self):
+    def test_a_program_that_hangs_is_ended(self) -> None:
         self.stand_in("scheduler", "exec tail -f /dev/null")
         arguments = ("bench", "--only", "scheduler", "--repetitions", 1, "--time-out", 1, "--output", "out")
         self.assert_refused(*arguments, code=1, words=["did not end in time"])
 
-    def test_refuses_to_mix_two_runs_and_unknown_programs(self):
+    def test_refuses_to_mix_two_runs_and_unknown_programs(self) -> None:
         self.stand_in("scheduler", ROWS)
         self.folder_with("taken", [1])
-        self.assert_refused("bench", "--only", "scheduler", "--output", "taken", words=["holds files already"])
+        self.assert_refused(
+            "bench", "--only", "scheduler", "--output", "taken", words=["holds files already"]
+        )
         self.assert_refused("bench", "--only", "everything", words=["everything"])
 
-    def test_compare_names_the_effect_its_interval_and_whether_it_is_beyond_noise(self):
+    def test_compare_names_the_effect_its_interval_and_whether_it_is_beyond_noise(self) -> None:
         self.folder_with("old", [100, 101, 99, 100])
         self.folder_with("new", [50, 51, 49, 50])
         code, out, err = self.command("bench", "--compare", "old", "new")
@@ -112,31 +116,40 @@ class BenchCommand(CommandTest):
         self.assertRegex(line, r"100\.0 +50\.0 +0\.500 +\[0\.4\d+, 0\.5\d+\] +smaller")
         self.assertIn("1 of 1 values differ beyond noise.", out)
 
-    def test_compare_says_when_there_are_too_few_repetitions(self):
+    def test_compare_says_when_there_are_too_few_repetitions(self) -> None:
         self.folder_with("old", [100])
         code, out, err = self.command("bench", "--compare", "old", "old")
         self.assertEqual(code, 0, err)
         self.assertIn("not comparable", out)
         self.assertIn("3 repetitions", err)
 
-    def test_compare_rejects_folders_without_results(self):
+    def test_compare_rejects_folders_without_results(self) -> None:
         self.folder_with("old", [100])
         (self.folder / "old" / "bench.json").write_text("{}")
-        self.assert_refused("bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: No such file"])
+        self.assert_refused(
+            "bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: No such file"]
+        )
         self.assert_refused("bench", "--compare", "old", "old", words=["not written by `hotpath bench`"])
 
-    def test_machine_prints_and_stores_the_noise_of_every_core(self):
+    def test_machine_prints_and_stores_the_noise_of_every_core(self) -> None:
         code, out, err = self.command("machine", "--duration", 0.05, "--output", "machine.json")
         self.assertEqual(code, 0, err)
         stored = json.loads((self.folder / "machine.json").read_text())
         cores = [h["cpu"] for h in stored["noise"]["hiccups"]]
         self.assertEqual(cores, sorted(os.sched_getaffinity(0)))
-        for word in ("real-time throttling", "timer slack", "stolen time", "turbo", "boot parameters", "p99.9"):
+        for word in (
+            "real-time throttling",
+            "timer slack",
+            "stolen time",
+            "turbo",
+            "boot parameters",
+            "p99.9",
+        ):
             self.assertIn(word, out)
         for line in err.splitlines():
             self.assertRegex(line, r"^note: .*\.$")
 
-    def test_machine_refuses_a_file_that_cannot_be_written(self):
+    def test_machine_refuses_a_file_that_cannot_be_written(self) -> None:
         arguments = ("machine", "--duration", 0.01, "--output", "nowhere/machine.json")
         self.assert_refused(*arguments, words=["nowhere/machine.json cannot be written"])
 
@@ -144,31 +157,33 @@ class BenchCommand(CommandTest):
 class Report(unittest.TestCase):
     """report.md, made from known figures."""
 
-    ROOM = pathlib.Path(__file__).resolve().parents[1]  # contains the package
+    BENCH = Path(__file__).resolve().parents[1]  # contains the package
     MACHINE = {
         "cpu_model": "a processor", "processors": 2, "kernel": "6.1", "compiler": "g++ 12", "build_type": "Release",
         "noise": {"clock_cost_ns": 22, "hiccups": [{"cpu": 0, "p999_ns": 1500, "max_ns": 40000}]},
     }  # fmt: skip
     PERCENTILES = {"p50": 1000, "p99": 2000, "p999": 3000, "max": 4000}
 
-    def report(self, figures, **changes):
+    def report(self, figures: Any, **changes: Any) -> tuple[Any, str, Any]:
         folder = self.enterContext(hotpath_command.tempfile.TemporaryDirectory())
         rows = [{"benchmark": b, "metric": m, "values": v} for (b, m), v in figures.items()]
         content = {"complete": True, "date": "today", "repetitions": 3, "machine": self.MACHINE, "figures": rows,
                    "complexities": [{"benchmark": "drain/rm-ro/tasks", "order": "NlgN", "coefficient_ns": 5.5,
                                      "rms_percent": 4}], **changes}  # fmt: skip
-        (pathlib.Path(folder) / "bench.json").write_text(json.dumps(content))
-        command = [sys.executable, "-B", "-m", "hotpath_report", "bench-report", folder]
-        result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False, cwd=self.ROOM)
-        path = pathlib.Path(folder) / "report.md"
+        (Path(folder) / "bench.json").write_text(json.dumps(content))
+        command = [sys.executable, "-I", "-B", str(self.BENCH), "bench-report", folder]
+        result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+        path = Path(folder) / "report.md"
         pictures = sorted(f.name for f in path.parent.glob("*.svg"))
         return result, path.read_text() if path.exists() else "", pictures
 
-    def percentiles(self, benchmark, prefix):
+    def percentiles(self, benchmark: str, prefix: str) -> dict[Any, Any]:
         return {(benchmark, f"{prefix}_{q}_ns"): [v] for q, v in self.PERCENTILES.items()}
 
-    def test_every_section_and_every_bar(self):
-        figures = {("push_pop/std::priority_queue/ready/100", "time_ns"): [50, 40, 60]}
+    def test_every_section_and_every_bar(self) -> None:
+        figures: dict[Any, list[float]] = {
+            ("push_pop/std::priority_queue/ready/100", "time_ns"): [50, 40, 60]
+        }
         for tasks in (1000, 10000):
             for level in ("100", "full"):
                 figures[f"timer_cycle/rm-ro/ready:{level}/tasks/{tasks}", "decide_ns"] = [80, 90, 85]
@@ -199,7 +214,7 @@ class Report(unittest.TestCase):
         ):
             self.assertIn(line, text)
 
-    def test_a_part_of_the_programs_gives_a_part_of_the_report(self):
+    def test_a_part_of_the_programs_gives_a_part_of_the_report(self) -> None:
         result, text, pictures = self.report({("one_way/intra_process/kib:4/subscribers:1/hotpath",
                                                "latency_p50_ns"): [5000]}, complete=False)  # fmt: skip
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -208,12 +223,8 @@ class Report(unittest.TestCase):
         self.assertIn("Partial", text)
         self.assertNotIn("## Executor", text)
 
-    def test_nothing_measured_is_said_in_one_sentence(self):
+    def test_nothing_measured_is_said_in_one_sentence(self) -> None:
         result, _, _ = self.report({})
         self.assertEqual(result.returncode, 2)
         self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
         self.assertIn("nothing to report", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,7 +4,8 @@ jobs.csv."""
 
 import csv
 import json
-import unittest
+from collections.abc import Callable
+from typing import Any
 
 from hotpath_command import JOB_COLUMNS, CommandTest
 
@@ -15,77 +16,77 @@ FIRST_LINE = 2  # line of the first row
 
 
 class Check(CommandTest):
-    def setUp(self):
+    def setUp(self) -> None:
         super().setUp()
         self.run_folder = self.measure(*RUN)
         self.rows = self.run_folder.rows("jobs.csv")[1]
 
-    def find(self, wanted, start=0):
+    def find(self, wanted: Callable[[Any], bool], start: int = 0) -> Any:
         return next(i for i in range(start, len(self.rows)) if wanted(self.rows[i]))
 
-    def write(self):
+    def write(self) -> None:
         with open(self.run_folder.path / "jobs.csv", "w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, JOB_COLUMNS, lineterminator="\n")
             writer.writeheader()
             writer.writerows(self.rows)
 
-    def assert_found(self, *parts, at=None):
+    def assert_found(self, *parts: str, at: Any = None) -> None:
         self.write()
         code, out, err = self.command("check", self.run_folder.path)
         self.assertEqual((code, out), (FAILURE, ""), err)
         for part in (f"jobs.csv:{'' if at is None else at + FIRST_LINE}", *parts):
             self.assertIn(part, err)
 
-    def set(self, at, **fields):
+    def set(self, at: Any, **fields: Any) -> None:
         self.rows[at].update({name: str(value) for name, value in fields.items()})
 
-    def started(self, start=0, **fields):
+    def started(self, start: int = 0, **fields: Any) -> Any:
         """Index of the next job that ran and has these fields."""
         fields.setdefault("outcome", "ran")
         return self.find(lambda row: all(row[name] == value for name, value in fields.items()), start)
 
-    def later_on_same(self, at, *names):
+    def later_on_same(self, at: Any, *names: str) -> Any:
         """Index of the next job that ran and agrees with the row `at` in these fields."""
         return self.started(at + 1, **{name: self.rows[at][name] for name in ("executor", *names)})
 
-    def test_a_schedule_is_accepted(self):
+    def test_a_schedule_is_accepted(self) -> None:
         out = self.accepted("check", self.run_folder.path)
         self.assertIn(f"{len(self.rows)} rows of jobs.csv, 2 repetitions", out)
         self.assertLess({"ran", "skipped", "overwritten"}, {row["outcome"] for row in self.rows})
 
-    def test_two_jobs_of_a_worker_at_a_time(self):
+    def test_two_jobs_of_a_worker_at_a_time(self) -> None:
         first = self.started(executor="multi:2")
         second = self.later_on_same(first, "worker")
         self.set(first, finish_ns=int(self.rows[second]["start_ns"]) + 1)
         self.assert_found("its worker is busy", self.rows[second]["task"], at=second)
 
-    def test_release_before_the_timestamp(self):
+    def test_release_before_the_timestamp(self) -> None:
         at = self.started(kind="timer")
         self.set(at, release_ns=int(self.rows[at]["timestamp_ns"]) - 1)
         self.assert_found("released before its timestamp", at=at)
 
-    def test_start_before_the_release(self):
+    def test_start_before_the_release(self) -> None:
         at = self.started(kind="subscription")
         self.set(at, release_ns=int(self.rows[at]["start_ns"]) + 1)
         self.assert_found("starts before its release", at=at)
 
-    def test_start_after_the_end(self):
+    def test_start_after_the_end(self) -> None:
         at = max(i for i, row in enumerate(self.rows) if row["outcome"] == "running")
         self.set(at, start_ns=600_000_000)
         self.assert_found("after the end", "600000000", at=at)
 
-    def test_finish_before_the_start(self):
+    def test_finish_before_the_start(self) -> None:
         at = self.started()
         self.set(at, finish_ns=int(self.rows[at]["start_ns"]) - 1)
         self.assert_found("ends before it starts", at=at)
 
-    def test_rows_not_in_the_order_of_starts(self):
+    def test_rows_not_in_the_order_of_starts(self) -> None:
         at = self.started(kind="subscription", executor="default")
         later = self.later_on_same(at)
         self.rows[at], self.rows[later] = self.rows[later], self.rows[at]
         self.assert_found("not in the order of starts", at=later)
 
-    def test_jobs_of_a_task_in_another_order(self):
+    def test_jobs_of_a_task_in_another_order(self) -> None:
         at = self.started(kind="subscription")
         later = self.later_on_same(at, "task")
         sequences = [self.rows[i]["sequence"] for i in (at, later)]
@@ -93,23 +94,23 @@ class Check(CommandTest):
         self.set(later, sequence=sequences[0])
         self.assert_found("after a later job of its task", at=later)
 
-    def test_samples_of_a_publisher_in_another_order(self):
+    def test_samples_of_a_publisher_in_another_order(self) -> None:
         at = self.started(kind="subscription")
         later = self.later_on_same(at, "task", "parent_task")
         self.set(later, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
         self.assert_found("published later", at=later)
 
-    def test_a_timestamp_off_the_grid_of_its_timer(self):
+    def test_a_timestamp_off_the_grid_of_its_timer(self) -> None:
         at = self.started(kind="timer", start=9)
         self.set(at, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
         self.assert_found("periods of", at=at)
 
-    def test_a_job_that_is_there_twice(self):
+    def test_a_job_that_is_there_twice(self) -> None:
         at = self.started(kind="timer")
         self.rows.insert(at + 1, dict(self.rows[at]))
         self.assert_found("occurs twice", at=at + 1)
 
-    def test_a_row_that_is_lost(self):
+    def test_a_row_that_is_lost(self) -> None:
         for outcome in ("ran", "skipped", "overwritten", "queued", "running"):
             with self.subTest(outcome=outcome):
                 at = self.started(outcome=outcome)
@@ -117,13 +118,24 @@ class Check(CommandTest):
                 self.assert_found(f"{row['task']} #{row['sequence']} is lost")
                 self.rows.insert(at, row)
 
-    def test_rows_for_more_than_there_was(self):
-        at = max(i for i, row in enumerate(self.rows) if row["kind"] == "subscription" and row["outcome"] == "ran")
-        end = dict(self.rows[at], sequence="9999", outcome="queued", release_ns="", start_ns="", finish_ns="", worker="", cpu="")  # fmt: skip
+    def test_rows_for_more_than_there_was(self) -> None:
+        at = max(
+            i for i, row in enumerate(self.rows) if row["kind"] == "subscription" and row["outcome"] == "ran"
+        )
+        end = dict(
+            self.rows[at],
+            sequence="9999",
+            outcome="queued",
+            release_ns="",
+            start_ns="",
+            finish_ns="",
+            worker="",
+            cpu="",
+        )
         self.rows.append(end)
         self.assert_found("for more than its")
 
-    def test_repetitions_that_run_json_does_not_name(self):
+    def test_repetitions_that_run_json_does_not_name(self) -> None:
         kept = list(self.rows)
         self.rows.append(dict(self.rows[0], repetition="7"))
         self.assert_found("names no such repetition", at=len(kept))
@@ -132,7 +144,7 @@ class Check(CommandTest):
         self.rows = [row for row in kept if row["executor"] == "default"]
         self.assert_found("multi:2, repetition 0", "#0 is lost")
 
-    def test_what_cannot_be_checked(self):
+    def test_what_cannot_be_checked(self) -> None:
         facts = dict(self.run_folder.run, tasks=[])
         (self.run_folder.path / "run.json").write_text(json.dumps(facts))
         self.assertEqual(self.command("check", self.run_folder.path)[0], WRONG_USE)
@@ -141,7 +153,3 @@ class Check(CommandTest):
         code, _, err = self.command("check", "without")
         self.assertEqual(code, WRONG_USE)
         self.assertIn("no jobs.csv", err)
-
-
-if __name__ == "__main__":
-    unittest.main()

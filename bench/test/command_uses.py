@@ -5,9 +5,10 @@ The uses must run in this order in one folder: later uses read the files of earl
 """
 
 import json
-import pathlib
 import re
 import shutil
+from pathlib import Path
+from typing import Any
 
 SWEEP = """command: simulate
 fixed: {graph: autoware, duration: 1, warm-up: 0}
@@ -18,7 +19,8 @@ LIVE = ("--transport", "intra_process", "--load", 1, "--duration", 0.2, "--warm-
 # By command: its arguments, and a file that it writes or, after `>`, a text that it prints; None:
 # neither.
 USES = {
-    "simulate": (("--executors", "default,rm-ro", "--duration", 1, "--warm-up", 0, "--output", "stored"), "stored/summary.json"),
+    "simulate": (("--executors", "default,rm-ro", "--duration", 1, "--warm-up", 0, "--output", "stored"),
+                 "stored/summary.json"),
     "timeline": (("stored", "--perfetto", "trace.json"), "trace.json"),
     "check": (("stored",), ">one job per thread at a time"),
     "summarize": (("stored", "--responses", "responses.csv"), "responses.csv"),
@@ -31,7 +33,8 @@ USES = {
     "advise": (("autoware", "--draws", 1, "--duration", 1, "--output", "advice"), "advice/advice.json"),
     "analyze": (("timers_only_60", "--csv", "bounds.csv"), "bounds.csv"),
     "sweep": (("sweep.yaml", "--output", "swept"), "swept/table.csv"),
-    "capacity": (("--executors", "rm-ro", "--duration", 1, "--coarse", 2, "--resolution", 20, "--output", "levels"), "levels/levels.csv"),
+    "capacity": (("--executors", "rm-ro", "--duration", 1, "--coarse", 2, "--resolution", 20, "--output", "levels"),
+                 "levels/levels.csv"),
     "experiment": (("waters", "--sets", 2, "--utilisations", 0.5, "--output", "waters"), "waters/waters.csv"),
     "graph": (("autoware",), ">chain hot_path:"),
     "list": (("executors",), ">rm-ro"),
@@ -44,14 +47,14 @@ USES = {
 ELSEWHERE = {"bench"}
 
 
-def commands_of(help_text):
+def commands_of(help_text: str) -> set[Any]:
     """The names of the commands that `hotpath --help` lists."""
     return set(re.findall(r"^  ([a-z][a-z-]+)  ", help_text.partition("Subcommands:")[2], re.MULTILINE))
 
 
-def prepare(name, folder):
+def prepare(name: str, folder: Path) -> None:
     """Makes the inputs of a use that no other command writes."""
-    folder = pathlib.Path(folder)
+    folder = Path(folder)
     if name == "sweep":
         (folder / "sweep.yaml").write_text(SWEEP)
     if name == "recover":

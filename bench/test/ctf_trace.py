@@ -3,6 +3,8 @@
 can plant any fault of a recording."""
 
 import struct
+from pathlib import Path
+from typing import Any
 
 METADATA = """/* CTF 1.8 */
 typealias integer { size = 32; align = 8; signed = false; } := u32;
@@ -27,28 +29,28 @@ class CtfTrace:
     """A trace of one process whose nodes have timers and subscriptions. Times are in nanoseconds;
     addresses are invented unless given."""
 
-    def __init__(self, initialised=True):
+    def __init__(self, initialised: bool = True) -> None:
         self.initialised = initialised  # whether events of initialisation are recorded
-        self.events = []
+        self.events: list[Any] = []
         self.discarded = 0
         self.process, self.thread = 100, 100
         self.last_address = 0x1000
 
-    def address(self):
+    def address(self) -> Any:
         self.last_address += 16
         return self.last_address
 
-    def event(self, at, name, **fields):
+    def event(self, at: Any, name: str, **fields: Any) -> None:
         initialises = name.startswith(("rcl_", "rclcpp_")) and not name.endswith("publish")
         if self.initialised or not initialises:
             self.events.append((at, "ros2:" + name, self.process, self.thread, fields))
 
-    def node(self, at, name):
+    def node(self, at: Any, name: str) -> Any:
         handle = self.address()
         self.event(at, "rcl_node_init", node_handle=handle, node_name=name, namespace="/")
         return handle
 
-    def publisher(self, at, node, topic):
+    def publisher(self, at: Any, node: Any, topic: str) -> Any:
         handle = self.address()
         self.event(
             at,
@@ -60,14 +62,14 @@ class CtfTrace:
         )
         return handle
 
-    def timer(self, at, node, period, callback=None):
+    def timer(self, at: Any, node: Any, period: Any, callback: Any = None) -> Any:
         handle, callback = self.address(), callback or self.address()
         self.event(at, "rcl_timer_init", timer_handle=handle, period=period)
         self.event(at, "rclcpp_timer_callback_added", timer_handle=handle, callback=callback)
         self.event(at, "rclcpp_timer_link_node", timer_handle=handle, node_handle=node)
         return callback
 
-    def subscription(self, at, node, topic):
+    def subscription(self, at: Any, node: Any, topic: str) -> tuple[Any, Any]:
         handle, rmw, rclcpp, callback = (self.address() for _ in range(4))
         self.event(
             at,
@@ -82,7 +84,9 @@ class CtfTrace:
         self.event(at, "rclcpp_subscription_callback_added", subscription=rclcpp, callback=callback)
         return rmw, callback
 
-    def job(self, start, end, callback, publishes=None, takes=None, after=None):
+    def job(
+        self, start: Any, end: Any, callback: Any, publishes: Any = None, takes: Any = None, after: Any = None
+    ) -> Any:
         """Adds one run of a callback; `end` None: it never ends. `publishes`: a publisher; its
         message is stamped with the publication instant, which is `after` the start or just before
         the end. `takes`: a subscription's handle and the timestamp of the message it takes. Returns
@@ -99,10 +103,10 @@ class CtfTrace:
             self.event(end, "callback_end", callback=callback)
         return last
 
-    def write(self, folder):
+    def write(self, folder: Path) -> Any:
         """Writes one stream with the events in the order of their addition."""
         folder.mkdir(parents=True)
-        kinds = {}
+        kinds: dict[Any, Any] = {}
         for _, name, _, _, fields in self.events:
             kinds.setdefault(name, (len(kinds), fields))
         metadata = METADATA
@@ -110,7 +114,8 @@ class CtfTrace:
             members = " ".join(
                 f"{'string' if isinstance(value, str) else 'u64'} {field};" for field, value in fields.items()
             )
-            metadata += f'event {{ name = "{name}"; id = {number}; stream_id = 0; fields := struct {{ {members} }}; }};\n'
+            metadata += f'event {{ name = "{name}"; id = {number}; stream_id = 0; '
+            metadata += f"fields := struct {{ {members} }}; }};\n"
         (folder / "metadata").write_text(metadata)
         body = b"".join(self.encoded(kinds, *event) for event in self.events)
         header = struct.calcsize("<IIQQQQQI")
@@ -123,18 +128,18 @@ class CtfTrace:
         return folder
 
     @staticmethod
-    def packet(begin, end, bits, discarded):
+    def packet(begin: Any, end: Any, bits: int, discarded: int) -> Any:
         return struct.pack("<IIQQQQQI", MAGIC, 0, begin, end, bits, bits, discarded, 0)
 
     @staticmethod
-    def encoded(kinds, at, name, process, thread, fields):
+    def encoded(kinds: Any, at: Any, name: str, process: Any, thread: Any, fields: Any) -> Any:
         text = struct.pack("<IQII", kinds[name][0], at, process, thread) + b"program\0"
         for value in fields.values():
             text += value.encode() + b"\0" if isinstance(value, str) else struct.pack("<Q", value)
         return text
 
 
-def sensor_and_filter(periods=200, **options):
+def sensor_and_filter(periods: int = 200, **options: Any) -> tuple[Any, Any]:
     """A trace of a 10 ms timer with 2 ms of work, and of a subscription that works 3 ms on each
     message. Returns the trace and the means to extend it: the publisher, both callbacks, the
     subscription's handle and the next release.
@@ -156,7 +161,7 @@ def sensor_and_filter(periods=200, **options):
     return trace, handles
 
 
-def run_on(trace, handles, at, periods):
+def run_on(trace: Any, handles: Any, at: Any, periods: Any) -> None:
     """Extends the system of `sensor_and_filter` by this many periods from `at` on."""
     for _ in range(periods):
         stamp = trace.job(at + 20_000, at + 2 * MS, handles["timer"], publishes=handles["publisher"])

@@ -4,9 +4,9 @@
 
 import itertools
 import os
-import pathlib
 import signal
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest
 
@@ -15,22 +15,22 @@ CRUNCH_MS = 4.2
 
 
 class Deployments(CommandTest):
-    def measure_into(self, name, *arguments):
+    def measure_into(self, name: str, *arguments: object) -> Any:
         code, _, err = self.command(*arguments, "--output", self.folder / name)
         self.assertEqual(code, 0, err)
         return self.checked(name)
 
-    def refused(self, *arguments):
+    def refused(self, *arguments: object) -> Any:
         code, _, err = self.command(*arguments)
         self.assertEqual(code, 2, err)
         return err
 
-    def write(self, name, *executors):
+    def write(self, name: str, *executors: str) -> Any:
         path = self.folder / name
         path.write_text("\n".join(["name: mine", "executors:", *(f"  - {{{e}}}" for e in executors)]))
         return path
 
-    def check(self, run):
+    def check(self, run: Any) -> None:
         """Checks that every job ran on a worker of its task's executor, and each worker ran one job
         at a time."""
         self.assertEqual(run.run["failures"], [])
@@ -38,7 +38,7 @@ class Deployments(CommandTest):
             self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
         self.assertEqual({label for label, _ in run.jobs()}, set(run.run["executors"]))
         for (label, _), jobs in run.jobs().items():
-            workers = {}
+            workers: dict[Any, Any] = {}
             for executor in run.run["deployments"][label]["executors"]:
                 numbers = range(executor["first_worker"], executor["first_worker"] + executor["workers"])
                 workers.update((task, numbers) for task in executor["tasks"])
@@ -49,11 +49,11 @@ class Deployments(CommandTest):
             for job, after in itertools.pairwise(ran):
                 self.assertTrue(job.worker < after.worker or job.finish <= after.start, (job, after))
 
-    def latency(self, run, label, quantile):
+    def latency(self, run: Any, label: str, quantile: str) -> Any:
         (chain,) = next(e for e in run.summary()["executors"] if e["executor"] == label)["chains"]
         return chain["hot_path_latency_ms"][quantile]
 
-    def test_all_that_ship_are_simulated_in_one_table(self):
+    def test_all_that_ship_are_simulated_in_one_table(self) -> None:
         run = self.measure(
             *("simulate", "--cores", 2, "--load", 80, "--duration", 20),
             *("--executors", "default", "--deployments", ",".join(SHIPPED)),
@@ -68,8 +68,10 @@ class Deployments(CommandTest):
         self.assertLessEqual(self.latency(run, "prioritized", "max"), 5 * CRUNCH_MS)
         self.assertGreater(self.latency(run, "single", "p50"), 5 * CRUNCH_MS)
 
-    def test_live_in_one_process(self):
-        mine = self.write("mine.yaml", "name: rest, policy: 'other:5', owns: rest", "name: imu, owns: [Visualizer]")
+    def test_live_in_one_process(self) -> None:
+        mine = self.write(
+            "mine.yaml", "name: rest, policy: 'other:5', owns: rest", "name: imu, owns: [Visualizer]"
+        )
         for transport in ("intra_process", "fastdds"):
             run = self.measure_into(
                 transport,
@@ -79,9 +81,11 @@ class Deployments(CommandTest):
             self.assertEqual(run.run["executors"], ["isolated", "mine"])
             self.check(run)
         policies = {r["executor"]: r["thread_policies"] for r in run.run["runs"]}
-        self.assertEqual(policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]})
+        self.assertEqual(
+            policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]}
+        )
 
-    def test_live_in_several_processes(self):
+    def test_live_in_several_processes(self) -> None:
         mine = self.write(
             "mine.yaml",
             "name: rear, process: rear, owns: [RearLidarDriver, PointsTransformerRear]",
@@ -96,31 +100,38 @@ class Deployments(CommandTest):
         self.assertEqual(processes, {0: 0, 1: 1, 2: 0, 4: 2})
         ran = {(j.worker, j.process) for j in run.jobs()[("mine", 0)] if j.outcome == "ran"}
         self.assertEqual(ran | {(2, 0), (3, 0)}, {(0, 0), (1, 1), (2, 0), (3, 0), (4, 2)})
-        self.assertIn("--transport fastdds", self.refused(*common, "--transport", "intra_process", "--output", "none"))
+        self.assertIn(
+            "--transport fastdds", self.refused(*common, "--transport", "intra_process", "--output", "none")
+        )
 
         process = self.start(*common, "--duration", 30, "--output", self.folder / "killed")
-        children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
         self.wait_for(lambda: len(children.read_text().split()) == 3, "three processes")
         os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
         code, _, err = self.finish(process)
         self.assertEqual(code, 1, err)
-        self.assertIn("process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err)
+        self.assertIn(
+            "process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err
+        )
 
-    def test_replay_takes_a_run_of_deployments(self):
+    def test_replay_takes_a_run_of_deployments(self) -> None:
         options = ("--cores", 2, "--duration", 1, "--copies", 2, "--load", 40)
         run = self.measure_into("run", "simulate", *options, "--deployments", "prioritized")
         code, _, err = self.command("replay", run.path, "--live", "--duration", 0.3)
         self.assertEqual(code, 0, err)
 
-    def test_refused_with_file_and_line_before_anything_runs(self):
+    def test_refused_with_file_and_line_before_anything_runs(self) -> None:
         far = self.write("far.yaml", "name: a, owns: [Visualizer]", "name: b, processors: [63], owns: rest")
-        for command in (["simulate", "--cores", 2], ["compare"]):
+        commands: Any = (["simulate", "--cores", 2], ["compare"])
+        for command in commands:
             err = self.refused(*command, "--deployments", far, "--output", "none")
             self.assertIn("far.yaml:4: executor b", err)
         robin = self.write("robin.yaml", "name: a, policy: 'rr:1', owns: rest")
         self.assertIn("robin.yaml:3: ", self.refused("simulate", "--deployments", robin, "--output", "none"))
         unknown = self.write("unknown.yaml", "name: a, executor: fastest, owns: rest")
-        self.assertIn("unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none"))
+        self.assertIn(
+            "unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none")
+        )
         self.assertIn("isolated", self.refused("simulate", "--deployments", "isolatd", "--output", "none"))
         budget = self.write("budget.yaml", "name: a, policy: 'deadline:20/10/10', owns: rest")
         self.assertIn("budget.yaml:3: ", self.refused("compare", "--deployments", budget, "--output", "none"))
@@ -133,12 +144,16 @@ class Deployments(CommandTest):
             self.assertIn("cpus.yaml:3: ", self.refused("compare", "--deployments", cpus, *pinned))
         cie = self.folder / "threads.yaml"
         cie.write_text("callback_groups:\n  - {id: /Nobody@Timer(1), policy: SCHED_OTHER}\n")
-        self.assertIn("threads.yaml:2: ", self.refused("compare", "--deployments", f"cie:{cie}", "--output", "none"))
+        self.assertIn(
+            "threads.yaml:2: ", self.refused("compare", "--deployments", f"cie:{cie}", "--output", "none")
+        )
         self.assertIn("--processes", self.refused("compare", "--processes", 2, "--deployments", "isolated"))
-        self.assertIn("named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none"))
+        self.assertIn(
+            "named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none")
+        )
         self.assertFalse((self.folder / "none").exists())
 
-    def test_callback_isolated_executor_configuration(self):
+    def test_callback_isolated_executor_configuration(self) -> None:
         written = self.accepted("graph", "autoware", "--cie")
         cie = self.folder / "threads.yaml"
         cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
@@ -150,22 +165,30 @@ class Deployments(CommandTest):
         policies = [e["policy"] for e in run.run["deployments"]["cie:threads"]["executors"]]
         self.assertEqual(policies, ["fifo:10"] + ["other"] * 23)
 
-    def test_entity_order(self):
+    def test_entity_order(self) -> None:
         order = self.folder / "order.txt"
         order.write_text("RearLidarDriver\n\nNobody\n")
         self.assertIn("order.txt:3: ", self.refused("simulate", "--entity-order", order, "--output", "none"))
-        self.assertIn("--entity-order", self.refused("simulate", "--entity-order", "sideways", "--output", "none"))
+        self.assertIn(
+            "--entity-order", self.refused("simulate", "--entity-order", "sideways", "--output", "none")
+        )
         order.write_text("RearLidarDriver\n")
-        first = []
+        first: list[Any] = []
         for name in ("creation", order):
             run = self.measure_into(
                 f"run_{len(first)}",
-                *("simulate", "--executors", "default", "--phases", "synchronous", "--duration", 1, "--warm-up", 0),
+                *(
+                    "simulate",
+                    "--executors",
+                    "default",
+                    "--phases",
+                    "synchronous",
+                    "--duration",
+                    1,
+                    "--warm-up",
+                    0,
+                ),
                 *("--entity-order", name),
             )
             first.append(run.jobs()[("default", 0)][0].task)
         self.assertEqual(first, ["FrontLidarDriver", "RearLidarDriver"])
-
-
-if __name__ == "__main__":
-    unittest.main()

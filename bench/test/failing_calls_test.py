@@ -12,7 +12,6 @@ import array
 import errno
 import json
 import os
-import pathlib
 import re
 import signal
 import subprocess
@@ -20,6 +19,8 @@ import sys
 import tempfile
 import time
 import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import HOTPATH, left_behind, shared_memory_files, processes_of
 
@@ -62,16 +63,16 @@ COMMANDS = {
 }
 
 
-def noted_places(calls):
+def noted_places(calls: Any) -> tuple[bool, Any]:
     """Reads the file that began as NO_PLACES: whether the call failed, and the places by kind."""
     noted = array.array("Q", calls.read_bytes())
-    places = {kind: [] for kind in KINDS}
-    for place in sorted(filter(None, noted[1:])):
+    places: dict[Any, list[Any]] = {kind: [] for kind in KINDS}
+    for place in sorted(place for place in noted[1:] if place):
         places[list(KINDS)[(place >> HASH_BITS) - 1]].append(place)
     return noted[0] != 0, places
 
 
-def kind_of(fault):
+def kind_of(fault: Any) -> Any:
     """The kind of call that fails."""
     return list(KINDS)[(fault[0] >> HASH_BITS) - 1]
 
@@ -79,7 +80,7 @@ def kind_of(fault):
 class Run:
     """The command with a fault, in its own session."""
 
-    def __init__(self, folder, arguments, fault=None):
+    def __init__(self, folder: Path, arguments: Any, fault: Any = None) -> None:
         calls = folder / "calls"
         calls.write_bytes(NO_PLACES)
         self.output = folder / "run"
@@ -93,7 +94,8 @@ class Run:
             environment["HOTPATH_FAIL"] = " ".join(map(str, fault))
         process = subprocess.Popen(
             [HOTPATH, *arguments, "--output", self.output],
-            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace", env=environment, cwd=folder, start_new_session=True,
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace", env=environment, cwd=folder,
+            start_new_session=True,
         )  # fmt: skip
         try:
             self.errors = process.communicate(timeout=TIME_LIMIT_S)[1]
@@ -107,7 +109,7 @@ class Run:
         self.failed, self.places = noted_places(calls)
 
     @staticmethod
-    def processes_left(session):
+    def processes_left(session: int) -> Any:
         """Processes of the session that still live 10 s after the command has ended; there must be
         none."""
         limit = time.monotonic() + 10
@@ -117,11 +119,11 @@ class Run:
                 return left
             time.sleep(0.05)
 
-    def facts(self):
+    def facts(self) -> Any:
         file = self.output / "run.json"
         return json.loads(file.read_text()) if file.exists() else {}
 
-    def defect(self):
+    def defect(self) -> str:
         """A description of what is wrong with the command's end; empty: nothing."""
         # Out of memory, Fast DDS and glibc may end a process of the run with an assertion.
         foreign = re.compile(r".*\./src/cpp/rtps/|hotpath: \w+\.c:\d+: .*Assertion")
@@ -149,22 +151,22 @@ class Run:
         return "" if reported and whole else f"it fails with a result that looks whole: {sentences[0]}"
 
 
-def some(places):
+def some(places: Any) -> Any:
     """A sample of the wanted size."""
     return places if PLACES == 0 else places[:: max(1, len(places) // PLACES)][:PLACES]
 
 
 class FailingCalls(unittest.TestCase):
-    def setUp(self):
+    def setUp(self) -> None:
         before = shared_memory_files()
         self.addCleanup(lambda: self.assertEqual(left_behind(before), set(), "in /dev/shm"))
 
-    def run_with(self, arguments, fault=None):
+    def run_with(self, arguments: Any, fault: Any = None) -> tuple[Any, Any]:
         with tempfile.TemporaryDirectory(prefix="hotpath_faults_") as folder:
-            run = Run(pathlib.Path(folder), arguments, fault)
+            run = Run(Path(folder), arguments, fault)
             return run, run.defect()
 
-    def inject(self, name):
+    def inject(self, name: str) -> None:
         whole, defect = self.run_with(COMMANDS[name])
         self.assertEqual((whole.code, defect), (0, ""), whole.errors)
         faults = [(p, e) for kind, errors in KINDS.items() for p in some(whole.places[kind]) for e in errors]
@@ -183,17 +185,15 @@ class FailingCalls(unittest.TestCase):
         found = sum(map(len, whole.places.values()))
         print(f"{name}: {injected} faults injected; {found} places", file=sys.stderr)
         if "HOTPATH_RELIABILITY" in os.environ and defects == 0:
-            file = pathlib.Path(os.environ["HOTPATH_RELIABILITY"]) / "faults.json"
+            file = Path(os.environ["HOTPATH_RELIABILITY"]) / "faults.json"
             facts = json.loads(file.read_text()) if file.exists() else {}
-            file.write_text(json.dumps(facts | {name: {"places": found, "injected": injected}}, indent=2) + "\n")
+            file.write_text(
+                json.dumps(facts | {name: {"places": found, "injected": injected}}, indent=2) + "\n"
+            )
         self.assertGreater(injected, 8)
 
-    def test_simulate(self):
+    def test_simulate(self) -> None:
         self.inject("simulate")
 
-    def test_run(self):
+    def test_run(self) -> None:
         self.inject("run")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,30 +3,53 @@
 whole."""
 
 import os
-import pathlib
 import resource
 import signal
 import subprocess
 import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import HOTPATH, CommandTest, RunFolder
 
 WRONG_USE, FAILURE = 2, 1
 NOBODY = 65534
-COMMANDS = ("run", "compare", "simulate", "timeline", "replay", "validate", "list", "graph", "analyze", "experiment", "machine", "bench",
-            "sweep", "capacity", "advise", "import", "export", "check", "recover", "summarize", "report", "compare-results")  # fmt: skip
+COMMANDS = (
+    "run",
+    "compare",
+    "simulate",
+    "timeline",
+    "replay",
+    "validate",
+    "list",
+    "graph",
+    "analyze",
+    "experiment",
+    "machine",
+    "bench",
+    "sweep",
+    "capacity",
+    "advise",
+    "import",
+    "export",
+    "check",
+    "recover",
+    "summarize",
+    "report",
+    "compare-results",
+)
 IS_ROOT = os.geteuid() == 0
 BRIEF = ("--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
 LONGER = ("--transport", "intra_process", "--duration", 1, "--warm-up", 0)
 LONG = ("--duration", 30, "--warm-up", 0)
 
 
-def can_unshare_network():
+def can_unshare_network() -> bool:
     return subprocess.run(["unshare", "-n", "true"], capture_output=True).returncode == 0
 
 
 class FaultTest(CommandTest):
-    def assert_says(self, err, *parts):
+    def assert_says(self, err: str, *parts: str) -> None:
         """Checks that hotpath printed exactly one error line, which contains all `parts`. Notes and
         Fast DDS's log do not count."""
         sentences = [line for line in err.splitlines() if line.startswith("hotpath: ")]
@@ -36,14 +59,14 @@ class FaultTest(CommandTest):
         for sign in ("terminate called", "what():", "Aborted", "core dumped", "Traceback", "std::"):
             self.assertNotIn(sign, err)
 
-    def assert_refused(self, arguments, *parts, code=WRONG_USE, **options):
+    def assert_refused(self, arguments: Any, *parts: str, code: Any = WRONG_USE, **options: Any) -> Any:
         found, out, err = self.command(*arguments, **options)
         self.assertEqual(found, code, err)
         self.assertEqual(out, "")
         self.assert_says(err, *parts)
         return err
 
-    def assert_nothing_looks_whole(self, output):
+    def assert_nothing_looks_whole(self, output: str | Path) -> None:
         """Checks that the folder of a failed run, if any, does not look like a result."""
         path = self.folder / output
         if not path.exists():
@@ -54,19 +77,19 @@ class FaultTest(CommandTest):
         if (path / "run.json").exists():
             self.assertFalse(RunFolder(path).run["complete"])
 
-    def children(self, process):
+    def children(self, process: Any) -> list[Any]:
         try:
-            text = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
+            text = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
         except OSError:
             return []
         return [int(pid) for pid in text.split()]
 
-    def start_and_await_jobs(self, *arguments, count, **options):
+    def start_and_await_jobs(self, *arguments: object, count: int, **options: Any) -> Any:
         """Starts a run of `count` processes and waits until its executor threads run."""
         process = self.start(*arguments, **options)
         self.addCleanup(lambda: process.poll() is None and process.kill())
 
-        def running():
+        def running() -> bool:
             self.assertIsNone(process.poll(), "the command ended early")
             found = self.children(process)
             return len(found) == count and all(self.has_executor_thread(pid) for pid in found)
@@ -75,16 +98,16 @@ class FaultTest(CommandTest):
         return process
 
     @staticmethod
-    def has_executor_thread(pid):
+    def has_executor_thread(pid: int) -> bool:
         try:
-            names = [t.joinpath("comm").read_text() for t in pathlib.Path(f"/proc/{pid}/task").iterdir()]
+            names = [t.joinpath("comm").read_text() for t in Path(f"/proc/{pid}/task").iterdir()]
         except OSError:
             return False
         return "executor\n" in names
 
 
 class WrongUse(FaultTest):
-    def test_options(self):
+    def test_options(self) -> None:
         for arguments, parts in {
             (): ["a command is missing", "run, compare"],
             ("rum",): ["`rum`", "run, compare"],
@@ -112,7 +135,7 @@ class WrongUse(FaultTest):
                 self.assert_refused(arguments, *parts)
         self.assertFalse((self.folder / "runs").exists())
 
-    def test_graph_files(self):
+    def test_graph_files(self) -> None:
         graph = self.folder / "graph.yaml"
         graph.write_text("name: mine\nnodes:\n  - {name: A, type: sensor, period: 100}\n")
         self.assert_refused(["run", "--graph", graph], f"{graph}:3", "period")
@@ -122,13 +145,13 @@ class WrongUse(FaultTest):
         self.assert_refused(["run", "--graph", "./absent.yaml"], "absent.yaml", "no such file")
 
     @unittest.skipUnless(IS_ROOT, "needs root to become somebody else")
-    def test_unreadable_graph_file(self):
+    def test_unreadable_graph_file(self) -> None:
         graph = self.folder / "graph.yaml"
         graph.write_text("name: secret\n")
         graph.chmod(0)
         self.assert_refused(["run", "--graph", graph], str(graph), user=NOBODY, group=NOBODY)
 
-    def test_output_folder(self):
+    def test_output_folder(self) -> None:
         (self.folder / "file").write_text("")
         self.assert_refused(["run", *BRIEF, "--output", "file/below"], "file/below", "--output")
         self.assert_refused(["run", *BRIEF, "--output", "file"], "file", "--output")
@@ -139,12 +162,12 @@ class WrongUse(FaultTest):
         self.assertEqual({f: f.read_bytes() for f in (self.folder / "run").iterdir()}, before)
 
     @unittest.skipUnless(IS_ROOT, "needs root to become somebody else")
-    def test_output_folder_of_somebody_else(self):
+    def test_output_folder_of_somebody_else(self) -> None:
         (self.folder / "theirs").mkdir(mode=0o755)
         options = {"user": NOBODY, "group": NOBODY}
         self.assert_refused(["run", *BRIEF, "--output", "theirs"], "cannot be written (Perm", **options)
 
-    def test_help_is_no_error(self):
+    def test_help_is_no_error(self) -> None:
         for command in ((), *((c,) for c in COMMANDS)):
             code, out, err = self.command(*command, "--help")
             self.assertEqual((code, err), (0, ""))
@@ -155,7 +178,7 @@ class WrongUse(FaultTest):
 class Machine(FaultTest):
     """Actions that this machine or this user does not permit."""
 
-    def test_ros2_that_is_not_there(self):
+    def test_ros2_that_is_not_there(self) -> None:
         for name in ("AMENT_PREFIX_PATH", "HOTPATH_ROS2_RUNNER"):
             self.environment.pop(name, None)
         run = ("run", "--stack", "rclcpp", *BRIEF)
@@ -165,7 +188,7 @@ class Machine(FaultTest):
         self.assert_refused((*run, "--ros2-runner", "/no/where"), "no program /no/where")
         self.assert_refused(("run", "--stack", "ros"), "--stack", "native")
 
-    def test_what_a_run_on_ros2_does_not_do(self):
+    def test_what_a_run_on_ros2_does_not_do(self) -> None:
         self.environment["AMENT_PREFIX_PATH"] = "/no/where"
         run = ("run", "--stack", "rclcpp", "--ros2-runner", "/bin/true", "--duration", "1")
         for option in (("--copies", "2"), ("--rate", "50"), ("--processes", "2"), ("--cpu-time",),
@@ -174,18 +197,20 @@ class Machine(FaultTest):
         timers = ("--executor", "events-ro", "--timer-policy", "other")
         self.assert_refused((*run, *timers), "events-ro@rclcpp", "--executor-policy")
 
-    def test_an_executor_that_rclcpp_does_not_have(self):
+    def test_an_executor_that_rclcpp_does_not_have(self) -> None:
         self.environment["AMENT_PREFIX_PATH"] = "/no/where"
         self.environment.pop("ROS_DISTRO", None)
         run = ("run", "--stack", "rclcpp", "--ros2-runner", "/bin/true", "--duration", "1", "--executor")
-        self.assert_refused((*run, "multi-fair"), "multi-fair@rclcpp", "rclcpp has no such executor", "static")
+        self.assert_refused(
+            (*run, "multi-fair"), "multi-fair@rclcpp", "rclcpp has no such executor", "static"
+        )
         self.environment["ROS_DISTRO"] = "kilted"
         self.assert_refused((*run, "static"), "static@rclcpp", "ROS 2 kilted", "events-re")
         self.environment["ROS_DISTRO"] = "humble"
         self.assert_refused((*run, "events-re"), "events-re@rclcpp", "ROS 2 humble", "static, multi, rm-ro")
 
     @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
-    def test_real_time_policy_asked_for_and_refused(self):
+    def test_real_time_policy_asked_for_and_refused(self) -> None:
         err = self.assert_refused(
             ["run", *BRIEF, "--timer-policy", "fifo:50", "--output", "run"], "fifo:50", "refused",
             code=FAILURE, user=NOBODY, group=NOBODY,
@@ -194,7 +219,7 @@ class Machine(FaultTest):
         self.assert_nothing_looks_whole("run")
 
     @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
-    def test_real_time_policy_by_default_and_refused(self):
+    def test_real_time_policy_by_default_and_refused(self) -> None:
         output = self.folder / "run"
         code, _, err = self.command("run", *BRIEF, "--output", output, user=NOBODY, group=NOBODY)
         self.assertEqual(code, 0, err)
@@ -205,7 +230,7 @@ class Machine(FaultTest):
         self.assertIn("SCHED_FIFO", " ".join(folder.run["warnings"]))
 
     @unittest.skipUnless(IS_ROOT, "needs root to give up its rights")
-    def test_locked_memory_refused(self):
+    def test_locked_memory_refused(self) -> None:
         self.assert_refused(
             ["run", *BRIEF, "--lock-memory", "--output", "run"], "locking memory was refused",
             code=FAILURE, user=NOBODY, group=NOBODY,
@@ -213,7 +238,7 @@ class Machine(FaultTest):
         )  # fmt: skip
         self.assert_nothing_looks_whole("run")
 
-    def test_participant_cannot_be_created(self):
+    def test_participant_cannot_be_created(self) -> None:
         self.assert_refused(
             ["run", "--duration", 0.2, "--warm-up", 0, "--output", "run"],
             "cannot be set up", "Too many open files", code=FAILURE,
@@ -222,7 +247,7 @@ class Machine(FaultTest):
         self.assert_nothing_looks_whole("run")
 
     @unittest.skipUnless(can_unshare_network(), "needs a separate network namespace")
-    def test_no_network_interface(self):
+    def test_no_network_interface(self) -> None:
         code, out, err = self.finish(
             subprocess.Popen(
                 ["unshare", "-n", HOTPATH, "run", "--processes", "2", "--time-out", "1", "--output", "run"],
@@ -233,7 +258,7 @@ class Machine(FaultTest):
         self.assert_says(err, "DDS domain 0", "partners")
         self.assert_nothing_looks_whole("run")
 
-    def test_file_size_limit(self):
+    def test_file_size_limit(self) -> None:
         self.assert_refused(
             ["simulate", "--executors", "default", "--duration", "20", "--output", "run"],
             "jobs.csv.part", "File too large", code=FAILURE,
@@ -241,19 +266,19 @@ class Machine(FaultTest):
         )  # fmt: skip
         self.assert_nothing_looks_whole("run")
 
-    def test_disk_full(self):
+    def test_disk_full(self) -> None:
         disk = self.folder / "disk"
         disk.mkdir()
-        mount = ["mount", "-t", "tmpfs", "-o", "size=12k", "tmpfs", disk]
+        mount = ["mount", "-t", "tmpfs", "-o", "size=12k", "tmpfs", str(disk)]
         if not IS_ROOT or subprocess.run(mount, capture_output=True).returncode != 0:
             self.skipTest("cannot mount a tiny disk")
-        self.addCleanup(subprocess.run, ["umount", disk], check=True)
+        self.addCleanup(subprocess.check_call, ["umount", disk])
         self.assert_refused(
             ["run", *BRIEF, "--output", disk / "run"], "No space left", "not complete", code=FAILURE
         )
         self.assert_nothing_looks_whole("disk/run")
 
-    def test_closed_standard_streams(self):
+    def test_closed_standard_streams(self) -> None:
         """The numbers of closed standard streams must not be reused for result files."""
         output = self.folder / "run"
         process = subprocess.Popen(
@@ -265,7 +290,7 @@ class Machine(FaultTest):
         lines = (output / "jobs.csv").read_text().splitlines()
         self.assertEqual({line.split(",")[0] for line in lines}, {"executor", "rm-ro"})
 
-    def test_full_standard_output(self):
+    def test_full_standard_output(self) -> None:
         with open("/dev/full", "w") as full:
             output = self.folder / "run"
             code, _, err = self.command("run", *BRIEF, "--output", output, stdout=full)
@@ -273,7 +298,7 @@ class Machine(FaultTest):
         self.assert_says(err, "standard output")
         self.assertTrue(self.checked(output).run["complete"])
 
-    def test_figure_that_cannot_be_drawn(self):
+    def test_figure_that_cannot_be_drawn(self) -> None:
         del self.environment["HOTPATH_FIGURES"]
         self.environment["HOTPATH_STATISTICS"] = str(self.folder / "missing.so")
         output = self.folder / "run"
@@ -287,12 +312,12 @@ class Machine(FaultTest):
 class Processes(FaultTest):
     """Processes that die, hang, or are asked to end."""
 
-    def two_processes(self, *arguments):
+    def two_processes(self, *arguments: object) -> Any:
         return self.start_and_await_jobs(
             "run", "--processes", 2, "--network", "shared_memory", "--output", "run", *arguments, count=2
         )
 
-    def test_killed_child(self):
+    def test_killed_child(self) -> None:
         process = self.two_processes("--duration", 1.5, "--warm-up", 0)
         os.kill(self.children(process)[1], signal.SIGKILL)
         code, out, err = self.finish(process)
@@ -301,7 +326,7 @@ class Processes(FaultTest):
         self.assert_nothing_looks_whole("run")
         self.assertIn("Killed", RunFolder(self.folder / "run").run["failures"][0])
 
-    def test_hanging_child(self):
+    def test_hanging_child(self) -> None:
         process = self.two_processes("--duration", 1, "--warm-up", 0, "--time-out", 1)
         os.kill(self.children(process)[0], signal.SIGSTOP)
         code, out, err = self.finish(process)
@@ -309,7 +334,7 @@ class Processes(FaultTest):
         self.assert_says(err, "process 1 of 2", "did not answer in time", "--time-out")
         self.assert_nothing_looks_whole("run")
 
-    def test_a_failed_repetition_does_not_spoil_the_others(self):
+    def test_a_failed_repetition_does_not_spoil_the_others(self) -> None:
         process = self.start_and_await_jobs(
             "compare", "--executors", "default,rm-ro", "--repetitions", 1, "--transport", "intra_process",
             "--duration", 0.8, "--warm-up", 0, "--output", "run", count=1,
@@ -327,7 +352,7 @@ class Processes(FaultTest):
         self.assertEqual(folder.jobs().keys(), {(whole[0], 0)})
         self.assertFalse({f for f in folder.files() if f.endswith(".part")})
 
-    def check_interrupted(self, process, number):
+    def check_interrupted(self, process: Any, number: int) -> Any:
         code, out, err = self.finish(process)
         self.assertEqual(code, 128 + number, err)
         self.assertIn("partial", err)
@@ -339,7 +364,7 @@ class Processes(FaultTest):
         self.assertFalse({f for f in folder.files() if f.endswith(".part")})
         return folder
 
-    def test_interrupt_keeps_what_was_measured(self):
+    def test_interrupt_keeps_what_was_measured(self) -> None:
         process = self.two_processes(*LONG)
         self.await_work(process)
         os.killpg(process.pid, signal.SIGINT)
@@ -349,19 +374,19 @@ class Processes(FaultTest):
         self.assertEqual({j.process for j in jobs}, {0, 1})
         self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
 
-    def await_work(self, process):
+    def await_work(self, process: Any) -> None:
         """Waits until the children have used enough CPU time that jobs must have run."""
 
-        def worked():
+        def worked() -> bool:
             ticks = 0
             for pid in self.children(process):
-                fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+                fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
                 ticks += int(fields[11]) + int(fields[12])
             return ticks / os.sysconf("SC_CLK_TCK") > 0.5
 
         self.wait_for(worked, "no work is done")
 
-    def test_termination_keeps_what_was_measured(self):
+    def test_termination_keeps_what_was_measured(self) -> None:
         process = self.start_and_await_jobs(
             "compare", "--executors", "rm-ro,default", "--transport", "intra_process", *LONG,
             "--output", "run", count=1,
@@ -372,14 +397,10 @@ class Processes(FaultTest):
         self.assertEqual(len(folder.run["runs"]), 1)
         self.assertEqual(len(folder.jobs()), 1)
 
-    def test_killed_command_leaves_no_process_and_no_shared_memory(self):
+    def test_killed_command_leaves_no_process_and_no_shared_memory(self) -> None:
         process = self.two_processes(*LONG)
         children = self.children(process)
         process.kill()
         self.finish(process)
         self.wait_for(lambda: not any(os.path.exists(f"/proc/{c}") for c in children), "a child lives on")
         self.assert_nothing_looks_whole("run")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -5,15 +5,15 @@ The test fills the folder with traps: every module that a report or a figure imp
 itself, the modules that Python imports at start-up, the program's own libraries, and a
 matplotlibrc. Each trap would leave a mark."""
 
-import pathlib
 import re
 import subprocess
 import sys
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import HOTPATH, CommandTest
 
-PACKAGE = pathlib.Path(__file__).resolve().parents[1] / "hotpath_report"
+BENCH = Path(__file__).resolve().parents[1]  # holds the package
 IMPORTED = """
 import runpy, sys
 sys.argv = sys.argv[1:]
@@ -28,7 +28,7 @@ SWEEP = "command: simulate\nfixed: {graph: sequences, executor: rm-ro, duration:
 
 
 class HostileFolder(CommandTest):
-    def setUp(self):
+    def setUp(self) -> None:
         super().setUp()
         del self.environment["HOTPATH_FIGURES"]
         self.home, self.mark = self.folder, self.folder / "executed"
@@ -49,24 +49,27 @@ class HostileFolder(CommandTest):
             (self.folder / library).write_text("no library")  # the loader would abort the program
         (self.folder / "matplotlibrc").write_text("no_such_key: 1\n")  # matplotlib would complain
         variables = {name: str(self.folder) for name in ("PYTHONPATH", "PYTHONHOME", "MATPLOTLIBRC")}
-        self.environment |= variables | {"PYTHONSTARTUP": str(self.folder / "start.py"), "PYTHONUSERBASE": str(self.home)}
+        self.environment |= variables | {
+            "PYTHONSTARTUP": str(self.folder / "start.py"),
+            "PYTHONUSERBASE": str(self.home),
+        }
         user = self.home / "lib" / "python{}.{}".format(*sys.version_info) / "site-packages"
         user.mkdir(parents=True)
         (user / "usercustomize.py").write_text(code)
 
-    def imported(self):
+    def imported(self) -> set[Any]:
         """The top-level modules that a report imports."""
-        words = ["/usr/bin/python3", "-I", "-B", "-c", IMPORTED, PACKAGE / "__main__.py", "report", self.home / "run"]
+        words = ["/usr/bin/python3", "-I", "-B", "-c", IMPORTED, str(BENCH), "report", str(self.home / "run")]
         environment = self.environment | {"HOTPATH": HOTPATH}
         done = subprocess.run(words, capture_output=True, text=True, check=True, env=environment)
         return set(done.stderr.split())
 
-    def assert_nothing_executed(self, *arguments):
+    def assert_nothing_executed(self, *arguments: object) -> None:
         code, _, err = self.command(*arguments)
         self.assertFalse(self.mark.exists(), self.mark.exists() and self.mark.read_text())
         self.assertEqual((code, err), (0, ""), arguments)
 
-    def test_no_command_executes_what_lies_in_the_current_folder(self):
+    def test_no_command_executes_what_lies_in_the_current_folder(self) -> None:
         run = self.home / "run"
         (self.home / "sweep.yaml").write_text(SWEEP)
         for arguments in (
@@ -80,7 +83,3 @@ class HostileFolder(CommandTest):
         ):
             with self.subTest(command=arguments[0]):
                 self.assert_nothing_executed(*arguments)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -6,7 +6,9 @@ control a terminal nor contain their markup."""
 import json
 import re
 import shutil
-import unittest
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 from ctf_trace import sensor_and_filter
@@ -22,7 +24,7 @@ SCRIPT, MARKUP = re.compile("<script"), re.compile(r"<script|(?<!\\)\]\(http|^# 
 
 
 class HostileNames(CommandTest):
-    def printed(self, *arguments, codes=(0, 1, 2)):
+    def printed(self, *arguments: object, codes: Iterable[Any] = (0, 1, 2)) -> tuple[Any, Any, Any]:
         """(exit code, standard output, standard error) of a command; checks that nothing controls a
         terminal."""
         code, out, err = self.command(*arguments, errors="replace")
@@ -32,7 +34,7 @@ class HostileNames(CommandTest):
         self.assertNotIn("Traceback", err)
         return code, out, err
 
-    def check_pages(self, folder):
+    def check_pages(self, folder: Path) -> int:
         """Checks all pages below a folder and returns their number."""
         pages = [f for f in folder.rglob("*") if f.suffix in (".md", ".html", ".svg", ".xml")]
         for page in pages:
@@ -46,7 +48,7 @@ class HostileNames(CommandTest):
                     ElementTree.fromstring(text)
         return len(pages)
 
-    def test_options_and_names_of_files(self):
+    def test_options_and_names_of_files(self) -> None:
         for words in (
             (NAME,), ("graph", NAME), ("simulate", "--graph", NAME), ("simulate", "--executors", NAME),
             ("simulate", "--deployments", NAME), ("simulate", "--phases-file", NAME), ("simulate", "--load", NAME),
@@ -59,14 +61,19 @@ class HostileNames(CommandTest):
         ):  # fmt: skip
             with self.subTest(words=words):
                 _, _, err = self.printed(*words, codes=(1, 2))
-                self.assertEqual(len([line for line in err.splitlines() if not line.startswith("note: ")]), 1, err)
+                self.assertEqual(
+                    len([line for line in err.splitlines() if not line.startswith("note: ")]), 1, err
+                )
 
-    def test_a_graph(self):
+    def test_a_graph(self) -> None:
         nodes = [{"name": "a", "type": "sensor", "period_ms": 100}]
         source = json.dumps({"name": "good", "description": LINES, "nodes": nodes})
         graph = self.folder / "graph.yaml"
         self.environment["HOTPATH_GRAPHS"] = str(self.folder)
-        for text in (source, *(source.replace(word, json.dumps(NAME)) for word in ('"good"', '"a"', '"sensor"', '"nodes"'))):
+        for text in (
+            source,
+            *(source.replace(word, json.dumps(NAME)) for word in ('"good"', '"a"', '"sensor"', '"nodes"')),
+        ):
             graph.write_text(text)
             codes = (0,) if text == source else (0, 1, 2)
             self.printed("graph", graph, codes=codes)
@@ -74,7 +81,7 @@ class HostileNames(CommandTest):
             listed = self.printed("list", "graphs", codes=(0,))[1]
             self.assertRegex(listed, "(?m)^graph ")
 
-    def stored_run(self):
+    def stored_run(self) -> Any:
         """A run whose graph, chain, node and warnings have hostile names."""
         brief = ("--executors", "default,rm-ro", "--duration", 2)
         self.accepted("simulate", "--graph", "sequences", *brief, "--output", "run")
@@ -91,7 +98,7 @@ class HostileNames(CommandTest):
         (folder / "run.json").write_text(json.dumps(facts))
         return folder
 
-    def test_a_stored_run(self):
+    def test_a_stored_run(self) -> None:
         run = self.stored_run()
         self.assertIn("script", self.printed("summarize", run, codes=(0,))[1])
         self.printed("check", run)
@@ -103,7 +110,7 @@ class HostileNames(CommandTest):
         self.printed("compare-results", run, run, codes=(0,))
         self.assertGreater(self.check_pages(self.folder), 5)
 
-    def test_a_trace(self):
+    def test_a_trace(self) -> None:
         trace, _ = sensor_and_filter()
         for _, _, _, _, fields in trace.events:
             for key, value in fields.items():
@@ -118,7 +125,7 @@ class HostileNames(CommandTest):
         self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "imported"), 1)
 
-    def test_files_of_caret(self):
+    def test_files_of_caret(self) -> None:
         source = self.folder / "architecture.yaml"
         text = ARCHITECTURE
         for word in ("/ns/first", "/second", "/third", "/a", "/b", "g0", "c0", "all", "executor_0"):
@@ -128,12 +135,8 @@ class HostileNames(CommandTest):
         if (self.folder / "caret").exists():
             self.printed("graph", "caret/graph.yaml", codes=(0,))
 
-    def test_a_page_of_capacities(self):
+    def test_a_page_of_capacities(self) -> None:
         (self.folder / "x<script>.csv").write_text("task,first_release_ms\nnobody,0\n")
         words = ("--graph", "sequences", "--executors", "rm-ro", "--from", 20, "--to", 20, "--duration", 1)
         self.printed("capacity", *words, "--require", "no-loss", "--output", "capacity", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "capacity"), 1)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -5,14 +5,16 @@
 import csv
 import json
 import os
-import pathlib
 import subprocess
 import tempfile
 import time
 import unittest
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
-SHARED_MEMORY = pathlib.Path("/dev/shm")
+SHARED_MEMORY = Path("/dev/shm")
 TIME_LIMIT_S = 60
 
 JOB_COLUMNS = (
@@ -22,14 +24,14 @@ JOB_COLUMNS = (
 CHAIN_COLUMNS = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns".split(",")
 
 
-def shared_memory_files():
+def shared_memory_files() -> set[Any]:
     return {f.name for f in SHARED_MEMORY.iterdir()}
 
 
-def in_use(name):
+def in_use(name: str) -> bool:
     """Whether a living process has mapped or opened this file of /dev/shm."""
     path = str(SHARED_MEMORY / name)
-    for process in pathlib.Path("/proc").iterdir():
+    for process in Path("/proc").iterdir():
         if not process.name.isdigit():
             continue
         try:
@@ -42,16 +44,17 @@ def in_use(name):
     return False
 
 
-def left_behind(before):
-    """New files of /dev/shm since `before` that no process uses (other programs may use DDS, too).
-    """
+def left_behind(before: Any) -> set[Any]:
+    """New files of /dev/shm since `before` that no process uses (other programs may use DDS, too)."""
     return {name for name in shared_memory_files() - before if not in_use(name)}
 
 
 class Job:
     """One row of jobs.csv; instants and sequences are integers, empty cells None."""
 
-    def __init__(self, row):
+    sequence: Any
+
+    def __init__(self, row: Any) -> None:
         self.task, self.kind, self.outcome = row["task"], row["kind"], row["outcome"]
         self.node, _, self.topic = self.task.partition("/")
         self.cpu_time = int(row["cpu_ns"]) if row["cpu_ns"] else None
@@ -61,42 +64,41 @@ class Job:
             setattr(self, name, int(row[name + "_ns"]) if row[name + "_ns"] else None)
         self.parent = (row["parent_task"], int(row["parent_sequence"])) if row["parent_task"] else None
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"{self.task} {self.sequence} ({self.outcome})"
 
 
 class RunFolder:
     """The result folder of a run."""
 
-    def __init__(self, path):
-        self.path = pathlib.Path(path)
+    def __init__(self, path: Any) -> None:
+        self.path = Path(path)
         self.run = json.loads((self.path / "run.json").read_text())
 
-    def files(self):
+    def files(self) -> set[Any]:
         return {f.name for f in self.path.iterdir()}
 
-    def rows(self, name):
+    def rows(self, name: str) -> tuple[Any, list[Any]]:
         with open(self.path / name, newline="") as file:
             reader = csv.DictReader(file, strict=True)
             return reader.fieldnames, list(reader)
 
-    def summary(self):
-        """summary.json, which must name executors: checks that loop over them would pass otherwise.
-        """
+    def summary(self) -> Any:
+        """summary.json, which must name executors: checks that loop over them would pass otherwise."""
         summary = json.loads((self.path / "summary.json").read_text())
         assert summary["executors"], f"{self.path}/summary.json names no executor"
         return summary
 
-    def jobs(self):
+    def jobs(self) -> Any:
         """{(executor, repetition): jobs in file order}"""
-        runs = {}
+        runs: dict[Any, Any] = {}
         for row in self.rows("jobs.csv")[1]:
             runs.setdefault((row["executor"], int(row["repetition"])), []).append(Job(row))
         return runs
 
-    def chains(self):
+    def chains(self) -> Any:
         """{(executor, repetition): [(chain, sequence, hot path latency, end-to-end latency)]}"""
-        runs = {}
+        runs: dict[Any, Any] = {}
         for row in self.rows("chains.csv")[1]:
             end_to_end = int(row["end_to_end_latency_ns"]) if row["end_to_end_latency_ns"] else None
             runs.setdefault((row["executor"], int(row["repetition"])), []).append(
@@ -105,10 +107,10 @@ class RunFolder:
         return runs
 
 
-def processes_of(session):
+def processes_of(session: int) -> Any:
     """Living processes of a session."""
     found = []
-    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+    for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = stat.read_text().rpartition(")")[2].split()
         except OSError:
@@ -121,22 +123,25 @@ def processes_of(session):
 class CommandTest(unittest.TestCase):
     """A test that runs the command in a new folder, and checks that no file is left in /dev/shm."""
 
-    def setUp(self):
+    def setUp(self) -> None:
         folder = tempfile.TemporaryDirectory(prefix="hotpath_test_")
         self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        self.folder = Path(folder.name)
         self.folder.chmod(0o777)  # some tests run as another user
         # Figures cost a second each.
         self.environment = dict(os.environ, HOTPATH_FIGURES="none")
         before = shared_memory_files()
         self.addCleanup(lambda: self.assert_nothing_left_behind(before))
 
-    def assert_nothing_left_behind(self, before):
+    def assert_nothing_left_behind(self, before: Any) -> None:
         self.assertEqual(left_behind(before), set(), "in /dev/shm")
 
-    def start(self, *arguments, **options):
+    def start(self, *arguments: object, **options: Any) -> Any:
         somebody = {name: options[name] for name in ("user", "group") if name in options}
-        if somebody and subprocess.run(["/usr/bin/test", "-x", HOTPATH], check=False, **somebody).returncode != 0:
+        if (
+            somebody
+            and subprocess.run(["/usr/bin/test", "-x", HOTPATH], check=False, **somebody).returncode != 0
+        ):
             self.skipTest(f"another user cannot reach {HOTPATH}")
         options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
         return subprocess.Popen(
@@ -148,7 +153,7 @@ class CommandTest(unittest.TestCase):
             **options,
         )
 
-    def finish(self, process):
+    def finish(self, process: Any) -> tuple[Any, Any, Any]:
         """(exit code, standard output, standard error)"""
         try:
             out, err = process.communicate(timeout=TIME_LIMIT_S)
@@ -158,28 +163,28 @@ class CommandTest(unittest.TestCase):
             self.fail(f"{process.args} did not end")
         return process.returncode, out, err
 
-    def command(self, *arguments, **options):
+    def command(self, *arguments: object, **options: Any) -> Any:
         return self.finish(self.start(*arguments, **options))
 
-    def accepted(self, *arguments):
+    def accepted(self, *arguments: object) -> Any:
         """Standard output of a command that must succeed."""
         code, out, err = self.command(*arguments)
         self.assertEqual(code, 0, err)
         return out
 
-    def measure(self, *arguments, **options):
+    def measure(self, *arguments: object, **options: Any) -> Any:
         """The folder of a run that must succeed."""
         output = self.folder / "run"
         code, _, err = self.command(*arguments, "--output", output, **options)
         self.assertEqual(code, 0, err)
         return self.checked(output)
 
-    def checked(self, output):
+    def checked(self, output: str | Path) -> Any:
         """The folder of a run whose schedule `hotpath check` accepts."""
         self.accepted("check", self.folder / output)
         return RunFolder(self.folder / output)
 
-    def wait_for(self, condition, what):
+    def wait_for(self, condition: Callable[[], Any], what: str) -> None:
         limit = time.monotonic() + TIME_LIMIT_S
         while not condition():
             self.assertLess(time.monotonic(), limit, what)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Graphs from files of CARET, the rejection of other files, and the recorded graphs that ship."""
 
-import pathlib
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = Path(__file__).resolve().parents[2]
 RECORDED = SOURCE / "reference_system" / "graphs" / "recorded" / "deployments"
 
 # Two nodes in series and one whose timer takes what is newest; CARET could not tell who publishes /c.
@@ -52,7 +52,7 @@ nodes:
 """
 
 
-def statistics(callback, period, times):
+def statistics(callback: Any, period: Any, times: Any) -> str:
     values = zip(("min", "p50", "p95", "p99", "max"), times)
     latency = "".join(f"        {key}: {value}\n" for key, value in values)
     return f"    {callback}:\n      Period:\n        avg: {period}\n      Latency:\n{latency}"
@@ -71,28 +71,28 @@ STATISTICS = {
 
 
 class ImportFiles(CommandTest):
-    def write(self, name, text):
+    def write(self, name: str, text: str) -> Any:
         path = self.folder / name
         path.write_text(text)
         return path
 
-    def imported(self, *arguments):
+    def imported(self, *arguments: object) -> tuple[Any, str]:
         out = self.accepted("import", *arguments, "--output", self.folder / "out")
         return out, (self.folder / "out" / "graph.yaml").read_text()
 
-    def refused(self, *arguments):
+    def refused(self, *arguments: object) -> Any:
         code, _, err = self.command("import", *arguments, "--output", self.folder / "out")
         self.assertEqual(code, 2, err)
         self.assertFalse((self.folder / "out").exists())
         return err
 
-    def caret(self):
+    def caret(self) -> Any:
         for name, text in STATISTICS.items():
             (self.folder / "stats").mkdir(exist_ok=True)
             (self.folder / "stats" / f"{name}.yaml").write_text(text)
         return self.write("architecture.yaml", ARCHITECTURE)
 
-    def test_an_architecture_of_caret_becomes_a_graph(self):
+    def test_an_architecture_of_caret_becomes_a_graph(self) -> None:
         out, graph = self.imported("caret", self.caret(), "--stats", self.folder / "stats", "--cores", 4)
         self.assertIn("4 nodes, 3 timers, 3 subscriptions, 3 executors, 1 chains", out)
         self.assertIn("1 publications by callbacks that CARET names, 1 guessed", out)
@@ -115,13 +115,13 @@ class ImportFiles(CommandTest):
         latency = executor["chains"][0]["hot_path_latency_ms"]
         self.assertTrue(2 <= latency["min"] <= latency["max"] <= 7, latency)
 
-    def test_without_statistics_a_timer_is_taken_for_the_publisher(self):
+    def test_without_statistics_a_timer_is_taken_for_the_publisher(self) -> None:
         out, graph = self.imported("caret", self.caret())
         self.assertIn("--stats FOLDER", out)
         self.assertIn("--cores", out)
         self.assertRegex(graph, r"timer: c1,.* publishes: {topic: b, last_of: \[a\]}}  # guessed")
 
-    def test_what_caret_would_not_write_is_refused_with_its_line(self):
+    def test_what_caret_would_not_write_is_refused_with_its_line(self) -> None:
         good = self.caret()
         self.assertIn("no statistics", self.refused("caret", good, "--stats", self.folder / "nothing"))
         self.assertIn(":1: ", self.refused("caret", self.write("bad.yaml", "executors: []\n")))
@@ -134,19 +134,19 @@ class ImportFiles(CommandTest):
         err = self.refused("caret", good, "--stats", self.folder / "stats")
         self.assertIn("a node has no `callbacks`", err)
 
-    def test_existing_results_stay(self):
+    def test_existing_results_stay(self) -> None:
         architecture = self.caret()
         self.imported("caret", architecture)
         code, _, err = self.command("import", "caret", architecture, "--output", self.folder / "out")
         self.assertEqual(code, 2)
         self.assertIn("holds files already", err)
 
-    def test_the_recorded_graphs_ship(self):
+    def test_the_recorded_graphs_ship(self) -> None:
         listed = self.accepted("list", "graphs")
         for name in ("autoware_universe", "cedar", "mont_blanc", "sierra_nevada", "white_mountain"):
             self.assertRegex(listed, rf"(?m)^{name} ")
 
-    def test_autoware_universe_is_predicted_as_caret_measured_it(self):
+    def test_autoware_universe_is_predicted_as_caret_measured_it(self) -> None:
         """Compares p50 and p99 with the end-to-end best case of stats_path.yaml, under the recorded
         executors."""
         measured = {
@@ -170,7 +170,3 @@ class ImportFiles(CommandTest):
         for chain, (p50, p99) in measured.items():
             self.assertLess(abs(predicted[chain]["p50"] / p50 - 1), 0.15, chain)
             self.assertLess(abs(predicted[chain]["p99"] / p99 - 1), 0.15, chain)
-
-
-if __name__ == "__main__":
-    unittest.main()

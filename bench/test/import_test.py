@@ -8,8 +8,8 @@ import os
 import random
 import shutil
 import tarfile
-import unittest
 from pathlib import Path
+from typing import Any
 
 from ctf_trace import MS, run_on, sensor_and_filter
 from hotpath_command import CommandTest, RunFolder
@@ -23,7 +23,7 @@ MEDIAN, P99, LOST = 3, 8, 1
 
 
 class ImportTest(CommandTest):
-    def imported(self, trace, *arguments):
+    def imported(self, trace: Any, *arguments: object) -> tuple[Any, Any]:
         """(content of import.json, output folder) of an import; the folder is beside the trace."""
         output = trace.parent / f"{trace.name}_imported"
         code, out, err = self.command("import", "ctf", trace, "--output", output, *arguments)
@@ -31,12 +31,12 @@ class ImportTest(CommandTest):
         self.assertIn("Self-check:", out)
         return json.loads((output / "import.json").read_text()), output
 
-    def unpacked(self, name):
+    def unpacked(self, name: str) -> Any:
         with tarfile.open(TRACES / f"{name}.tar.xz") as archive:
             archive.extractall(self.folder / "traces")
         return self.folder / "traces" / name
 
-    def refused(self, code, words, *arguments):
+    def refused(self, code: int, words: Any, *arguments: object) -> None:
         found, out, err = self.command("import", "ctf", *arguments, "--output", self.folder / "refused")
         self.assertEqual((found, out), (code, ""))
         self.assertEqual(len(err.strip().splitlines()), 1, err)
@@ -47,7 +47,7 @@ class Truth(ImportTest):
     """Counts are equal, durations agree within 0.1 microseconds, and the self-check stays within
     its limits."""
 
-    def test_recorded_traces(self):
+    def test_recorded_traces(self) -> None:
         truth = json.loads((TRACES / "truth.json").read_text())
         for name, expected in truth.items():
             with self.subTest(trace=name):
@@ -58,7 +58,7 @@ class Truth(ImportTest):
                 self.check_chain(output, facts["self_check"], expected)
                 self.check_run(output, facts)
 
-    def check_tasks(self, facts, expected):
+    def check_tasks(self, facts: Any, expected: Any) -> None:
         timers = {t["node"].lstrip("/"): t for t in facts["tasks"] if t["kind"] == "timer"}
         self.assertEqual(
             {node: (t["period_ms"], t["created_ns"]) for node, t in timers.items()},
@@ -73,7 +73,7 @@ class Truth(ImportTest):
             for q in QUANTILES:
                 self.assertAlmostEqual(task["duration_us"][q], true["duration_us"][q], delta=0.1, msg=name)
 
-    def check_chain(self, output, check, expected):
+    def check_chain(self, output: Path, check: Any, expected: Any) -> None:
         self.assertLessEqual(
             abs(check["lost_percent"]["recorded"] - check["lost_percent"]["simulated"]), LOST
         )
@@ -88,7 +88,7 @@ class Truth(ImportTest):
         self.assertLessEqual(abs(chain["median_error_percent"]), MEDIAN)
         self.assertLessEqual(abs(chain["p99_error_percent"]), P99)
 
-    def check_run(self, output, facts):
+    def check_run(self, output: Path, facts: Any) -> None:
         """Checks that other commands can read the folder of the recorded run."""
         run = RunFolder(output / "run")
         self.assertTrue(run.run["complete"])
@@ -127,26 +127,28 @@ executors:
   - {name: others, executor: multi, process: b, owns: rest}
 """
 
-    def test_graphs_and_executors(self):
+    def test_graphs_and_executors(self) -> None:
         for graph, executors in self.RUNS.items():
             for executor in executors:
                 with self.subTest(graph=graph, executor=executor):
                     options = ("--executors", executor, "--dispatch-cost-us", 5)
                     self.check(graph, f"{graph}-{executor}", options, ("--executor", executor))
 
-    def test_options_of_the_run(self):
-        for name, executor, *options in (
+    def test_options_of_the_run(self) -> None:
+        cases: Any = (
             ("no_work", "events-ro", "--load", 0),
             ("no_work_threads", "multi:3", "--load", 0),
             ("scaled", "default", "--rate", 110, "--copies", 2, "--load", 40),
-        ):
+        )
+        for name, executor, *options in cases:
             with self.subTest(name):
                 self.check("autoware", name, ("--executors", executor, *options), ("--executor", executor))
 
-    def test_deployments(self):
+    def test_deployments(self) -> None:
         two = self.folder / "two.yaml"
         two.write_text(self.TWO_PROCESSES)
-        for deployment in (two, "picas", "isolated"):
+        deployments: Any = (two, "picas", "isolated")
+        for deployment in deployments:
             for load in (80, 0):
                 with self.subTest(deployment=deployment, load=load):
                     options = ("--deployments", deployment, "--load", load)
@@ -155,14 +157,14 @@ executors:
                     self.assertEqual(owners.count("process_1000_") > 0, deployment == two)
                     self.assertEqual(owners.count("process_2000_") > 0, deployment == two)
 
-    def check(self, graph, name, options, import_options):
-        run, trace = self.folder / name, self.folder / f"trace-{name}"
+    def check(self, graph: Any, name: str, options: Any, import_options: Any) -> Any:
+        folder, trace = self.folder / name, self.folder / f"trace-{name}"
         plan = ("--graph", graph, "--duration", 3, "--warm-up", 0, "--cores", 2)
-        self.accepted("simulate", *plan, *options, "--output", run)
-        self.accepted("export", "ctf", run, "--output", trace)
-        chain, chain_name = self.CHAINS.get(graph, (None, None))
+        self.accepted("simulate", *plan, *options, "--output", folder)
+        self.accepted("export", "ctf", folder, "--output", trace)
+        chain, chain_name = self.CHAINS.get(graph, ("", ""))
         facts, output = self.imported(trace, *import_options, *(("--chain", chain) if chain else ()))
-        run, recorded = RunFolder(run), self.checked(output / "run")
+        run, recorded = RunFolder(folder), self.checked(output / "run")
         self.accepted("check", output / "simulated")
         self.assertEqual(len(facts["tasks"]), len(run.run["tasks"]))
         self.assertEqual(self.periods(recorded), self.periods(run))
@@ -175,7 +177,7 @@ executors:
             self.assertEqual([len(expected)], [c["recorded_ms"]["n"] for c in facts["self_check"]["chains"]])
         return output
 
-    def assert_near(self, found, expected):
+    def assert_near(self, found: Any, expected: Any) -> None:
         """Checks that both have the same keys, and for each key the same number of values within
         APART_NS."""
         self.assertEqual({k: len(v) for k, v in found.items()}, {k: len(v) for k, v in expected.items()})
@@ -183,18 +185,18 @@ executors:
             for value, other in zip(values, expected[name]):
                 self.assertLessEqual(abs(value - other), self.APART_NS, name)
 
-    def latencies(self, run, chain):
+    def latencies(self, run: Any, chain: str) -> list[Any]:
         (rows,) = run.chains().values()
         return sorted(row[2] for row in rows if row[0] == chain or row[0].partition("/")[0] == chain)
 
-    def periods(self, run):
+    def periods(self, run: Any) -> list[Any]:
         return sorted(task["period_ns"] for task in run.run["tasks"] if task["kind"] == "timer")
 
-    def jobs(self, run):
+    def jobs(self, run: Any) -> dict[Any, Any]:
         """Starts and finishes of the jobs that ran, by node and topic or, for timers, by node and
         period."""
         periods = {t["task"]: t["period_ns"] for t in run.run["tasks"] if t["kind"] == "timer"}
-        seen = {}
+        seen: dict[Any, Any] = {}
         (jobs,) = run.jobs().values()
         ran = [job for job in jobs if job.outcome == "ran"]
         first = min(job.start for job in ran)
@@ -207,16 +209,16 @@ executors:
 class BadInput(ImportTest):
     """Unusable inputs: each ends with one clear sentence and exit code 2."""
 
-    def test_what_is_no_trace(self):
+    def test_what_is_no_trace(self) -> None:
         self.refused(2, "is not a folder", self.folder / "nowhere")
         self.refused(2, "holds no CTF trace", self.folder)
 
-    def test_formats(self):
+    def test_formats(self) -> None:
         for content, words in ((b'\x1e{"type": "preamble"}', "ctf-1.8"), (b"text", "is not CTF")):
             (self.folder / "metadata").write_bytes(content)
             self.refused(2, words, self.folder)
 
-    def test_streams_that_end_within_a_packet(self):
+    def test_streams_that_end_within_a_packet(self) -> None:
         trace = self.unpacked("autoware_static")
         whole, _ = self.imported(trace)
         stream = max(trace.rglob("ros2_*"), key=lambda f: f.stat().st_size)
@@ -231,27 +233,30 @@ class BadInput(ImportTest):
         self.assertTrue(0 < cut["jobs"] < whole["jobs"])
         self.assertEqual(list(temporary.iterdir()), [])
 
-    def test_nothing_before_the_cut(self):
+    def test_nothing_before_the_cut(self) -> None:
         trace = self.unpacked("timers_only_default")
         stream = max(trace.rglob("ros2_*"), key=lambda f: f.stat().st_size)
         stream.write_bytes(stream.read_bytes()[:-100])
         self.refused(2, f"breaks off within a packet of {stream.name}", trace)
 
-    def test_an_output_folder_in_use(self):
+    def test_an_output_folder_in_use(self) -> None:
         trace = self.unpacked("timers_only_default")
         self.imported(trace)
         code, _, err = self.command("import", "ctf", trace, "--output", f"{trace}_imported")
         self.assertEqual(code, 2)
         self.assertIn("holds files already", err)
 
-    def test_chains(self):
+    def test_chains(self) -> None:
         trace = self.unpacked("sequences_default")
         for chain, words in (("A", "is not SOURCE"), ("nobody:nothing", "is not a node or task")):
             self.refused(2, words, trace, "--chain", chain)
 
-    def test_a_chain_without_outputs_is_not_green(self):
+    def test_a_chain_without_outputs_is_not_green(self) -> None:
         graph, run, trace = (self.folder / name for name in ("graph.yaml", "run", "trace"))
-        nodes = ("{name: Source, type: sensor, period_ms: 100}", "{name: Sink, type: command, input: Source, execution_time_ms: 5000}")
+        nodes = (
+            "{name: Source, type: sensor, period_ms: 100}",
+            "{name: Sink, type: command, input: Source, execution_time_ms: 5000}",
+        )
         graph.write_text("\n".join(["name: slow", "nodes:", *(f"  - {node}" for node in nodes)]))
         brief = ("--graph", graph, "--executors", "events-re", "--duration", 0.5, "--warm-up", 0)
         self.accepted("simulate", *brief, "--output", run)
@@ -261,7 +266,7 @@ class BadInput(ImportTest):
         self.assertEqual([c["recorded_ms"]["n"] for c in check["chains"]], [0])
         self.assertIn("No output of Sink was recorded", "".join(check["reasons"]))
 
-    def test_an_import_that_fails_leaves_nothing(self):
+    def test_an_import_that_fails_leaves_nothing(self) -> None:
         trace = self.unpacked("timers_only_default")
         deployment = self.folder / "deployment.yaml"
         deployment.write_text("name: none\nexecutors:\n  - {name: a, owns: [Nobody]}\n")
@@ -278,45 +283,47 @@ class BadInput(ImportTest):
 class Faults(ImportTest):
     """Faults of a readable trace: each gives one warning, and the import uses the rest."""
 
-    def warned(self, trace, words, jobs):
+    def warned(self, trace: Any, words: Any, jobs: Any) -> Any:
         facts, _ = self.imported(trace.write(self.folder / "trace"))
         self.assertTrue(any(words in w for w in facts["warnings"]), facts["warnings"])
         self.assertEqual(facts["jobs"], jobs)
         return facts
 
-    def test_nothing_to_say(self):
+    def test_nothing_to_say(self) -> None:
         trace, _ = sensor_and_filter()
         facts, _ = self.imported(trace.write(self.folder / "trace"))
         self.assertEqual(facts["warnings"], [])
         self.assertEqual(facts["self_check"]["light"], "green")
         self.assertEqual(facts["self_check"]["similarity"], 1)
 
-    def test_no_initialisation_events(self):
+    def test_no_initialisation_events(self) -> None:
         trace, _ = sensor_and_filter(initialised=False)
         self.refused(2, "no initialisation events", trace.write(self.folder / "trace"))
 
-    def test_discarded_events(self):
+    def test_discarded_events(self) -> None:
         trace, _ = sensor_and_filter()
         trace.discarded = 17
         self.warned(trace, "discarded at least 17 events", 400)
 
-    def test_a_clock_that_jumps(self):
+    def test_a_clock_that_jumps(self) -> None:
         trace, handles = sensor_and_filter()
         run_on(trace, handles, handles["at"] + 60_000 * MS, 100)
         facts = self.warned(trace, "no event for 60.0 s from 2.0 s on", 600)
         self.assertNotEqual(facts["self_check"]["light"], "green")
 
-    def test_a_clock_that_jumps_by_a_year(self):
+    def test_a_clock_that_jumps_by_a_year(self) -> None:
         trace, handles = sensor_and_filter()
         run_on(trace, handles, handles["at"] + 365 * 24 * 3_600_000 * MS, 100)
-        self.refused(2, "the trace's clock jumps, or the trace is damaged", trace.write(self.folder / "trace"))
+        self.refused(
+            2, "the trace's clock jumps, or the trace is damaged", trace.write(self.folder / "trace")
+        )
 
-    def test_a_clock_that_jumps_back(self):
+    def test_a_clock_that_jumps_back(self) -> None:
         trace, handles = sensor_and_filter()
         run_on(trace, handles, handles["at"] - 1000 * MS, 100)
         self.warned(trace, "breaks off: its clock jumps back after 2.0 s", 400)
 
-    def test_two_nodes_of_one_name(self):
+    def test_two_nodes_of_one_name(self) -> None:
         trace, handles = sensor_and_filter(0)
         second = trace.timer(3 * MS, trace.node(3 * MS, "sensor"), 10 * MS)
         for i in range(100):
@@ -327,32 +334,34 @@ class Faults(ImportTest):
             {t["task"] for t in facts["tasks"]}, {"sensor/timer", "sensor_2/timer", "filter/points"}
         )
 
-    def test_a_callback_that_never_ends(self):
+    def test_a_callback_that_never_ends(self) -> None:
         trace, handles = sensor_and_filter()
         trace.job(handles["at"], None, handles["timer"])
         self.warned(trace, "1 jobs have no end in the trace", 401)
 
-    def test_a_trace_that_its_library_does_not_survive(self):
+    def test_a_trace_that_its_library_does_not_survive(self) -> None:
         trace = sensor_and_filter()[0].write(self.folder / "trace")
         metadata = trace / "metadata"
         metadata.write_text(metadata.read_text().replace("freq =", "frequency_hz ="))
         self.refused(2, "libbabeltrace2 does not survive it", trace)
 
-    def test_a_name_that_is_no_text(self):
+    def test_a_name_that_is_no_text(self) -> None:
         trace = sensor_and_filter()[0].write(self.folder / "trace")
         stream = trace / "stream_0"
         stream.write_bytes(stream.read_bytes().replace(b"filter\0", b"fil\xffer\0"))
         self.refused(2, "a name in `ros2:rcl_node_init` is not valid UTF-8", trace)
 
-    def test_handles_used_again(self):
+    def test_handles_used_again(self) -> None:
         trace, handles = sensor_and_filter(100)
-        timer = trace.timer(handles["at"], trace.node(handles["at"], "next"), 10 * MS, callback=handles["timer"])
+        timer = trace.timer(
+            handles["at"], trace.node(handles["at"], "next"), 10 * MS, callback=handles["timer"]
+        )
         for i in range(1, 101):
             trace.job(handles["at"] + 10 * i * MS, handles["at"] + (10 * i + 1) * MS, timer)
         facts = self.warned(trace, "1 addresses of callbacks were reused", 300)
         self.assertEqual({t["task"]: t["jobs"] for t in facts["tasks"]}["next/timer"], 100)
 
-    def test_topics_without_publishers(self):
+    def test_topics_without_publishers(self) -> None:
         trace, handles = sensor_and_filter(0)
         outer = trace.subscription(3 * MS, handles["nodes"][1], "/outer")
         trace.subscription(3 * MS, handles["nodes"][1], "/silent")
@@ -363,7 +372,7 @@ class Faults(ImportTest):
         facts = self.warned(trace, "No callback of the trace publishes topic /outer", 300)
         self.assertTrue(any("Nobody published /silent" in w for w in facts["warnings"]))
 
-    def test_publications_long_before_the_end(self):
+    def test_publications_long_before_the_end(self) -> None:
         trace, handles = sensor_and_filter(0)
         for i in range(100):
             at = handles["at"] + 10 * i * MS
@@ -388,7 +397,7 @@ class Mutations(ImportTest):
     If HOTPATH_RELIABILITY names a folder, the counts are written to its mutations.json.
     """
 
-    def test_any_bytes(self):
+    def test_any_bytes(self) -> None:
         whole = sensor_and_filter(20)[0].write(self.folder / "whole")
         numbers = random.Random(1)
         count = int(os.environ.get("HOTPATH_MUTATIONS", "40"))
@@ -401,7 +410,9 @@ class Mutations(ImportTest):
                 for _ in range(numbers.choice((1, 1, 4))):
                     at = numbers.randrange(len(content))
                     size = numbers.choice((1, 1, 4, 8))
-                    content[at : at + size] = numbers.choice((numbers.randbytes(size), b"\xff" * size, bytes(size), b""))
+                    content[at : at + size] = numbers.choice(
+                        (numbers.randbytes(size), b"\xff" * size, bytes(size), b"")
+                    )
                 file.write_bytes(content)
                 output = self.folder / "imported"
                 code, _, err = self.command("import", "ctf", trace, "--output", output)
@@ -419,7 +430,3 @@ class Mutations(ImportTest):
             facts = {"tried": count, "read": read, "library_ended": library_ended}
             file = Path(os.environ["HOTPATH_RELIABILITY"]) / "mutations.json"
             file.write_text(json.dumps(facts, indent=2) + "\n")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -2,6 +2,7 @@
 """The graphs of the whole-program tests, described independently of their YAML files."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass
@@ -15,16 +16,16 @@ class Node:
 
 @dataclass
 class KnownGraph:
-    nodes: list  # in creation order
-    chains: dict  # name: (source nodes, sink node)
+    nodes: list[Any]  # in creation order
+    chains: dict[str, Any]  # name: (source nodes, sink node)
 
-    def timers(self):
+    def timers(self) -> dict[Any, Any]:
         return {n.name: n.period_ms * 1_000_000 for n in self.nodes if n.period_ms}
 
-    def subscriptions(self):
+    def subscriptions(self) -> list[Any]:
         return [f"{n.name}/{topic}" for n in self.nodes for topic in n.inputs]
 
-    def publishers(self, topic):
+    def publishers(self, topic: str) -> Any:
         """Tasks whose jobs publish to the topic."""
         tasks = []
         for n in self.nodes:
@@ -35,19 +36,19 @@ class KnownGraph:
         return tasks
 
 
-def sensor(name, period_ms, output=None):
+def sensor(name: str, period_ms: int, output: Any = None) -> Any:
     return Node(name, "sensor", [], [output or name], period_ms)
 
 
-def transform(name, topic, output=None):
+def transform(name: str, topic: str, output: Any = None) -> Any:
     return Node(name, "transform", [topic], [output or name])
 
 
-def fusion(name, *topics):
+def fusion(name: str, *topics: str) -> Any:
     return Node(name, "fusion", list(topics), [name])
 
 
-def command(name, topic):
+def command(name: str, topic: str) -> Any:
     return Node(name, "command", [topic])
 
 

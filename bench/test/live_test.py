@@ -5,11 +5,11 @@ the run's results."""
 import collections
 import json
 import os
-import pathlib
 import random
 import signal
 import subprocess
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest, RunFolder
 
@@ -21,31 +21,31 @@ SHORT = ("--load", 20, "--duration", 2, "--warm-up", 0.5)
 class Received:
     """A listener's output, by kind and in order."""
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         self.by_kind = collections.defaultdict(list)
         for line in text.splitlines():
             sample = json.loads(line)
             self.by_kind[sample["kind"]].append(sample)
 
     @property
-    def run(self):
+    def run(self) -> Any:
         (info,) = self.by_kind["run"]
         return info
 
     @property
-    def samples(self):
+    def samples(self) -> Any:
         return self.by_kind["sample"]
 
     @property
-    def statistics(self):
+    def statistics(self) -> Any:
         return self.by_kind["statistics"]
 
     @property
-    def last(self):
+    def last(self) -> Any:
         (last,) = [s for s in self.statistics if s["last"]]
         return last
 
-    def values(self):
+    def values(self) -> list[Any]:
         """Rows as in RunFolder.chains(), in order."""
         chains = self.run["chains"]
         return [
@@ -54,37 +54,37 @@ class Received:
             for s in self.samples
         ]  # fmt: skip
 
-    def messages(self):
+    def messages(self) -> dict[Any, Any]:
         return {m["topic"]: m["count"] for m in self.by_kind["messages"]}
 
 
 class LiveTest(CommandTest):
-    def setUp(self):
+    def setUp(self) -> None:
         super().setUp()
         self.domain = random.randint(100, 200)
 
-    def listen(self, *arguments):
+    def listen(self, *arguments: object) -> Any:
         """Starts a listener and waits until it is ready."""
-        process = subprocess.Popen(
+        process: Any = subprocess.Popen(
             [LISTENER, "--domain", str(self.domain), *map(str, arguments)], stdout=subprocess.PIPE, text=True
         )
-        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.addCleanup(process.kill)
         self.assertEqual(json.loads(process.stdout.readline())["kind"], "ready")
         return process
 
-    def received(self, listener):
+    def received(self, listener: Any) -> Any:
         out, _ = listener.communicate(timeout=90)
         self.assertEqual(listener.returncode, 0)
         return Received(out)
 
-    def measure_live(self, *arguments):
+    def measure_live(self, *arguments: object) -> Any:
         return self.measure("run", "--domain", self.domain, "--live", *arguments)
 
-    def replay(self, *arguments, output="run"):
+    def replay(self, *arguments: object, output: str = "run") -> None:
         code, out, err = self.command("replay", output, "--live", "--domain", self.domain, *arguments)
         self.assertEqual((code, out, err), (0, "", ""))
 
-    def check_samples(self, received, folder):
+    def check_samples(self, received: Any, folder: RunFolder) -> None:
         """Checks that each row of chains.csv was received once, numbered by chain without gaps."""
         ((key, rows),) = folder.chains().items()
         self.assertEqual(sorted(received.values(), key=repr), sorted(rows, key=repr), key)
@@ -95,7 +95,7 @@ class LiveTest(CommandTest):
             self.assertEqual(of_chain, list(range(len(of_chain))))
         self.assertGreater(len(rows), 0)
 
-    def check_last_statistics(self, received, folder):
+    def check_last_statistics(self, received: Any, folder: RunFolder) -> None:
         """Checks the counts against jobs.csv, and overruns and latencies against summary.json."""
         (jobs,) = folder.jobs().values()
         (executor,) = folder.summary()["executors"]
@@ -117,17 +117,19 @@ class LiveTest(CommandTest):
             self.assertAlmostEqual(chain["latency_max_ns"] / 1e6, exact["max"])
         self.assertEqual(received.last["samples_lost"], 0)
 
-    def check_statistics(self, received):
+    def check_statistics(self, received: Any) -> None:
         self.assertEqual([s["number"] for s in received.statistics], list(range(len(received.statistics))))
         stamps = [s["stamp_ns"] for s in received.statistics]
         self.assertEqual(stamps, sorted(stamps))
-        self.assertEqual({s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]})
+        self.assertEqual(
+            {s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]}
+        )
         for before, after in zip(received.statistics, received.statistics[1:]):
             for a, b in zip(before["nodes"], after["nodes"], strict=True):
                 for count in ("ran", "skipped", "overwritten", "overruns"):
                     self.assertLessEqual(a[count], b[count])
 
-    def check_run(self, received, folder, origin, transport):
+    def check_run(self, received: Any, folder: RunFolder, origin: str, transport: str) -> None:
         info = received.run
         self.assertEqual((info["origin"], info["transport"]), (origin, transport))
         self.assertEqual((info["graph"], info["executor"], info["repetition"]), ("autoware", "rm-ro", 0))
@@ -142,7 +144,7 @@ class LiveTest(CommandTest):
 
 
 class Live(LiveTest):
-    def check_live(self, transport, *arguments):
+    def check_live(self, transport: str, *arguments: object) -> tuple[Any, Any]:
         listener = self.listen()
         folder = self.measure_live("--transport", transport, *SHORT, *arguments)
         received = self.received(listener)
@@ -154,7 +156,7 @@ class Live(LiveTest):
         self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
         return folder, received
 
-    def test_intra_process_and_its_replay(self):
+    def test_intra_process_and_its_replay(self) -> None:
         folder, live = self.check_live("intra_process")
         self.assertEqual(live.run["topic_prefix"], "")
         listener = self.listen()
@@ -167,22 +169,20 @@ class Live(LiveTest):
         self.assertEqual(replayed.values(), live.values())
         self.check_clock(replayed, 2.5)
 
-    def check_clock(self, received, length_s):
+    def check_clock(self, received: Any, length_s: float) -> None:
         times = [c["time_ns"] for c in received.by_kind["clock"]]
         self.assertEqual(times, sorted(times))
         self.assertEqual(times[-1], received.run["epoch_ns"] + round(length_s * 1e9))
         self.assertEqual(received.last["stamp_ns"], times[-1])
         self.assertTrue(all(s["stamp_ns"] <= times[-1] for s in received.samples))
 
-    def test_fastdds_in_two_processes(self):
+    def test_fastdds_in_two_processes(self) -> None:
         _, received = self.check_live("fastdds", "--processes", 2)
         self.assertRegex(received.run["topic_prefix"], "^run-[0-9a-f]{32}/$")
 
-    def test_an_outside_reader_of_the_graphs_topics_disturbs_nothing(self):
+    def test_an_outside_reader_of_the_graphs_topics_disturbs_nothing(self) -> None:
         topics = ["FrontLidarDriver", "RearLidarDriver"]
-        listener = self.listen(
-            "--runs", 2, *(a for t in topics for a in ("--topic", t))
-        )
+        listener = self.listen("--runs", 2, *(a for t in topics for a in ("--topic", t)))
         output = self.folder / "run"
         code, _, err = self.command(
             "compare", "--executors", "rm-ro,default", "--repetitions", 1, "--processes", 2, "--live",
@@ -195,15 +195,17 @@ class Live(LiveTest):
             self.assertTrue(executor["loss_equations"]["hold"])
         for topic in topics:
             self.assertGreater(messages[topic], 0)
-            ran = sum(j.task == topic and j.outcome != "skipped" for jobs in folder.jobs().values() for j in jobs)
+            ran = sum(
+                j.task == topic and j.outcome != "skipped" for jobs in folder.jobs().values() for j in jobs
+            )
             self.assertLessEqual(messages[topic], ran)
 
-    def test_a_late_listener_gets_what_runs(self):
+    def test_a_late_listener_gets_what_runs(self) -> None:
         process = self.start(
             "run", "--domain", self.domain, "--live", "--transport", "intra_process", "--load", 5,
             "--duration", 30, "--warm-up", 0, "--output", "run",
         )  # fmt: skip
-        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.addCleanup(process.kill)
         first = self.listen("--seconds", 60)
         for line in first.stdout:
             if '"sample"' in line:
@@ -217,7 +219,7 @@ class Live(LiveTest):
         self.assertEqual(received.run["executor"], "rm-ro")
         self.check_samples(received, self.checked("run"))
 
-    def test_alternate_publishes_half_of_the_repetitions_and_tells_the_difference(self):
+    def test_alternate_publishes_half_of_the_repetitions_and_tells_the_difference(self) -> None:
         output = self.folder / "run"
         code, out, err = self.command(
             "run", "--live-alternate", "--domain", self.domain, "--transport", "intra_process", "--repetitions", 4,
@@ -226,7 +228,9 @@ class Live(LiveTest):
         self.assertEqual(code, 0, err)
         self.assertIn("rm-ro, hot_path: ", out)
         folder = self.checked(output)
-        self.assertEqual({r["repetition"]: r["live"] for r in folder.run["runs"]}, {0: False, 1: True, 2: True, 3: False})
+        self.assertEqual(
+            {r["repetition"]: r["live"] for r in folder.run["runs"]}, {0: False, 1: True, 2: True, 3: False}
+        )
         (effect,) = folder.summary()["live_publishing"]
         low, high = effect["median_ratio"]["interval"]
         self.assertLessEqual(low, high)
@@ -235,7 +239,7 @@ class Live(LiveTest):
 
 
 class Faults(LiveTest):
-    def test_wrong_use(self):
+    def test_wrong_use(self) -> None:
         self.measure("run", "--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
         for arguments, parts in {
             ("run", "--live-cpus", 0): ["--live-cpus", "--live"],
@@ -256,19 +260,19 @@ class Faults(LiveTest):
                 for part in parts:
                     self.assertIn(part, err)
 
-    def child_named(self, process, name):
-        for child in pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
-            if pathlib.Path(f"/proc/{child}/comm").read_text() == name + "\n":
+    def child_named(self, process: Any, name: str) -> Any:
+        for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
+            if Path(f"/proc/{child}/comm").read_text() == name + "\n":
                 return int(child)
         return None
 
-    def start_live(self, *arguments):
+    def start_live(self, *arguments: object) -> Any:
         process = self.start("run", "--live", "--domain", self.domain, "--output", "run", *arguments)
-        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.addCleanup(process.kill)
         self.wait_for(lambda: self.child_named(process, "live_sender"), "nothing publishes")
         return process
 
-    def test_the_run_goes_on_without_its_sender(self):
+    def test_the_run_goes_on_without_its_sender(self) -> None:
         process = self.start_live("--transport", "intra_process", "--duration", 1, "--warm-up", 0)
         os.kill(self.child_named(process, "live_sender"), signal.SIGKILL)
         code, _, err = self.finish(process)
@@ -278,7 +282,7 @@ class Faults(LiveTest):
         self.assertTrue(folder.run["complete"])
         self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
 
-    def test_a_killed_run_ends_its_sender(self):
+    def test_a_killed_run_ends_its_sender(self) -> None:
         listener = self.listen()
         process = self.start_live("--transport", "intra_process", "--duration", 30, "--warm-up", 0)
         sender = self.child_named(process, "live_sender")
@@ -290,10 +294,10 @@ class Faults(LiveTest):
         self.wait_for(lambda: not os.path.exists(f"/proc/{sender}"), "the sender lives on")
         self.assertTrue(json.loads(self.received_lines(listener)[-1])["last"])
 
-    def received_lines(self, listener):
+    def received_lines(self, listener: Any) -> Any:
         return listener.communicate(timeout=60)[0].splitlines()
 
-    def test_an_interrupted_replay_ends_in_order(self):
+    def test_an_interrupted_replay_ends_in_order(self) -> None:
         self.measure("run", "--transport", "intra_process", "--load", 5, "--duration", 2, "--warm-up", 0)
         listener = self.listen()
         process = self.start("replay", "run", "--live", "--domain", self.domain, "--speed", 0.01)
@@ -308,7 +312,7 @@ class Faults(LiveTest):
 
 
 class Replay(LiveTest):
-    def test_a_part_of_a_simulated_run(self):
+    def test_a_part_of_a_simulated_run(self) -> None:
         output = self.folder / "run"
         code, _, err = self.command(
             "simulate", "--executors", "rm-ro,default", "--duration", 4, "--warm-up", 1, "--output", output
@@ -321,7 +325,9 @@ class Replay(LiveTest):
         self.assertAlmostEqual(received.last["run_time_s"], 3)
         folder = self.checked(output)
         jobs = folder.jobs()["default", 0]
-        sink = {j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"}
+        sink = {
+            j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"
+        }
         self.assertEqual(
             received.values(), [c for c in folder.chains()["default", 0] if 2e9 <= sink[c[1]] <= 3e9]
         )
@@ -331,7 +337,7 @@ class Replay(LiveTest):
 
 
 class SlowReader(LiveTest):
-    def test_a_slow_reader_blocks_nobody_and_its_losses_are_counted(self):
+    def test_a_slow_reader_blocks_nobody_and_its_losses_are_counted(self) -> None:
         output = self.folder / "run"
         code, _, err = self.command(
             "simulate", "--executors", "rm-ro", "--duration", 200, "--warm-up", 0, "--output", output
@@ -354,7 +360,3 @@ class SlowReader(LiveTest):
         self.assertEqual([s["number"] for s in received.samples], list(range(len(rows))))
         self.assertGreater(received.last["samples_lost"], 0)
         self.assertLess(received.last["samples_lost"], len(rows))
-
-
-if __name__ == "__main__":
-    unittest.main()

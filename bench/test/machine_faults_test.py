@@ -3,17 +3,17 @@
 
 import json
 import os
-import pathlib
 import signal
 import subprocess
 import sys
 import time
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest, processes_of
 
 STEPPING_CLOCK = os.environ.get("STEPPING_CLOCK", "libstepping_clock.so")
-MEMORY = pathlib.Path("/sys/fs/cgroup/memory")  # cgroup version 1, in which a test may create groups
+MEMORY = Path("/sys/fs/cgroup/memory")  # cgroup version 1, in which a test may create groups
 FAILURE, WRONG_USE = 1, 2
 # Allocates memory in processes smaller than those of a run, until the kernel has killed a process
 # of the cgroup.
@@ -32,12 +32,12 @@ for child in children:
 
 
 class Clock(CommandTest):
-    def stepped(self, seconds, after):
+    def stepped(self, seconds: float, after: float) -> None:
         self.environment.update(
             LD_PRELOAD=STEPPING_CLOCK, HOTPATH_CLOCK_STEP=str(seconds), HOTPATH_CLOCK_STEP_AFTER=str(after)
         )
 
-    def test_a_step_during_a_live_run_changes_nothing(self):
+    def test_a_step_during_a_live_run_changes_nothing(self) -> None:
         for seconds in (3600, -3600):
             with self.subTest(seconds=seconds):
                 self.stepped(seconds, after=1)
@@ -50,16 +50,18 @@ class Clock(CommandTest):
                 self.assertTrue(run.run["complete"])
                 self.assertTrue(all(e["loss_equations"]["hold"] for e in run.summary()["executors"]))
 
-    def test_the_library_steps_the_clock(self):
+    def test_the_library_steps_the_clock(self) -> None:
         self.stepped(3600, after=0)
         command = [sys.executable, "-c", "import time; print(time.time(), time.monotonic())"]
-        printed = subprocess.run(command, env=self.environment, capture_output=True, check=True).stdout.split()
+        printed = subprocess.run(
+            command, env=self.environment, capture_output=True, check=True
+        ).stdout.split()
         self.assertGreater(float(printed[0]), time.time() + 3000)
         self.assertLess(float(printed[1]), time.monotonic() + 1)
 
 
 class Memory(CommandTest):
-    def limited(self, mebibytes):
+    def limited(self, mebibytes: int) -> dict[Any, Any]:
         """Options that start a process with this memory limit."""
         group = MEMORY / f"hotpath_test_{os.getpid()}"
         try:
@@ -71,16 +73,21 @@ class Memory(CommandTest):
         self.group = group
         return {"preexec_fn": lambda: (group / "cgroup.procs").write_text(str(os.getpid()))}
 
-    def test_traces_that_would_not_fit_are_refused(self):
+    def test_traces_that_would_not_fit_are_refused(self) -> None:
         limit = self.limited(300)
-        for command in (("simulate", "--duration", 40000), ("run", "--transport", "intra_process", "--duration", 5000)):
+        for command in (
+            ("simulate", "--duration", 40000),
+            ("run", "--transport", "intra_process", "--duration", 5000),
+        ):
             with self.subTest(command=command):
                 code, _, err = self.command(*command, "--output", "run", **limit)
                 self.assertEqual(code, WRONG_USE, err)
-                self.assertRegex(err, r"--duration .* GB of memory, but 0.31 GB are available; take a shorter")
+                self.assertRegex(
+                    err, r"--duration .* GB of memory, but 0.31 GB are available; take a shorter"
+                )
                 self.assertFalse((self.folder / "run").exists())
 
-    def test_the_limit_is_reached_during_a_run(self):
+    def test_the_limit_is_reached_during_a_run(self) -> None:
         limit = self.limited(300)
         process = self.start(
             *("compare", "--executors", "default,rm-ro", "--repetitions", 2, "--load", 5, "--duration", 1.5),
@@ -108,7 +115,3 @@ class Memory(CommandTest):
         self.assertIn("Killed", failures[0])
         self.assertEqual(len(run.jobs()), 4 - len(failures))
         self.wait_for(lambda: not processes_of(process.pid), "a process lives on")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -3,9 +3,9 @@
 structures that grow with the length of the run or with the square of the graph."""
 
 import json
-import pathlib
 import resource
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import HOTPATH, CommandTest
 
@@ -22,7 +22,7 @@ chains:
 SECONDS = 200  # 600,000 jobs
 
 
-def lines_of_five(nodes):
+def lines_of_five(nodes: int) -> str:
     """A graph of this many nodes, in lines of five that begin with a timer."""
     text = ["name: lines", "nodes:"]
     for n in range(nodes):
@@ -34,13 +34,13 @@ def lines_of_five(nodes):
 
 
 class Memory(CommandTest):
-    def setUp(self):
-        if b"__asan_init" in pathlib.Path(HOTPATH).read_bytes():
+    def setUp(self) -> None:
+        if b"__asan_init" in Path(HOTPATH).read_bytes():
             self.skipTest("what a sanitizer reserves counts as memory")
         super().setUp()
         self.environment |= {"OPENBLAS_NUM_THREADS": "1", "HOTPATH_FIGURES": "none"}
 
-    def limited(self, megabytes, *arguments):
+    def limited(self, megabytes: int, *arguments: object) -> tuple[Any, Any]:
         """(exit code, standard error) of a command; each of its processes has this limit of
         writable memory."""
         limit = megabytes * MB
@@ -49,15 +49,15 @@ class Memory(CommandTest):
         )
         return code, err
 
-    def assert_enough(self, megabytes, *arguments):
+    def assert_enough(self, megabytes: int, *arguments: object) -> None:
         self.assertEqual(self.limited(megabytes, *arguments)[0], 0, f"{megabytes} MB for {arguments[0]}")
 
-    def graph(self, text):
+    def graph(self, text: str) -> Any:
         path = self.folder / "graph.yaml"
         path.write_text(text)
         return path
 
-    def long_run(self):
+    def long_run(self) -> Any:
         path = self.folder / "run"
         self.accepted(
             *("simulate", "--graph", self.graph(CHAIN), "--executors", "rm-ro", "--duration", SECONDS),
@@ -65,7 +65,7 @@ class Memory(CommandTest):
         )
         return path
 
-    def test_a_stored_run_is_read_row_by_row(self):
+    def test_a_stored_run_is_read_row_by_row(self) -> None:
         run = self.long_run()
         summary = (run / "summary.json").read_bytes()
         (run / "summary.json").unlink()
@@ -81,7 +81,7 @@ class Memory(CommandTest):
         self.assertIn(len(slices), range(290, 320))
         self.refuses_what_would_not_fit(run)
 
-    def refuses_what_would_not_fit(self, run):
+    def refuses_what_would_not_fit(self, run: Any) -> None:
         for arguments in (
             ("validate", run, "--output", self.folder / "validation"),
             ("timeline", run, "--perfetto", self.folder / "whole.json"),
@@ -92,19 +92,19 @@ class Memory(CommandTest):
             self.assertIn("GB of memory, but 0.084 GB are available", err)
             self.assertEqual(err.count("\n"), 1, err)
 
-    def test_advice_grows_with_nodes_and_not_with_their_square(self):
+    def test_advice_grows_with_nodes_and_not_with_their_square(self) -> None:
         graph = self.graph(lines_of_five(1500))
         asked = ("advise", graph, "--cores", 4, "--draws", 1, "--warm-up", 0, "--threads", 1)
         output = ("--output", self.folder / "advice")
         self.assert_enough(400, *asked, "--duration", 1, *output)
         for megabytes, arguments, says in (
-            (400, (*asked, "--duration", 100000, "--output", self.folder / "long"), "--duration 1e+05: the traces would take about"),
+            (
+                400,
+                (*asked, "--duration", 100000, "--output", self.folder / "long"),
+                "--duration 1e+05: the traces would take about",
+            ),
             (80, ("analyze", graph), "its bounds would take about"),
         ):
             code, err = self.limited(megabytes, *arguments)
             self.assertEqual(code, 2, err)
             self.assertIn(says, err)
-
-
-if __name__ == "__main__":
-    unittest.main()

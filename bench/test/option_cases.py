@@ -4,15 +4,16 @@
 import dataclasses
 import json
 import os
-import pathlib
 import re
 import subprocess
 import tempfile
 import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import HOTPATH, TIME_LIMIT_S
 
-TESTS = pathlib.Path(__file__).parent
+TESTS = Path(__file__).parent
 NOT_ITS_RESULT = {"command"}  # keys of run.json that describe the call
 
 
@@ -51,13 +52,12 @@ class Elsewhere:
     program: str = ""
 
 
-def options_of(help_text):
-    """The names of the options that a help text lists; for several names of one option, the first.
-    """
+def options_of(help_text: str) -> Any:
+    """The names of the options that a help text lists; for several names of one option, the first."""
     return re.findall(r"^  (--[a-z0-9-]+)", help_text, re.MULTILINE)
 
 
-def words_of(arguments):
+def words_of(arguments: Any) -> Any:
     """A command line. A key without dashes is a positional argument; value True: a flag; None: left
     out."""
     words = []
@@ -72,15 +72,19 @@ def words_of(arguments):
 class OptionTest(unittest.TestCase):
     """Runs commands, each in a new folder, and caches their results."""
 
+    folder: Path
+    known: dict[Any, Any]
+    environment: dict[str, str]
+
     @classmethod
-    def setUpClass(cls):
+    def setUpClass(cls) -> None:
         folder = tempfile.TemporaryDirectory(prefix="hotpath_options_")
         cls.addClassCleanup(folder.cleanup)
-        cls.folder, cls.known = pathlib.Path(folder.name), {}
+        cls.folder, cls.known = Path(folder.name), {}
         cls.environment = dict(os.environ, HOTPATH_FIGURES="none")
 
     @classmethod
-    def run_in(cls, folder, words):
+    def run_in(cls, folder: Path, words: Any) -> Any:
         return subprocess.run(
             [HOTPATH, *map(str, words)],
             cwd=folder,
@@ -91,15 +95,15 @@ class OptionTest(unittest.TestCase):
             check=False,
         )
 
-    def facts_of(self, run):
+    def facts_of(self, run: Any) -> dict[Any, Any]:
         """The part of run.json that follows from the options."""
         return {key: value for key, value in run.items() if key not in NOT_ITS_RESULT}
 
-    def outcome(self, command, arguments):
+    def outcome(self, command: Any, arguments: Any) -> Any:
         """(exit code, output and files by path, each run.json by path, standard error)"""
         words = tuple(map(str, [*command.split(), *words_of(arguments)]))
         if words not in self.known:
-            folder = pathlib.Path(tempfile.mkdtemp(prefix="result_", dir=self.folder))
+            folder = Path(tempfile.mkdtemp(prefix="result_", dir=self.folder))
             done = self.run_in(folder, words)
             files = {str(f.relative_to(folder)): f for f in sorted(folder.rglob("*")) if f.is_file()}
             runs = {name for name in files if name.endswith("run.json")}
@@ -108,12 +112,12 @@ class OptionTest(unittest.TestCase):
             self.known[words] = (done.returncode, results | {"": done.stdout}, facts, done.stderr)
         return self.known[words]
 
-    def help_of(self, command):
+    def help_of(self, command: Any) -> Any:
         done = self.run_in(self.folder, [*command.split(), "--help"])
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
-    def check_command(self, command, base, cases):
+    def check_command(self, command: Any, base: Any, cases: Any) -> None:
         """Checks that every option of the command has an effect."""
         options = options_of(self.help_of(command))
         self.assertEqual(sorted(set(options) - cases.keys()), [], f"{command}: list their effect here")
@@ -122,7 +126,7 @@ class OptionTest(unittest.TestCase):
             with self.subTest(command=command, option=option):
                 self.check_option(command, base, option, cases[option])
 
-    def check_option(self, command, base, option, case):
+    def check_option(self, command: Any, base: Any, option: str, case: Any) -> None:
         if isinstance(case, Elsewhere):
             if case.program:
                 self.assertIn(f'"{option}"', (TESTS / case.program).read_text())
@@ -149,6 +153,6 @@ class OptionTest(unittest.TestCase):
         if without[2]:
             self.assertNotEqual(with_it[2], without[2], f"run.json does not record {option}")
 
-    def differs(self, without, with_it):
+    def differs(self, without: Any, with_it: Any) -> bool:
         """Whether the results differ, apart from run.json."""
         return with_it[:2] != without[:2]

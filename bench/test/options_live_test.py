@@ -3,7 +3,7 @@
 it. Measured values always differ, so the test compares only values that follow from the options."""
 
 import csv
-import unittest
+from typing import Any
 
 from option_cases import TESTS, Changes, Elsewhere, OptionTest, Refused, options_of
 
@@ -11,7 +11,14 @@ PHASES = TESTS.parents[1] / "reference_system" / "ros2_reference" / "rclcpp_auto
 # Keys whose values differ between two runs with the same options.
 MEASURED = {"bounds", "calibration", "command", "date", "machine", "warnings"}
 OF_A_RUN = ("executor", "repetition", "first_timestamps_ms", "live", "thread_policies")
-BASE = {"--executor": "rm-ro", "--load": 1, "--transport": "intra_process", "--duration": 0.1, "--warm-up": 0, "--output": "out"}  # fmt: skip
+BASE = {
+    "--executor": "rm-ro",
+    "--load": 1,
+    "--transport": "intra_process",
+    "--duration": 0.1,
+    "--warm-up": 0,
+    "--output": "out",
+}
 DDS = {"--transport": "fastdds"}
 RUN = {
     "--executor": Changes({"--executor": "default"}),
@@ -61,11 +68,11 @@ COMPARE = {
 
 
 class EveryLiveOptionCounts(OptionTest):
-    def facts_of(self, run):
+    def facts_of(self, run: Any) -> Any:
         runs = [{key: r[key] for key in OF_A_RUN if key in r} for r in run["runs"]]
         return {key: value for key, value in run.items() if key not in MEASURED} | {"runs": runs}
 
-    def outcome(self, command, arguments):
+    def outcome(self, command: Any, arguments: Any) -> tuple[Any, Any, Any, Any]:
         code, results, facts, err = super().outcome(command, arguments)
         timed = {
             name: self.has_cpu_times(text) for name, text in results.items() if name.endswith("jobs.csv")
@@ -73,14 +80,14 @@ class EveryLiveOptionCounts(OptionTest):
         return code, dict.fromkeys(results.keys() - {""}) | timed, facts, err
 
     @staticmethod
-    def has_cpu_times(jobs):
+    def has_cpu_times(jobs: Any) -> bool:
         return any(row["cpu_ns"] for row in csv.DictReader(jobs.decode().splitlines()))
 
-    def differs(self, without, with_it):
+    def differs(self, without: Any, with_it: Any) -> bool:
         """Whether the results differ, including run.json."""
         return with_it[:3] != without[:3]
 
-    def test_run(self):
+    def test_run(self) -> None:
         code, results, facts, err = self.outcome("run", BASE)
         self.assertEqual(code, 0, err)
         again = self.outcome("run", {**BASE, "--seed": 1})
@@ -89,16 +96,12 @@ class EveryLiveOptionCounts(OptionTest):
         timed = self.outcome("run", BASE | {"--phases": "synchronous", "--cpu-time": True})
         self.assertTrue(timed[1]["out/jobs.csv"])
 
-    def test_compare_has_the_options_of_run_and_its_own(self):
+    def test_compare_has_the_options_of_run_and_its_own(self) -> None:
         of_run, of_compare = ({o for o in options_of(self.help_of(c))} for c in ("run", "compare"))
         self.assertEqual(
             of_compare ^ of_run, {"--executor", "--executors", "--against", "--junit", "--markdown"}
         )
-        base = {**BASE, "--executor": None, "--executors": "default", "--repetitions": 1}
+        base: dict[str, Any] = {**BASE, "--executor": None, "--executors": "default", "--repetitions": 1}
         for option, case in COMPARE.items():
             with self.subTest(option=option):
                 self.check_option("compare", base, option, case)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -5,7 +5,9 @@ commands and their options."""
 
 import re
 import shutil
-import unittest
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 from option_cases import TESTS, Changes, Elsewhere, OptionTest, Refused, Same, options_of
 
@@ -54,7 +56,7 @@ SIMULATIONS = GRAPHS | PLATFORM | {
 }  # fmt: skip
 
 # By command: its arguments, and the effect of each option.
-CASES = {
+CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "simulate": (
         {"--executors": "default,rm-ro", "--output": "out", **BRIEF},
         SIMULATIONS | {
@@ -93,7 +95,8 @@ CASES = {
             "--cores": Changes({"--cores": 2}),
             "--costs": Changes({"--costs": "graph"}),
             "--draws": Changes({"--draws": 3}),
-            "--budget": Elsewhere("the number of draws in a given time depends on the machine", "advise_command_test.py"),
+            "--budget": Elsewhere("the number of draws in a given time depends on the machine",
+                                  "advise_command_test.py"),
         },
     ),
     "analyze": (
@@ -221,7 +224,8 @@ CASES = {
     ),
     "import caret": (
         {},
-        {option: Elsewhere("it needs CARET's files", "import_files_test.py") for option in ("--stats", "--cores", "--output")},
+        {option: Elsewhere("it needs CARET's files", "import_files_test.py")
+         for option in ("--stats", "--cores", "--output")},
     ),
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
     "recover": ({}, {}),
@@ -231,8 +235,10 @@ LIVE = {"run", "compare"}  # options_live_test.py
 
 
 class EveryOptionCounts(OptionTest):
+    places: dict[str, Path]
+
     @classmethod
-    def setUpClass(cls):
+    def setUpClass(cls) -> None:
         super().setUpClass()
         runs = {
             "run": ("--executors", "default,rm-ro", "--repetitions", 3, "--phases", "random", "--seed", 5),
@@ -258,22 +264,22 @@ class EveryOptionCounts(OptionTest):
         )
 
     @classmethod
-    def must(cls, *words):
+    def must(cls, *words: object) -> None:
         done = cls.run_in(cls.folder, words)
         if done.returncode:
             raise AssertionError(done.stderr)
 
-    def filled(self, words):
+    def filled(self, words: Any) -> dict[Any, Any]:
         return {o: v.format(**self.places) if isinstance(v, str) else v for o, v in words.items()}
 
-    def check_option(self, command, base, option, case):
+    def check_option(self, command: Any, base: Any, option: str, case: Any) -> None:
         if not isinstance(case, Elsewhere):
             case = type(case)(
                 **{k: self.filled(v) if isinstance(v, dict) else v for k, v in vars(case).items()}
             )
         super().check_option(command, self.filled(base), option, case)
 
-    def commands(self, command=""):
+    def commands(self, command: str = "") -> Iterator[Any]:
         """All commands; subcommands after their parent's name."""
         names = re.findall(
             r"^  ([a-z][a-z-]+) ", self.help_of(command).partition("Subcommands:")[2], re.MULTILINE
@@ -282,14 +288,14 @@ class EveryOptionCounts(OptionTest):
             whole = f"{command} {name}".strip()
             yield from self.commands(whole) if "SUBCOMMAND" in self.help_of(whole) else [whole]
 
-    def test_no_command_is_forgotten(self):
+    def test_no_command_is_forgotten(self) -> None:
         self.assertEqual(set(self.commands()), CASES.keys() | LIVE)
 
-    def test_commands(self):
+    def test_commands(self) -> None:
         for command, (base, cases) in CASES.items():
             self.check_command(command, base, cases)
 
-    def test_the_check_finds_an_option_that_is_ignored(self):
+    def test_the_check_finds_an_option_that_is_ignored(self) -> None:
         """Planted defects: an option without effect, an option that ends with an error, and an
         option that is not listed."""
         base, cases = CASES["simulate"]
@@ -305,7 +311,7 @@ class EveryOptionCounts(OptionTest):
 class Contradictions(OptionTest):
     """Pairs that are rejected because one option would be ignored; the message names both."""
 
-    def test_pairs(self):
+    def test_pairs(self) -> None:
         for words, parts in (
             ("run --quick --duration 5", ("--quick", "--duration")),
             ("run --quick --repetitions 5", ("--quick", "--repetitions")),
@@ -342,7 +348,7 @@ class Contradictions(OptionTest):
                 for part in parts:
                     self.assertIn(part, err)
 
-    def test_numbers_are_read_strictly(self):
+    def test_numbers_are_read_strictly(self) -> None:
         for words in (
             *(f"simulate --seed {n}" for n in ("-1", "+1", "0x10", "1e3", "18446744073709551616", "1.0")),
             *(f"experiment waters --threads {n}" for n in ("-1", "1025")),
@@ -355,12 +361,18 @@ class Contradictions(OptionTest):
                 code, _, _, err = self.outcome(words, {})
                 self.assertEqual(code, 2, err)
                 self.assertIn(f"{words.split()[-2]}: `{words.split()[-1]}` is not a whole number from", err)
-        decimal = {"--repetitions": "010", "--output": "out", "--executors": "default", **BRIEF}
+        decimal: dict[str, Any] = {
+            "--repetitions": "010",
+            "--output": "out",
+            "--executors": "default",
+            **BRIEF,
+        }
         run = self.outcome("simulate", decimal)[2]["out/run.json"]
         self.assertEqual(run["repetitions"], 10)
 
-    def test_lists_have_no_empty_items(self):
-        for words in ("simulate --executors , --output x", "compare --executors a,,b", "run --stack ,", "bench --only a,",
+    def test_lists_have_no_empty_items(self) -> None:
+        for words in ("simulate --executors , --output x", "compare --executors a,,b", "run --stack ,",
+                      "bench --only a,",
                       "simulate --deployments ,a", "capacity --require ,", "analyze autoware --chain ,",
                       "analyze autoware --executors ,", "experiment waters --utilisations 0.5,"):  # fmt: skip
             with self.subTest(words=words):
@@ -369,8 +381,8 @@ class Contradictions(OptionTest):
                 self.assertRegex(err, r"--[a-z]+: `[^`]*` has an empty item")
                 self.assertIn([w for w in words.split() if w.startswith("--")][0], err)
 
-    def test_an_option_that_no_executor_uses_is_noted(self):
-        base = {"--executors": "default", "--output": "out", **BRIEF}
+    def test_an_option_that_no_executor_uses_is_noted(self) -> None:
+        base: dict[str, Any] = {"--executors": "default", "--output": "out", **BRIEF}
         for words in (
             {"--ties": "fifo"},
             {"--rule": "first"},
@@ -379,7 +391,3 @@ class Contradictions(OptionTest):
             code, _, _, err = self.outcome("simulate", base | words)
             self.assertEqual(code, 0)
             self.assertIn(f"note: {next(iter(words))} changes nothing", err)
-
-
-if __name__ == "__main__":
-    unittest.main()

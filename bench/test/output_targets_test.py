@@ -9,13 +9,14 @@ anything is computed.
 
 import contextlib
 import os
-import pathlib
 import re
 import shutil
 import stat
 import subprocess
 import tempfile
-import unittest
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest
 
@@ -81,7 +82,7 @@ OPTION = re.compile(r"^  (?:-\w,)?(--[\w-]+)(?:,--[\w-]+)* ([^ =\[:]+)(?= |=|$)"
 NUMBERS = "N SECONDS MS US PERCENT LEVEL X JOBS FLOAT".split()
 
 
-def state_of(folder):
+def state_of(folder: Path) -> Any:
     """The state of everything below a folder: link targets, contents, kinds and permissions."""
     found = {}
     for path in sorted(folder.rglob("*")):
@@ -92,14 +93,16 @@ def state_of(folder):
 
 
 class OutputTargets(CommandTest):
+    holder: tempfile.TemporaryDirectory[str]
+
     @classmethod
-    def setUpClass(cls):
+    def setUpClass(cls) -> None:
         cls.holder = tempfile.TemporaryDirectory(prefix="hotpath_test_")
         cls.addClassCleanup(cls.holder.cleanup)
 
-    def setUp(self):
+    def setUp(self) -> None:
         super().setUp()
-        self.run_folder = pathlib.Path(self.holder.name) / "run"
+        self.run_folder = Path(self.holder.name) / "run"
         if not self.run_folder.exists():
             words = "--executors default --duration 0.5 --warm-up 0 --repetitions 3 --phases random".split()
             self.accepted("simulate", *words, "--output", self.run_folder)
@@ -107,20 +110,20 @@ class OutputTargets(CommandTest):
         self.place.mkdir()
         self.place.chmod(0o777)
 
-    def words(self, words):
+    def words(self, words: Any) -> list[Any]:
         return [self.run_folder if word == "RUN" else word for word in words]
 
-    def with_target(self, at, target, **options):
+    def with_target(self, at: Any, target: Any, **options: Any) -> Any:
         """(exit code, standard output, standard error) of the command with this target."""
         return self.command(
             *self.words(ALL_FILES[at] if at in ALL_FILES else FOLDERS[at]), at[1], target, **options
         )
 
-    def target(self, at):
+    def target(self, at: Any) -> Any:
         return self.place / ("out.svg" if at[1] == "--svg" else "out")
 
     @contextlib.contextmanager
-    def trying(self, at):
+    def trying(self, at: Any) -> Iterator[Any]:
         """A subtest for one option, with an empty folder."""
         with self.subTest(" ".join(at)):
             shutil.rmtree(self.place)
@@ -128,11 +131,11 @@ class OutputTargets(CommandTest):
             self.place.chmod(0o777)
             yield
 
-    def assert_written(self, at, target, **options):
+    def assert_written(self, at: Any, target: Any, **options: Any) -> None:
         code, _, err = self.with_target(at, target, **options)
         self.assertEqual(code, 0, err)
 
-    def assert_refused(self, at, target, **options):
+    def assert_refused(self, at: Any, target: Any, **options: Any) -> None:
         """Checks that the error names the option, that nothing else is printed, and that no file
         changes."""
         before = state_of(self.folder)
@@ -146,7 +149,7 @@ class OutputTargets(CommandTest):
 class Commands(OutputTargets):
     """The options that --help lists."""
 
-    def commands(self, *above):
+    def commands(self, *above: Any) -> list[Any]:
         """(words, help text) of all commands."""
         found = self.accepted(*above, "--help")
         below = re.search(r"^Subcommands:\n((?:  .*\n)+)", found, re.M)
@@ -155,7 +158,7 @@ class Commands(OutputTargets):
         names = re.findall(r"^  (\S+)", below.group(1), re.M)
         return [entry for name in names for entry in self.commands(*above, name)]
 
-    def test_every_option_has_its_targets_here(self):
+    def test_every_option_has_its_targets_here(self) -> None:
         commands = self.commands()
         self.assertGreater(len(commands), 20)
         written = set()
@@ -166,7 +169,7 @@ class Commands(OutputTargets):
                     written.add((" ".join(words), option))
         self.assertEqual(written, {*ALL_FILES, *FOLDERS})
 
-    def test_an_empty_name_is_refused(self):
+    def test_an_empty_name_is_refused(self) -> None:
         tried = 0
         for words, text in self.commands():
             for option, kind in OPTION.findall(text):
@@ -181,7 +184,7 @@ class Commands(OutputTargets):
 
 
 class FileTargets(OutputTargets):
-    def device(self, name, major, minor):
+    def device(self, name: str, major: int, minor: int) -> Any:
         """A device made for the test, so that a defect cannot replace a device of the machine."""
         path = self.place / name
         try:
@@ -191,7 +194,7 @@ class FileTargets(OutputTargets):
             self.skipTest("this user, or this file system, has no devices")
         return path
 
-    def test_full_device(self):
+    def test_full_device(self) -> None:
         for at in {**FILES, **FILES_OF_PYTHON}.keys() - {("timeline", "--svg")}:  # needs a suffix
             with self.trying(at):
                 device = self.device("full", 1, 7)
@@ -202,14 +205,14 @@ class FileTargets(OutputTargets):
                 self.assertTrue(device.is_char_device())
                 self.assertEqual(list(self.place.iterdir()), [device])
 
-    def test_device_that_takes_all(self):
+    def test_device_that_takes_all(self) -> None:
         for at in FILES:
             with self.trying(at):
                 device = self.device("null", 1, 3)
                 self.assert_written(at, device)
                 self.assertTrue(device.is_char_device())
 
-    def test_standard_output(self):
+    def test_standard_output(self) -> None:
         """A link like /dev/stdout, to a pipe and to a file; the file is not replaced."""
         for at in FILES:
             with self.trying(at):
@@ -231,7 +234,7 @@ class FileTargets(OutputTargets):
                 self.assertGreater(len(found), 0.9 * len(out), "output is lost")
                 self.assertTrue(link.is_symlink())
 
-    def test_fifo(self):
+    def test_fifo(self) -> None:
         for at in FILES:
             with self.trying(at):
                 fifo = self.target(at)
@@ -245,7 +248,7 @@ class FileTargets(OutputTargets):
                         reader.kill()
                     self.assertGreater(os.fstat(read.fileno()).st_size, 0)
 
-    def test_links_are_followed_and_what_is_beside_stays(self):
+    def test_links_are_followed_and_what_is_beside_stays(self) -> None:
         """Keeps the user's own FILE.part, and links with names that a writer might use for
         temporary files."""
         for at in FILES | FILES_OF_PYTHON:
@@ -273,7 +276,7 @@ class FileTargets(OutputTargets):
                 self.assertGreater(file.stat().st_size, len("old"))
                 self.assertEqual(state_of(self.place).keys(), {*before, "there/file"})
 
-    def test_permissions(self):
+    def test_permissions(self) -> None:
         """A new file is private to the user (by the command's umask); a replaced file keeps its
         permissions."""
         for at in FILES:
@@ -285,7 +288,7 @@ class FileTargets(OutputTargets):
                     self.assert_written(at, target)
                     self.assertEqual(target.stat().st_mode & 0o777, mode)
 
-    def test_what_cannot_be_written_is_refused_before_anything_is_computed(self):
+    def test_what_cannot_be_written_is_refused_before_anything_is_computed(self) -> None:
         for at in ALL_FILES:
             with self.trying(at):
                 name = self.target(at).name
@@ -297,7 +300,7 @@ class FileTargets(OutputTargets):
                 for place in ("folder", "missing", "file", "loop", "file/below"):
                     self.assert_refused(at, self.place / place / name)
 
-    def test_no_permission(self):
+    def test_no_permission(self) -> None:
         self.run_folder.parent.chmod(0o755)
         for at in ALL_FILES:
             with self.trying(at):
@@ -315,14 +318,14 @@ class FileTargets(OutputTargets):
 
 
 class FolderTargets(OutputTargets):
-    def setUp(self):
+    def setUp(self) -> None:
         super().setUp()
         (self.folder / "sweep.yaml").write_text(SWEEP)
         (self.folder / "architecture.yaml").write_text(CARET)
         (self.folder / "trace").mkdir()
         (self.folder / "trace" / "metadata").write_text("")
 
-    def test_what_is_no_place_for_results_is_refused(self):
+    def test_what_is_no_place_for_results_is_refused(self) -> None:
         for at in FOLDERS:
             with self.trying(at):
                 (self.place / "file").write_text("mine")
@@ -335,7 +338,7 @@ class FolderTargets(OutputTargets):
                 self.assert_refused(at, "/dev/full")
                 self.assert_refused(at, "/dev/full/below")
 
-    def test_no_permission(self):
+    def test_no_permission(self) -> None:
         for at in FOLDERS:
             with self.trying(at):
                 (self.place / "closed").mkdir()
@@ -343,21 +346,22 @@ class FolderTargets(OutputTargets):
                 for name in ("closed", "closed/new", "closed/far/below"):
                     self.assert_refused(at, self.place / name, **PLAIN_USER)
 
-    def test_only_a_result_of_the_same_kind_is_replaced(self):
+    def test_only_a_result_of_the_same_kind_is_replaced(self) -> None:
         for at in FOLDERS:
             with self.trying(at):
                 for mark in {*MARKS.values(), "run.json"} - {MARKS.get(" ".join(at))}:
                     (self.place / mark).mkdir()
                     (self.place / mark / mark).write_text("{}")
                     self.assert_refused(at, self.place / mark)
-        for words, file in (
+        cases: Any = (
             (["analyze", "timers_only_60", "--executors", "rm-ro", "--page"], "bounds.json"),
             (["experiment", "wcrt-table", "--output"], "wcrt_table.csv"),
             (
                 ["experiment", "waters", "--sets", 1, "--utilisations", 0.5, "--paper-only", "--output"],
                 "waters.csv",
             ),
-        ):
+        )
+        for words, file in cases:
             with self.subTest(words=words):
                 shutil.rmtree(self.place)
                 self.place.mkdir()
@@ -373,7 +377,7 @@ class FolderTargets(OutputTargets):
         self.assertIn("no_run", err)
         self.assertNotIn("holds other files", err)
 
-    def test_an_empty_folder_and_a_link_to_one_are_taken(self):
+    def test_an_empty_folder_and_a_link_to_one_are_taken(self) -> None:
         for words in (["simulate", "--duration", 0.1, "--warm-up", 0], ["export", "ctf", self.run_folder]):
             for name in ("empty", "link"):
                 (self.place / "empty").mkdir()
@@ -385,14 +389,10 @@ class FolderTargets(OutputTargets):
                 shutil.rmtree(self.place)
                 self.place.mkdir()
 
-    def test_an_export_leaves_what_is_beside_it(self):
+    def test_an_export_leaves_what_is_beside_it(self) -> None:
         words = "--executors default --duration 0.1 --warm-up 0".split()  # one trace, so one folder
         self.accepted("simulate", *words, "--output", self.folder / "one")
         (self.place / "trace.part").mkdir()
         (self.place / "trace.part" / "thesis.tex").write_text("years of work")
         self.accepted("export", "ctf", self.folder / "one", "--output", self.place / "trace")
         self.assertEqual((self.place / "trace.part" / "thesis.tex").read_text(), "years of work")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,12 +7,12 @@ If HOTPATH_RELIABILITY names a folder, the counts are written to its process_fau
 
 import json
 import os
-import pathlib
 import random
 import resource
 import signal
 import time
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest, processes_of
 
@@ -22,17 +22,17 @@ RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 2, "--process
 WHOLE, FAILED, WRONG_USE = 0, 1, 2
 
 
-def children(process):
+def children(process: Any) -> list[Any]:
     """Child processes of the command."""
     try:
-        text = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
+        text = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
     except OSError:
         return []
     return [int(pid) for pid in text.split()]
 
 
 class ProcessFaults(CommandTest):
-    def hit(self, process, number, seconds, choice):
+    def hit(self, process: Any, number: int, seconds: float, choice: Any) -> bool:
         """After `seconds`, sends a signal to one of the run's processes. Returns whether there was
         one."""
         time.sleep(seconds)
@@ -47,7 +47,7 @@ class ProcessFaults(CommandTest):
             time.sleep(0.001)
         return False
 
-    def check_end(self, code, err, output):
+    def check_end(self, code: int, err: str, output: Path) -> None:
         """Checks for a whole result, or for one error sentence and no result that looks whole;
         stored rows are right."""
         sentences = [line for line in err.splitlines() if line.startswith("hotpath: ")]
@@ -64,7 +64,7 @@ class ProcessFaults(CommandTest):
         self.assertEqual(set(run.jobs()), measured)
         self.assertTrue(all(e["loss_equations"]["hold"] for e in run.summary()["executors"]), err)
 
-    def test_processes_killed_or_stopped_at_random_instants(self):
+    def test_processes_killed_or_stopped_at_random_instants(self) -> None:
         draw = random.Random(KILLS)
         hits = failed = 0
         for k in range(KILLS):
@@ -80,13 +80,14 @@ class ProcessFaults(CommandTest):
         self.assertGreater(failed, 0)
         if "HOTPATH_RELIABILITY" in os.environ:
             facts = {"hits": hits, "failed": failed}
-            file = pathlib.Path(os.environ["HOTPATH_RELIABILITY"]) / "process_faults.json"
+            file = Path(os.environ["HOTPATH_RELIABILITY"]) / "process_faults.json"
             file.write_text(json.dumps(facts, indent=2) + "\n")
 
-    def test_few_open_files(self):
+    def test_few_open_files(self) -> None:
         codes = set()
         for files in range(4, 40, 5):
-            for name, *options in (["simulate"], ["run", "--time-out", 5]):
+            cases: Any = (["simulate"], ["run", "--time-out", 5])
+            for name, *options in cases:
                 with self.subTest(command=name, files=files):
                     output = self.folder / f"{name}{files}"
                     code, _, err = self.command(
@@ -96,7 +97,3 @@ class ProcessFaults(CommandTest):
                     self.check_end(code, err, output)
                     codes.add(code)
         self.assertEqual(codes & {WHOLE, FAILED}, {WHOLE, FAILED})
-
-
-if __name__ == "__main__":
-    unittest.main()

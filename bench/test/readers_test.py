@@ -9,22 +9,20 @@ import io
 import itertools
 import json
 import os
-import pathlib
 import resource
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
-import unittest
+from pathlib import Path
+from typing import Any
 from unittest import mock
 
 from hotpath_command import HOTPATH, CommandTest, processes_of
+from hotpath_report.__main__ import main
 from test_inputs import make_inputs
 
-PACKAGE = pathlib.Path(__file__).resolve().parents[1] / "hotpath_report"
-sys.path.insert(0, str(PACKAGE.parent))
-from hotpath_report.__main__ import main  # noqa: E402
+BENCH = Path(__file__).resolve().parents[1]
 
 MOST_MEMORY = 1 << 30
 MOST_SECONDS = 20  # a guard against hanging for ever
@@ -33,10 +31,21 @@ DEEP = 200_000
 # By file below the folder of inputs: the commands that read it. `{f}` is the file, `{d}` its
 # folder.
 READERS = {
-    "run/run.json": ["summarize {d}", "check {d}", "recover {d}", "export ctf {d} --output exported", "validate {d} --output v"],
+    "run/run.json": [
+        "summarize {d}",
+        "check {d}",
+        "recover {d}",
+        "export ctf {d} --output exported",
+        "validate {d} --output v",
+    ],
     "run/jobs.csv": ["summarize {d}", "check {d}", "export ctf {d} --output exported"],
     "run/chains.csv": ["summarize {d}"],
-    "graph.yaml": ["graph {f}", "simulate --graph {f} --duration 1 --output r", "analyze {f}", "advise {f} --draws 1 --duration 1 --output a"],
+    "graph.yaml": [
+        "graph {f}",
+        "simulate --graph {f} --duration 1 --output r",
+        "analyze {f}",
+        "advise {f} --draws 1 --duration 1 --output a",
+    ],
     "times.csv": ["graph {d}/callbacks.yaml"],
     "imported/deployment.yaml": ["simulate --graph {d}/graph.yaml --deployments {f} --output r"],
     "cie.yaml": ["simulate --graph sequences --deployments cie:{f} --output r"],
@@ -56,7 +65,12 @@ READERS = {
 # The same for the Python package, which runs in this process: a new process takes a second for its
 # imports.
 PYTHON_READERS = {
-    "run/run.json": ["report {d} --output p", "timeline {d}", "compare-results {d} {d}", "hot-path {d} --output p"],
+    "run/run.json": [
+        "report {d} --output p",
+        "timeline {d}",
+        "compare-results {d} {d}",
+        "hot-path {d} --output p",
+    ],
     "run/summary.json": ["timers-only {d} --output p", "report {d} --output p"],
     "run/chains.csv": ["hot-path {d} --output p", "report {d} --output p"],
     "run/jobs.csv": ["timeline {d}", "compare-results {d} {d} --gate"],
@@ -75,17 +89,17 @@ ACCEPTED = {
 }
 
 
-def nested(name):
-    opening, closing = ("[", "]") if name.suffix in (".json", ".yaml") else ("a,", "")
+def nested(path: Path) -> str:
+    opening, closing = ("[", "]") if path.suffix in (".json", ".yaml") else ("a,", "")
     return opening * DEEP + closing * DEEP
 
 
-def of_wrong_types(path):
+def of_wrong_types(path: Path) -> str:
     """Turns numbers into texts and texts into numbers; in a text file, adds wrong types to every
     item."""
     text = path.read_text(errors="replace")
 
-    def changed(value):
+    def changed(value: Any) -> Any:
         if isinstance(value, dict):
             return {key: changed(item) for key, item in value.items()}
         if isinstance(value, list):
@@ -98,14 +112,14 @@ def of_wrong_types(path):
     return header + "\n" + rest.replace(":", ": [x], y:").replace(",", ",?,") + "?"
 
 
-def cut(text):
+def cut(content: bytes) -> bytes:
     """Cuts the text in the middle of the middle line."""
-    lines = text.splitlines(keepends=True)
+    lines = content.splitlines(keepends=True)
     before, middle = lines[: len(lines) // 2], (lines or [b""])[len(lines) // 2]
     return b"".join(before) + middle[: max(len(middle) // 2, 1)]
 
 
-def damage(path, defect):
+def damage(path: Path, defect: str) -> None:
     """Gives the file a defect."""
     text = path.read_bytes()
     contents = {
@@ -131,17 +145,19 @@ DEFECTS = ("empty", "cut", "nested", "types", "nothing", "bytes", "device", "fif
 
 
 class Readers(CommandTest):
+    inputs: Path
+
     @classmethod
-    def setUpClass(cls):
+    def setUpClass(cls) -> None:
         cls.inputs = make_inputs(HOTPATH)
         cls.addClassCleanup(shutil.rmtree, cls.inputs)
 
-    def each(self, readers, call):
+    def each(self, readers: Any, call: Any) -> None:
         """Calls each command with each defect of its file, in a copy of the inputs."""
         for (name, commands), defect in itertools.product(readers.items(), DEFECTS):
             for command in commands:
                 with self.subTest(defect=defect, file=name, command=command):
-                    folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
+                    folder = Path(tempfile.mkdtemp(dir=self.folder))
                     shutil.copytree(self.inputs, folder, dirs_exist_ok=True)
                     path = folder / name
                     damage(path, defect)
@@ -149,7 +165,7 @@ class Readers(CommandTest):
                     shutil.rmtree(folder)
                     self.assert_refused(path, defect, code, err)
 
-    def assert_refused(self, path, defect, code, err):
+    def assert_refused(self, path: Any, defect: Any, code: int, err: str) -> None:
         if (defect, path.name) in ACCEPTED:
             self.assertEqual((code, err), (0, ""))
             return
@@ -161,7 +177,7 @@ class Readers(CommandTest):
         self.assertNotIn("\x1b", err)
         self.assertLess(len(err), 5000)
 
-    def run_program(self, folder, words):
+    def run_program(self, folder: Path, words: Any) -> tuple[Any, Any]:
         limit = (MOST_MEMORY, MOST_MEMORY)
         done = subprocess.run(
             [HOTPATH, *words], capture_output=True, text=True, errors="replace", check=False, timeout=MOST_SECONDS,
@@ -169,19 +185,28 @@ class Readers(CommandTest):
         )  # fmt: skip
         return done.returncode, done.stderr
 
-    def test_the_program(self):
+    def test_the_program(self) -> None:
         self.each(READERS, self.run_program)
 
-    def test_the_package(self):
+    def test_the_package(self) -> None:
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
         self.addCleanup(resource.setrlimit, resource.RLIMIT_AS, resource.getrlimit(resource.RLIMIT_AS))
-        self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, signal.default_int_handler))
+        self.addCleanup(
+            signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, signal.default_int_handler)
+        )
         resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_MEMORY, hard))
         self.each(PYTHON_READERS, self.call_package)
 
-    def call_package(self, folder, words):
+    def call_package(self, folder: Path, words: Any) -> tuple[Any, Any]:
         if words[0] == "timeline":
-            options = {"run": words[1], "executor": "", "repetition": 0, "from_ms": 0, "to_ms": 900, "svg": ""}
+            options = {
+                "run": words[1],
+                "executor": "",
+                "repetition": 0,
+                "from_ms": 0,
+                "to_ms": 900,
+                "svg": "",
+            }
             words = ["timeline", json.dumps({**options, "perfetto": str(folder / "t.json")})]
         elif words[0] == "bench":
             words = ["bench", json.dumps({"compare": [words[2], words[2]]})]
@@ -194,12 +219,12 @@ class Readers(CommandTest):
                 signal.alarm(0)
         return code, errors.getvalue()
 
-    def test_a_folder_of_files_that_vanish(self):
+    def test_a_folder_of_files_that_vanish(self) -> None:
         code, _, err = self.command("import", "ctf", "/proc")
         self.assertEqual((code, err.count("\n")), (2, 1), err)
         self.assertRegex(err, "hotpath: /proc (holds|cannot be searched)")
 
-    def test_a_stack_that_is_too_small(self):
+    def test_a_stack_that_is_too_small(self) -> None:
         limit = (1 << 16, 1 << 16)
         code, _, err = self.command(
             "report", self.inputs / "run", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, limit)
@@ -207,21 +232,17 @@ class Readers(CommandTest):
         self.assertEqual((code, err.count("\n")), (1, 1), err)
         self.assertIn("ulimit -s", err)
 
-    def test_a_killed_report_leaves_no_program(self):
+    def test_a_killed_report_leaves_no_program(self) -> None:
         program = self.folder / "hotpath"
         program.write_text("#!/bin/sh\necho $$ >%s\nexec sleep 60\n" % (self.folder / "started"))
         program.chmod(0o755)
-        library = pathlib.Path(HOTPATH).with_name("libhotpath_statistics.so")
+        library = Path(HOTPATH).with_name("libhotpath_statistics.so")
         environment = {**self.environment, "HOTPATH": str(program), "HOTPATH_STATISTICS": str(library)}
         report = subprocess.Popen(
-            ["/usr/bin/python3", "-I", "-B", PACKAGE / "__main__.py", "report", self.inputs / "run"],
+            ["/usr/bin/python3", "-I", "-B", BENCH, "report", self.inputs / "run"],
             env=environment, start_new_session=True,
         )  # fmt: skip
         self.wait_for(lambda: (self.folder / "started").exists(), "it asks the program")
         report.kill()
         report.wait()
         self.wait_for(lambda: not processes_of(report.pid), "its program lives on")
-
-
-if __name__ == "__main__":
-    unittest.main()

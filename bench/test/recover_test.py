@@ -7,11 +7,11 @@ If HOTPATH_RELIABILITY names a folder, the counts are written to its kills.json.
 
 import json
 import os
-import pathlib
 import random
 import shutil
 import time
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest, RunFolder, processes_of
 
@@ -22,7 +22,7 @@ RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 4, "--transpo
 
 
 class Recover(CommandTest):
-    def kill_after(self, seconds, output):
+    def kill_after(self, seconds: float, output: Path) -> None:
         """Starts a run, kills it after `seconds`, and waits until its children have ended."""
         process = self.start(*RUN, "--output", output)
         try:
@@ -32,11 +32,11 @@ class Recover(CommandTest):
         self.finish(process)
         self.wait_for(lambda: not processes_of(process.pid), "a process lives on")
 
-    def named_runs(self, folder):
+    def named_runs(self, folder: Path) -> Any:
         file = folder / "run.json"
         return json.loads(file.read_text())["runs"] if file.exists() else []
 
-    def defect_of(self, folder):
+    def defect_of(self, folder: Path) -> Any:
         """A description of the defect of a recovered run; empty: none."""
         run = RunFolder(folder)
         if run.run["complete"] or not run.run["partial"]:
@@ -52,7 +52,7 @@ class Recover(CommandTest):
             return err
         return ""
 
-    def test_killed_at_random_instants(self):
+    def test_killed_at_random_instants(self) -> None:
         instants = random.Random(KILLS)
         recovered = refused = 0
         began = time.monotonic()
@@ -77,9 +77,11 @@ class Recover(CommandTest):
             self.assertGreater(recovered, 0)
         if "HOTPATH_RELIABILITY" in os.environ:
             facts = {"kills": KILLS, "recovered": recovered, "nothing_stored": refused}
-            (pathlib.Path(os.environ["HOTPATH_RELIABILITY"]) / "kills.json").write_text(json.dumps(facts, indent=2) + "\n")
+            (Path(os.environ["HOTPATH_RELIABILITY"]) / "kills.json").write_text(
+                json.dumps(facts, indent=2) + "\n"
+            )
 
-    def killed_copy(self, rows):
+    def killed_copy(self, rows: Any) -> Any:
         """A folder as left by a kill; jobs.csv.part holds only this share of its bytes."""
         whole = self.measure(*RUN)
         folder = self.folder / "killed"
@@ -93,26 +95,28 @@ class Recover(CommandTest):
         (folder / "chains.csv").rename(folder / "chains.csv.part")
         return folder
 
-    def test_rows_of_an_unfinished_repetition_are_left_out(self):
+    def test_rows_of_an_unfinished_repetition_are_left_out(self) -> None:
         folder = self.killed_copy(1)
         with open(folder / "jobs.csv.part", "a", encoding="utf-8") as jobs:
             jobs.write("rm-ro,99,FrontLidarDriver,timer,0,ran,1,1,1,2,,3,0,0,0,,\nrm-ro,99,Front")
         self.accepted("recover", folder)
         self.assertEqual(self.defect_of(folder), "")
 
-    def test_the_check_finds_rows_that_were_not_on_disk(self):
+    def test_the_check_finds_rows_that_were_not_on_disk(self) -> None:
         """Emulates a run.json that names a repetition whose rows were not stored yet."""
         folder = self.killed_copy(0.9)
         self.command("recover", folder)
-        self.assertIn(self.defect_of(folder), ("rows are missing", "rows and run.json name other repetitions"))
+        self.assertIn(
+            self.defect_of(folder), ("rows are missing", "rows and run.json name other repetitions")
+        )
 
-    def test_killed_before_it_said_how_it_ended(self):
+    def test_killed_before_it_said_how_it_ended(self) -> None:
         whole = self.measure(*RUN)
         (whole.path / "run.json").write_text(json.dumps(dict(whole.run, complete=False)))
         self.accepted("recover", whole.path)
         self.assertEqual(self.defect_of(whole.path), "")
 
-    def test_nothing_to_recover(self):
+    def test_nothing_to_recover(self) -> None:
         whole = self.measure(*RUN)
         code, _, err = self.command("recover", whole.path)
         self.assertEqual(code, WRONG_USE)
@@ -121,11 +125,7 @@ class Recover(CommandTest):
         self.assertEqual(code, WRONG_USE)
         self.assertIn("run.json", err)
 
-    def test_results_are_the_users_alone(self):
+    def test_results_are_the_users_alone(self) -> None:
         whole = self.measure(*RUN)
         for file in [whole.path, *whole.path.iterdir()]:
             self.assertEqual(file.stat().st_mode & 0o077, 0, file)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import tempfile
 import unittest
+from typing import Any
 
 import failing_calls_test
 from command_uses import USES, prepare
@@ -28,17 +29,17 @@ NETWORKED = {
 }
 
 
-def ip(*arguments):
-    subprocess.run(["ip", *arguments], check=True, capture_output=True)
+def ip(*arguments: object) -> None:
+    subprocess.run(["ip", *map(str, arguments)], check=True, capture_output=True)
 
 
-def inside(host):
+def inside(host: Any) -> list[Any]:
     return ["nsenter", f"--net=/run/netns/{host}"]
 
 
 class SecondHost(CommandTest):
     @classmethod
-    def setUpClass(cls):
+    def setUpClass(cls) -> None:
         try:
             for host in (HERE, THERE):
                 ip("netns", "add", host)
@@ -52,24 +53,24 @@ class SecondHost(CommandTest):
             cls.doClassCleanups()
             raise unittest.SkipTest(f"cannot make a second host (ip netns, as root): {error}")
 
-    def start_here(self, *arguments):
+    def start_here(self, *arguments: object) -> Any:
         process = subprocess.Popen(
             [*inside(HERE), HOTPATH, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True, cwd=self.folder, env=self.environment, start_new_session=True,
         )  # fmt: skip
-        self.addCleanup(lambda: process.poll() is None and process.kill())
+        self.addCleanup(process.kill)
         return process
 
-    def stored_run(self):
+    def stored_run(self) -> None:
         self.accepted("simulate", "--duration", 0.5, "--warm-up", 0, "--output", "stored")
 
-    def network_of(self, *arguments):
+    def network_of(self, *arguments: object) -> tuple[Any, Any]:
         """(sockets, multicast groups) seen on this host while the command ran. No other program
         runs on this host."""
         sockets, groups = set(), set()
         process = self.start_here(*arguments)
 
-        def ended():
+        def ended() -> bool:
             tables = f"/proc/{process.pid}/net"
             try:
                 if os.readlink(f"/proc/{process.pid}/ns/net") != os.readlink("/proc/self/ns/net"):
@@ -84,7 +85,7 @@ class SecondHost(CommandTest):
         self.assertEqual(code, 0, err)
         return sockets, groups
 
-    def test_nothing_listens_beyond_the_loopback(self):
+    def test_nothing_listens_beyond_the_loopback(self) -> None:
         self.stored_run()
         for name, arguments in NETWORKED.items():
             with self.subTest(name):
@@ -94,12 +95,12 @@ class SecondHost(CommandTest):
                 self.assertEqual({s for s in sockets if not is_local(*s)}, set())
                 self.assertEqual({g for g in groups if g[0] != "lo"}, set())
 
-    def test_the_check_finds_what_listens_everywhere(self):
+    def test_the_check_finds_what_listens_everywhere(self) -> None:
         sockets, groups = self.network_of("run", *RUN, "--all-interfaces", "--output", "run")
         self.assertTrue({s for s in sockets if not is_local(*s)})
         self.assertTrue({g for g in groups if g[0] == "wire"})
 
-    def test_other_commands_have_no_network(self):
+    def test_other_commands_have_no_network(self) -> None:
         calls = self.folder / "calls"
         networked = {use[0] for use in NETWORKED.values()}
         self.environment.update(LD_PRELOAD=failing_calls_test.LIBRARY, HOTPATH_CALLS=str(calls))
@@ -114,7 +115,7 @@ class SecondHost(CommandTest):
                 self.assertEqual((places["socket"], places["bind"]), ([], []))
                 self.assertNotEqual(places["malloc"], [], "the calls are not noted")
 
-    def beside_a_stranger_there(self, *arguments):
+    def beside_a_stranger_there(self, *arguments: object) -> Any:
         """Standard error of a run while a program on the other host reads its topic names from
         discovery traffic and publishes there."""
         with tempfile.TemporaryFile() as log:
@@ -123,7 +124,9 @@ class SecondHost(CommandTest):
                 stdout=log, stderr=log,
             )  # fmt: skip
             try:
-                code, _, err = self.finish(self.start_here("run", *RUN[:-1], 2, "--output", "run", *arguments))
+                code, _, err = self.finish(
+                    self.start_here("run", *RUN[:-1], 2, "--output", "run", *arguments)
+                )
             finally:
                 stranger.send_signal(signal.SIGTERM)
                 stranger.wait()
@@ -131,13 +134,9 @@ class SecondHost(CommandTest):
         self.assertEqual(code, 0, err)
         return err
 
-    def test_a_stranger_on_the_other_host_is_not_met(self):
+    def test_a_stranger_on_the_other_host_is_not_met(self) -> None:
         self.assertNotIn("samples of other programs", self.beside_a_stranger_there())
         self.checked("run")
 
-    def test_with_all_interfaces_a_stranger_is_met(self):
+    def test_with_all_interfaces_a_stranger_is_met(self) -> None:
         self.assertIn("samples of other programs", self.beside_a_stranger_there("--all-interfaces"))
-
-
-if __name__ == "__main__":
-    unittest.main()

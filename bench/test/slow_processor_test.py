@@ -6,7 +6,8 @@ import json
 import os
 import subprocess
 import sys
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest
 
@@ -16,16 +17,16 @@ SPIN = "import os\nos.sched_setaffinity(0, {%d})\nprint('spins', flush=True)\nwh
 
 
 class SlowProcessor(CommandTest):
-    def setUp(self):
+    def setUp(self) -> None:
         super().setUp()
         self.cpu = max(os.sched_getaffinity(0))
 
-    def runs_in(self, output):
+    def runs_in(self, output: Path) -> Any:
         """The entries of `runs` in run.json; None before the calibration has ended."""
         file = output / "run.json"
         return json.loads(file.read_text())["runs"] if file.exists() else None
 
-    def measure_beside_a_sibling(self, *arguments):
+    def measure_beside_a_sibling(self, *arguments: object) -> tuple[Any, Any]:
         """Measures a run while another thread keeps its CPU busy, from the calibration to the first
         repetition's end."""
         output = self.folder / "run"
@@ -34,7 +35,9 @@ class SlowProcessor(CommandTest):
             "--warm-up", 0.5, "--output", output, *arguments,
         )  # fmt: skip
         self.wait_for(lambda: self.runs_in(output) is not None, "no calibration")
-        sibling = subprocess.Popen([sys.executable, "-c", SPIN % self.cpu], stdout=subprocess.PIPE, text=True)
+        sibling: Any = subprocess.Popen(
+            [sys.executable, "-c", SPIN % self.cpu], stdout=subprocess.PIPE, text=True
+        )
         self.addCleanup(sibling.stdout.close)
         self.addCleanup(sibling.wait)
         self.addCleanup(sibling.kill)
@@ -45,7 +48,7 @@ class SlowProcessor(CommandTest):
         self.assertEqual(code, 0, err)
         return self.checked(output), out
 
-    def test_a_busy_sibling_is_marked_with_time_and_factor(self):
+    def test_a_busy_sibling_is_marked_with_time_and_factor(self) -> None:
         run, table = self.measure_beside_a_sibling("--duration", 3)
         (executor,) = run.summary()["executors"]
         self.assertEqual(executor["processor_speed"]["observed"], 1)
@@ -67,7 +70,7 @@ class SlowProcessor(CommandTest):
         self.assertIn("Slow processor: rm-ro, repetition 0", self.accepted("summarize", run.path))
         self.assertEqual(run.summary(), before)
 
-    def test_what_it_disturbed_is_measured_again_and_kept(self):
+    def test_what_it_disturbed_is_measured_again_and_kept(self) -> None:
         run, _ = self.measure_beside_a_sibling("--duration", 2, "--repetitions", 2, "--repeat-disturbed", 1)
         entries = {r["repetition"]: r for r in run.run["runs"]}
         attempt = entries[0]["replaced_by"]
@@ -76,14 +79,18 @@ class SlowProcessor(CommandTest):
         self.assertNotIn("replaced_by", entries[attempt])
         self.assertEqual(entries[attempt]["first_timestamps_ms"], entries[0]["first_timestamps_ms"])
         warnings = [w for w in run.run["warnings"] if w.startswith("rm-ro, repetition 0:")]
-        self.assertRegex(warnings[0], rf"slow by a factor of \d.*; repetition {attempt} was measured instead and counts")
+        self.assertRegex(
+            warnings[0], rf"slow by a factor of \d.*; repetition {attempt} was measured instead and counts"
+        )
         (executor,) = run.summary()["executors"]
         self.assertEqual(executor["repetitions"], 2)
         self.assertTrue(run.run["complete"])
 
         counted = {number for number, r in entries.items() if "replaced_by" not in r}
         self.assertEqual(len(counted), 2)
-        self.assertEqual({repetition for _, repetition in run.jobs()}, set(entries), "nothing measured is lost")
+        self.assertEqual(
+            {repetition for _, repetition in run.jobs()}, set(entries), "nothing measured is lost"
+        )
         self.assertEqual({repetition for _, repetition in run.chains()}, set(entries))
         rows = self.accepted("summarize", run.path, "--responses", "-").splitlines()[1:]
         self.assertEqual({int(row.split(",")[1]) for row in rows}, counted)
@@ -94,7 +101,7 @@ class SlowProcessor(CommandTest):
 
 
 class Refused(CommandTest):
-    def test_repeat_disturbed_warns_without_known_work(self):
+    def test_repeat_disturbed_warns_without_known_work(self) -> None:
         run = self.measure(
             "run", "--transport", "intra_process", "--work", "wall", "--duration", 0.2, "--warm-up", 0,
             "--repeat-disturbed", 1,
@@ -102,14 +109,10 @@ class Refused(CommandTest):
         self.assertIn("--repeat-disturbed has no effect", " ".join(run.run["warnings"]))
         self.assertEqual(run.summary()["executors"][0]["processor_speed"], {"observed": 0, "slow": []})
 
-    def test_repeat_disturbed_excludes_live_alternate(self):
+    def test_repeat_disturbed_excludes_live_alternate(self) -> None:
         code, _, err = self.command(
             "run", "--live-alternate", "--repetitions", 4, "--repeat-disturbed", 1, "--output", "never"
         )
         self.assertEqual(code, 2)
         self.assertIn("--repeat-disturbed: --live-alternate needs repetitions", err)
         self.assertFalse((self.folder / "never").exists())
-
-
-if __name__ == "__main__":
-    unittest.main()

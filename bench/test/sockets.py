@@ -2,30 +2,31 @@
 """The sockets and multicast groups of processes, from the kernel's tables."""
 
 import os
-import pathlib
 import re
 import socket
 import struct
+from pathlib import Path
+from typing import Any
 
 PROTOCOLS = ("udp", "tcp", "udp6", "tcp6", "raw")
 ALL_HOSTS = "224.0.0.1"  # every interface joins this group
 
 
-def sockets_in(tables):
+def sockets_in(tables: Any) -> Any:
     """{inode: (protocol, address)} of all internet sockets in a network namespace; `tables`:
     /proc/PID/net."""
     found = {}
     for protocol in PROTOCOLS:
-        for line in (pathlib.Path(tables) / protocol).read_text().splitlines()[1:]:
+        for line in (Path(tables) / protocol).read_text().splitlines()[1:]:
             fields = line.split()
             found[fields[9]] = (protocol, fields[1].rpartition(":")[0])
     return found
 
 
-def sockets_of(session):
+def sockets_of(session: int) -> set[Any]:
     """(protocol, address) of all internet sockets held by processes of the session."""
     inodes = set()
-    for process in pathlib.Path("/proc").glob("[0-9]*"):
+    for process in Path("/proc").glob("[0-9]*"):
         try:
             fields = (process / "stat").read_text().rpartition(")")[2].split()
             if int(fields[3]) != session:
@@ -39,12 +40,12 @@ def sockets_of(session):
     return {socket_ for inode, socket_ in sockets_in("/proc/net").items() if inode in inodes}
 
 
-def dotted(address):
+def dotted(address: Any) -> Any:
     """Converts an IPv4 address of the kernel's tables to dotted notation."""
     return socket.inet_ntoa(struct.pack("=I", int(address, 16)))
 
 
-def is_local(protocol, address):
+def is_local(protocol: str, address: Any) -> Any:
     """Whether the address is a loopback address, or a multicast group (groups_in() checks its
     interface)."""
     if len(address) != 8:
@@ -53,10 +54,10 @@ def is_local(protocol, address):
     return protocol == "udp" and (ip.startswith("127.") or 224 <= int(ip.split(".")[0]) < 240)
 
 
-def groups_in(tables):
+def groups_in(tables: Any) -> Any:
     """(interface, multicast group) pairs of a network namespace, without ALL_HOSTS."""
     joined, interface = set(), ""
-    for line in (pathlib.Path(tables) / "igmp").read_text().splitlines()[1:]:
+    for line in (Path(tables) / "igmp").read_text().splitlines()[1:]:
         fields = line.split()
         if not line.startswith("\t"):
             interface = fields[1]

@@ -3,8 +3,8 @@
 ran."""
 
 import csv
-import unittest
 from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest, RunFolder
 
@@ -15,7 +15,7 @@ PLAN = ("--cores", 2, "--phases", "given", "--duration", 16.5, "--warm-up", 0)
 
 
 class Starvation(CommandTest):
-    def simulate(self, example, *arguments):
+    def simulate(self, example: Any, *arguments: str) -> tuple[Any, Any]:
         """(run folder, standard output) of a simulation."""
         output = self.folder / f"{example}{'-'.join(arguments)}"
         code, out, err = self.command(
@@ -24,21 +24,23 @@ class Starvation(CommandTest):
         self.assertEqual(code, 0, err)
         return RunFolder(output), out
 
-    def tasks(self, run):
+    def tasks(self, run: Any) -> dict[Any, Any]:
         return {e["executor"]: e["tasks"] for e in run.summary()["executors"]}
 
-    def check_counts(self, example, ros2, tasks):
+    def check_counts(self, example: Any, ros2: Any, tasks: Any) -> None:
         with REFERENCE.open(newline="", encoding="utf-8") as file:
             rows = [r for r in csv.DictReader(file) if r["ros2"] == ros2 and int(r["example"]) == example]
         self.assertEqual(len(rows), 1)
-        self.assertEqual(len(tasks), sum(1 for name, count in rows[0].items() if name.startswith("timer") and count))
+        self.assertEqual(
+            len(tasks), sum(1 for name, count in rows[0].items() if name.startswith("timer") and count)
+        )
         for number, task in enumerate(tasks, start=1):
             started, real = task["ran"] + task["running"], int(rows[0][f"timer{number}"])
             with self.subTest(example=example, ros2=ros2, task=task["task"]):
                 self.assertAlmostEqual(started, real, delta=1 if real else 0)
                 self.assertEqual(task["never_ran"], real == 0)
 
-    def test_multi_starves_as_humble_and_the_remedy_does_not(self):
+    def test_multi_starves_as_humble_and_the_remedy_does_not(self) -> None:
         for example in EXAMPLES:
             run, out = self.simulate(example, "--executors", "multi:2,multi-fair:2")
             tasks = self.tasks(run)
@@ -48,14 +50,14 @@ class Starvation(CommandTest):
             self.assertIn(f"\nmulti:2: {starved[0]} never ran\n", out)
             self.assertFalse(any(t["never_ran"] for t in tasks["multi-fair:2"]))
 
-    def test_multi_jazzy_starves_nobody(self):
+    def test_multi_jazzy_starves_nobody(self) -> None:
         for example in EXAMPLES:
             # The timers of one node enter the wait set together, in the order of a hash map.
             run, out = self.simulate(example, "--executors", "multi-jazzy:2", "--entity-order", "reverse")
             self.check_counts(example, "jazzy", self.tasks(run)["multi-jazzy:2"])
             self.assertNotIn("never ran", out)
 
-    def test_waits_are_the_same_when_recomputed_and_without_a_trace(self):
+    def test_waits_are_the_same_when_recomputed_and_without_a_trace(self) -> None:
         run, out = self.simulate(4, "--executors", "multi:2,multi-fair:2")
         waits = {e: [t["longest_wait_ms"] for t in tasks] for e, tasks in self.tasks(run).items()}
         self.assertAlmostEqual(waits["multi:2"][1], 16_500 - 1000.05)
@@ -67,7 +69,3 @@ class Starvation(CommandTest):
             self.assertEqual(
                 {e: [t["longest_wait_ms"] for t in tasks] for e, tasks in self.tasks(other).items()}, waits
             )
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,7 +4,8 @@ any options, even if the files that the options named have changed since."""
 
 import json
 import re
-import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import CommandTest, RunFolder
 
@@ -16,9 +17,13 @@ executors:
   - {name: others, executor: "multi", owns: rest}
 """
 # By option of `simulate`: the options of its test run. The test makes the files and folders.
-USES = {
+USES: dict[str, dict[str, Any]] = {
     "--executors": {"--executors": "all"},
-    "--deployments": {"--executors": "multi", "--deployments": "isolated,prioritized,mine.yaml", "--cores": 2},
+    "--deployments": {
+        "--executors": "multi",
+        "--deployments": "isolated,prioritized,mine.yaml",
+        "--cores": 2,
+    },
     "--graph": {"--graph": "callbacks"},
     "--load": {"--load": 60},
     "--rate": {"--rate": 110},
@@ -48,32 +53,44 @@ USES = {
     "--execution-times": {"--execution-times": "replay:other", "--cores": 2},
     "--threads": {"--threads": 1},
 }
-NOT_STORED = {"--help": "runs nothing", "--output": "changes no result", "--no-trace": "leaves no jobs to compare"}
+NOT_STORED = {
+    "--help": "runs nothing",
+    "--output": "changes no result",
+    "--no-trace": "leaves no jobs to compare",
+}
 
 
 class StoredRun(CommandTest):
-    def write_files(self, executor, timers, order):
+    def write_files(self, executor: str, timers: Any, order: Any) -> None:
         (self.folder / "mine.yaml").write_text(DEPLOYMENT % executor)
         rows = [f"{timer},{5 * i % 13}" for i, timer in enumerate(timers)]
         (self.folder / "phases.csv").write_text("\n".join(["task,first_release_ms", *rows]) + "\n")
         (self.folder / "order.txt").write_text("\n".join(order) + "\n")
 
-    def simulate(self, output, options):
+    def simulate(self, output: str | Path, options: Any) -> Any:
         words = [str(word) for option in options.items() for word in option]
         self.accepted("simulate", *words, "--output", self.folder / output)
         return RunFolder(self.folder / output)
 
-    def test_validate_simulates_a_run_again_whatever_options_it_had(self):
-        options = set(re.findall(r"^ +(?:-h,)?(--[a-z-]+)", self.accepted("simulate", "--help"), re.MULTILINE))
-        self.assertEqual(options, set(USES) | set(NOT_STORED), "each option is tried here, or it says why not")
-        other = self.simulate("other", BASE | {"--phases": "random", "--execution-times": "uniform", "--load": 70})
+    def test_validate_simulates_a_run_again_whatever_options_it_had(self) -> None:
+        options = set(
+            re.findall(r"^ +(?:-h,)?(--[a-z-]+)", self.accepted("simulate", "--help"), re.MULTILINE)
+        )
+        self.assertEqual(
+            options, set(USES) | set(NOT_STORED), "each option is tried here, or it says why not"
+        )
+        other = self.simulate(
+            "other", BASE | {"--phases": "random", "--execution-times": "uniform", "--load": 70}
+        )
         timers = [task["task"] for task in other.run["tasks"] if task["kind"] == "timer"]
         self.write_files("rm-ro:first", timers, [task["task"] for task in reversed(other.run["tasks"])])
         runs = {option: self.simulate(option[2:], BASE | use) for option, use in USES.items()}
+        for option, run in runs.items():
+            self.check_command(option, run)
         self.write_files("default", timers[::-1], timers[:1])  # validate must not read these files again
         self.accepted("validate", *(run.path for run in runs.values()), "--output", "validation")
         result = json.loads((self.folder / "validation" / "validation.json").read_text())
-        compared = {}
+        compared: dict[Any, Any] = {}
         for entry in result["runs"]:
             option = "--" + entry["run"].rpartition("/")[2]
             compared[option] = compared.get(option, 0) + 1
@@ -87,18 +104,22 @@ class StoredRun(CommandTest):
                     self.assertEqual(entry["latencies"]["measured_ms"], entry["latencies"]["simulated_ms"])
         self.assertEqual(compared, {option: len(run.run["runs"]) for option, run in runs.items()})
 
-    def test_the_command_is_stored_without_what_changes_no_result(self):
+    def check_command(self, option: str, run: RunFolder) -> None:
+        """The command that run.json stores makes the same files again."""
+        again = self.folder / f"again{option}"
+        self.accepted(*run.run["command"], "--output", again)
+        for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
+            with self.subTest(option=option, file=name):
+                self.assertEqual((again / name).read_bytes(), (run.path / name).read_bytes())
+
+    def test_the_command_is_stored_without_what_changes_no_result(self) -> None:
         run = self.simulate("run", {"--executor": "rm-ro", "--rate": 110, "--duration": 1, "--threads": 1})
         self.assertEqual(run.run["command"], ["simulate", "--executors=rm-ro", "--rate=110", "--duration=1"])
 
-    def test_a_run_is_validated_first_and_the_reference_on_request(self):
+    def test_a_run_is_validated_first_and_the_reference_on_request(self) -> None:
         run = self.simulate("run", {"--executors": "default", "--duration": 1})
         out = self.accepted("validate", run.path, "--output", "run_alone").splitlines()
         self.assertLess(next(i for i, line in enumerate(out) if line.startswith("default #0")), 6)
         self.assertNotIn("Golden traces", "\n".join(out))
         out = self.accepted("validate", run.path, "--all", "--output", "all")
         self.assertLess(out.index("default #0"), out.index("Golden traces"))
-
-
-if __name__ == "__main__":
-    unittest.main()

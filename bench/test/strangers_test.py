@@ -5,7 +5,7 @@ Without --all-interfaces nothing listens beyond this machine."""
 import os
 import signal
 import subprocess
-import unittest
+from typing import Any
 
 from hotpath_command import CommandTest
 from sockets import is_local, sockets_of
@@ -16,16 +16,24 @@ RUN = ("run", "--load", 5, "--duration", 3, "--warm-up", 0, "--domain", DOMAIN, 
 
 
 class Strangers(CommandTest):
-    def strange(self, *arguments):
-        stranger = subprocess.Popen([STRANGER, "--domain", str(DOMAIN), *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)  # fmt: skip
+    def strange(self, *arguments: object) -> Any:
+        stranger: Any = subprocess.Popen(
+            [STRANGER, "--domain", str(DOMAIN), *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
         self.addCleanup(stranger.stdout.close)
         self.addCleanup(stranger.wait)
         self.addCleanup(stranger.kill)
         return stranger
 
-    def run_beside_strangers(self, *arguments):
+    def run_beside_strangers(self, *arguments: object) -> Any:
         """A run while strangers publish on three of its topics."""
-        strangers = [self.strange("--topic", t, *arguments) for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")]  # fmt: skip
+        strangers = [
+            self.strange("--topic", t, *arguments)
+            for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")
+        ]
         code, _, err = self.command(*RUN)
         for stranger in strangers:
             stranger.send_signal(signal.SIGTERM)
@@ -36,20 +44,20 @@ class Strangers(CommandTest):
         self.assertTrue(run.run["complete"])
         return run
 
-    def test_publishers_under_the_topic_names_of_the_graph_are_not_matched(self):
+    def test_publishers_under_the_topic_names_of_the_graph_are_not_matched(self) -> None:
         self.assertTrue(self.whole(self.run_beside_strangers("--partition", "*")))
 
-    def whole(self, run):
+    def whole(self, run: Any) -> bool:
         self.assertNotIn("samples", " ".join(run.run["warnings"]))
         return all(e["loss_equations"]["hold"] for e in run.summary()["executors"])
 
-    def test_samples_of_spies_are_left_out_and_counted(self):
+    def test_samples_of_spies_are_left_out_and_counted(self) -> None:
         # Their samples may displace the run's own in a reader's history, so the loss equations need
         # not hold.
         run = self.run_beside_strangers("--spy")
         self.assertIn("samples of other programs", " ".join(run.run["warnings"]))
 
-    def test_a_reader_that_stops_holds_nobody_up(self):
+    def test_a_reader_that_stops_holds_nobody_up(self) -> None:
         reader = self.strange("--topic", "FrontLidarDriver", "--spy", "--read")
         process = self.start(*RUN)
         self.addCleanup(lambda: process.poll() is None and process.kill())
@@ -60,7 +68,7 @@ class Strangers(CommandTest):
         self.assertEqual(code, 0, err)
         self.assertTrue(self.whole(self.checked("run")))
 
-    def test_those_that_come_and_go_disturb_nothing(self):
+    def test_those_that_come_and_go_disturb_nothing(self) -> None:
         process = self.start(*RUN, stderr=subprocess.DEVNULL)
         came = 0
         while process.poll() is None:
@@ -78,11 +86,18 @@ class Strangers(CommandTest):
         self.assertGreater(came, 8)
         self.assertTrue(self.checked("run").run["complete"])
 
-    def test_telemetry_goes_on_beside_nonsense_on_its_topics(self):
+    def test_telemetry_goes_on_beside_nonsense_on_its_topics(self) -> None:
         strangers = [
-            self.strange("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}", "--size", 200, "--partition", "")
-            for topic, kind in {"run": "RunInfo", "statistics": "Statistics", "chain_samples": "ChainSample"}.items()
-        ]  # fmt: skip
+            self.strange(
+                *("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}"),
+                *("--size", 200, "--partition", ""),
+            )
+            for topic, kind in {
+                "run": "RunInfo",
+                "statistics": "Statistics",
+                "chain_samples": "ChainSample",
+            }.items()
+        ]
         code, _, err = self.command(*RUN, "--live")
         self.assertEqual(code, 0, err)
         for stranger in strangers:
@@ -90,12 +105,12 @@ class Strangers(CommandTest):
             self.assertGreater(int(stranger.communicate()[0]), 0, "it published nothing")
         self.assertTrue(self.checked("run").run["complete"])
 
-    def listening(self, *arguments):
+    def listening(self, *arguments: object) -> Any:
         process = self.start(*arguments)
         self.addCleanup(lambda: process.poll() is None and process.kill())
         seen = set()
 
-        def listens():
+        def listens() -> bool:
             seen.update(sockets_of(process.pid))
             return process.poll() is not None
 
@@ -103,18 +118,15 @@ class Strangers(CommandTest):
         self.finish(process)
         return seen
 
-    def test_nothing_listens_beyond_this_machine(self):
-        for more in ([], ["--live"], ["--processes", 2], ["--network", "shared_memory", "--processes", 2]):
+    def test_nothing_listens_beyond_this_machine(self) -> None:
+        cases: Any = ([], ["--live"], ["--processes", 2], ["--network", "shared_memory", "--processes", 2])
+        for more in cases:
             with self.subTest(more=more):
                 output = "run" + "".join(map(str, more)).replace("-", "")
                 sockets = self.listening(*RUN[:-1], output, *more)
                 self.assertTrue(sockets, "it has no socket at all")
                 self.assertEqual({s for s in sockets if not is_local(*s)}, set())
 
-    def test_the_check_finds_what_listens_everywhere(self):
+    def test_the_check_finds_what_listens_everywhere(self) -> None:
         sockets = self.listening(*RUN, "--all-interfaces")
         self.assertTrue({s for s in sockets if not is_local(*s)})
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -10,6 +10,8 @@ import shutil
 import signal
 import subprocess
 import unittest
+from pathlib import Path
+from typing import Any
 
 from hotpath_command import HOTPATH, CommandTest
 
@@ -24,23 +26,23 @@ MPIRUN = shutil.which("mpirun")
 
 
 class SweepTest(CommandTest):
-    def sweep_file(self, text=SWEEP):
+    def sweep_file(self, text: Any = SWEEP) -> str:
         (self.folder / "sweep.yaml").write_text(text)
         return "sweep.yaml"
 
-    def table(self, folder):
+    def table(self, folder: str | Path) -> Any:
         return (self.folder / folder / "table.csv").read_bytes()
 
-    def rows(self, folder):
+    def rows(self, folder: str | Path) -> list[Any]:
         with open(self.folder / folder / "table.csv", newline="") as file:
             return list(csv.DictReader(file, strict=True))
 
-    def sweep(self, output, *arguments, text=SWEEP):
+    def sweep(self, output: str | Path, *arguments: object, text: Any = SWEEP) -> Any:
         return self.accepted("sweep", self.sweep_file(text), "--output", output, *arguments)
 
-    def mpirun(self, ranks, *words, wait=True):
+    def mpirun(self, ranks: int, *words: object, wait: bool = True) -> Any:
         options = ["--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "--enable-recovery"]
-        command = [MPIRUN, *options, "-n", str(ranks), *map(str, words)]
+        command: list[Any] = [MPIRUN, *options, "-n", str(ranks), *map(str, words)]
         process = subprocess.Popen(
             command, cwd=self.folder, env=self.environment, text=True, stdout=-1, stderr=-1
         )
@@ -48,7 +50,7 @@ class SweepTest(CommandTest):
 
 
 class Sweeps(SweepTest):
-    def test_the_table_does_not_depend_on_threads(self):
+    def test_the_table_does_not_depend_on_threads(self) -> None:
         out = self.sweep("one", "--threads", 1)
         self.assertRegex(out, r"20 cells of `simulate` to do, about .* s on 1 rank\(s\) with 1 thread")
         self.sweep("seven", "--threads", 7)
@@ -58,7 +60,7 @@ class Sweeps(SweepTest):
         self.assertEqual([int(row["cell"]) for row in rows], list(range(24)))
         self.assertEqual({row["executor"] for row in rows}, {"default", "rm-ro"})
 
-    def test_a_cell_is_what_simulate_says_of_it_and_overload_is_a_row(self):
+    def test_a_cell_is_what_simulate_says_of_it_and_overload_is_a_row(self) -> None:
         self.sweep("out")
         rows = self.rows("out")
         row = next(
@@ -75,7 +77,7 @@ class Sweeps(SweepTest):
         self.assertEqual(len(overloaded), 4)
         self.assertTrue(all(r["failure"] or int(r["deadline_overruns"]) > 0 for r in overloaded))
 
-    def test_an_interrupted_sweep_goes_on_with_the_same_result(self):
+    def test_an_interrupted_sweep_goes_on_with_the_same_result(self) -> None:
         text = SWEEP.replace("repetitions: 4", "repetitions: 200")
         self.sweep("whole", text=text)
         process = self.start("sweep", self.sweep_file(text), "--output", "cut", "--threads", "1")
@@ -91,7 +93,7 @@ class Sweeps(SweepTest):
         self.assertEqual(refused[0], 2)
         self.assertIn("results of another sweep", refused[2])
 
-    def test_a_damaged_journal_makes_the_same_table(self):
+    def test_a_damaged_journal_makes_the_same_table(self) -> None:
         text = SWEEP.replace("repetitions: 4", "repetitions: 40")
         self.sweep("out", text=text)
         table, journal = self.table("out"), self.folder / "out" / "cells.journal"
@@ -111,7 +113,7 @@ class Sweeps(SweepTest):
             self.assertRegex(err, r"note: out/cells.journal:.* run again\n", what)
             self.assertEqual(self.table("out"), table, what)
 
-    def test_a_second_sweep_in_the_folder_is_refused(self):
+    def test_a_second_sweep_in_the_folder_is_refused(self) -> None:
         text = SWEEP.replace("repetitions: 4", "repetitions: 200")
         process = self.start("sweep", self.sweep_file(text), "--output", "out", "--threads", "1")
         journal = self.folder / "out" / "cells.journal"
@@ -128,7 +130,7 @@ class Sweeps(SweepTest):
         self.assertEqual(sorted(json.loads(line.split(" ", 1)[1])[0] for line in lines), list(range(1200)))
         self.assertEqual(len(self.rows("out")), 1200)
 
-    def test_kept_folders_and_analyses(self):
+    def test_kept_folders_and_analyses(self) -> None:
         self.sweep("kept", text=SWEEP.replace("300", "20") + "keep: [{load: 20, executors: rm-ro}]\n")
         folders = sorted(p.name for p in (self.folder / "kept" / "cells").iterdir())
         self.assertEqual(len(folders), 4)
@@ -143,14 +145,15 @@ class Sweeps(SweepTest):
         self.assertEqual({row["load"] for row in rows}, {"50", "60"})
         self.assertTrue(any(row["bound_ns"] for row in rows))
 
-    def test_live_cells(self):
-        text = "command: run\nfixed: {graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process}\naxes: {executor: [default, rm-ro]}\n"
+    def test_live_cells(self) -> None:
+        text = "command: run\nfixed: {graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process}\n"
+        text += "axes: {executor: [default, rm-ro]}\n"
         self.sweep("live", text=text)
         rows = self.rows("live")
         self.assertEqual([row["executor"] for row in rows], ["default", "rm-ro"])
         self.assertTrue(all(row["failure"] == "" and int(row["callbacks"]) > 0 for row in rows))
 
-    def test_wrong_use_names_file_and_line(self):
+    def test_wrong_use_names_file_and_line(self) -> None:
         for wrong, said in (
             (("load: [40, 80, 300]", "laod: [40]"), "sweep.yaml:4: `simulate` has no option --laod"),
             (("load: [40, 80, 300]", "load: [40, -1]"), "sweep.yaml:4: --load"),
@@ -162,7 +165,7 @@ class Sweeps(SweepTest):
             self.assertIn(said, err)
             self.assertFalse((self.folder / "wrong").exists())
 
-    def test_a_long_sweep_asks_before_it_begins(self):
+    def test_a_long_sweep_asks_before_it_begins(self) -> None:
         text = SWEEP.replace("repetitions: 4", "repetitions: 10000").replace("duration: 2", "duration: 3000")
         code, out, err = self.command(
             "sweep", self.sweep_file(text.replace("300]", "90]")), "--output", "long"
@@ -172,14 +175,14 @@ class Sweeps(SweepTest):
         self.assertIn("--yes", err)
 
     @unittest.skipUnless(MPIRUN, "no mpirun")
-    def test_two_ranks_make_the_same_table(self):
+    def test_two_ranks_make_the_same_table(self) -> None:
         self.sweep("alone")
         code, _, err = self.mpirun(2, HOTPATH, "sweep", "sweep.yaml", "--output", "ranks", "--threads", "1")
         self.assertEqual(code, 0, err)
         self.assertEqual(self.table("ranks"), self.table("alone"))
 
     @unittest.skipUnless(MPIRUN, "no mpirun")
-    def test_a_rank_that_dies_costs_nothing_but_its_time(self):
+    def test_a_rank_that_dies_costs_nothing_but_its_time(self) -> None:
         text = SWEEP.replace("repetitions: 4", "repetitions: 100").replace("duration: 2", "duration: 20")
         self.sweep_file(text)
         doomed = f'if [ $OMPI_COMM_WORLD_RANK = 1 ]; then echo $$ > doomed; fi; exec "{HOTPATH}" "$@"'
@@ -195,13 +198,13 @@ class Sweeps(SweepTest):
 
 
 class Capacities(SweepTest):
-    def capacity(self, *arguments):
+    def capacity(self, *arguments: object) -> tuple[Any, list[Any]]:
         words = ["capacity", "--duration", "2", "--repetitions", "3", "--output", "capacity", *arguments]
         out = self.accepted(*words)
         with open(self.folder / "capacity" / "levels.csv", newline="") as file:
             return out, list(csv.DictReader(file, strict=True))
 
-    def test_rm_ro_carries_what_the_analysis_accepts(self):
+    def test_rm_ro_carries_what_the_analysis_accepts(self) -> None:
         out, levels = self.capacity("--graph", "timers_only_80", "--executors", "rm-ro", "--from", 40)
         held = {
             s: [float(r["load"]) for r in levels if r["source"] == s and r["holds"] == "1"]
@@ -213,7 +216,7 @@ class Capacities(SweepTest):
             "3 of 3 repetitions of 2 s must hold: with 95 % confidence 36.8 % of all such runs do", out
         )
 
-    def test_rates_and_copies_multiply_the_load(self):
+    def test_rates_and_copies_multiply_the_load(self) -> None:
         _, levels = self.capacity(
             "--load", 30, "--executors", "rm-ro", "--over", "copies", "--from", 1, "--to", 5
         )
@@ -239,13 +242,16 @@ class Capacities(SweepTest):
         self.assertGreater(most, 150)
         self.assertLessEqual(most, 250)
 
-    def test_wrong_use(self):
+    def test_wrong_use(self) -> None:
         for words, said in (
             (("--require", "fast"), "--require: `fast`"),
             (("--over", "copies", "--from", "0.5"), "whole numbers"),
             (("--from", "9", "--to", "5"), "--from is greater than --to"),
             (("--live", "--cores", "2"), "--cores applies to simulations only"),
-            (("--live", "--live-options", "--graph x"), "--live-options: --graph is an option of capacity itself"),
+            (
+                ("--live", "--live-options", "--graph x"),
+                "--live-options: --graph is an option of capacity itself",
+            ),
             (("--live", "--live-options", "--nope x"), "--nope; see `hotpath run --help`"),
             (("--live", "--live-options", "--domain x"), "--live-options: --domain"),
             (("--over", "copies", "--from", "1", "--to", "2000"), "range of --copies, 1 to 1000"),
@@ -263,7 +269,7 @@ class ChildrenThatRefuse(SweepTest):
 
     LIVE = "graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process, processes: 2"
 
-    def assert_wrong_use(self, said, *words):
+    def assert_wrong_use(self, said: Any, *words: object) -> None:
         shutil.rmtree(self.folder / "refused", ignore_errors=True)
         code, _, err = self.command(*words, "--output", "refused")
         self.assertEqual(code, 2, err)
@@ -271,12 +277,12 @@ class ChildrenThatRefuse(SweepTest):
         self.assertFalse((self.folder / "refused" / "table.csv").exists())
         self.assertFalse((self.folder / "refused" / "levels.csv").exists())
 
-    def test_of_a_search(self):
+    def test_of_a_search(self) -> None:
         options = "--transport intra_process --processes 2"
         words = ("capacity", "--executors", "default", "--live", "--live-options", options)
         self.assert_wrong_use("--processes 2 needs --transport fastdds", *words)
 
-    def test_of_a_sweep(self):
+    def test_of_a_sweep(self) -> None:
         text = f"command: run\nfixed: {{{self.LIVE}}}\naxes: {{load: [10, 20]}}\n"
         said = "sweep.yaml: cell 0, load 10: --processes 2 needs --transport fastdds"
         self.assert_wrong_use(said, "sweep", self.sweep_file(text))
@@ -285,7 +291,7 @@ class ChildrenThatRefuse(SweepTest):
         text = "command: run\naxes: {load: [10, 20]}\n"
         self.assert_wrong_use("--threads", "sweep", self.sweep_file(text), "--threads", 2)
 
-    def test_of_two_builds(self):
+    def test_of_two_builds(self) -> None:
         words = ("compare", "--graph", "nope", "--against", HOTPATH)
         code, _, err = self.command(*words, "--output", "ab")
         self.assertEqual(code, 2, err)
@@ -293,7 +299,7 @@ class ChildrenThatRefuse(SweepTest):
 
 
 class TwoBuilds(CommandTest):
-    def test_compare_against_the_same_build(self):
+    def test_compare_against_the_same_build(self) -> None:
         words = "--executors default --graph timers_only_60 --transport intra_process --duration 1 --warm-up 0".split()
         self.environment = dict(os.environ, HOTPATH_FIGURES="none")  # the gate is Python
         reports = ["--junit", "gate.xml", "--markdown", "gate.md"]
@@ -307,11 +313,7 @@ class TwoBuilds(CommandTest):
         self.assertIn("<testsuite ", (self.folder / "gate.xml").read_text())
         self.assertIn("| measure | old | new |", (self.folder / "gate.md").read_text())
 
-    def test_a_missing_program_is_rejected(self):
+    def test_a_missing_program_is_rejected(self) -> None:
         code, _, err = self.command("compare", "--against", "/nonexistent", "--output", "ab")
         self.assertEqual(code, 1)
         self.assertIn("/nonexistent", err)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -4,15 +4,16 @@
 import csv
 import json
 import os
-import pathlib
 import shutil
 import subprocess
 import tempfile
+from pathlib import Path
+from typing import Any
 
 from bench_command_test import Report
 from import_files_test import ARCHITECTURE, STATISTICS
 
-SYSTEM = pathlib.Path(__file__).resolve().parents[2] / "reference_system"
+SYSTEM = Path(__file__).resolve().parents[2] / "reference_system"
 GOLDEN = SYSTEM / "ros2_reference" / "traces" / "timers_only_60.default.csv"
 GOLDEN_LINES = 200
 
@@ -28,20 +29,22 @@ nodes:
 """
 SWEEP = "command: simulate\nfixed: {graph: sequences, executor: rm-ro, duration: 1}\naxes: {load: [20, 40]}\n"
 LEVELS = "executor,source,load,holds,why\nrm-ro,simulated,20,1,\nrm-ro,simulated,40,0,losses\n"
-FIGURES = [{"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "time_ns", "values": [50, 40, 60]}]
+FIGURES = [
+    {"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "time_ns", "values": [50, 40, 60]}
+]
 
 
-def call(hotpath, folder, *words):
+def call(hotpath: Any, folder: Path, *words: object) -> Any:
     """Standard output of a command that must succeed."""
     environment = dict(os.environ, HOTPATH_FIGURES="none")
     done = subprocess.run(
-        [hotpath, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        [hotpath, *map(str, words)], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, (words, done.stderr)
     return done.stdout
 
 
-def make_run(hotpath, folder):
+def make_run(hotpath: Any, folder: Path) -> None:
     """Makes a run, and files that refer to its tasks."""
     brief = ("--executors", "default,rm-ro", "--duration", "1", "--warm-up", "0.1")
     call(hotpath, folder, "simulate", "--graph", "sequences", *brief, "--output", "run")
@@ -53,9 +56,9 @@ def make_run(hotpath, folder):
     call(hotpath, folder, "export", "ctf", "run", "--output", "ctf")
 
 
-def make_inputs(hotpath):
+def make_inputs(hotpath: Any) -> Any:
     """Makes all inputs and returns their folder."""
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="hotpath_inputs_"))
+    folder = Path(tempfile.mkdtemp(prefix="hotpath_inputs_"))
     make_run(hotpath, folder)
     shutil.copy(SYSTEM / "graphs" / "sequences.yaml", folder / "graph.yaml")
     texts = {

@@ -5,9 +5,10 @@ machines: orders, counts, and values recomputed from the rows of jobs.csv."""
 import collections
 import json
 import subprocess
-import unittest
+from collections.abc import Iterable
+from typing import Any
 
-from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, CommandTest
+from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, CommandTest, RunFolder
 from known_graphs import AUTOWARE, MANY_TO_MANY, SEQUENCES, TIMERS_ONLY
 
 EXECUTORS = (
@@ -22,7 +23,7 @@ SHORT = ("--duration", 1, "--warm-up", 0.25)
 class Repetition:
     """The jobs of one repetition of a known graph, and values derived from them."""
 
-    def __init__(self, graph, jobs):
+    def __init__(self, graph: Any, jobs: Any) -> None:
         self.graph = graph
         self.jobs = jobs
         self.of_task = collections.defaultdict(list)
@@ -31,10 +32,10 @@ class Repetition:
         self.started = {(j.task, j.sequence): j for j in jobs if j.outcome in STARTED}
         self.fused = self._fused()
 
-    def started_in_order(self, node):
+    def started_in_order(self, node: Any) -> list[Any]:
         return sorted((j for j in self.started.values() if j.node == node), key=lambda j: j.start)
 
-    def _fused(self):
+    def _fused(self) -> Any:
         """{completing job of a fusion node: the jobs whose samples it fuses}; replays upstream's
         slots."""
         fused = {}
@@ -47,13 +48,13 @@ class Repetition:
                     slots = {}
         return fused
 
-    def published(self, task):
+    def published(self, task: Any) -> list[Any]:
         """The task's jobs that published."""
         node = next(n for n in self.graph.nodes if n.name == task.partition("/")[0])
         jobs = [key for key in self.started if key[0] == task]
         return [key for key in jobs if node.kind != "fusion" or key in self.fused]
 
-    def sources(self, job):
+    def sources(self, job: Any) -> Any:
         """Timer jobs whose data the job processes or publishes (up to the next cyclic node)."""
         if job.kind == "timer":
             return {job.task: job}
@@ -62,7 +63,7 @@ class Repetition:
             found.update(self.sources(self.started[contributor.parent]))
         return found
 
-    def chain_rows(self, warm_up):
+    def chain_rows(self, warm_up: Any) -> list[Any]:
         """The expected rows of chains.csv, recomputed along the parents of each sink job."""
         rows = []
         for name, (sources, sink) in self.graph.chains.items():
@@ -79,18 +80,25 @@ class Repetition:
 
 
 class WholeProgram(CommandTest):
+    timer_thread_runs_timers: set[str]
     maxDiff = 2000
 
     @classmethod
-    def setUpClass(cls):
+    def setUpClass(cls) -> None:
         listed = subprocess.run([HOTPATH, "list", "executors", "--json"], check=True, capture_output=True)
         executors = json.loads(listed.stdout)
-        cls.timer_thread_runs_timers = {
-            e["name"] for e in executors if e["timers"] == "release_and_execute"
-        }
+        cls.timer_thread_runs_timers = {e["name"] for e in executors if e["timers"] == "release_and_execute"}
         assert cls.timer_thread_runs_timers, "no executor is listed as release_and_execute"
 
-    def check(self, folder, graph, executors=("rm-ro",), repetitions=1, processes=1, figures=False):
+    def check(
+        self,
+        folder: RunFolder,
+        graph: Any,
+        executors: Iterable[Any] = ("rm-ro",),
+        repetitions: int = 1,
+        processes: int = 1,
+        figures: bool = False,
+    ) -> None:
         run = folder.run
         self.assertTrue(run["complete"])
         self.assertFalse(run["partial"])
@@ -119,7 +127,7 @@ class WholeProgram(CommandTest):
                 self.assertEqual(sorted(chains.get(key, [])), repetition.chain_rows(warm_up))
         self.check_summary(folder, jobs, chains)
 
-    def check_columns(self, repetition, end):
+    def check_columns(self, repetition: Any, end: Any) -> None:
         known = set(repetition.graph.timers()) | set(repetition.graph.subscriptions())
         for j in repetition.jobs:
             self.assertIn(j.task, known)
@@ -139,7 +147,7 @@ class WholeProgram(CommandTest):
             if j.finish is not None:
                 self.assertLessEqual(j.finish, end, j)
 
-    def check_timers(self, repetition, phases, end):
+    def check_timers(self, repetition: Any, phases: Any, end: Any) -> None:
         """Checks that timestamps reached = ran + skipped + queued + running, each once and on the
         timer's grid."""
         periods = repetition.graph.timers()
@@ -153,7 +161,7 @@ class WholeProgram(CommandTest):
             starts = [j.start for j in rows if j.start is not None]
             self.assertEqual(starts, sorted(starts), timer)
 
-    def check_subscriptions(self, repetition):
+    def check_subscriptions(self, repetition: Any) -> None:
         """Checks that samples matched = ran + overwritten + unread + running, each once."""
         for task in repetition.graph.subscriptions():
             topic = task.partition("/")[2]
@@ -168,7 +176,7 @@ class WholeProgram(CommandTest):
                 if parent.finish is not None:
                     self.assertLessEqual(j.timestamp, parent.finish, j)
 
-    def check_exclusion(self, repetition, executor):
+    def check_exclusion(self, repetition: Any, executor: str) -> None:
         """Checks that jobs of one worker never overlap, nor jobs of one node (a mutually exclusive
         callback group), unless the timer thread runs timers."""
         groups = collections.defaultdict(list)
@@ -182,14 +190,14 @@ class WholeProgram(CommandTest):
                 self.assertEqual(earlier.outcome, "ran", name)
                 self.assertLessEqual(earlier.finish, later.start, f"{name}: {earlier}, {later}")
 
-    def check_processes(self, repetition, processes):
+    def check_processes(self, repetition: Any, processes: Any) -> None:
         """Checks that each process has a contiguous share of the nodes, in creation order."""
         nodes = repetition.graph.nodes
         process = {n.name: i * processes // len(nodes) for i, n in enumerate(nodes)}
         for j in repetition.jobs:
             self.assertEqual(j.process, process[j.node], j)
 
-    def check_summary(self, folder, jobs, chains):
+    def check_summary(self, folder: RunFolder, jobs: Any, chains: Any) -> None:
         self.assertEqual([e["executor"] for e in folder.summary()["executors"]], folder.run["executors"])
         for executor in folder.summary()["executors"]:
             name = executor["executor"]
@@ -205,31 +213,31 @@ class WholeProgram(CommandTest):
             for chain in executor["chains"]:
                 self.assertEqual(chain["hot_path_latency_ms"]["n"], rows.count(chain["chain"]))
 
-    def test_autoware_on_fastdds_with_figure(self):
+    def test_autoware_on_fastdds_with_figure(self) -> None:
         del self.environment["HOTPATH_FIGURES"]
         folder = self.measure("run", *SHORT)
         self.check(folder, AUTOWARE, figures=True)
         self.assertEqual(folder.run["transport"], "fastdds")
         self.assertGreater(len(folder.chains()["rm-ro", 0]), 0)
 
-    def test_autoware_in_two_processes_over_udp(self):
+    def test_autoware_in_two_processes_over_udp(self) -> None:
         folder = self.measure("run", "--processes", 2, "--network", "udp", *SHORT)
         self.check(folder, AUTOWARE, processes=2)
 
-    def test_autoware_in_two_processes_over_shared_memory(self):
+    def test_autoware_in_two_processes_over_shared_memory(self) -> None:
         folder = self.measure(
             "run", "--executor", "events-ro", "--processes", 2, "--network", "shared_memory", *SHORT
         )
         self.check(folder, AUTOWARE, ["events-ro"], processes=2)
 
-    def test_every_executor_on_autoware_in_one_process(self):
+    def test_every_executor_on_autoware_in_one_process(self) -> None:
         folder = self.measure(
             "compare", "--executors", "all", "--transport", "intra_process", "--repetitions", 1,
             "--duration", 0.5, "--warm-up", 0.1,
         )  # fmt: skip
         self.check(folder, AUTOWARE, EXECUTORS)
 
-    def test_overload_loses_timestamps_and_samples_but_accounts_for_them(self):
+    def test_overload_loses_timestamps_and_samples_but_accounts_for_them(self) -> None:
         folder = self.measure(
             "compare", "--executors", "default,events-re,rm-ro", "--load", 200, "--repetitions", 1, *SHORT
         )
@@ -237,7 +245,7 @@ class WholeProgram(CommandTest):
         lost = [j for rows in folder.jobs().values() for j in rows if j.outcome in ("skipped", "overwritten")]
         self.assertGreater(len(lost), 0)
 
-    def test_sequences_repeated_with_variants(self):
+    def test_sequences_repeated_with_variants(self) -> None:
         executors = ["edf-ro", "rm-re:first", "multi:3"]
         folder = self.measure(
             "compare", "--graph", "sequences", "--executors", ",".join(executors), "--repetitions", 2,
@@ -246,10 +254,10 @@ class WholeProgram(CommandTest):
         self.check(folder, SEQUENCES, executors, repetitions=2)
         self.assertLessEqual({j.worker for j in folder.jobs()["multi:3", 0]} - {None}, {0, 1, 2})
 
-    def test_many_to_many_on_fastdds(self):
+    def test_many_to_many_on_fastdds(self) -> None:
         self.check(self.measure("run", "--graph", "many_to_many", *SHORT), MANY_TO_MANY)
 
-    def test_timers_only_has_no_chain_and_no_figure(self):
+    def test_timers_only_has_no_chain_and_no_figure(self) -> None:
         executors = ["default", "dm-ro"]
         folder = self.measure(
             "compare", "--graph", "timers_only_60", "--executors", ",".join(executors), "--repetitions", 1,
@@ -258,7 +266,7 @@ class WholeProgram(CommandTest):
         self.check(folder, TIMERS_ONLY, executors)
         self.assertEqual(folder.chains(), {})
 
-    def test_cpu_time_is_measured_on_request(self):
+    def test_cpu_time_is_measured_on_request(self) -> None:
         folder = self.measure(
             "run", "--graph", "sequences", "--transport", "intra_process", "--cpu-time", "--duration", 0.3,
             "--warm-up", 0,
@@ -267,7 +275,3 @@ class WholeProgram(CommandTest):
         self.assertGreater(len(ran), 0)
         for j in ran:
             self.assertGreaterEqual(j.cpu_time, 0)
-
-
-if __name__ == "__main__":
-    unittest.main()

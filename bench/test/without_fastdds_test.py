@@ -1,32 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """A build without Fast DDS measures within one process, and reports its missing features."""
 
-import unittest
+
+from typing import Any
 
 from hotpath_command import CommandTest
 
 
 class WithoutFastDds(CommandTest):
-    def refused(self, *arguments):
+    def refused(self, *arguments: object) -> Any:
         code, out, err = self.command(*arguments)
         self.assertEqual((code, out), (2, ""), err)
         return err
 
-    def test_measures_within_one_process(self):
+    def test_measures_within_one_process(self) -> None:
         for graph in ("autoware", "callbacks"):
             with self.subTest(graph=graph):
                 output = self.folder / graph
                 length = ("--duration", 1, "--warm-up", 0, "--load", 10)
-                self.accepted("run", "--graph", graph, "--transport", "intra_process", *length, "--output", output)
+                self.accepted(
+                    "run", "--graph", graph, "--transport", "intra_process", *length, "--output", output
+                )
                 run = self.checked(output)
                 self.assertGreater(len(run.rows("jobs.csv")[1]), 50)
                 self.assertGreater(len(run.rows("chains.csv")[1]), 5)
 
-    def test_says_what_it_lacks(self):
+    def test_says_what_it_lacks(self) -> None:
         self.assertIn("--transport intra_process", self.refused("run", "--duration", 1))
         self.assertIn("--live", self.refused("run", "--transport", "intra_process", "--live"))
         self.assertIn("built without it", self.refused("replay", "run", "--live"))
-
-
-if __name__ == "__main__":
-    unittest.main()

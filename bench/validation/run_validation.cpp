@@ -7,6 +7,7 @@
 #include "hotpath/reference_system/phases.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 #include "setup/stored_system.hpp"
@@ -54,8 +55,8 @@ class ValidatedRun {
   /// For a live run, the platform has its number of processors and the costs seen in its gaps.
   Graph graph_of(const Trace& trace) const {
     Graph graph = system_.graph;
-    if (measured_.facts().contains("platform")) return graph;
-    graph.platform.cores = measured_.cores();
+    if (measured_.record().simulation) return graph;
+    graph.platform.cores = measured_.record().cores();
     const OwnCosts costs = own_costs(trace, graph.platform.cores);
     graph.platform.dispatch_cost = costs.dispatch;
     graph.platform.wake_up = costs.wake_up;
@@ -117,7 +118,7 @@ class ValidatedRun {
       const bool subscriptions_first = name.ends_with(" (first)");
       if (subscriptions_first) name.resize(name.find(' '));
       const bool ours_first = label.ends_with(":first") || system_.options.rule == SubscriptionRule::first;
-      if (label.substr(0, label.find(':')) != name || subscriptions_first != ours_first) continue;
+      if (ExecutorLabel(label).name != name || subscriptions_first != ours_first) continue;
       latencies.real_ms = real_latencies(row);
       latencies.phases_differ_ms =
           largest_phase_difference_ms(set, read_phases(file, graph, reference_label));

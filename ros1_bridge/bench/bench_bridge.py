@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env -S PYTHONPATH=ros1_bridge/test /usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Starts roscore, the bridge and bench_bridge, and prints a table of latency and loss.
 
@@ -7,14 +7,14 @@ HOTPATH_PROGRAMS names the folder of the two programs (default: build/ros1_bridg
 
 import json
 import os
-import pathlib
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
+from typing import Any
 
-FOLDER = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(FOLDER.parent / "test"))
-PROGRAMS = pathlib.Path(os.environ.get("HOTPATH_PROGRAMS", FOLDER.parent.parent / "build" / "ros1_bridge")).resolve()
+FOLDER = Path(__file__).resolve().parent
+PROGRAMS = Path(os.environ.get("HOTPATH_PROGRAMS", FOLDER.parent.parent / "build" / "ros1_bridge")).resolve()
 os.environ.setdefault("HOTPATH_BRIDGE", str(PROGRAMS / "hotpath_ros1_bridge"))
 
 import partners  # noqa: E402
@@ -26,7 +26,7 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def text(name, value, form):
+def text(name: str, value: Any, form: str) -> Any:
     if name == "payload_bytes" and value >= 1024:
         return f"{value // 1024} KiB" if value < 1 << 20 else f"{value >> 20} MiB"
     return form.format(value / 1000 if name.endswith("_us") else value)
@@ -35,14 +35,15 @@ def text(name, value, form):
 class Measurement(partners.BridgeTest):
     """Reuses the set-up of the tests, which is isolated from other programs and cleans up."""
 
-    options = []
-    rows = []
+    options: list[str] = []
+    rows: list[Any] = []
 
-    def runTest(self):
+    def runTest(self) -> None:
         self.master.start()
         self.start_bridge("_bytes_topics:=bench_bridge").says("waiting for a benchmark")
-        command = [PROGRAMS / "bench_bridge", "--domain", str(self.domain), *self.options]
+        command: list[Any] = [PROGRAMS / "bench_bridge", "--domain", str(self.domain), *self.options]
         with subprocess.Popen(command, env=self.environment, stdout=subprocess.PIPE, text=True) as bench:
+            assert bench.stdout
             next(bench.stdout, None)  # the warm-up
             print("| " + " | ".join(c[0] for c in COLUMNS) + " |\n|" + " ---: |" * len(COLUMNS), flush=True)
             for line in bench.stdout:
@@ -53,7 +54,7 @@ class Measurement(partners.BridgeTest):
             raise SystemExit(bench.returncode)
 
 
-def main():
+def main() -> None:
     options = sys.argv[1:]
     file = None
     if "--json" in options:
@@ -64,7 +65,7 @@ def main():
         print(__doc__)
         sys.exit(subprocess.call([PROGRAMS / "bench_bridge", "--help"]))
     Measurement.options = options
-    result = Measurement().run()
+    result: Any = Measurement().run()
     for _, trace in result.errors + result.failures:
         sys.exit(trace)
     if file:

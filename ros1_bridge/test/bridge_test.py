@@ -13,6 +13,9 @@ import signal
 import struct
 import sys
 import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
 
 import partners
 from partners import CLOCK, CLOUD, DIAGNOSTICS, FLOAT, GRAPH, TEXT, TRANSFORMS, VECTOR, BridgeTest, wait_for
@@ -32,13 +35,12 @@ RUN = {"/hotpath/run": TEXT}
 WRONG_USE = 2
 
 
-def executor_of(run):
+def executor_of(run: Any) -> Any:
     return json.loads(run["data"])["executor"]
 
 
-def values_of(diagnostics, name):
-    """{key: value} of the status whose name ends with `name`; None if the array has no such status.
-    """
+def values_of(diagnostics: Any, name: str) -> Any:
+    """{key: value} of the status whose name ends with `name`; None if the array has no such status."""
     for status in diagnostics["status"]:
         if status["name"].endswith(name):
             return {v["key"]: v["value"] for v in status["values"]}
@@ -46,18 +48,18 @@ def values_of(diagnostics, name):
 
 
 class WholeRun(BridgeTest):
-    def latencies(self, output):
+    def latencies(self, output: str | Path) -> list[Any]:
         with open(self.folder / output / "chains.csv", newline="") as file:
             return [int(row["hot_path_latency_ns"]) for row in csv.DictReader(file)]
 
-    def await_last(self, listener, expected):
-        def arrived():
+    def await_last(self, listener: Any, expected: Any) -> None:
+        def arrived() -> Any:
             stamped = listener.messages(f"/hotpath/latency_stamped/{HOT_PATH}")
             return stamped and stamped[-1]["vector"]["z"] == len(expected) - 1
 
         wait_for(arrived, "the run's last sample")
 
-    def check_latencies(self, listener, expected):
+    def check_latencies(self, listener: Any, expected: Any) -> list[Any]:
         """Checks that both topics carry each sample of the run's result once and in order, from the
         moment of connection on. Returns the samples' stamps."""
         stamped = listener.messages(f"/hotpath/latency_stamped/{HOT_PATH}")
@@ -71,9 +73,9 @@ class WholeRun(BridgeTest):
         self.assertEqual(stamped[0]["header"]["frame_id"], HOT_PATH)
         return [m["header"]["stamp"] for m in stamped]
 
-    def check_graph(self, listener):
+    def check_graph(self, listener: Any) -> None:
         markers = listener.messages("/hotpath/graph")[-1]["markers"]
-        groups = {}
+        groups: dict[Any, Any] = {}
         for marker in markers:
             groups.setdefault(marker["ns"], []).append(marker)
         self.assertEqual(len(groups["nodes"]), 24)
@@ -86,7 +88,7 @@ class WholeRun(BridgeTest):
         self.assertIn("rm-ro", groups["title"][0]["text"])
         self.assertIn("median", groups["chains"][0]["text"])
 
-    def check_points(self, listener):
+    def check_points(self, listener: Any) -> None:
         clouds = listener.messages("/hotpath/points/FrontLidarDriver")
         self.assertGreater(len(clouds), 10)
         for cloud in clouds:
@@ -98,7 +100,7 @@ class WholeRun(BridgeTest):
         x, y = struct.unpack_from("<ff", base64.b64decode(clouds[0]["data"]))
         self.assertAlmostEqual(math.hypot(x, y), 1, places=5)
 
-    def test_everything_arrives_and_can_be_recorded_and_played_back(self):
+    def test_everything_arrives_and_can_be_recorded_and_played_back(self) -> None:
         self.master.start()
         bridge = self.start_bridge()
         bridge.says("waiting for a benchmark")
@@ -130,7 +132,7 @@ class WholeRun(BridgeTest):
         self.check_playback(expected, stamps)
         self.check_replay(expected)
 
-    def check_replay(self, expected):
+    def check_replay(self, expected: Any) -> None:
         """Replays the stored result through a bridge and checks samples and clock."""
         bridge = self.start_bridge()
         bridge.says("waiting for a benchmark")
@@ -148,26 +150,38 @@ class WholeRun(BridgeTest):
         self.assertGreater(clock[-1], stamps[-1])
         self.assert_ends_well(bridge)
 
-    def check_health(self, listener, expected):
+    def check_health(self, listener: Any, expected: Any) -> None:
         diagnostics = listener.messages("/diagnostics")
         node = next(v for v in (values_of(d, ": FrontLidarDriver") for d in reversed(diagnostics)) if v)
         self.assertGreater(int(node["ran"]), 10)
         self.assertLessEqual({"skipped", "overwritten", "deadline overruns", "queue"}, node.keys())
 
-        def complete(diagnostics):
+        def complete(diagnostics: Any) -> Any:
             own = values_of(diagnostics, ": bridge")
-            return own and int(own["chain_samples received"]) + int(own["samples before the first"]) == len(expected)
+            return own and int(own["chain_samples received"]) + int(own["samples before the first"]) == len(
+                expected
+            )
 
         own = listener.wait_for("/diagnostics", complete)
         for key, value in values_of(own, ": bridge").items():
             if "dropped" in key or "lost" in key or key in ("malformed", "samples of another run"):
                 self.assertEqual((key, value), (key, "0"))
 
-    def check_playback(self, expected, stamps):
+    def check_playback(self, expected: Any, stamps: Any) -> None:
         topics = {topic: name for topic, name in TOPICS.items() if "latency" in topic}
         listener = self.listen(topics)
         play = self.start_process(
-            ["rosbag", "play", "-q", "-r", "8", "--wait-for-subscribers", "--bags=all.bag", "--topics", *topics]
+            [
+                "rosbag",
+                "play",
+                "-q",
+                "-r",
+                "8",
+                "--wait-for-subscribers",
+                "--bags=all.bag",
+                "--topics",
+                *topics,
+            ]
         )
         self.assertEqual(play.wait(), 0, play.output)
         self.await_last(listener, expected)
@@ -175,7 +189,7 @@ class WholeRun(BridgeTest):
         both = min(len(played), len(stamps))
         self.assertEqual(played[-both:], stamps[-both:])
 
-    def test_decimation_is_asked_for_and_counted(self):
+    def test_decimation_is_asked_for_and_counted(self) -> None:
         self.master.start()
         bridge = self.start_bridge("_graph_every:=5", "_points_every:=10")
         bridge.says("waiting for a benchmark")
@@ -196,13 +210,15 @@ class WholeRun(BridgeTest):
 
 
 class LossOfAPartner(BridgeTest):
-    def await_run(self, listener, executor):
+    def await_run(self, listener: Any, executor: str) -> None:
         """Waits until that run is shown, with samples."""
         listener.wait_for("/hotpath/run", lambda run: executor_of(run) == executor)
         before = len(listener.messages(f"/hotpath/latency/{HOT_PATH}"))
-        wait_for(lambda: len(listener.messages(f"/hotpath/latency/{HOT_PATH}")) > before, f"samples of {executor}")
+        wait_for(
+            lambda: len(listener.messages(f"/hotpath/latency/{HOT_PATH}")) > before, f"samples of {executor}"
+        )
 
-    def test_bridge_first_and_each_partner_again(self):
+    def test_bridge_first_and_each_partner_again(self) -> None:
         bridge = self.start_bridge()
         bridge.says("waiting for a ROS master")
         self.master.start()
@@ -234,7 +250,7 @@ class LossOfAPartner(BridgeTest):
         third.end()
         self.assert_ends_well(bridge)
 
-    def test_two_domains_do_not_mix(self):
+    def test_two_domains_do_not_mix(self) -> None:
         self.master.start()
         other = 100 + (self.domain - 99) % 100
         left = self.start_bridge("__ns:=left")
@@ -256,13 +272,13 @@ class LossOfAPartner(BridgeTest):
 
 
 class WrongUse(BridgeTest):
-    def assert_refused(self, *parts, arguments=(), **environment):
+    def assert_refused(self, *parts: str, arguments: Iterable[Any] = (), **environment: str) -> None:
         bridge = self.start_process([partners.BRIDGE, *arguments], **environment)
         self.assertEqual(bridge.wait(), WRONG_USE, bridge.output)
         for part in parts:
             self.assertIn(part, bridge.output)
 
-    def test_without_a_master(self):
+    def test_without_a_master(self) -> None:
         self.assert_refused("--domain", arguments=["--domain", 300])
         self.assert_refused("--fast", arguments=["--fast"])
         self.assert_refused("`somewhere`", "http://localhost:11311", ROS_MASTER_URI="somewhere")
@@ -273,7 +289,7 @@ class WrongUse(BridgeTest):
             bridge.says("ROS_MASTER_URI")
             self.assert_ends_well(bridge, number)
 
-    def test_parameters_and_names(self):
+    def test_parameters_and_names(self) -> None:
         self.master.start()
         self.assert_refused("/hotpath_ros1_bridge/domain", "0 to 232", arguments=["_domain:=233"])
         self.assert_refused("whole number", arguments=["_domain:=seven"])
@@ -289,7 +305,7 @@ class WrongUse(BridgeTest):
         listener.wait_for(f"/hotpath/latency/{HOT_PATH}")  # continues with the valid chain
         self.assert_ends_well(bridge)
 
-    def test_topic_of_another_type(self):
+    def test_topic_of_another_type(self) -> None:
         self.master.start()
         self.start_process(["rostopic", "pub", "-r", "1", "/hotpath/graph", TEXT, "data: no graph"])
         wait_for(lambda: "/hotpath/graph" in self.master.topics(), "the other publisher")
@@ -299,14 +315,14 @@ class WrongUse(BridgeTest):
 
 
 class StrangeRun(BridgeTest):
-    def texts(self, value):
+    def texts(self, value: Any) -> list[Any]:
         """All strings in a message, at any depth."""
         if isinstance(value, str):
             return [value]
         values = value.values() if isinstance(value, dict) else value if isinstance(value, list) else []
         return [text for v in values for text in self.texts(v)]
 
-    def test_what_it_says_is_escaped_and_bounded(self):
+    def test_what_it_says_is_escaped_and_bounded(self) -> None:
         self.master.start()
         bridge = self.start_bridge("_bytes_topics:=strange")
         bridge.says("waiting for a benchmark")
@@ -333,9 +349,9 @@ class StrangeRun(BridgeTest):
 class Soak(BridgeTest):
     """Checks memory over many runs with subscribers. Runs only on demand."""
 
-    seconds = None
+    seconds: float | None = None
 
-    def test_memory_is_bounded(self):
+    def test_memory_is_bounded(self) -> None:
         if self.seconds is None:
             self.skipTest("only with `soak`")
         self.master.start()
@@ -343,7 +359,7 @@ class Soak(BridgeTest):
         bridge.says("waiting for a benchmark")
         listener = self.listen({"/hotpath/graph": GRAPH, **RUN})
         end = time.monotonic() + self.seconds
-        warm = None
+        warm: int | None = None
         run = 0
         while time.monotonic() < end:
             run += 1
@@ -353,7 +369,7 @@ class Soak(BridgeTest):
             memory = bridge.memory_kib()
             warm = warm or memory
             print(f"run {run}: {memory} KiB, {end - time.monotonic():.0f} s left", file=sys.stderr)
-        self.assertLessEqual(memory, 1.1 * warm)
+        self.assertLessEqual(memory, 1.1 * (warm or 0))
         self.assert_ends_well(bridge)
 
 

@@ -7,13 +7,14 @@ import base64
 import json
 import sys
 import threading
+from typing import Any
 
 import genpy
 import roslib.message
 import rospy
 
 
-def plain(value):
+def plain(value: Any) -> Any:
     if isinstance(value, genpy.Message):
         return {name: plain(getattr(value, name)) for name in value.__slots__}
     if isinstance(value, (genpy.Time, genpy.Duration)):
@@ -25,11 +26,11 @@ def plain(value):
     return value
 
 
-def main():
+def main() -> None:
     rospy.init_node("listener", anonymous=True, disable_signals=True)
     lock = threading.Lock()
 
-    def say(record):
+    def say(record: Any) -> None:
         with lock:
             sys.stdout.write(json.dumps(record) + "\n")
             sys.stdout.flush()
@@ -37,10 +38,12 @@ def main():
     for argument in sys.argv[1:]:
         topic, _, name = argument.partition("=")
 
-        def callback(message, topic=topic):
+        def callback(message: Any, topic: Any = topic) -> None:
             say({"topic": topic, "message": plain(message)})
 
-        rospy.Subscriber(topic, roslib.message.get_message_class(name), callback, queue_size=None, tcp_nodelay=True)
+        rospy.Subscriber(
+            topic, roslib.message.get_message_class(name), callback, queue_size=None, tcp_nodelay=True
+        )
     say({"topic": None, "message": "subscribed"})
     sys.stdin.read()  # blocks until the parent process closes it
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `hotpath advise` predicts for each candidate: median, p99 and worst case with their intervals."""
+"""Predictions of `hotpath advise`: median, p99 and worst case of each candidate with intervals."""
 
 from pathlib import Path
 from typing import Any
@@ -9,7 +9,7 @@ from hotpath_report.errors import InputError
 from hotpath_report.style import INK
 from hotpath_report.tables import read_json
 
-# What is shown of a row, with its mark.
+# Key, label and mark of each value.
 MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "worst of all draws", "|"))
 
 
@@ -18,7 +18,7 @@ def draw(folder: str) -> None:
     advice: dict[str, Any] = read_json(Path(folder) / "advice.json", "hotpath advise")
     rows = [row for row in advice["ranking"] if row.get("median_ms")]
     if not rows:
-        raise InputError(f"{folder}: nothing that was predicted has a chain")
+        raise InputError(f"{folder}: no prediction has a chain")
     figure, (axes,) = style.new_figure(style.WIDE, 0.6 + 0.36 * len(rows))
     for y, row in enumerate(rows):
         colour = style.colour_of(row["name"])
@@ -32,10 +32,10 @@ def draw(folder: str) -> None:
     worst = max(row["worst_ms"]["value"] for row in rows)
     axes.set_xlim(0, 1.05 * worst)
     marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
-    style.add_key(figure, marks, 3)
+    style.add_key(figure, [*marks, style.patch("95 % interval", facecolor=INK, alpha=0.45)], 4)
     subtitle = (
         f"{advice['chain']} of {advice['graph']}, best first by {advice['objective']}; "
         f"{advice['draws']} draws of {advice['seconds']:g} s, {advice['cores']} cores"
     )
-    style.add_title(figure, "What each executor is predicted to do", subtitle)
+    style.add_title(figure, "Predicted latency of each executor", subtitle)
     style.save(figure, folder, "advice")

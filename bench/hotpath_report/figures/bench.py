@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of `hotpath bench`: decisions, transport, and the hot path of the reference system."""
+"""Figures of `hotpath bench`: decisions, transport and the hot path of the reference system."""
 
 from matplotlib.axes import Axes
 
 from hotpath_report import style
-from hotpath_report.pages.bench_data import SPEC, Bench
+from hotpath_report.bench_data import SPEC, Bench
+from hotpath_report.hotpath_command import executor_named
 from hotpath_report.style import SERIES
 
 
 def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
-    """Medians (ns) over numbers on logarithmic axes; whether there was something to draw."""
+    """Draws medians (ns) on logarithmic axes; returns whether there was data."""
     lines: dict[str, list[tuple[int, float]]] = {}
     for (name, x, *who), value in bench.matching(pattern, metric).items():
         label = name.removeprefix("fastdds_") + (" (raw)" if who == ["raw_fastdds"] else "")
         lines.setdefault(label, []).append((int(x), value))
-    for colour, (label, points) in zip(SERIES, sorted(lines.items())):
+    for series, (label, points) in zip(SERIES, sorted(lines.items())):
+        colour = style.colour_of(label) if executor_named(label) else series
         axes.loglog(*zip(*sorted(points)), "o-", color=colour, label=label, markersize=4)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
@@ -26,7 +28,7 @@ def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
 
 
 def draw_hot_path(bench: Bench) -> bool:
-    """The median of each repetition on the reference system; whether there was something to draw."""
+    """Draws each repetition's median on the reference system; returns whether there was data."""
     found = bench.matching(r"hot_path/executor:([^/]+)/transport:(.+)", "hot_path_p50_ns")
     if not found:
         return False
@@ -42,13 +44,13 @@ def draw_hot_path(bench: Bench) -> bool:
         axes.plot(medians, [place] * len(medians), marker=markers[transport], **look)
     axes.set(xlim=(0, None), xlabel="median latency of each repetition (ms)")
     style.add_key(figure, [style.dot(t, marker) for t, marker in markers.items()], 6)
-    style.add_title(figure, "The hot path of the reference system", bench.subtitle(), bench.partial)
+    style.add_title(figure, "Hot path of the reference system", bench.subtitle(), bench.partial)
     style.save(figure, bench.folder, "bench_hot_path")
     return True
 
 
 def draw(bench: Bench) -> set[str]:
-    """Writes all figures of which something was measured, and returns their names."""
+    """Writes all figures that have data and returns their names."""
     drawn = {"bench_hot_path"} if draw_hot_path(bench) else set()
     for spec in SPEC["figure"]:
         panels = spec["panel"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How close responses come to their bounds, and what a release costs."""
+"""Responses relative to their bounds, and the cost of a release."""
 
 from collections.abc import Sequence
 
@@ -8,18 +8,19 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from hotpath_report import style
+from hotpath_report.statistics import fit_line
 from hotpath_report.style import FAINT, INK
 
 
 def mark(source: str, executor: str) -> dict[str, str]:
-    """An open square for what is simulated, a dot for what is live."""
+    """An open square for simulated values, a dot for live values."""
     colour = style.colour_of(executor)
     marker, fill = ("s", "none") if source == "simulated" else ("o", colour)
     return {"marker": marker, "color": colour, "markerfacecolor": fill, "linestyle": ""}
 
 
 def tightness(table: pd.DataFrame, width: float) -> Figure:
-    """Worst responses in percent of their bounds. `table`: source, setting, executor, task, share_percent."""
+    """Worst responses in % of their bounds: source, setting, executor, task, share_percent."""
     settings, executors = sorted(table["setting"].unique()), list(table["executor"].unique())
     figure, panels = style.new_figure(width, 3.3, 1, len(settings), share_y=True)
     for axes, setting in zip(panels, settings):
@@ -39,15 +40,12 @@ def tightness(table: pd.DataFrame, width: float) -> Figure:
 
 
 def fit_release_cost(table: pd.DataFrame) -> tuple[float, float]:
-    """(delta, k) in ns: least squares of the median pass over the number of timers, weighted by passes."""
-    if len(table) < 2:
-        return float(table["p50_ns"].iloc[0] / table["timers"].iloc[0]), 0.0
-    delta, k = np.polyfit(table["timers"], table["p50_ns"], 1, w=np.sqrt(table["passes"]))
-    return float(delta), float(k)
+    """(delta, k) in ns: weighted least-squares fit of the median pass over released timers."""
+    return fit_line(*(table[column].to_list() for column in ("timers", "p50_ns", "passes")))
 
 
 def release_cost(table: pd.DataFrame, colour: str, width: float) -> Figure:
-    """Length of a pass of the releaser over the timers that it releases."""
+    """Length of a releaser pass over the number of timers released."""
     figure, (axes,) = style.new_figure(width, 3.2)
     delta, constant = fit_release_cost(table)
     hollow = {"color": FAINT, "markerfacecolor": "none"}

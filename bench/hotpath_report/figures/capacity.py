@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which levels each executor carries, as `hotpath capacity` tried them."""
+"""Levels that `hotpath capacity` tried, and the capacity of each executor."""
 
 from pathlib import Path
 
@@ -15,14 +15,14 @@ ANALYSIS = "analysis"
 
 
 def carried(rows: pd.DataFrame, over: str) -> float | None:
-    """The highest level below the first that fails."""
+    """The highest passing level below the first failing level."""
     fails = rows[rows["holds"] == 0][over]
     held = rows[(rows["holds"] == 1) & (rows[over] < (fails.min() if len(fails) else float("inf")))][over]
     return float(held.max()) if len(held) else None
 
 
 def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
-    """A bar up to the capacity, a dot for each level that holds, a cross for each that fails, a triangle for theory."""
+    """Bar: capacity; dots: passing levels; crosses: failing levels; triangle: analysis."""
     measured = rows[rows["source"] != ANALYSIS]
     capacity, colour = carried(measured, over), style.colour_of(executor)
     if capacity is not None:
@@ -49,20 +49,13 @@ def draw(folder: str) -> None:
     for y, executor in enumerate(executors):
         draw_row(axes, y, executor, rows[rows["executor"] == executor], over)
     axes.set_xlim(left=0)
-    style.add_key(
-        figure,
-        [
-            style.patch("carried", alpha=0.3),
-            style.dot("holds", color=FAINT),
-            style.dot("fails", "x", color=WARNING),
-            style.dot("largest that an analysis accepts", "^"),
-        ],
-        4,
-    )
+    marks = [style.patch("capacity", alpha=0.3), style.dot("passes", color=FAINT)]
+    marks += [
+        style.dot("fails", "x", color=WARNING),
+        style.dot("largest level that an analysis accepts", "^"),
+    ]
+    style.add_key(figure, marks, 4)
     source = "live" if (rows["source"] == "live").any() else "simulated"
-    style.add_title(
-        figure,
-        f"The highest {over} that each executor carries",
-        f"{source}; each mark is a level that was tried",
-    )
+    title = f"Highest {over} that each executor sustains"
+    style.add_title(figure, title, f"{source}; each mark is a tried level")
     style.save(figure, folder, "capacity")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The hot-path latency of each executor, as the paper's last figure (Section VII-C)."""
+"""Hot-path latency of each executor, as in the paper's last figure (Section VII-C)."""
 
 import itertools
 import textwrap
@@ -20,11 +20,11 @@ from hotpath_report.statistics import Samples
 from hotpath_report.style import INK
 
 BASELINE = "default"
-NOTE = "end of a violin: worst case, and how it compares with that of `default`"
+NOTE = "end of a violin: worst case, compared with `default`"
 
 
 def compared(samples: Samples | None, baseline: Samples | None) -> str:
-    """How a worst case compares with the baseline's, in words short enough to follow a number."""
+    """A worst case relative to the baseline's, in a few words."""
     if not samples or not baseline or samples is baseline or samples.worst <= 0:
         return ""
     factor = baseline.worst / samples.worst
@@ -34,13 +34,13 @@ def compared(samples: Samples | None, baseline: Samples | None) -> str:
 
 
 def with_ratios(rows: list[Row], baseline: str = BASELINE) -> list[Row]:
-    """The rows with each worst case's ratio to that of the baseline of the same source."""
+    """The rows with each worst case's ratio to the baseline of the same source."""
     base = next((row.samples for row in rows if row.executor == baseline), (None, None))
     return [replace(row, notes=[compared(*pair) for pair in zip(row.samples, base)]) for row in rows]
 
 
 def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:
-    """Dashed lines at limits that no executor can beat, with their names above the panel."""
+    """Dashed lines at the computation on the path, with their names above the panel."""
     for number, limit in enumerate(limits):
         axes.axvline(limit["ms"], color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
         left = number == 0 and len(limits) > 1
@@ -52,7 +52,7 @@ def draw_limits(axes: Axes, limits: Sequence[dict[str, Any]]) -> None:
 
 
 def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> list[Row]:
-    """Rows of one chain: of each executor the first run of each source, then further runs below them."""
+    """Rows of one chain: each executor's first run of each source, followed by its further runs."""
     rows = []
     for executor in dict.fromkeys(e for run in runs for e in run.executors):
         of_source: dict[str, list[Samples]] = {source: [] for source in SOURCES}
@@ -67,7 +67,7 @@ def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> l
 
 
 def read_latencies(run: Run) -> dict[str, dict[str, Samples]]:
-    """{chain: {executor: latencies in ms}}, chains in the order of the file."""
+    """{chain: {executor: latencies in ms}}, chains in file order."""
     frame = run.latencies()
     if frame.empty:
         raise InputError(
@@ -78,7 +78,7 @@ def read_latencies(run: Run) -> dict[str, dict[str, Samples]]:
 
 
 def draw_runs(folders: Sequence[str], output: str | None) -> None:
-    """Writes hot_path.svg and .png about runs of one graph. Raises InputError."""
+    """Writes hot_path.svg and .png for runs of one graph. Raises InputError."""
     runs = [Run(folder) for folder in folders]
     graphs = list(dict.fromkeys(run["graph.name"] for run in runs))
     if len(graphs) > 1:
@@ -88,12 +88,12 @@ def draw_runs(folders: Sequence[str], output: str | None) -> None:
     rows = {c: with_ratios(rows_of_runs([f.get(c, {}) for f in found], runs)) for c in chains}
     first = rows[chains[0]]
     figure, panels = style.new_figure(style.WIDE, 0.6 + 0.55 * len(first), len(chains))
-    # Without work in the nodes there is no limit to draw.
+    # Without work in the nodes there is no limit.
     limits = sorted((x for x in runs[0].facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
     for axes, chain in zip(panels, chains):
         limit = violins.axis_limit(rows[chain], [x["ms"] for x in limits])
         if any(any(row.notes) for row in rows[chain]):
-            limit *= 1.12  # room for the words behind the longest violin
+            limit *= 1.12  # room for the note behind the longest violin
         violins.draw_rows(axes, rows[chain], limit, violins.sources_of(first), " ms")
         axes.set_xlabel("hot-path latency (ms)")
         if len(chains) > 1:
@@ -112,7 +112,7 @@ def draw_rows(
     real_ms: Mapping[str, float] | None = None,
     label: str = "hot-path latency (ms)",
 ) -> Drawing:
-    """One panel of rows, with the worst cases (ms) of the real ROS 2 stack where they are known."""
+    """One panel of rows, with the known worst cases (ms) of the real ROS 2 stack."""
     narrow = style.is_narrow(width)
     rows = [replace(row, notes=("", "")) if narrow else row for row in rows]  # no room for ratios
     real = {y: real_ms[row.executor] for y, row in enumerate(rows) if real_ms and row.executor in real_ms}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The hot path beyond the paper's one setting: over load, and over random phases."""
+"""Hot-path latency over load and over random phases."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -26,13 +26,13 @@ Draws = Mapping[tuple[str, str], Sequence[tuple[float, float]]]
 
 
 def dashes(executor: str) -> Any:
-    """EDF and RM often agree: EDF's dashes let the other line through."""
+    """Line style: EDF is dashed, because its line often covers RM's."""
     known = executor_named(executor)
     return (0, (3, 2)) if known and (known.policy or "").lower() == "edf" else "-"
 
 
 def draw_load(axes: Axes, points: Points, executor: str, p: float) -> None:
-    """A simulated curve and live dots of the quantile at `p`."""
+    """A simulated curve and live dots of the quantile `p`."""
     colour = style.colour_of(executor)
     simulated = sorted(points.get(("simulated", executor), {}).items())
     if simulated:
@@ -68,7 +68,7 @@ def over_load(points: Points, executors: Sequence[str], width: float) -> Figure:
 def over_phases(
     draws: Draws, creation_ms: Mapping[str, float], executors: Sequence[str], width: float
 ) -> Figure:
-    """Worst latencies of random draws of phases, beside that of the order of creation."""
+    """Worst latencies of random phase draws, beside that of the creation order."""
     shown = [e for e in executors if draws.get(("simulated", e))]
     rows = [Row(e, e, [Samples([w] for _, w in draws["simulated", e]), None]) for e in shown]
     live = {e: [w for _, w in draws.get(("live", e), [])] for e in shown}

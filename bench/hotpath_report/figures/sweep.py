@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines with intervals, heat maps and small multiples of the table that `hotpath sweep` writes."""
+"""Figures of `hotpath sweep`: lines with intervals, heat maps and small multiples."""
 
 import math
 from pathlib import Path
@@ -19,11 +19,11 @@ from hotpath_report.figures.sweep_table import Measure, Table
 from hotpath_report.style import FAINT, GRID, INK
 
 MOST_PANELS = 9  # small multiples
-MOST_NUMBERED = 20  # columns of a map whose cells still have room for a number
+MOST_NUMBERED = 20  # columns of a map with room for numbers in its cells
 
 
 def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -> None:
-    """A line for each executor, with the interval of each point as a band."""
+    """A line per executor, with a band for the intervals."""
     for executor in table.executors:
         points = table.points(rows[rows["executor"] == executor], measure)
         if not points:
@@ -43,14 +43,14 @@ def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -
 
 
 def key(figure: Figure, table: Table) -> None:
-    """The executors' lines."""
+    """Adds the legend."""
     names = table.executors
     handles = [style.line(e, color=style.colour_of(e), linestyle=dashes(e)) for e in names]
     style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
 
 
 def lines(table: Table) -> Figure:
-    """Median and worst case over x; all other axes together."""
+    """Median and worst case over x; other axes are pooled."""
     figure, panels = style.new_figure(style.WIDE, 3.6, 1, 2)
     for axes, measure in zip(panels, table.measures):
         draw_lines(axes, table, table.rows, measure)
@@ -60,7 +60,7 @@ def lines(table: Table) -> Figure:
 
 
 def multiples(table: Table, measure: Measure) -> Figure:
-    """A small panel for each value of the second axis."""
+    """A small panel per value of the second axis."""
     axis = table.others[0]
     values = list(table.rows[axis].unique())[:MOST_PANELS]
     columns = min(3, len(values))
@@ -82,7 +82,7 @@ def number_text(value: float) -> str:
 
 
 def draw_map(axes: Axes, table: Table, measure: Measure) -> None:
-    """Executors down, x to the right; grey: could not be run."""
+    """Executors in rows, x in columns; grey cells could not run."""
     xs = sorted(table.rows[table.x].unique())
     grid = np.full((len(table.executors), len(xs)), np.nan)
     for i, executor in enumerate(table.executors):
@@ -92,7 +92,7 @@ def draw_map(axes: Axes, table: Table, measure: Measure) -> None:
     positive = grid[np.isfinite(grid) & (grid > 0)]
     axes.set_facecolor(GRID)
     norm: Any = LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)) if len(positive) else None
-    colours = plt.get_cmap("YlOrRd").with_extremes(under="white")  # for nothing at all
+    colours = plt.get_cmap("YlOrRd").with_extremes(under="white")  # for zero
     shown = np.where(grid <= 0, positive.min() / 2 if len(positive) else 0, grid)
     axes.imshow(shown, aspect="auto", cmap=colours if len(positive) else "Greys", norm=norm)
     axes.grid(False)
@@ -106,7 +106,7 @@ def draw_map(axes: Axes, table: Table, measure: Measure) -> None:
 
 
 def write_numbers(axes: Axes, grid: Any, norm: Any) -> None:
-    """The value of each cell, legible on its colour."""
+    """Writes each cell's value in a legible colour."""
     for (i, j), value in np.ndenumerate(grid):
         if math.isnan(value):
             continue
@@ -117,7 +117,7 @@ def write_numbers(axes: Axes, grid: Any, norm: Any) -> None:
 
 
 def heat_map(table: Table) -> Figure:
-    """Median, worst and losses over x and executor."""
+    """Median, worst case and losses over x and executor."""
     rows = 0.5 + 0.27 * len(table.executors)
     figure, panels = style.new_figure(style.WIDE, rows, len(table.measures))
     for axes, measure in zip(panels, table.measures):
@@ -126,14 +126,14 @@ def heat_map(table: Table) -> Figure:
     if table.failed:
         style.add_key(
             figure,
-            [style.patch("could not be run to its end: overloaded", facecolor=GRID, edgecolor=FAINT)],
+            [style.patch("run not finished: overload", facecolor=GRID, edgecolor=FAINT)],
             1,
         )
     return figure
 
 
 def draw(folder: str) -> None:
-    """Writes sweep_lines, sweep_map and, where there is a second axis, sweep_multiples. Raises InputError."""
+    """Writes sweep_lines, sweep_map and, with a second axis, sweep_multiples. Raises InputError."""
     table = Table(Path(folder))
     what = ("Latency", "Median, worst case") if table.chain else ("Response times", "Responses, overruns")
     drawn = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The table that `hotpath sweep` writes, and what of it is drawn."""
+"""The table of `hotpath sweep`, and its measures in figures."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from hotpath_report.tables import read_json, read_table
 
 @dataclass(frozen=True)
 class Measure:
-    """A column of the table, and the quantile over repetitions that stands for a point."""
+    """A column of the table; a point is its quantile `over_repetitions`."""
 
     column: str
     title: str
@@ -33,7 +33,7 @@ OF_TIMERS = [
 
 
 class Table:
-    """table.csv: rows of one chain, or of timers where there is none."""
+    """table.csv: rows of one chain, or of timers without chains."""
 
     def __init__(self, folder: Path) -> None:
         self.rows = read_table(folder / "table.csv", ["executor"])
@@ -47,14 +47,14 @@ class Table:
         self.axes = [a for a in facts["axes"] if a in self.rows and self.rows[a].nunique() > 1]
         numeric = [a for a in self.axes if pd.api.types.is_numeric_dtype(self.rows[a])]
         if not numeric:
-            raise InputError(f"{folder / 'table.csv'}: no axis of numbers to draw over")
+            raise InputError(f"{folder / 'table.csv'}: no numeric axis to draw over")
         self.x = numeric[0]
         self.others = [a for a in self.axes if a != self.x]
         self.executors = list(self.rows["executor"].unique())
         self.failed = int(self.rows["failure"].notna().sum())
 
     def points(self, rows: pd.DataFrame, measure: Measure) -> dict[float, Estimate]:
-        """Over x the quantile of the repetitions, with its interval."""
+        """{x: quantile over the repetitions with its interval}"""
         found = {}
         for x, at in rows.groupby(self.x):
             values = at[measure.column].dropna()
@@ -63,8 +63,8 @@ class Table:
         return found
 
     def subtitle(self) -> str:
-        """What was swept."""
+        """Axes and size of the sweep."""
         cells = f"{self.rows['cell'].nunique()} cells, {self.repetitions} repetitions"
         chain = f"chain {self.chain} · " if self.chain else ""
-        fails = f" · {self.failed} cells could not be run (overload)" if self.failed else ""
+        fails = f" · {self.failed} cells not finished (overload)" if self.failed else ""
         return f"{chain}over {', '.join(self.axes)} · {cells}{fails}"

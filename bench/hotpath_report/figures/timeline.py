@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gantt chart of a part of a trace, live or simulated: one row per task."""
+"""Gantt chart of part of a trace: one row per task."""
 
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from hotpath_report.hotpath_command import executor_named
 from hotpath_report.run import TIMER_MANAGEMENT, Run
 from hotpath_report.style import FAINT, INK, SERIES, WARNING
 
-BAR, ARROW = 0.56, 0.42  # height of a bar and of a release above the middle of its row
+BAR, ARROW = 0.56, 0.42  # height of a bar, and of a release arrow above the row's middle
 MOST_MARKS = 20000
 MARKS: dict[str, dict[str, Any]] = {
     "skipped timestamp": dict(marker="x", color=WARNING, markersize=7, markeredgewidth=1.8, zorder=5),
@@ -27,8 +27,7 @@ Interval = tuple[float, float]  # ms
 
 
 class Window:
-    """The jobs of one executor's repetition that touch [begin, end), in ms since the epoch; NaN for an instant that did
-    not come."""
+    """The jobs of one repetition that touch [begin, end), in ms; NaN: did not happen."""
 
     def __init__(self, run: Run, executor: str, repetition: int, part: Interval) -> None:
         self.run, self.executor, (self.begin, self.end) = run, executor, part
@@ -43,7 +42,7 @@ class Window:
         self.displaced = self.displacements() if one_core and self.timer_thread else {}
 
     def read(self, repetition: int) -> pd.DataFrame:
-        """The rows of jobs.csv. Raises InputError where there are none, or too many."""
+        """The rows of jobs.csv. Raises InputError if there are none or too many."""
         path = self.run.folder / "jobs.csv"
         jobs = self.run.jobs(self.executor, repetition, self.begin, self.end)
         jobs["released"] = jobs["release"].fillna(jobs["timestamp"])
@@ -59,7 +58,7 @@ class Window:
         return jobs.reset_index(drop=True)
 
     def paid_releases(self) -> list[Interval]:
-        """Intervals in which the releaser of a simulated executor pays for its releases."""
+        """Intervals that a simulated executor's releaser spends on releases."""
         if not self.run.simulated or self.traits is None or not self.timer_thread:
             return []
         delta, k = (self.run[f"platform.{name}_cost_us"] / 1e3 for name in ("release", "pass"))
@@ -70,8 +69,8 @@ class Window:
         return [(float(at), float(at) + k + n * delta) for at, n in timers.items()]
 
     def displacements(self) -> dict[int, list[Interval]]:
-        """{index of a job: when another thread had its core}: on one core, a thread that starts while a job of another
-        one runs has taken the core from it."""
+        """{index of a job: intervals in which another thread had its core}. On one core, a thread
+        that starts during a job of another thread has displaced it."""
         ran = self.jobs[self.jobs["finish"].notna()].sort_values("start")
         of_timers = ran[ran["worker"] == TIMER_MANAGEMENT]
         intruders = [*zip(of_timers["start"], of_timers["finish"]), *self.release_slots]
@@ -82,7 +81,7 @@ class Window:
         return {index: parts for index, parts in found.items() if parts}
 
     def tasks(self) -> list[str]:
-        """Those that do something here, in the order of the graph if it is known."""
+        """Tasks with jobs in the window, in graph order if known."""
         found = list(dict.fromkeys(self.jobs["task"]))
         try:
             order = [task["task"] for task in self.run.summary()[0]["tasks"]]
@@ -102,7 +101,7 @@ def draw_spans(axes: Axes, spans: list[Interval], y: float, **look: Any) -> None
 
 
 def draw_job(axes: Axes, window: Window, job: Any, y: float) -> None:
-    """Waiting time, bar, and what displaced it."""
+    """Draws waiting time, execution and displacement of a job."""
     if np.isnan(job.start):
         return
     colour = colour_of(job.worker)
@@ -119,7 +118,7 @@ def draw_job(axes: Axes, window: Window, job: Any, y: float) -> None:
 
 
 def draw_row(axes: Axes, window: Window, task: str, y: float) -> None:
-    """The jobs of one task. Rows run downwards, so a release points up."""
+    """Draws the jobs of one task; release arrows point up."""
     arrow = dict(arrowstyle="-|>", color=INK, linewidth=0.9, mutation_scale=7, shrinkA=0, shrinkB=0)
     for job in window.jobs[window.jobs["task"] == task].itertuples():
         if job.outcome in MARK_OF:
@@ -131,7 +130,7 @@ def draw_row(axes: Axes, window: Window, task: str, y: float) -> None:
 
 
 def draw_releaser(axes: Axes, window: Window, y: float) -> str:
-    """When timers were released: of interest where a separate thread does so. Returns what the row shows."""
+    """Draws the releases of a separate releaser thread. Returns the row's label."""
     colour = colour_of(TIMER_MANAGEMENT)
     if window.release_slots:
         look = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.8, "zorder": 3}
@@ -143,7 +142,7 @@ def draw_releaser(axes: Axes, window: Window, y: float) -> str:
 
 
 def add_key(figure: Any, window: Window) -> None:
-    """The workers' colours, and the marks that occur."""
+    """Adds the legend: colours of workers, and the marks used."""
     handles: list[Any] = []
     for worker in sorted(window.jobs[window.jobs["start"].notna()]["worker"].unique()):
         name = window.run.worker_name(worker, window.timer_thread)
@@ -159,7 +158,7 @@ def add_key(figure: Any, window: Window) -> None:
 
 
 def draw(run: Run, executor: str, repetition: int, part: Interval, path: Path, option: str) -> None:
-    """Writes the chart as .svg and, beside it, as .png; `option` named the file, if any. Raises InputError."""
+    """Writes the chart as .svg and .png; `option` named the file, if any. Raises InputError."""
     window = Window(run, executor, repetition, part)
     labels = window.tasks()
     releaser = window.timer_thread and (window.jobs["kind"] == "timer").any()

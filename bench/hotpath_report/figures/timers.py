@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dropped jobs and response times of timers-only sets, as the figures of the paper's Section VII-A."""
+"""Dropped jobs and response times of timers-only sets, as in the paper's Section VII-A."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,11 +19,11 @@ from hotpath_report.samples import GROUPS, TimerRuns
 from hotpath_report.style import FAINT, INK
 
 MOST_SETTINGS = 5
-BAND = 0.82  # of a row, shared by the settings
+BAND = 0.82  # share of a row's height for all settings
 
 
 def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look: dict[str, Any]) -> None:
-    """Simulated bar, live mark and real mark of one executor and setting; a tick where nothing was dropped."""
+    """Simulated bar, live and real marks of one executor and setting; ✓ if nothing was dropped."""
     known = [rate for rate in rates if not math.isnan(rate)]
     if not any(known):
         style.note(axes, "✓" if known else "no data", (0, y), (4, 0))
@@ -42,9 +42,9 @@ def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look
 
 
 def drops(runs: TimerRuns, labels: Mapping[Any, str], width: float) -> Figure:
-    """Dropped jobs of all timers, and of the IMU alone; `labels` names each setting."""
+    """Dropped jobs of all timers and of the IMU alone; `labels`: names of the settings."""
     step = BAND / len(labels)
-    # The paler, the earlier the setting.
+    # Earlier settings are paler.
     shades = list(np.linspace(0.4, 0.95, len(labels))) if len(labels) > 1 else [0.85]
     height = 0.8 + 0.17 * len(labels) * len(runs.executors)
     figure, panels = style.new_figure(width, height, 1, 2, share_y=True)
@@ -72,8 +72,8 @@ Bounds = Mapping[tuple[Any, str], Mapping[str, float]]  # {(setting, group): {ex
 
 
 def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds) -> None:
-    """Deadlines (an arrow says that one lies beyond every response time), and of each executor the analytical bound and
-    the real stack's worst value within the axis; `key`: setting and group."""
+    """Draws deadlines (an arrow marks a deadline beyond the axis), analytical bounds and the real
+    stack's worst values; `key`: setting and group."""
     limit, (setting, group) = axes.get_xlim()[1], key
     here = runs.counts[(runs.counts["setting"] == setting) & (runs.counts["group"] == group)]
     for deadline in here["deadline_ms"].dropna().unique():
@@ -96,7 +96,7 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
 def responses(
     runs: TimerRuns, groups: Sequence[str], settings: Mapping[Any, str], bounds: Bounds, width: float
 ) -> Figure:
-    """Response times: a row of panels for each group of timers, a column for each setting."""
+    """Response times: a row of panels per group of timers, a column per setting."""
     height = 0.55 + (0.4 if style.is_narrow(width) else 0.42) * len(runs.executors)
     figure, panels = style.new_figure(width, height, len(groups), len(settings), share_y=True)
     rows = {
@@ -123,7 +123,7 @@ def responses(
 
 
 def bounds_of(runs: TimerRuns) -> Bounds:
-    """The largest bound (ms) of each group's tasks under the executors with priorities."""
+    """The largest bound (ms) of each group's tasks under executors with priorities."""
     found: dict[tuple[Any, str], dict[str, float]] = {}
     largest = runs.counts.groupby(["setting", "group", "executor"])["bound_ms"].max().dropna()
     for (setting, group, executor), bound in largest.items():
@@ -145,7 +145,7 @@ def draw_runs(folders: Sequence[str], output: str | None) -> None:
         wanted, path = ", ".join(GROUPS.values()), given[0].folder / "jobs.csv"
         raise InputError(f"{path}: after the warm-up no timer ran whose name contains {wanted}")
     labels = {setting: setting for setting in runs.settings}
-    # How it ran, without graphs and loads, which the panels name.
+    # Without graphs and loads, which the panels name.
     first = {run.source: run for run in reversed(given)}
     subtitle = "\n".join(f"{s}: {run.conditions()}\n{run.where()}" for s, run in sorted(first.items()))
     width = max(style.WIDE, 1.2 + 2.7 * len(labels))

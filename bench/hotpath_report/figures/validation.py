@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well the simulator predicts the real ROS 2 stack: panels from validation.json."""
+"""Simulator against the real ROS 2 stack: panels from validation.json."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -16,24 +16,24 @@ from hotpath_report.tables import read_json
 SIMULATED, REAL, LIVE = SERIES[:3]
 BAR_OF_AGREEMENT = 0.98
 LOST = "lost IMU jobs (%)"
-LATENCY_HEIGHT = 0.66  # of the distance between two rows
+LATENCY_HEIGHT = 0.66  # share of the distance between rows
 
 Entry = dict[str, Any]
 
 
 def run_name(entry: Entry) -> str:
-    """Executor and, where there are several, repetition of a given run."""
+    """Executor and, if known, repetition of a given run."""
     return entry["executor"] + (f" #{entry['repetition']}" if "repetition" in entry else "")
 
 
 def golden_name(entry: Entry) -> str:
-    """Set and executor of an entry, or of the golden trace that a given run is compared with."""
+    """Set and executor of an entry, or of its golden trace."""
     name: str = (entry.get("golden") or entry)["set"]
     return f"{name.removeprefix('timers_only_').removesuffix('_authors')} %  {run_name(entry)}"
 
 
 def point(axes: Axes, x: float, y: float, colour: str, size: float = 5, hollow: bool = False) -> None:
-    """A dot, or a ring."""
+    """Draws a dot or a ring."""
     look = (
         {"color": "white", "markeredgecolor": colour, "markeredgewidth": 2} if hollow else {"color": colour}
     )
@@ -41,12 +41,12 @@ def point(axes: Axes, x: float, y: float, colour: str, size: float = 5, hollow: 
 
 
 def span(axes: Axes, low: float, high: float, y: float, colour: str) -> None:
-    """A range of values."""
+    """Draws a range of values."""
     axes.plot([low, high], [y, y], "-o", color=colour, linewidth=5, markersize=5, zorder=3)
 
 
 def draw_order(axes: Axes, golden: list[Entry]) -> None:
-    """Similarity of the order of jobs, without and with costs."""
+    """Similarity of job orders, without and with costs."""
     for y, entry in enumerate(golden):
         bare, costs = entry["without_costs"], entry["with_costs"]
         among_equals = bare["similarity_by_period"] == 1 and bare["similarity"] < 1
@@ -75,7 +75,7 @@ def draw_lost(axes: Axes, golden: list[Entry]) -> None:
 
 
 def draw_ranges(axes: Axes, entries: list[Entry]) -> None:
-    """Ranges of lost IMU jobs: over repetitions, and over unknown phases."""
+    """Ranges of lost IMU jobs over repetitions and over unknown phases."""
     for y, entry in enumerate(entries):
         for shift, side, colour in ((-0.16, "measured", REAL), (0.16, "simulated", SIMULATED)):
             low, high = entry[side]["imu_lost_percent"]
@@ -85,7 +85,7 @@ def draw_ranges(axes: Axes, entries: list[Entry]) -> None:
 
 
 def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence[tuple[str, str]]) -> None:
-    """Tenth to ninetieth percentile with the median; `sides`: keys and colours, upper first."""
+    """10th to 90th percentile with the median; `sides`: keys and colours, upper first."""
     labels = []
     for y, entry in enumerate(entries):
         for number, (side, colour) in enumerate(sides):
@@ -102,18 +102,18 @@ def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence
 
 
 def draw_live_order(axes: Axes, entries: list[Entry]) -> None:
-    """Similarity of a live run to the real stack, and to its own simulation."""
+    """Similarity of a live run to the real stack and to its own simulation."""
     for y, entry in enumerate(entries):
         point(axes, entry["golden"]["comparison"]["similarity"], y, REAL, 8)
         point(axes, entry["comparison"]["similarity"], y, SIMULATED, 8)
     axes.axvline(BAR_OF_AGREEMENT, color=INK, linewidth=1.2, linestyle=style.DASHED, zorder=1)
-    label = "similarity of the live order of jobs to the other's"
+    label = "similarity to the live order of jobs"
     look = {"title": "Given runs against the golden traces", "xlabel": label}
     style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
 def draw_live_lost(axes: Axes, entries: list[Entry]) -> None:
-    """Lost IMU jobs of the real stack, live and in the simulation of the live run."""
+    """Lost IMU jobs: real stack, live run and its simulation."""
     for y, entry in enumerate(entries):
         golden, own = entry["golden"]["comparison"], entry["comparison"]
         point(axes, golden["measured"]["lost_percent"]["IMU"], y, REAL, 12)
@@ -123,11 +123,11 @@ def draw_live_lost(axes: Axes, entries: list[Entry]) -> None:
     style.rows_of_labels(axes, list(map(golden_name, entries)), **look)
 
 
-Panel = tuple[Callable[..., None], list[Entry]]  # what draws which entries
+Panel = tuple[Callable[..., None], list[Entry]]  # drawing function and its entries
 
 
 def rows_of_panels(result: Entry) -> list[list[Panel]]:
-    """The panels, two beside each other; no row without entries."""
+    """The panels in rows of two; rows without entries are left out."""
     real_sides = (("measured_ms", REAL), ("simulated_ms", SIMULATED))
     autoware = partial(draw_latencies, title="Autoware with the real stack's phases", sides=real_sides)
     own_sides = (("real_ms", REAL), ("measured_ms", LIVE), ("simulated_ms", SIMULATED))
@@ -144,7 +144,7 @@ def rows_of_panels(result: Entry) -> list[list[Panel]]:
 
 
 def draw(folder: str) -> None:
-    """Writes validate.svg and validate.png, if there is anything to draw. Raises InputError."""
+    """Writes validate.svg and validate.png if there is data. Raises InputError."""
     rows = rows_of_panels(read_json(Path(folder) / "validation.json", "hotpath validate"))
     if not rows:
         return
@@ -159,6 +159,6 @@ def draw(folder: str) -> None:
     named = (("real", REAL), ("live", LIVE), ("simulated", SIMULATED))
     handles = [style.line(name, color=colour, linewidth=5) for name, colour in named]
     style.add_key(figure, [*handles, style.dot("simulated without costs", **ring)], 4)
-    what = "rclcpp 26 and the paper authors' fork on Fast DDS (reference_system/ros2_reference)"
-    style.add_title(figure, "The simulator against the real ROS 2 stack", what)
+    stacks = "rclcpp 26 and the paper authors' fork on Fast DDS (reference_system/ros2_reference)"
+    style.add_title(figure, "The simulator against the real ROS 2 stack", stacks)
     style.save(figure, folder, "validate")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rows of violins: the upper half simulated, the lower half live, or the whole of the only source."""
+"""Rows of violins: upper half simulated, lower half live; with one source the whole violin."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,19 +10,18 @@ import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.ndimage import gaussian_filter1d
 
 from hotpath_report import style
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import PERCENTILES, Samples, Values
 from hotpath_report.style import FAINT, INK
 
-HEIGHT = 0.42  # of half a violin, in rows
+HEIGHT = 0.42  # half a violin, in rows
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure, and the numbers behind it."""
+    """A figure and its data."""
 
     figure: Figure
     table: pd.DataFrame
@@ -30,7 +29,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Row:
-    """Samples (ms) of one executor; `notes` go beside the worst value of a source."""
+    """Samples (ms) of one executor; `notes` stand beside the worst value of each source."""
 
     label: str
     executor: str
@@ -39,18 +38,18 @@ class Row:
 
     @property
     def halves(self) -> list[tuple[str, Samples]]:
-        """The sources that have samples, simulated first."""
+        """Sources with samples, simulated first."""
         return [(source, s) for source, s in zip(SOURCES, self.samples) if s]
 
 
 def sources_of(rows: Iterable[Row]) -> list[str]:
-    """The sources that occur, simulated first."""
+    """Sources with samples in any row, simulated first."""
     found = {source for row in rows for source, _ in row.halves}
     return [source for source in SOURCES if source in found]
 
 
 def axis_limit(rows: Iterable[Row], marks: Iterable[float] = ()) -> float:
-    """Room for all worst values (ms), but for far ones not so much that the rest shrinks: those get an arrow."""
+    """Axis limit (ms): fits all worst values except outliers, which get an arrow."""
     samples, known = [s for row in rows for _, s in row.halves], list(marks)
     everything = max([s.worst for s in samples] + known, default=0)
     bulk = max([s.quantile(0.99) for s in samples] + known, default=0)
@@ -58,26 +57,28 @@ def axis_limit(rows: Iterable[Row], marks: Iterable[float] = ()) -> float:
 
 
 def density(samples: Values, limit: float, points: int) -> tuple[Values, Values]:
-    """Root of a smoothed histogram with a maximum of one: latencies lie in clusters, which a kernel of 0.6 % of the
-    axis keeps, and the root gives single samples a thin foot."""
+    """Square root of a smoothed histogram, scaled to a maximum of one. The kernel, 0.6 % of the
+    axis, keeps clusters of latencies apart; the root keeps single samples visible."""
     counts, edges = np.histogram(samples, bins=points, range=(0, limit))
-    smooth = gaussian_filter1d(counts.astype(float), 1.4 * points / 240, mode="constant")
+    deviation = 1.4 * points / 240
+    kernel = np.exp(-0.5 * (np.arange(-6, 7) / deviation) ** 2)
+    smooth = np.convolve(counts, kernel / kernel.sum(), "same")
     peak = smooth.max()
     return (edges[:-1] + edges[1:]) / 2, np.sqrt(smooth / peak) if peak > 0 else smooth
 
 
 def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], sides: Sequence[int]) -> None:
-    """A violin on row y with its median; `sides`: -1 for the half above the row, 1 for that below."""
+    """Draws a violin on row y with its median; `sides`: -1 is the upper half, 1 the lower half."""
     limit = axes.get_xlim()[1]
     values = samples.pooled
     low, high = float(values.min()), float(values.max())
-    # A small panel has no room for more points.
+    # A small panel needs fewer points.
     small = axes.get_subplotspec().get_gridspec().ncols > 1 or style.is_narrow(axes.figure.get_figwidth())
     x, share = density(values, limit, 120 if small else 240)
     inside = (x >= low - limit / 200) & (x <= high + limit / 200)
     x, share = x[inside], share[inside]
     for side in sides:
-        if len(x):  # closed along the row by one edge instead of a point below every other
+        if len(x):  # close the outline with one edge along the row
             edge = y + side * HEIGHT * share
             axes.fill([x[0], *x, x[-1]], [y, *edge, y], linewidth=0, zorder=2, **look)
     axes.plot([low, high], [y, y], color=look["color"], linewidth=1, zorder=3)
@@ -87,7 +88,7 @@ def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], si
 
 
 def write_worst(axes: Axes, y: float, worst: float, text: str, faint: bool) -> None:
-    """The worst value at the end of a violin; an arrow says that it lies beyond the axis."""
+    """Writes the worst value at the end of a violin; an arrow marks a value beyond the axis."""
     limit = axes.get_xlim()[1]
     beyond = worst > limit
     look: dict[str, Any] = {"ha": "right" if beyond else "left", "color": FAINT if faint else INK}
@@ -97,7 +98,7 @@ def write_worst(axes: Axes, y: float, worst: float, text: str, faint: bool) -> N
 
 
 def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[str], unit: str = "") -> None:
-    """Rows downwards, each with the worst values of its sources; the axis ends at `limit` (ms)."""
+    """Draws rows downwards with the worst values of each source; the axis ends at `limit` (ms)."""
     style.rows_of_labels(axes, [row.label for row in rows], xlim=(0, limit))
     for y, row in enumerate(rows):
         if not row.halves:
@@ -114,7 +115,7 @@ def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[s
 
 
 def add_key(figure: Figure, sources: Sequence[str], marks: Sequence[Artist] = ()) -> None:
-    """What the halves of a row are, and the marks."""
+    """Adds the legend: sources, median and marks."""
     handles: list[Artist] = []
     if len(sources) > 1:
         handles.append(style.patch("upper half: simulated", alpha=0.42))
@@ -125,7 +126,7 @@ def add_key(figure: Figure, sources: Sequence[str], marks: Sequence[Artist] = ()
 
 
 def percentile_table(found: Iterable[tuple[dict[str, Any], Samples]]) -> pd.DataFrame:
-    """Value and interval (ms) of each percentile, a row each, behind columns with the keys of the samples."""
+    """A row per percentile: the keys of the samples, then value and interval (ms)."""
     rows = []
     for keys, samples in found:
         size = {"repetitions": len(samples.repetitions), "samples": len(samples)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Histograms of the reduction of end-to-end bounds on WATERS task sets, as the paper's Section VII-B."""
+"""Reduction of end-to-end bounds on WATERS task sets, as in the paper's Section VII-B."""
 
 from pathlib import Path
 
@@ -20,11 +20,11 @@ METHODS = {
     "davis_kloda": "exact NP-FP + Kloda",
     "davis_guenzel": "exact NP-FP + Günzel",
 }
-BINS_PER_STEP = 4  # outlines on bins of the paper's width each would hide the shape
+BINS_PER_STEP = 4  # outlines on the paper's narrow bins would hide the shape
 
 
 def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
-    """The paper's method filled, tighter ones as outlines."""
+    """Draws the paper's method filled and tighter methods as outlines."""
     for (method, name), colour in zip(METHODS.items(), SERIES):
         rows = bins[bins["method"] == method]
         if rows.empty:
@@ -43,7 +43,7 @@ def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
 
 
 def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> Figure:
-    """A panel for each utilisation."""
+    """A panel per utilisation."""
     utilisations = sorted(histogram["utilisation"].unique())
     figure, panels = style.new_figure(width, 2.3, len(utilisations))
     for axes, utilisation in zip(panels, utilisations):
@@ -67,5 +67,5 @@ def draw(folder: str) -> None:
     figure = reductions(histogram, summary, style.WIDE)
     title = "End-to-end bounds: RM events executor against the default executor"
     subtitle = "WATERS 2015 task sets; reduction: (default's bound - RM's bound) / default's bound"
-    style.add_title(figure, title, f"{subtitle}\nto the right of 0 RM guarantees the smaller latency")
+    style.add_title(figure, title, f"{subtitle}\nright of 0: RM guarantees the smaller latency")
     style.save(figure, folder, "waters")

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages in HTML and Markdown, and the comparison of two results."""
+"""Pages in HTML and Markdown."""

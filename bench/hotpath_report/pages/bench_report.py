@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Report of one `hotpath bench` folder: reads bench.json, writes report.md and its pictures, as bench.toml says.
-
-Every number is the median over the repetitions.
-"""
+"""Report of one `hotpath bench` folder: report.md and its figures from bench.json, as specified in
+bench.toml. Every number is the median over the repetitions."""
 
 import re
 from collections.abc import Iterator
@@ -12,19 +10,19 @@ from typing import Any
 from markupsafe import Markup
 
 from hotpath_report.figures import bench as figures
-from hotpath_report.pages.bench_data import SPEC, Bench, Spec, three_digits
-from hotpath_report.pages.text import environment
+from hotpath_report.bench_data import SPEC, Bench, Spec, three_digits
+from hotpath_report.pages.text import render
 from hotpath_report.pages.writer import Table
 from hotpath_report.tables import write_file
 
 
 def natural(name: str) -> list[Any]:
-    """Sorts numbers in names by their values."""
+    """Sort key that orders numbers in names by value."""
     return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.split(r"(\d+)", name)]
 
 
 def value_of(bench: Bench, spec: Spec, fields: Spec) -> float | None:
-    """The value of a column or bar; None where it was not measured."""
+    """The value of a column or bar; None if not measured."""
     if "ros2_callback_us" in spec:
         us: float | None = SPEC["ros2_callback_us"].get(spec["ros2_callback_us"].format(**fields))
         return us
@@ -41,7 +39,7 @@ def value_of(bench: Bench, spec: Spec, fields: Spec) -> float | None:
 
 
 def bars(bench: Bench) -> Table | None:
-    """What was measured against its bar."""
+    """Measurements against their bars (upper limits)."""
     rows = []
     for spec in SPEC["bar"]:
         plain = {key: value for key, value in spec.items() if "and" not in spec or key != "over"}
@@ -60,7 +58,7 @@ def bars(bench: Bench) -> Table | None:
 
 
 def rows_of(bench: Bench, spec: Spec, columns: list[Spec]) -> Iterator[list[str]]:
-    """Rows of which something was measured."""
+    """Rows with at least one measured value."""
     for row in spec["rows"]:
         for name in sorted({benchmark for benchmark, _ in bench.values}, key=natural):
             match = re.fullmatch(row["pattern"], name)
@@ -73,7 +71,7 @@ def rows_of(bench: Bench, spec: Spec, columns: list[Spec]) -> Iterator[list[str]
 
 
 def table(bench: Bench, spec: Spec) -> Table:
-    """A table of bench.toml; without rows if nothing of it was measured."""
+    """A table of bench.toml; empty if nothing was measured."""
     if "growth" in spec:
         header = ["benchmark", "fit", "of the unit, ns", "error of the fit"]
         rows = [
@@ -102,7 +100,6 @@ def write(folder: str) -> None:
         figure = spec["figure"] if spec.get("figure") in drawn else ""
         if tables:
             sections.append({"title": spec["title"], "figure": figure, "tables": tables})
-    template = environment("md").get_template("bench.md.j2")
     path = Path(folder) / "report.md"
-    write_file(path, template.render(bench=bench, bars=bars(bench), sections=sections))
+    write_file(path, render("bench.md", "md", {"bench": bench, "bars": bars(bench), "sections": sections}))
     print(path)

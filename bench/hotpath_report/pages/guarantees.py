@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of `hotpath analyze`: bounds of tasks and chains, what was observed, and what dominates them."""
+"""The page of `hotpath analyze`: bounds of tasks and chains beside observed values."""
 
 from functools import partial
 from pathlib import Path
@@ -17,19 +17,19 @@ MADE_BY = "hotpath analyze --page"
 TEXTS = ["executor", "method", "kind", "name"]
 NUMBERS = ["bound_ns", "observed_ns", "deadline_ns", "response_ns", "waiting_ns"]
 EXPLANATION = (
-    "A bar is the smallest bound, its dark part the time that data waits for other inputs; a dot is the largest value "
-    "observed, a line the deadline. What each method assumes: docs/analysis.md."
+    "Bars: the smallest bounds; dark parts: waiting for other inputs. Dots: largest observed values; lines: deadlines. "
+    "For the assumptions of each method see docs/analysis.md."
 )
 
 
 def tightest(rows: pd.DataFrame) -> pd.DataFrame:
-    """Of each task and chain the row with the smallest bound; those without any stay, with none."""
+    """The row with the smallest bound of each task and chain, including rows without a bound."""
     ordered = rows.sort_values("bound_ns", na_position="last", kind="stable")
     return ordered.drop_duplicates(["kind", "name"]).sort_index()
 
 
 def draw(rows: pd.DataFrame, executor: str, width: float) -> Drawing:
-    """Bars of bounds, dots of what was observed."""
+    """Bars for bounds, dots for observed values, lines for deadlines."""
     height = 1.1 + 0.21 * len(rows)
     figure, (axes,) = style.new_figure(width, height)
     ms = {name: rows[name].to_numpy() / 1e6 for name in NUMBERS}
@@ -43,12 +43,12 @@ def draw(rows: pd.DataFrame, executor: str, width: float) -> Drawing:
 
 
 def cell(value: float) -> str:
-    """Milliseconds, or nothing."""
+    """Milliseconds; empty if unknown."""
     return "" if pd.isna(value) else f"{value / 1e6:.3f}"
 
 
 def table(rows: pd.DataFrame) -> Table:
-    """The same as numbers, with the method of each."""
+    """The bounds as a table, with their methods."""
     cells = [
         [row.name, row.method, cell(row.bound_ns), cell(row.observed_ns), row.tightness, row.dominated_by]
         for row in rows.fillna({"tightness": "", "dominated_by": ""}).itertuples(index=False)
@@ -63,9 +63,7 @@ def write(folder: str) -> None:
     found: dict[str, Any] = read_json(Path(folder) / "bounds.json", MADE_BY)
     rows = read_table(Path(folder) / "bounds.csv", TEXTS, [*NUMBERS, "tightness", "dominated_by"])
     if rows.empty:
-        raise InputError(
-            f"{folder}: no method bounds this graph under these executors, there is nothing to draw"
-        )
+        raise InputError(f"{folder}: nothing to draw: no method bounds this graph under these executors")
     sections = []
     for executor, of_executor in rows.groupby("executor", sort=False):
         name, best = str(executor), tightest(of_executor)
@@ -81,7 +79,7 @@ def write(folder: str) -> None:
         Path(folder),
         "report",
         sections,
-        title=f"What is guaranteed on {found['graph']}",
+        title=f"Guaranteed bounds of {found['graph']}",
         facts=facts,
         losses=[],
     )

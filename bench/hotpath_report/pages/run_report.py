@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One page, HTML and Markdown, about any runs and comparisons, or about a published reproduction."""
+"""The page about runs."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -11,19 +11,21 @@ from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_f
 from hotpath_report.run import Run
 from hotpath_report.samples import samples_of_run
 
-COMPARED = "Ratio, Cliff's delta and rank test compare with a run's first executor: above 1 and 0 is better"
+COMPARED = (
+    "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
+)
 CHAIN = (
     "hot-path latency (ms)",
-    "Start of the sink's callback minus start of the latest source callback that its data contains.",
+    "Start of the sink's callback minus start of the latest source callback in its data.",
 )
 TIMER = (
     "response time (ms)",
-    "Finish of a job minus its own timestamp; timestamps that were skipped have no response time.",
+    "Finish of a job minus its own timestamp; skipped timestamps have no response time.",
 )
 
 
 class ReportedRun:
-    """Latencies of chains and response times of timers of one folder: {(kind, name): {executor: samples in ms}}."""
+    """Samples (ms) of one folder by chain or timer: {(kind, name): {executor: samples}}."""
 
     def __init__(self, folder: str | Path) -> None:
         self.run = Run(folder)
@@ -35,14 +37,14 @@ class ReportedRun:
             self.samples |= {("Timer", name): samples for name, samples in found.items()}
 
     def facts(self) -> str:
-        """What ran, and the warnings."""
-        partial_run = "partial: it did not end; " if self.run.partial else ""
+        """Description of the run, with its warnings."""
+        partial_run = "partial: the run did not finish; " if self.run.partial else ""
         warnings = " ".join(self.run.facts.get("warnings", []))
         return f"{self.name}: {partial_run}{self.run.what_ran()}. {warnings}".replace("\n", " · ").strip()
 
 
 def comparison(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Table:
-    """Percentiles of each executor of each run, and how it compares with the run's first executor."""
+    """Percentiles of each executor of each run, compared with the run's first executor."""
     rows = []
     for run in runs:
         executors = run.samples.get(key, {})
@@ -54,7 +56,7 @@ def comparison(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Table:
 
 
 def losses(runs: Sequence[ReportedRun]) -> list[Table]:
-    """What each executor lost, after the warm-up for timers."""
+    """Losses of each executor; for timers after the warm-up."""
     keys = ["callbacks_executed", "skipped", "overwritten", "deadline_overruns"]
     rows = [
         [run.name, e["executor"], *(e[key] for key in keys)]
@@ -67,7 +69,7 @@ def losses(runs: Sequence[ReportedRun]) -> list[Table]:
 
 
 def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
-    """When the processor was slow, and by how much."""
+    """Periods of a slow processor."""
     keys = ["cpu", "from_s", "until_s", "factor"]
     rows = [
         [run.name, executor, repetition, *(f"{period[key]:.3g}" for key in keys)]
@@ -75,13 +77,13 @@ def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
         for executor, repetition, periods in run.run.slow_repetitions()
         for period in periods
     ]
-    header = ["run", "executor", "repetition", "processor", "from s", "until s", "work took × as long"]
+    header = ["run", "executor", "repetition", "processor", "from s", "until s", "slowdown ×"]
     return [Table("Slow processor", header, rows)] if rows else []
 
 
 def sections(runs: Sequence[ReportedRun]) -> list[Section]:
-    """A section for each chain and timer."""
-    commands, made = [run.run.command() for run in runs], []
+    """A section per chain and timer."""
+    commands, made = [c for c in (run.run.command() for run in runs) if c], []
     for key in dict.fromkeys(key for run in runs for key in run.samples):
         label, text = CHAIN if key[0] == "Chain" else TIMER
         title = " ".join(key)
@@ -93,31 +95,13 @@ def sections(runs: Sequence[ReportedRun]) -> list[Section]:
     return made
 
 
-def write(folders: Sequence[str], output: str | None) -> None:
-    """Writes report.html and report.md. Raises InputError."""
-    first = Path(folders[0])
-    folder = Path(output or first / "report")
-    if (first / "claims.json").exists() and (first / "data").is_dir():
-        from hotpath_report.paper.results import write_published
-
-        if len(folders) > 1:
-            raise InputError(f"{first} is a reproduction; give it alone, or compare two with compare-results")
-        write_published(first, folder)
-        return
+def write(folders: Sequence[str], folder: Path) -> None:
+    """Writes report.html and report.md into `folder`. Raises InputError."""
     runs = [ReportedRun(name) for name in folders]
     made = sections(runs)
     if not made:
-        raise InputError(
-            f"{first}: no chain and no timer has samples after the warm-up, there is nothing to report"
-        )
+        raise InputError(f"{folders[0]}: nothing to report: no samples of chains or timers after the warm-up")
     graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
     facts = [run.facts() for run in runs]
-    write_page(
-        folder,
-        "report",
-        made,
-        title=f"Executors on {graphs}",
-        facts=facts,
-        losses=losses(runs) + disturbances(runs),
-    )
-    print(f"{folder / 'report.html'} (and report.md)")
+    tables = losses(runs) + disturbances(runs)
+    write_page(folder, "report", made, title=f"Executors on {graphs}", facts=facts, losses=tables)

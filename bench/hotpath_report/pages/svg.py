@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures as SVG that a page can theme."""
+"""Figures as SVG that follow the page's theme."""
 
 import html
 import io
@@ -14,25 +14,25 @@ THEMED = {INK: "var(--ink)", FAINT: "var(--faint)", GRID: "var(--grid)", GROUND:
 
 
 def svg_of(figure: Figure) -> str:
-    """A figure as SVG whose text stays text, with coordinates to a tenth of a point."""
+    """A figure as SVG with text elements and coordinates rounded to 0.1 points."""
     settle(figure)
     stream = io.StringIO()
     with plt.rc_context({"svg.fonttype": "none"}):
-        # Not savefig(), which draws everything once more for a layout that is settled.
+        # savefig() would draw everything again, although the layout is fixed.
         FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": "hotpath"})
     plt.close(figure)
     return re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
 
 
 def _rounded(attribute: re.Match[str]) -> str:
-    """No digit and no word too many: a page of many figures shrinks by a third."""
+    """Shortens coordinates: a page of many figures shrinks by a third."""
     text = re.sub(r"(\.\d)\d+", r"\1", attribute[0])
-    # Without curves, all that follows the first point are lines anyway.
+    # Without curves, L is the default command after the first point.
     return text if re.search("[CQ]", text) else re.sub(r"\s+L ", " ", text)
 
 
 def for_page(svg: str, prefix: str, label: str) -> str:
-    """An <svg> element that follows the page's colours, scales with it, and shares no id with another."""
+    """An <svg> element with the page's colours, scalable, and with unique ids."""
     svg = svg[svg.index("<svg") :]
     for colour, variable in THEMED.items():
         svg = svg.replace(colour, variable)
@@ -43,5 +43,5 @@ def for_page(svg: str, prefix: str, label: str) -> str:
         (r"(?s)<metadata>.*?</metadata>", ""),
     ):
         svg = re.sub(pattern, replacement, svg)
-    svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # those of the element itself
+    svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # of the <svg> element
     return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}"', 1)

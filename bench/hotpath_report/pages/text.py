@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The templates."""
+"""Pages from templates."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,38 +17,45 @@ TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 
 def columns(text: str) -> str:
-    """Lines of cells with `|` between, the first the header, as a table."""
+    """A table from lines of cells separated by `|`; the first line is the header."""
     cells = [[c.strip().replace("\\n", "\n") for c in line.split("|")] for line in text.strip().splitlines()]
     return text_table(cells[0], cells[1:]) + "\n"
 
 
 def code_spans(text: str) -> markupsafe.Markup:
-    """`words` of prose as HTML."""
+    """Prose with `code` as HTML."""
     return markupsafe.Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(markupsafe.escape(text))))
 
 
 def fixed(value: float | None, digits: int) -> str:
-    """`-` for what is no number."""
+    """A number with fixed digits; `-` for none."""
     return "-" if value is None else f"{value:.{digits}f}"
 
 
 def environment(form: str) -> jinja2.Environment:
-    """The templates for a page in html, md or txt. What they are given is escaped for it, unless marked as safe."""
-    of_markdown: Any = {"autoescape": True, "finalize": markdown}  # so that macros are marked as safe
+    """The templates for html, md or txt. Values are escaped for that form unless marked as safe."""
     made = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        **(of_markdown if form == "md" else {"autoescape": jinja2.select_autoescape(["html", "html.j2"])}),
+        autoescape=form != "txt",  # also marks the output of macros as safe
+        finalize=markdown if form == "md" else None,
     )
+    made.globals["form"] = form
     made.filters |= {"cell": markdown_cell, "code": markdown_code}
-    made.filters |= {"prose": code_spans, "columns": columns, "fixed": fixed}
+    made.filters |= {"prose": code_spans, "columns": columns, "fixed": fixed, "zip": zip}
     return made
 
 
+def render(template: str, form: str, content: Mapping[str, Any]) -> str:
+    """A page in html or md, without repeated empty lines."""
+    page = environment(form).get_template(f"{template}.j2").render(content)
+    return re.sub(r"\n{3,}", "\n\n", page).strip() + "\n"
+
+
 def tell_validation(folder: str) -> None:
-    """Prints what `hotpath validate` found, and draws it. Raises InputError."""
+    """Prints and draws the result of `hotpath validate`. Raises InputError."""
     result: dict[str, Any] = read_json(Path(folder) / "validation.json", "hotpath validate")
     print(environment("txt").get_template("validation.txt.j2").render(result), flush=True)
     draw_if_possible("figures.validation:draw", folder)
@@ -57,5 +65,4 @@ def tell_validation(folder: str) -> None:
 def write_import(folder: str) -> None:
     """Writes import.md, the page of `hotpath import ctf`. Raises InputError."""
     result: dict[str, Any] = read_json(Path(folder) / "import.json", "hotpath import ctf")
-    page = environment("md").get_template("import.md.j2").render(result)
-    write_file(Path(folder) / "import.md", page)
+    write_file(Path(folder) / "import.md", render("import.md", "md", result))

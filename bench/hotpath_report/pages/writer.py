@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes one page twice: report.html, a single file, and report.md with its figures beside it."""
+"""Writes a page as report.html (a single file) and as report.md with figures beside it."""
 
 import base64
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from typing import Any
 
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages.svg import for_page, svg_of
-from hotpath_report.pages.text import TEMPLATES, environment
+from hotpath_report.pages.text import TEMPLATES, render
 from hotpath_report.statistics import Samples, rank_test, ratio
 from hotpath_report.style import NARROW, WIDE
 from hotpath_report.tables import make_folder, write_file
@@ -22,22 +22,22 @@ class Table:
     title: str
     header: list[str]
     rows: list[list[Any]]
-    folded: bool = False  # long tables open on demand
-    numbers: bool = False  # all columns but the first align right
+    folded: bool = False  # collapsed until opened
+    numbers: bool = False  # align all columns but the first right
 
 
-# Of tables that compare samples with a baseline.
+# Header of tables that compare samples with a baseline.
 HEADER = ["samples / runs", "median ms", "p99 ms", "worst ms"]
 HEADER += ["worst-case ratio", "Cliff's delta", "rank test p"]
 
 
 def percentile_cells(samples: Samples) -> list[str]:
-    """Median, 99th percentile and worst value with their intervals."""
+    """Median, p99 and worst value with intervals."""
     return [samples.estimate(p).text(1) for p in (0.5, 0.99, 1.0)]
 
 
 def compared(samples: Samples, baseline: Samples | None) -> list[Any]:
-    """Cells below HEADER; without a baseline the comparison is empty."""
+    """Cells below HEADER; without a baseline its comparison cells are empty."""
     cells = [f"{len(samples)} / {len(samples.repetitions)}", *percentile_cells(samples)]
     if not baseline:
         return [*cells, "", "", ""]
@@ -49,7 +49,7 @@ def compared(samples: Samples, baseline: Samples | None) -> list[Any]:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure for wide and for narrow pages, and the numbers behind it."""
+    """A figure for wide and for narrow pages, with its data."""
 
     name: str
     title: str
@@ -58,11 +58,11 @@ class Figure:
     commands: list[str]
 
     def data_uri(self) -> str:
-        """The numbers as a link."""
+        """The data as a link."""
         return "data:text/csv;base64," + base64.b64encode(self.csv.encode()).decode()
 
     def inline(self, width: str) -> str:
-        """The figure as an element of the page."""
+        """The figure as an HTML element."""
         return for_page(self.svg[width], f"{self.name}-{width}", self.title)
 
 
@@ -82,14 +82,14 @@ Draw = Callable[[float], Drawing]  # for a width in inches
 
 
 def make_figure(name: str, title: str, draw: Draw, commands: list[str]) -> Figure:
-    """Draws for wide and for narrow pages."""
+    """Draws a figure for wide and for narrow pages."""
     drawings = {width: draw(inches) for width, inches in (("wide", WIDE), ("narrow", NARROW))}
     csv = drawings["wide"].table.to_csv(index=False, float_format="%.6f")
     return Figure(name, title, csv, {width: svg_of(d.figure) for width, d in drawings.items()}, commands)
 
 
 def write_figures(folder: Path, figures: list[Figure]) -> None:
-    """Each figure on white, because a Markdown viewer may be dark, and its numbers."""
+    """Writes each figure on white, for dark Markdown viewers, with its data."""
     make_folder(folder)
     for figure in figures:
         white = '<rect width="100%" height="100%" fill="white"/>\n <defs>'
@@ -98,9 +98,9 @@ def write_figures(folder: Path, figures: list[Figure]) -> None:
 
 
 def write_page(folder: Path, template: str, sections: list[Section], **content: Any) -> None:
-    """Renders `template`.html.j2 and .md.j2, and writes the figures with their data."""
+    """Renders `template`.j2 as report.html and report.md; writes figures with their data."""
     write_figures(folder / "figures", [figure for section in sections for figure in section.figures])
     style = (TEMPLATES / "style.css").read_text(encoding="utf-8")
     for suffix in ("html", "md"):
-        found = environment(suffix).get_template(f"{template}.{suffix}.j2")
-        write_file(folder / f"report.{suffix}", found.render(style=style, sections=sections, **content))
+        page = render(template, suffix, {"style": style, "sections": sections, **content})
+        write_file(folder / f"report.{suffix}", page)

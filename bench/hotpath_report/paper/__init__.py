@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The reproduction of the paper's evaluation: what is run, what is claimed, and what came out."""
+"""Reproduction of the paper's evaluation: runs, claims and results."""

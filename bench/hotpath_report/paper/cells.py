@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a reproduction runs, from cells.toml: cells, each one invocation of `hotpath` with a fixed seed and a folder of
-its own.
-
-Live cells are one repetition in a fresh process. Their order is drawn once, from the seed, and kept in the plan.
-"""
+"""The cells of a reproduction, from cells.toml: each is one invocation of `hotpath` with a fixed
+seed and its own folder. A live cell is one repetition in a fresh process. The order of live cells
+is drawn once from the seed and kept in the plan."""
 
 import random
 import tomllib
@@ -19,21 +17,21 @@ EXECUTORS: dict[str, tuple[str, ...]] = {name: tuple(found) for name, found in S
 UTILISATIONS = (60, 80, 90)
 PAPER_LOAD_PERCENT = 80
 
-# What results say of a cell.
+# Attributes of a cell in results.
 FACTS = ["name", "study", "source", "executors", "graph", "load_percent", "duration_s", "warm_up_s"]
 FACTS += ["repetition", "seed"]
 
-# Between two live cells: calibration, a look at the machine's noise, discovery, writing.
+# Between two live cells: calibration, measuring noise, discovery, writing.
 LIVE_OVERHEAD_S = 2.8
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One invocation. An analysis states its whole command as `options`."""
+    """One invocation; the `options` of an analysis are its whole command."""
 
     study: str
     source: str  # simulated, live or analysis
-    label: str  # what tells it from other cells of its study; may be empty
+    label: str  # distinguishes cells of a study; may be empty
     seconds: float  # expected
     executors: tuple[str, ...] = ()
     graph: str = "autoware"
@@ -43,11 +41,11 @@ class Cell:
     repetition: int = 0
     options: tuple[str, ...] = ()
     cores: int = 1
-    alone: bool = False  # measures this machine, though it is no live cell
+    alone: bool = False  # measures the machine without being a live cell
 
     @property
     def name(self) -> str:
-        """Of its folder."""
+        """Name of the cell and its folder."""
         parts = [self.source, self.study, self.label]
         if self.source == "live":
             parts += [*self.executors, str(self.repetition + 1)]
@@ -55,11 +53,11 @@ class Cell:
 
     @property
     def seed(self) -> int:
-        """Of all that is drawn at random."""
+        """Seed of everything random."""
         return self.repetition + 1
 
     def command(self, output: object, place: Iterable[str] = ()) -> list[str]:
-        """Words for `hotpath`; `place` are options that say where a live cell runs."""
+        """Arguments of `hotpath`; `place`: options for where a live cell runs."""
         if self.source == "analysis":
             return [*self.options, "--output", str(output)]
         words = ["run", "--executor"] if self.source == "live" else ["simulate", "--executors"]
@@ -68,12 +66,12 @@ class Cell:
         return [*words, *self.options, *place, "--output", str(output)]
 
     def facts(self) -> dict[str, Any]:
-        """What results say of the cell."""
+        """The cell's attributes in results."""
         return {name: getattr(self, name) for name in FACTS}
 
 
 def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
-    """The cells that an entry makes: one for each label that it states, or that the mode has."""
+    """The cells of an entry: one per label of the entry or of the mode."""
     labels = spec.get("labels", [""])
     for label in getattr(mode, labels) if isinstance(labels, str) else labels:
         yield Cell(
@@ -106,7 +104,7 @@ def live_cells(mode: Any) -> list[Cell]:
 
 
 def live_order(cells: list[Cell], seed: int) -> list[Cell]:
-    """Round after round of repetitions, each in random order, so that a drift of the machine meets all executors."""
+    """Rounds of repetitions in random order, so that drift affects all executors alike."""
     generator, ordered = random.Random(seed), []
     for repetition in sorted({cell.repetition for cell in cells}):
         found = [cell for cell in cells if cell.repetition == repetition]
@@ -116,8 +114,7 @@ def live_order(cells: list[Cell], seed: int) -> list[Cell]:
 
 
 def all_cells(mode: Any, seed: int) -> list[Cell]:
-    """The plan of a reproduction: cells in virtual time, those that compute bounds and measure what a release costs
-    here, then live ones."""
+    """The plan: simulated cells, then analyses (bounds, release cost), then live cells."""
     sources = ("simulated", "analysis")
     offline = [c for source in sources for spec in SPEC[source] for c in cells_of(spec, source, mode)]
     return offline + live_order(live_cells(mode), seed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of what is computed: Table I, the reduction of end-to-end bounds (Section VII-B), the cost of a release."""
+"""Checks of Table I, the end-to-end bounds (Section VII-B) and the release cost."""
 
 import pandas as pd
 
@@ -10,7 +10,7 @@ from hotpath_report.paper.findings import LIMITS, Finding
 
 
 def table(evidence: Evidence, _source: str) -> Finding:
-    """Entries that equal the printed ones."""
+    """Entries equal to the printed table."""
     rows = f.paper_rows(evidence)
     differences = (rows["bound_ms"] - rows["printed_ms"]).abs()
     equal = int((differences <= LIMITS.table_ms + 1e-9).sum())
@@ -19,7 +19,7 @@ def table(evidence: Evidence, _source: str) -> Finding:
 
 
 def schedulable(evidence: Evidence, _source: str) -> Finding:
-    """Bounds within their deadlines."""
+    """Bounds within deadlines."""
     rows = f.paper_rows(evidence)
     shares = rows["bound_ms"] / rows["task"].map(LIMITS.deadlines_ms)
     met = int((shares <= 1).sum())
@@ -28,20 +28,20 @@ def schedulable(evidence: Evidence, _source: str) -> Finding:
 
 
 def reductions(evidence: Evidence) -> pd.DataFrame:
-    """Rows of the paper's method, by utilisation."""
+    """Results of the paper's method by utilisation."""
     rows = evidence.table("waters_summary.csv")
     return rows[rows["method"] == PAPER].sort_values("utilisation")
 
 
 def majority(evidence: Evidence, _source: str) -> Finding:
-    """Share of the chains with a lower bound."""
+    """Share of chains with a lower bound."""
     lower = 100 * reductions(evidence)["positive_share"]
     shares = f.percents(lower)
     return Finding(f.graded(lower.min() > 50, True), f"{shares} of the chains are lower", shares)
 
 
 def negative_grow(evidence: Evidence, _source: str) -> Finding:
-    """Share of the chains with a bound that is not lower, over utilisation."""
+    """Share of chains without a lower bound, over utilisation."""
     higher = list(100 * (1 - reductions(evidence)["positive_share"]))
     rising = all(a < b for a, b in zip(higher, higher[1:]))
     verdict = f.graded(rising, True, higher[-1] > higher[0])
@@ -57,7 +57,7 @@ def almost_90(evidence: Evidence, _source: str) -> Finding:
 
 
 def delta(evidence: Evidence, _source: str) -> Finding:
-    """What a release costs on this machine."""
+    """Release cost on this machine."""
     rows = evidence.table("wcrt_table.csv").set_index("delta_of")["delta_ns"] / 1e3
     most_us, nearly_us = (rows[rows.index == f"this machine ({of})"] for of in ("maximum", "p99.9"))
     f.need(most_us, nearly_us)
@@ -68,7 +68,7 @@ def delta(evidence: Evidence, _source: str) -> Finding:
 
 
 def total_delta(evidence: Evidence, _source: str) -> Finding:
-    """The cost of seven releases that yields Table I."""
+    """The cost of seven releases behind Table I."""
     one = float(f.paper_rows(evidence)["delta_ns"].iloc[0]) / 1e6
     near = abs(LIMITS.tasks * one - LIMITS.paper_total_delta_ms) <= LIMITS.total_delta_ms
     text = f"{LIMITS.tasks * one:.3f} ms from δ = {one:.3f} ms, the value behind Table I"

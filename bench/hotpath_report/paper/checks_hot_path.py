@@ -10,21 +10,21 @@ from hotpath_report.statistics import Samples, rank_test, ratio
 
 
 def hot_paths(evidence: Evidence, source: str, *executors: str) -> list[Samples]:
-    """Latencies (ms) of the executors. Raises Missing unless all have some."""
+    """Latencies (ms) of the executors. Raises Missing if any has none."""
     found = [evidence.latencies("autoware", source, e) for e in executors]
     f.need(*found)
     return found
 
 
 def real_ms(evidence: Evidence, quantile: str, *executors: str) -> list[float]:
-    """Quantiles of the real ROS 2 stack. Raises Missing unless all executors have one."""
+    """Quantiles (ms) of the real ROS 2 stack. Raises Missing if an executor has none."""
     found = evidence.reference.hot_path_ms(quantile)
     f.need(*([found[e]] if e in found else [] for e in executors))
     return [found[e] for e in executors]
 
 
 def slowdown(evidence: Evidence, source: str) -> Finding:
-    """How much slower the default executor is."""
+    """Slowdown of the default executor."""
     pair = ("default", "rm-ro")
     if source == REAL:
         (worst_default, worst_ours), *others = (real_ms(evidence, q, *pair) for q in ("max", "p99", "p50"))
@@ -40,13 +40,13 @@ def slowdown(evidence: Evidence, source: str) -> Finding:
     )
     text = f"worst cases {worst.text(2)}"
     if len(default.repetitions) > 1:
-        text += f" (of the middle repetitions {default.middle_worst() / ours.middle_worst():.2f})"
+        text += f" (median of repetitions {default.middle_worst() / ours.middle_worst():.2f})"
     text += f", p99 {ratio(default, ours, 0.99).text(2)}, medians {ratio(default, ours, 0.5).text(2)}"
     return Finding(f.graded(within, True, worst.value > 1), text, f"{worst.value:.2f}")
 
 
 def best_worst_case(evidence: Evidence, source: str) -> Finding:
-    """That every other worst case is larger."""
+    """Every other worst case is larger."""
     executors = ("rm-ro", *EXECUTORS["others_on_hot_path"])
     if source == REAL:
         values = real_ms(evidence, "max", *executors)
@@ -67,7 +67,7 @@ def best_worst_case(evidence: Evidence, source: str) -> Finding:
 
 
 def outperforms(evidence: Evidence, source: str) -> Finding:
-    """That the effect against every other executor is large."""
+    """The effect against every other executor is large."""
     ours, *others = hot_paths(evidence, source, "rm-ro", *EXECUTORS["others_on_hot_path"])
     tests = [rank_test(ours, other) for other in others]
     large = sum(
@@ -80,7 +80,7 @@ def outperforms(evidence: Evidence, source: str) -> Finding:
 
 
 def rate(evidence: Evidence, source: str) -> Finding:
-    """How many outputs arrive."""
+    """Rate of outputs."""
     (samples,) = hot_paths(evidence, source, "rm-ro")
     cells = [c for c in evidence.cells if (c["study"], c["source"]) == ("autoware", source)]
     durations = [c["duration_s"] for c in cells if "rm-ro" in c["executors"]]

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of Section VII-A: dropped jobs, deadline overruns, bounds and response times of the timers-only sets.
-
-A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack) and the options of its claim, and
-answers with a finding, or raises Missing where there are no data.
-"""
+"""Checks of Section VII-A: dropped jobs, deadline overruns, bounds and response times of the
+timers-only sets. A check takes the evidence, a source (simulated, live, or real: the real ROS 2
+stack) and the options of its claim. It returns a finding, or raises Missing without data."""
 
 import itertools
 
@@ -22,7 +20,7 @@ WITH_COST = "timers_with_release_cost"
 def on_all_sets(
     evidence: Evidence, source: str, executor: str, group: str | None = None
 ) -> list[pd.DataFrame]:
-    """Counts of each of the three timers-only sets. Raises Missing unless the executor ran on all of them."""
+    """Counts on each of the three sets. Raises Missing unless the executor ran on all."""
     rows = [evidence.timer_runs().rows(percent, source, executor, group) for percent in UTILISATIONS]
     f.need(*rows)
     return rows
@@ -31,10 +29,10 @@ def on_all_sets(
 def losses(
     evidence: Evidence, source: str, rows: pd.DataFrame, word: str, more: str = "", largest: bool = False
 ) -> Finding:
-    """Jobs that should not be lost: reproduced where none was, partly where little was, live. There the machine can
-    take the processor away: a share of each executor's jobs on each set is tolerated, and the text says how many of
-    them belong to repetitions that were marked for it. `rows`: setting, executor, repetition, lost, jobs.
-    """
+    """Jobs that must not be lost: reproduced if none was lost. Live, the machine can withhold the
+    processor: a small share of each executor's jobs on each set counts as partly reproduced, and
+    the text counts lost jobs in repetitions marked as noisy. `rows`: setting, executor, repetition,
+    lost, jobs."""
     short = f"{rows['lost'].sum()} of {rows['jobs'].sum()}"
     text = f"{short} jobs {word}"
     of_set = rows.groupby(["setting", "executor"])[["lost", "jobs"]].sum()
@@ -50,7 +48,7 @@ def losses(
 
 
 def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding:
-    """That the paper's executors lose nothing; of the real stack, those that were measured."""
+    """The paper's executors lose nothing; for the real stack, only its measured executors count."""
     known = set(evidence.timer_runs().counts.query("source == @source")["executor"])
     executors = [e for e in EXECUTORS["papers_own"] if source != REAL or e in known]
     f.need(executors)
@@ -60,7 +58,7 @@ def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) ->
 
 
 def bounds(evidence: Evidence, source: str) -> Finding:
-    """Against Table I, and beside it against the exact non-preemptive bound, which is at most that of the table."""
+    """Responses against Table I and against the exact, tighter non-preemptive bound."""
     runs = evidence.timer_runs(WITH_COST if source == "simulated" else "timers")
     with_cost, printed = evidence.timer_runs(WITH_COST), f.paper_rows(evidence)
     printed = printed.assign(group=printed["task"].str.lower())
@@ -80,7 +78,7 @@ def bounds(evidence: Evidence, source: str) -> Finding:
 
 
 def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[float]:
-    """Percent on each set."""
+    """Drop rate on each set in percent."""
     on_all_sets(evidence, source, executor)
     return [evidence.timer_runs().drop_percent(p, source, executor, group) for p in UTILISATIONS]
 
@@ -103,7 +101,7 @@ def largest_rate(evidence: Evidence, source: str, executor: str, group: str | No
 
 
 def rate_text(largest: Rate) -> str:
-    """Of whom and where it is."""
+    """The rate with its executor and set."""
     rate, executor, percent = largest
     return f"{executor} at most {rate:.3g} % ({percent} % set)"
 
@@ -117,7 +115,7 @@ def ten_percent(evidence: Evidence, source: str) -> Finding:
 
 
 def imu_loss(evidence: Evidence, source: str) -> Finding:
-    """What the wait-set executors lose of the IMU's jobs."""
+    """IMU jobs lost by the wait-set executors."""
     largest = [largest_rate(evidence, source, e, "imu") for e in EXECUTORS["wait_sets"]]
     beyond = sum(rate[0] > LIMITS.ten_percent[1] for rate in largest)
     text = ", ".join(map(rate_text, largest))

@@ -20,7 +20,7 @@ Check = Callable[..., Finding]  # of evidence, a source and options; raises Miss
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence of the paper with its check. `paper` is the paper's value, `title` a few words."""
+    """A sentence of the paper with its check; `paper` is the paper's value."""
 
     name: str
     item: str
@@ -30,12 +30,12 @@ class Claim:
     rule: str
     check: Check
     options: dict[str, str]  # of the check
-    why: dict[str, str]  # reason of a verdict
-    real: bool  # whether the real ROS 2 stack was asked
+    why: dict[str, str]  # reason by verdict
+    real: bool  # also check the real ROS 2 stack
     analytical: bool
 
     def found(self, evidence: Evidence, source: str) -> Finding | None:
-        """What the check finds; None where there are no data."""
+        """The finding of the check; None without data."""
         try:
             return self.check(evidence, source, **self.options)
         except Missing:
@@ -43,7 +43,7 @@ class Claim:
 
 
 def claims() -> Iterator[Claim]:
-    """All claims of claims.toml, with limits filled in."""
+    """All claims of claims.toml with their limits filled in."""
     reasons = findings.CLAIMS["reasons"]
     for entry in findings.CLAIMS["claim"]:
         room, _, function = entry["check"].partition(".")  # `timers.drops` is drops() of checks_timers
@@ -65,21 +65,21 @@ CLAIMS = tuple(claims())
 
 @dataclass(frozen=True)
 class Verdict:
-    """A claim with what was found, by source."""
+    """A claim with its findings by source."""
 
     claim: Claim
     findings: dict[str, Finding | None]
-    real: Finding | None  # of the real ROS 2 stack; its verdict is not asked
+    real: Finding | None  # of the real ROS 2 stack, without a verdict
     cells: dict[str, str]  # by source: the cells behind the finding
 
     @property
     def decided(self) -> dict[str, str]:
-        """Verdict of each source that had enough data for one."""
+        """Verdicts of sources with enough data."""
         return {s: f.verdict for s, f in self.findings.items() if f is not None and f.verdict != NO_DATA}
 
     @property
     def verdict(self) -> str:
-        """That of the sources; where they differ, partly."""
+        """The common verdict of the sources; partly if they differ."""
         found = set(self.decided.values())
         if not found:
             return NO_DATA
@@ -87,7 +87,7 @@ class Verdict:
 
     @property
     def why(self) -> str:
-        """The reasons of each source's verdict; where sources differ, that they do."""
+        """The reasons of the verdicts, after the differing verdicts if sources differ."""
         found = self.decided
         reasons = [self.claim.why[v] for v in dict.fromkeys(found.values()) if v in self.claim.why]
         if len(set(found.values())) > 1:
@@ -95,12 +95,25 @@ class Verdict:
         return " ".join(reasons)
 
     def value(self, source: str) -> str:
-        """What was found, in a few characters."""
+        """The finding in short."""
         finding = self.findings.get(source)
         return finding.short if finding else "not run" if source in self.findings else ""
 
+    @property
+    def values(self) -> list[str]:
+        """Values of the paper, simulated or computed, live, and of the real ROS 2 stack."""
+        computed = self.value("analysis") or self.value("simulated")
+        return [self.claim.paper, computed, self.value("live"), self.real.short if self.real else ""]
+
+    @property
+    def details(self) -> list[tuple[str, str]]:
+        """Each source with its verdict, and its finding in words."""
+        names = {"analysis": "computed"}
+        found = [(f"{names.get(s, s)}, {f.verdict}", f.text) for s, f in self.findings.items() if f]
+        return [*found, *([("real ROS 2 stack", self.real.text)] if self.real else [])]
+
     def as_json(self) -> dict[str, Any]:
-        """Its entry in claims.json."""
+        """The entry in claims.json."""
         return {
             "claim": self.claim.name,
             **{key: getattr(self.claim, key) for key in TEXTS},
@@ -114,7 +127,7 @@ class Verdict:
 
 
 def judge(evidence: Evidence, items: Collection[str] | None = None) -> list[Verdict]:
-    """A verdict for each claim of the items."""
+    """The verdicts on all claims of the items."""
     verdicts, studies = [], {item.name: item.studies for item in ITEMS}
     for claim in (claim for claim in CLAIMS if items is None or claim.item in items):
         sources = ("analysis",) if claim.analytical else SOURCES

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which figure shows what of the evidence, by item of the reproduction. Each raises Missing where there are no data."""
+"""The figures of the reproduction's items. Each function raises Missing without data."""
 
 import itertools
 
@@ -21,7 +21,7 @@ IN_TABLES = {"setting": "utilisation_percent"}
 
 
 def latencies(evidence: Evidence, study: str, source: str, executor: str) -> Samples:
-    """Those of a study, or of the executor's plain variant, which ran with the other executors."""
+    """Latencies of a study; without any, those of the study `autoware`."""
     return evidence.latencies(study, source, executor) or evidence.latencies("autoware", source, executor)
 
 
@@ -32,7 +32,7 @@ def hot_path_of(
     study: str = "autoware",
     baseline: str = hot_path.BASELINE,
 ) -> Drawing:
-    """Hot-path latencies; those of Autoware with the real stack's worst cases."""
+    """Hot-path latencies; for the study `autoware` with the real stack's worst cases."""
     names = EXECUTORS[executors]
     rows = [Row(e, e, [latencies(evidence, study, s, e) for s in SOURCES]) for e in names]
     rows = [row for row in rows if row.halves]
@@ -42,7 +42,7 @@ def hot_path_of(
 
 
 def dropped_jobs(evidence: Evidence, width: float) -> Drawing:
-    """Drop rates of all timers, and of the IMU."""
+    """Drop rates of all timers and of the IMU."""
     need(evidence.timers)
     runs = evidence.timer_runs()
     figure = timers.drops(runs, SETS, width)
@@ -90,13 +90,13 @@ def reductions(evidence: Evidence, width: float) -> Drawing:
 
 
 def release_cost(evidence: Evidence, width: float) -> Drawing:
-    """What a release costs on this machine."""
+    """Release cost on this machine."""
     table = evidence.table("release_cost.csv")
     return Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0]), width), table)
 
 
 def over_load(evidence: Evidence, width: float) -> Drawing:
-    """Hot path over load; the live point at the paper's load is that of the study `autoware`."""
+    """Hot path over load; the live point at the paper's load comes from the study `autoware`."""
     points: dict[tuple[str, str], dict[int, Samples]] = {}
     for (study, source, load, executor), samples in evidence.all_latencies.items():
         papers = (study, source, load) == ("autoware", "live", PAPER_LOAD_PERCENT)

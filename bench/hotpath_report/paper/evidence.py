@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the cells measured, as frames.
-
-Every quantity leaves out the warm-up in the same way, by the rule of `hotpath summarize`.
-"""
+"""Measurements of the cells as frames; the warm-up is left out as in `hotpath summarize`."""
 
 import functools
 import re
@@ -32,13 +29,13 @@ COLUMNS = {
 
 
 def base_name(executor: str) -> str:
-    """`multi:2` is `multi`: the number of threads is that of the cores, which every figure states."""
+    """Executor without its number of threads (`multi` for `multi:2`)."""
     return re.sub(r":\d+$", "", executor)
 
 
 @dataclass(eq=False)
 class Evidence:
-    """Frames with COLUMNS, and what else is known. Without data behind them, its samples are empty."""
+    """Frames with COLUMNS, and facts about cells and machine; samples without data are empty."""
 
     hot_path: pd.DataFrame
     timers: pd.DataFrame
@@ -65,7 +62,7 @@ class Evidence:
 
     @functools.cache
     def timer_runs(self, study: str = "timers") -> TimerRuns:
-        """The timers-only runs of a study; beside those of the paper the real stack's, as another source."""
+        """The timers-only runs of a study; `timers` includes the real stack as a source."""
         counts, responses = (frame[frame["study"] == study] for frame in (self.timers, self.responses))
         if study == "timers":
             counts = pd.concat([counts, self.reference.timers], ignore_index=True)
@@ -77,17 +74,17 @@ class Evidence:
         return [c for c in self.cells if c["source"] == "live"]
 
     def marked_cells(self) -> list[dict[str, Any]]:
-        """Facts of the live cells that are marked as noisy."""
+        """Facts of live cells marked as noisy."""
         return [c for c in self.live_cells if c["noise"]["marks"]]
 
     @functools.cached_property
     def marked(self) -> set[tuple[int, str, int]]:
-        """Live timers-only cells that are marked: utilisation in percent, executor, repetition."""
+        """Noisy live timers-only cells: utilisation in percent, executor, repetition."""
         cells = (c for c in self.marked_cells() if c["study"] == "timers")
         return {(c["load_percent"], c["executors"][0], c["repetition"]) for c in cells}
 
     def table(self, name: str) -> pd.DataFrame:
-        """A table of the analysis. Raises Missing where it was not made."""
+        """A table of the analysis. Raises Missing if it does not exist."""
         if name not in self.tables:
             raise Missing
         return self.tables[name]
@@ -95,7 +92,7 @@ class Evidence:
     def names_of_cells(
         self, studies: Iterable[str], source: str, executor: str = "", setting: Any = None
     ) -> str:
-        """From which cells a number comes: their names, with several repetitions as `NAME.{1,2,3}`."""
+        """Names of the cells behind a number; several repetitions as `NAME.{1,2,3}`."""
         repetitions: dict[str, list[str]] = {}
         for c in self.cells:
             of_executor = not executor or executor in map(base_name, c["executors"])
@@ -111,7 +108,7 @@ class Evidence:
 
 
 def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
-    """Evidence of those cells that are complete."""
+    """Evidence from complete cells."""
     frames: dict[str, list[pd.DataFrame]] = {name: [] for name in COLUMNS}
     made = Evidence(*(pd.DataFrame(columns=columns) for columns in COLUMNS.values()))
     for cell in cells:
@@ -130,11 +127,8 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         facts["date"] = run.facts.get("date", "")
         if cell.study.startswith("timers"):
             keys["setting"] = cell.load_percent
-            responses = run.responses().assign(**keys)  # makes the summary anew
-            of_task = responses.groupby(["executor", "task"], as_index=False)["response_ms"].max()
-            worst = of_task.rename(columns={"response_ms": "response_max_ms"})
-            counts = run.timer_counts().merge(worst, how="left", on=["executor", "task"])
-            frames["timers"].append(counts.assign(**keys | {"repetition": cell.repetition}))
+            responses = run.responses().assign(**keys)  # rewrites the summary
+            frames["timers"].append(run.timer_counts().assign(**keys | {"repetition": cell.repetition}))
             frames["responses"].append(responses)
         else:
             frame = run.latencies().assign(load_percent=cell.load_percent, **keys)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a check answers with, and what the checks share."""
+"""Results of checks, and helpers shared by checks."""
 
 import math
 import tomllib
@@ -23,7 +23,7 @@ LIMITS: Any = SimpleNamespace(**CLAIMS["limits"])
 
 @dataclass(frozen=True)
 class Finding:
-    """A verdict with its reason, in a sentence and in a few characters."""
+    """A verdict with its reason, as a sentence and in short."""
 
     verdict: str
     text: str
@@ -34,7 +34,7 @@ TOO_FEW = Finding(NO_DATA, "too few samples for an interval", "too few")
 
 
 def graded(good: int | bool, of: int | bool, some: int | bool | None = None) -> str:
-    """Reproduced where all are good, partly where some are."""
+    """Reproduced if all are good, partly if some are."""
     return REPRODUCED if good == of else PARTLY if (good if some is None else some) else NOT
 
 
@@ -44,23 +44,23 @@ def percents(values: Iterable[float]) -> str:
 
 
 def above(estimate: Estimate, neutral: float) -> bool:
-    """Whether it lies above `neutral` beyond noise; what is exact has no noise."""
+    """Whether the estimate lies above `neutral` beyond noise; exact values have no noise."""
     return estimate.value > neutral and (not estimate.has_interval or estimate.excludes(neutral))
 
 
 def too_few(*groups: Samples) -> bool:
-    """Samples of a measurement that was too brief for an interval: they decide nothing."""
+    """Whether a measurement was too short for an interval, and so for a verdict."""
     return any(not s.exact and not s.resampled for s in groups)
 
 
 def need(*data: Sized) -> None:
-    """Raises Missing unless there are data of each kind."""
+    """Raises Missing if any of `data` is empty."""
     if not all(map(len, data)):
         raise Missing
 
 
 def paper_rows(evidence: Evidence) -> pd.DataFrame:
-    """Rows of Table I with the paper's release cost; a bound that does not exist is infinite (ms)."""
+    """Rows of Table I with the paper's release cost; bounds in ms, infinite if there is none."""
     rows = evidence.table("wcrt_table.csv")
     rows = rows[rows["delta_of"] == "paper"]
     need(rows)

@@ -12,7 +12,7 @@ class Item:
 
     name: str
     title: str
-    paper: str  # where the paper shows it; empty: it does not
+    paper: str  # place in the paper; empty: not in the paper
     studies: list[str]
     figure: str  # name of its file
     caption: str

@@ -1,25 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What disturbed a live repetition. Marked ones are shown and counted like all others."""
+"""Disturbances of live repetitions. Marked repetitions are shown and counted like all others."""
 
 import os
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-# From which value on a repetition is marked, and with which words.
+# Limit above which a repetition is marked, and the text of the mark.
 NOISY = {
     "stolen_percent": (0.5, "{:.1f} % stolen by the hypervisor"),  # of its duration
     "others_percent": (5.0, "{:.0f} % of the processor used by others"),  # of its processors' time
-    "held_up_ms": (
-        5.0,
-        "held up for {:.1f} ms before the start",
-    ),  # longest, of a thread that only read the clock
+    # Longest interruption of a thread that only read the clock.
+    "held_up_ms": (5.0, "held up for {:.1f} ms before the start"),
     "slow_percent": (0.0, "processor slow for {:.1f} % of the time"),  # by a factor of 1.1 or more
 }
 
 
 def busy_seconds(cpus: Collection[int]) -> float:
-    """Time that the processors spent on anything, from /proc/stat."""
+    """Busy time of the processors, from /proc/stat."""
     tick, total = os.sysconf("SC_CLK_TCK"), 0.0
     for line in Path("/proc/stat").read_text(encoding="ascii").splitlines():
         fields = line.split()
@@ -30,7 +28,7 @@ def busy_seconds(cpus: Collection[int]) -> float:
 
 
 def slow_percent(run: dict[str, Any], summary: dict[str, Any]) -> float | None:
-    """Part of the repetition after its warm-up in which a processor was slow; none where its jobs do not tell."""
+    """Share of the repetition after its warm-up with a slow processor; None if not observable."""
     speeds = [e["processor_speed"] for e in summary.get("executors", []) if "processor_speed" in e]
     if not any(speed["observed"] for speed in speeds):
         return None
@@ -42,7 +40,7 @@ def slow_percent(run: dict[str, Any], summary: dict[str, Any]) -> float | None:
 
 
 def noise_of(run: dict[str, Any], summary: dict[str, Any], others_percent: float) -> dict[str, Any]:
-    """What disturbed a live repetition with this run.json and summary.json, and which of it marks the repetition."""
+    """Disturbances of a live repetition, and the marks that they cause."""
     counted = [r for r in run.get("runs", []) if "replaced_by" not in r]
     stolen_ms = sum(r["usage"]["stolen_ms"] for r in counted)
     hiccups = [h for h in run["machine"]["noise"]["hiccups"] if h["cpu"] in run["cpus"]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Copies what a repository should carry of a reproduction, and says how it was made."""
+"""Publishes a reproduction in a repository, with a README on how it was made."""
 
 import os
 import shutil
@@ -9,15 +9,15 @@ from pathlib import Path
 from hotpath_report.errors import RunError
 from hotpath_report.tables import new_part, read_json, write_file
 
-# Not the cells, whose jobs.csv hold every job and take gigabytes; nor report.html, which `hotpath report` makes from
-# what is here.
+# Without the cells (gigabytes of jobs.csv) and report.html (written by `hotpath report` from these
+# files).
 PUBLISHED = ("report.md", "claims.json", "facts.json", "plan.json", "data", "figures")
 LEFT_BY_EARLIER_VERSIONS = ("report.html", "report")
 LARGEST_MB = 20
 
 
 def problem_with(output: Path, destination: Path) -> str | None:
-    """Why `destination` must not be replaced, or None. What no earlier publication made is not ours to delete."""
+    """Why `destination` must stay, or None. Only an earlier publication may be deleted."""
     output, destination = output.resolve(), destination.resolve()
     if destination == output or destination in output.parents or output in destination.parents:
         return f"lies in {output}, or contains it"
@@ -32,7 +32,7 @@ def problem_with(output: Path, destination: Path) -> str | None:
 
 
 def publish(output: Path, destination: Path) -> None:
-    """Replaces `destination` by the publishable part of `output`, and writes README.md beside it. Raises RunError."""
+    """Publishes `output` as `destination`, with README.md beside it. Raises RunError."""
     destination = destination.resolve()
     destination.parent.mkdir(parents=True, exist_ok=True)
     part, _ = new_part(destination, Path.mkdir)
@@ -45,8 +45,7 @@ def publish(output: Path, destination: Path) -> None:
         size = sum(f.stat().st_size for f in part.rglob("*") if f.is_file()) / 1e6
         if size > LARGEST_MB:
             raise RunError(
-                f"--publish: {size:.0f} MB are more than the {LARGEST_MB} MB that a repository should carry; nothing"
-                " was copied"
+                f"--publish: {size:.0f} MB exceed the limit of {LARGEST_MB} MB; nothing was copied"
             )
         old, _ = new_part(destination, Path.mkdir)
         if destination.exists():
@@ -60,13 +59,13 @@ def publish(output: Path, destination: Path) -> None:
 
 
 def write_readme(destination: Path, size: float) -> None:
-    """README.md beside the publication, unless somebody else's is there; `size` in MB."""
-    from hotpath_report.pages.text import environment  # takes a second, which a refusal does not need
+    """Writes README.md beside the publication unless another one exists; `size` in MB."""
+    from hotpath_report.pages.text import render  # takes a second to import; not needed for errors
 
     readme, mark = destination.parent / "README.md", "## How `"
     if readme.exists() and mark not in readme.read_text(encoding="utf-8"):
-        print(f"{readme} is not ours and stays as it is", file=sys.stderr)
+        print(f"{readme} has other content and stays unchanged", file=sys.stderr)
         return
     facts = read_json(destination / "facts.json")
-    template = environment("md").get_template("results_readme.md.j2")
-    write_file(readme, template.render(facts=facts, folder=destination.name, size_mb=size))
+    content = {"facts": facts, "folder": destination.name, "size_mb": size}
+    write_file(readme, render("results_readme.md", "md", content))

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the real ROS 2 stack measured on the same workloads (reference_system/ros2_reference), in this program's
-names."""
+"""Measurements of the real ROS 2 stack on the same workloads (reference_system/ros2_reference)."""
 
 import json
 
@@ -14,21 +13,21 @@ FOLDERS = tuple(
     PACKAGE.parents[1] / package / "ros2_reference"
     for package in ("reference_system", "hotpath_reference_system")
 )
-# Other words for executors. The fork's prioritised queues give every subscription one top priority (rule `first`).
+# Executor names there and here. The fork gives all subscriptions one top priority (rule `first`).
 WORDS = {"singlethreaded": "default", "staticsinglethreaded": "static", "multithreaded": "multi"}
 WORDS |= {"events_re": "events-re"}
-TRACED = "events-re"  # not among the authors' programs, but in the golden traces
+TRACED = "events-re"  # only in the golden traces
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
 
 
 def our_name(executor: str) -> str:
-    """Ours for an executor there; those whose timers are release-only do not say so in their names."""
+    """The registry's name for an executor; there, release-only executors lack the suffix `-ro`."""
     name = WORDS.get(executor, executor)
     return name if executor_named(name) else f"{name}-ro"
 
 
 class Reference:
-    """Timers as TimerRuns.counts has them, hot path (ms) by executor; both empty where the measurements are missing."""
+    """Timers (as TimerRuns.counts) and hot path (ms) by executor; empty if not measured."""
 
     def __init__(self) -> None:
         self.timers, self.hot_path = pd.DataFrame(), pd.DataFrame()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every table and figure of the paper's evaluation, simulated and, with --live, measured."""
+"""Reproduces the tables and figures of the paper's evaluation; --live also measures."""
 
 import argparse
 import contextlib
@@ -30,56 +30,54 @@ BAR = "{percentage:3.0f} %, {remaining} left{postfix}"
 
 
 def parser() -> argparse.ArgumentParser:
-    """The options."""
+    """Parser of the options."""
     made = argparse.ArgumentParser(prog="reproduce_paper.sh", description=__doc__)
-    measure = "also measure: hours, resumable (with --quick: minutes)"
+    measure = "also measure: takes hours, resumable (with --quick: minutes)"
     made.add_argument("--live", action="store_true", help=measure)
     length = made.add_mutually_exclusive_group()
-    quick, full = "all items, reduced", "live with the paper's 300 s and 600 s"
+    quick, full = "all items with short runs", "live runs as long as the paper's: 300 s and 600 s"
     length.add_argument("--quick", dest="mode", action="store_const", const="quick", help=quick)
     length.add_argument("--full", dest="mode", action="store_const", const="full", help=full)
-    only = "only this item, or several with commas between; see --list"
+    only = "only this item, or several separated by commas; see --list"
     made.add_argument("--only", metavar="ITEM", action="append", default=[], help=only)
-    listed = "say which items there are and what they take, and end"
+    listed = "list the items with their durations and exit"
     made.add_argument("--list", action="store_true", help=listed)
-    output = "results, and what goes on after an interruption (%(default)s)"
+    output = "folder for results and for resuming (%(default)s)"
     made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
-    jobs = "live single-core repetitions at the same time, each on another processor (%(default)s)"
+    jobs = "concurrent live single-core repetitions, each on its own processor (%(default)s)"
     made.add_argument("--jobs", metavar="N", type=int, default=1, help=jobs)
-    copy = "then copy what a repository should carry to this folder, as results/paper"
+    copy = "then copy the publishable results to this folder, as results/paper"
     made.add_argument("--publish", metavar="FOLDER", type=Path, help=copy)
-    made.add_argument("--hotpath", metavar="PROGRAM", help="the command to run (default: that of the build)")
+    made.add_argument(
+        "--hotpath", metavar="PROGRAM", help="the hotpath program (default: from the build tree)"
+    )
     return made
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """The options, checked. Raises InputError."""
+    """Parses and checks the options. Raises InputError."""
     options = parser().parse_args(arguments)
     if options.hotpath:
-        os.environ["HOTPATH"] = options.hotpath  # also of what reads the results
+        os.environ["HOTPATH"] = options.hotpath  # also for reading results
     options.hotpath = str(hotpath_command.program())
     options.mode = MODES[options.mode or "standard"]
     options.items = [name for part in options.only for name in part.split(",") if name] or list(NAMES)
     for name in options.items:
         if name not in NAMES:
-            raise InputError(f"--only: there is no item `{name}`; there are {', '.join(NAMES)}")
+            raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(NAMES)}")
     if options.publish and options.only:
-        raise InputError("--publish takes a whole reproduction; leave out --only")
+        raise InputError("--publish needs a complete reproduction; omit --only")
     if options.publish and (problem := publish.problem_with(options.output, options.publish)):
-        raise InputError(
-            f"--publish {options.publish} {problem}; name a new folder, or that of an earlier publication"
-        )
-    # The last processors have the fewest interrupts on most machines.
+        raise InputError(f"--publish {options.publish} {problem}; name a new folder or a publication")
+    # On most machines the last processors get the fewest interrupts.
     options.cpus = sorted(os.sched_getaffinity(0), reverse=True)
     if not 1 <= options.jobs <= len(options.cpus):
-        raise InputError(
-            f"--jobs {options.jobs}: from 1 to {len(options.cpus)}, the processors that this program may use"
-        )
+        raise InputError(f"--jobs {options.jobs}: choose 1 to {len(options.cpus)}, the usable processors")
     return options
 
 
 def list_items(options: argparse.Namespace, cells: list[Cell]) -> None:
-    """Prints the items and what they take."""
+    """Prints the items with their cells and durations."""
     print(f"{'item':<16} {'simulated':>10} {'live':>16}  what")
     for item in ITEMS:
         mine = [c for c in cells if c.study in item.studies]
@@ -88,25 +86,27 @@ def list_items(options: argparse.Namespace, cells: list[Cell]) -> None:
         what = item.title + ("" if item.paper else " (beyond the paper)")
         print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {what}")
     live_s = sum(c.seconds for c in cells if c.source == "live")
-    print(f"All live repetitions of mode {options.mode.name}: {duration_text(live_s)}; items share them.")
+    print(
+        f"All live repetitions in mode {options.mode.name}: {duration_text(live_s)}; items share repetitions."
+    )
 
 
 def build_of(hotpath: str) -> str:
-    """What makes results comparable: version and content of the command."""
+    """Version and content hash of the program; results of equal builds are comparable."""
     try:
         with open(hotpath, "rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()[:12]
         return f"{hotpath_command.output_of('--version').strip()} ({digest})"
     except (OSError, RunError) as error:
-        raise InputError(
-            f"--hotpath {hotpath}: cannot be run ({error}); build it with launch_scripts/build.sh"
-        ) from None
+        hint = "build it with launch_scripts/build.sh"
+        raise InputError(f"--hotpath {hotpath}: cannot run ({error}); {hint}") from None
 
 
 def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
-    """Writes the plan at the first start, and refuses to go on with another one. Keeps others out of the folder while
-    the file is open: they would remove what is being measured."""
+    """Writes the plan at the first start and rejects a different plan later. The open file locks
+    the folder: another process would remove running measurements. Raises InputError."""
     folder, path = options.output, options.output / "plan.json"
+    where = f"--output {folder}"
     plan = {"mode": options.mode.name, "seed": SEED, "order": [c.name for c in cells]}
     try:
         make_folder(folder / "cells")
@@ -116,25 +116,19 @@ def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
         if not before:
             write_json(path, plan)
     except BlockingIOError:
-        raise InputError(
-            f"--output {folder}: another reproduction runs there; wait for it, or give another folder"
-        ) from None
+        raise InputError(f"{where}: another reproduction runs there; wait, or name another folder") from None
     except OSError as error:
-        raise InputError(f"--output {folder}: cannot be written ({error.strerror})") from None
+        raise InputError(f"{where}: cannot be written ({error.strerror})") from None
     mode = before.get("mode")
     if before and mode != plan["mode"]:
-        raise InputError(
-            f"--output {folder} holds a reproduction in mode `{mode}`; give that mode, or another folder"
-        )
+        raise InputError(f"{where} holds a reproduction in mode `{mode}`; use this mode or another folder")
     if before and before.get("order") != plan["order"]:
-        raise InputError(
-            f"--output {folder} holds a reproduction by another version of this script; give another folder"
-        )
+        raise InputError(f"{where} holds results of another version of this script; name another folder")
     return file
 
 
 def run_cells(runner: Runner, todo: list[Cell], jobs: int) -> None:
-    """Simulations first, then what measures."""
+    """Runs simulations first, then measurements."""
     live = [c for c in todo if c.source == "live"]
     runner.run_all([c for c in todo if c.source != "live" and not c.alone], SIMULATIONS_AT_ONCE)
     runner.run_all([c for c in todo if c.alone], 1)
@@ -148,20 +142,19 @@ def run_cells(runner: Runner, todo: list[Cell], jobs: int) -> None:
 
 
 def tell(sentence: str) -> None:
-    """On standard error."""
+    """Prints to standard error."""
     print(sentence, file=sys.stderr)
 
 
 def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> None:
-    """Runs what is missing, as far as it gets. Raises Interrupted."""
+    """Runs the missing cells. Raises Interrupted."""
     import tqdm
 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
-        tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; going on with the rest")
-    before = [
-        facts["build"] for c in todo if c.source == "live" and (facts := runner.facts(c)).get("complete")
-    ]
+        tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
+    live = [runner.facts(c) for c in todo if c.source == "live"]
+    before = [facts["build"] for facts in live if facts.get("complete")]
     elsewhere = before.count(runner.build)
     for count, how in (
         (len(before) - elsewhere, f"by another build than {runner.build}"),
@@ -169,7 +162,7 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
     ):
         if count:
             tell(
-                f"{count} live cells were measured {how}; they are measured again and kept in"
+                f"{count} live cells were measured {how}: measuring them again; the old results move to"
                 f" {options.output}/superseded"
             )
     total, on_terminal = sum(c.seconds for c in todo), sys.stderr.isatty()
@@ -187,11 +180,11 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
 
 
 def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], wanted: list[Cell]) -> None:
-    """Writes the results, publishes them where that was asked for, and prints a line for each claim."""
-    from hotpath_report.paper import evidence, results  # take a second, which a refusal does not need
+    """Writes the results, publishes them on request, and prints a line per claim."""
+    from hotpath_report.paper import evidence, results  # takes a second; not needed for errors
 
     complete = [c for c in cells if runner.complete(c)]
-    # A part that is made anew does not hide the rest.
+    # With --only, keep showing other complete items.
     found = {c.study for c in complete}
     shown = [item.name for item in ITEMS if item.name in options.items or set(item.studies) <= found]
     collected = evidence.collect(options.output, complete)
@@ -201,9 +194,8 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
     if options.publish:
         missing = len(set(wanted) - set(complete))
         if missing:
-            raise RunError(
-                f"--publish: {missing} of {len(wanted)} cells are missing, nothing was copied; run it again"
-            )
+            why = f"{missing} of {len(wanted)} cells are missing"
+            raise RunError(f"--publish: {why}; nothing was copied; run the command again")
         publish.publish(options.output, options.publish)
     for v in verdicts:
         text = next((f.text for f in reversed(list(v.findings.values())) if f is not None), "")
@@ -215,7 +207,7 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
 
 
 def reproduce(arguments: Sequence[str]) -> int:
-    """Runs what is wanted and presents it; the exit code. Raises InputError, RunError."""
+    """Runs the selected cells and writes the page. Raises InputError, RunError."""
     began, options = time.monotonic(), parse(arguments)
     cells = all_cells(options.mode, SEED)
     if options.list:
@@ -232,12 +224,12 @@ def reproduce(arguments: Sequence[str]) -> int:
         except Interrupted as signalled:
             complete = sum(map(runner.complete, cells))
             tell(
-                f"Interrupted; {complete} cells are complete, and the same command goes on from here (without --live"
-                " it shows what there is)."
+                f"Interrupted; {complete} cells are complete. The same command resumes; without --live it shows the"
+                " results so far."
             )
             return signalled.exit_code
         except KeyboardInterrupt:
-            tell("Interrupted while the page was written; the same command writes it anew.")
+            tell("Interrupted while writing the page; the same command writes it again.")
             return Interrupted(signal.SIGINT).exit_code
     tell(duration_text(time.monotonic() - began))
     return EXIT_FAILED if runner.failed else 0

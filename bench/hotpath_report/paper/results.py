@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From evidence to what a reproduction leaves: data/, figures/, claims.json, report.html, report.md."""
+"""Writes the results of a reproduction: data/, figures/, claims.json, report.html, report.md."""
 
 import itertools
 import re
@@ -31,12 +31,12 @@ from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import Estimate
 from hotpath_report.tables import make_folder, write_file, write_json
 
-# At the top of the page.
+# Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
 
 
 def command_lines(evidence: Evidence, studies: Collection[str]) -> list[str]:
-    """One line for each distinct command; repetitions differ only in their seed and folder."""
+    """A line per command; repetitions, which differ in seed and folder only, share a line."""
     lines: dict[str, tuple[str, list[int]]] = {}
     for cell in evidence.cells:
         if cell["study"] in studies:
@@ -51,13 +51,13 @@ def command_lines(evidence: Evidence, studies: Collection[str]) -> list[str]:
 
 
 def prose(part: str, *arguments: Any) -> str:
-    """A part of what the page says, as plain text."""
+    """A part of the page's prose as plain text."""
     text: str = getattr(environment("txt").get_template("prose.j2").module, part)(*arguments)
     return text.strip()
 
 
 def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
-    """By source, also the real ROS 2 stack: worst hot path of the default executor over that of the paper's."""
+    """By source: worst hot-path latency of the default executor divided by that of rm-ro."""
     found = {}
     for source in SOURCES:
         default, ours = (evidence.latencies("autoware", source, e) for e in ("default", "rm-ro"))
@@ -70,7 +70,7 @@ def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
 
 
 def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
-    """What was measured, study by study: repetitions of each executor and setting (least and most), and seconds."""
+    """Live measurements by study: least and most repetitions per setting, lengths in s."""
     found = []
     for study, name in SPEC["study_names"].items():
         mine = [c for c in evidence.live_cells if c["study"] == study]
@@ -82,7 +82,7 @@ def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
 
 
 def noise_table(evidence: Evidence) -> Table:
-    """What disturbed the live repetitions."""
+    """Disturbances of the live repetitions."""
     columns = (("stolen_percent", 2), ("others_percent", 1), ("held_up_ms", 2), ("slow_percent", 1))
 
     def text(value: float | None, digits: int) -> str:
@@ -94,12 +94,12 @@ def noise_table(evidence: Evidence) -> Table:
         + ["; ".join(c["noise"]["marks"])]
         for c in sorted(evidence.live_cells, key=lambda c: str(c["name"]))
     ]
-    header = ["repetition", "at once", "stolen %", "used by others %", "held up ms", "slow %", "marked for"]
+    header = ["repetition", "at once", "stolen %", "used by others %", "held up ms", "slow %", "marks"]
     return Table("All live repetitions", header, rows, folded=True)
 
 
 def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
-    """A section for each item."""
+    """A section per item."""
     made = []
     for item in (item for item in ITEMS if item.name in items):
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
@@ -115,7 +115,7 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
 
 
 def percentiles(evidence: Evidence) -> pd.DataFrame:
-    """Every percentile of every distribution, one row each, with the cells that it comes from."""
+    """A row per percentile of each distribution, with the cells behind it."""
     found = [(("hot path", *key, ""), samples) for key, samples in sorted(evidence.all_latencies.items())]
     for study in sorted(set(evidence.timers["study"])):
         runs = evidence.timer_runs(study)
@@ -133,7 +133,7 @@ def percentiles(evidence: Evidence) -> pd.DataFrame:
 
 
 def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
-    """Writes page, figures, claims.json and percentiles into `folder`, and returns the verdicts."""
+    """Writes page, figures, claims.json and percentiles into `folder`; returns the verdicts."""
     make_folder(folder / "data")
     write_file(
         folder / "data" / "percentiles.csv", percentiles(evidence).to_csv(index=False, float_format="%.6f")
@@ -141,7 +141,7 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
     verdicts = judge(evidence, items)
     write_json(folder / "claims.json", [v.as_json() for v in verdicts])
     made = sections(evidence, items)
-    figures = {figure.name: (section, figure) for section in made for figure in section.figures}
+    figures = {figure.name: figure for section in made for figure in section.figures}
     write_page(
         folder,
         "reproduction",
@@ -163,7 +163,7 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
 
 
 def write_results(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
-    """Writes everything that a reproduction leaves; `planned`: live repetitions that the plan has."""
+    """Writes all results; `planned`: number of live repetitions in the plan."""
     storage.write(evidence, folder / "data")
     verdicts = write_page_of(evidence, items, folder, planned)
     live = evidence.live_cells
@@ -185,9 +185,8 @@ def write_results(evidence: Evidence, items: Collection[str], folder: Path, plan
 
 
 def write_published(publication: Path, folder: Path) -> None:
-    """Judges and draws a published reproduction again, from its data/."""
+    """Judges and draws a published reproduction again from its data/."""
     evidence = storage.stored(publication)
     studies = {c["study"] for c in evidence.cells}
     items = [item.name for item in ITEMS if set(item.studies) <= studies]
     write_page_of(evidence, items, folder, len(evidence.live_cells))
-    print(f"{folder / 'report.html'} (and report.md)")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs cells: each into a folder that gets its name when the cell is whole, so that a killed reproduction goes on."""
+"""Runs cells. Only a complete cell's folder gets its name, so that runs can resume."""
 
 import concurrent.futures
 import contextlib
@@ -23,7 +23,7 @@ from hotpath_report.tables import name_durably, read_json, write_json
 
 
 def facts_of(path: Path) -> dict[str, Any]:
-    """Content of a JSON file; nothing where there is none that can be read."""
+    """Content of a JSON file; empty if it cannot be read."""
     try:
         content: dict[str, Any] = read_json(path)
         return content
@@ -32,53 +32,53 @@ def facts_of(path: Path) -> dict[str, Any]:
 
 
 class Runner:
-    """Runs cells in output/cells; live ones on `cpus`, in the order of their use."""
+    """Runs cells in output/cells; live cells use `cpus` in this order."""
 
     def __init__(self, hotpath: str, build: str, output: Path, cpus: list[int]) -> None:
         self.hotpath, self.build, self.cpus = hotpath, build, cpus
         self.folder = Path(output) / "cells"
-        # Called when a cell has begun or ended, with the seconds that were expected of one that ended.
+        # Called when a cell starts (0) or ends (its expected seconds).
         self.on_change: Callable[[float], None] = lambda seconds: None
         self.running: dict[str, subprocess.Popen[str]] = {}
         self.failed: list[tuple[Cell, str]] = []
         self.command_file = self.signature()
         self.stopped = False
-        self.lock = threading.Lock()  # of `running` and `stopped`
+        self.lock = threading.Lock()  # guards `running` and `stopped`
 
     def signature(self) -> tuple[int, int, int]:
-        """What changes when the command is built anew."""
+        """Identity of the program file; a rebuild changes it."""
         found = os.stat(self.hotpath)
         return found.st_ino, found.st_size, found.st_mtime_ns
 
     def cpus_of(self, cell: Cell, slot: int) -> list[int]:
-        """The live cell's own processor, or as many as it has cores."""
+        """Processors of a live cell: one of its own, or as many as it has cores."""
         if cell.source != "live":
             return []
         return sorted(self.cpus[slot : slot + 1] if cell.cores == 1 else self.cpus[: cell.cores])
 
     def command(self, cell: Cell, slot: int, output: object) -> list[str]:
-        """Words for `hotpath`. In different DDS domains, live cells at the same time do not discover each other."""
+        """Arguments of `hotpath`. Concurrent live cells use different DDS domains."""
         cpus = self.cpus_of(cell, slot)
         place = ("--cpus", ",".join(map(str, cpus)), "--domain", str(slot)) if cpus else ()
         return cell.command(output, place)
 
     def identity(self, cell: Cell, slot: int) -> dict[str, Any]:
-        """What two results of a cell must share to count as the same."""
+        """Facts that two equivalent results of a cell share."""
         command = ["hotpath", *self.command(cell, slot, f"cells/{cell.name}")]
         return {"command": command, "build": self.build, "complete": True}
 
     def facts(self, cell: Cell) -> dict[str, Any]:
-        """What the cell's folder says of itself; nothing where there is none."""
+        """The stored facts of a cell; empty without a folder."""
         return facts_of(self.folder / cell.name / "cell.json")
 
     def complete(self, cell: Cell) -> bool:
-        """Whether the cell's folder holds what the plan asks for, made by this build."""
+        """Whether the cell's folder holds the planned result of this build."""
         facts = self.facts(cell)
-        # Which of several equal processors a cell was pinned to is no difference.
+        # Any of several equal processors will do.
         return any(self.identity(cell, k).items() <= facts.items() for k in range(max(1, len(self.cpus))))
 
     def set_aside(self, cell: Cell) -> None:
-        """Keeps what another build measured; a simulation can be repeated."""
+        """Moves a live result of another build aside; deletes a simulated one."""
         folder, aside = self.folder / cell.name, self.folder.parent / "superseded"
         if cell.source != "live":
             shutil.rmtree(folder, ignore_errors=True)
@@ -88,14 +88,14 @@ class Runner:
             os.replace(folder, next(name for name in names if not name.exists()))
 
     def start(self, cell: Cell, command: list[str]) -> subprocess.Popen[str] | None:
-        """Starts a cell's process; None after the end was asked for. Raises RunError."""
+        """Starts a cell's process; None after an interruption. Raises RunError."""
         with self.lock:
             if self.stopped:
                 return None
             if self.signature() != self.command_file:
                 raise RunError(
-                    f"{self.hotpath} was replaced while it was being measured; what is complete is kept, and the"
-                    " same command measures all anew with the new one"
+                    f"{self.hotpath} was replaced during the measurement; complete cells are kept. The same command"
+                    " measures everything again with the new program"
                 )
             self.running[cell.name] = subprocess.Popen(
                 [*ENDS_WITH_US, self.hotpath, *command],
@@ -105,12 +105,12 @@ class Runner:
                 text=True,
                 errors="replace",
                 env={**os.environ, "HOTPATH_FIGURES": "none"},
-                start_new_session=True,  # Ctrl-C reaches it through us, once
+                start_new_session=True,  # this process forwards Ctrl-C once
             )
             return self.running[cell.name]
 
     def run(self, cell: Cell, slot: int, at_once: int) -> None:
-        """Runs one cell to its end."""
+        """Runs one cell to completion."""
         part = self.folder / f".{cell.name}.{os.getpid()}.part"
         used = self.cpus_of(cell, slot)
         started, busy = time.time(), busy_seconds(used)
@@ -144,9 +144,9 @@ class Runner:
         self.on_change(cell.seconds / at_once)
 
     def run_all(self, cells: list[Cell], workers: int) -> None:
-        """Takes the cells in their order, several at once. An exception, as of a signal, ends all processes and leaves
-        the rest alone; what is complete stays."""
-        for part in self.folder.glob(".*.part"):  # what killed and interrupted reproductions left behind
+        """Runs the cells in order, `workers` at once. An exception, such as a signal's, interrupts
+        all processes and skips the remaining cells; complete cells stay."""
+        for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
             shutil.rmtree(part, ignore_errors=True)
         slots: queue.SimpleQueue[int] = queue.SimpleQueue()
         for slot in range(workers):
@@ -167,7 +167,7 @@ class Runner:
                 with self.lock:
                     self.stopped = True
                     for process in self.running.values():
-                        # Not Popen's own way, which might take the exit status that run() awaits.
+                        # Popen.send_signal() might reap the exit status that run() waits for.
                         with contextlib.suppress(ProcessLookupError):
                             os.kill(process.pid, signal.SIGINT)
                 pool.shutdown(cancel_futures=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Evidence as files: data/ of a reproduction."""
+"""Stores evidence as data/ of a reproduction."""
 
 import gzip
 from pathlib import Path
@@ -11,20 +11,20 @@ from hotpath_report.tables import make_folder, read_json, read_table, write_file
 
 HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.gz", "timers.csv"
 CELLS_FILE = "cells.json"
-# A timers-only set in files is its utilisation; frames call it the setting.
+# Files call the setting of a timers-only set its utilisation.
 IN_FILES = {"setting": "utilisation_percent"}
 IN_FRAMES = {"utilisation_percent": "setting"}
 
 
 def read_samples(path: Path) -> pd.DataFrame:
-    """A file of samples, a row for each."""
+    """A file of samples, with a row per sample."""
     frame = read_table(path, ["count"]).rename(columns=IN_FRAMES)
     return frame.loc[frame.index.repeat(frame["count"])].drop(columns="count").reset_index(drop=True)
 
 
 def write_samples(frame: pd.DataFrame, path: Path) -> None:
-    """The same samples give the same bytes. A value of a deterministic simulation, whose samples repeat, is written
-    once with its count. The value is in the last column."""
+    """Writes samples reproducibly; the last column is the value. Repeated values of a deterministic
+    simulation become one row with a count."""
     value = frame.columns[-1]
     texts = frame[value].map(lambda v: f"{v:.6f}".rstrip("0").rstrip("."))
     frame = frame.assign(**{value: texts}, count=1)
@@ -35,7 +35,7 @@ def write_samples(frame: pd.DataFrame, path: Path) -> None:
 
 
 def write(evidence: Evidence, folder: Path) -> None:
-    """Everything that figures, tables and claims need, as data/."""
+    """Writes all data behind figures, tables and claims."""
     make_folder(folder)
     write_samples(evidence.hot_path[COLUMNS["hot_path"]], folder / HOT_PATH_FILE)
     write_samples(evidence.responses[COLUMNS["responses"]], folder / RESPONSES_FILE)
@@ -46,7 +46,7 @@ def write(evidence: Evidence, folder: Path) -> None:
 
 
 def stored(publication: Path) -> Evidence:
-    """Evidence of a published reproduction, from its data/ and facts.json. Raises InputError."""
+    """Reads the evidence of a published reproduction. Raises InputError."""
     data, facts = publication / "data", read_json(publication / "facts.json", "reproduce_paper.sh --publish")
     columns = [IN_FILES.get(name, name) for name in COLUMNS["timers"]]
     return Evidence(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tables beside the figures of a reproduction. Each raises Missing where there are no data."""
+"""The tables of the reproduction's items. Each function raises Missing without data."""
 
 import itertools
 
@@ -13,6 +13,7 @@ from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.reference import Reference
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
+from hotpath_report.statistics import median
 
 
 def drop_rates(evidence: Evidence) -> Table:
@@ -30,7 +31,7 @@ def drop_rates(evidence: Evidence) -> Table:
 
 
 def wcrt(evidence: Evidence) -> Table:
-    """Bounds in ms."""
+    """Bounds of Table I in ms."""
     rows = []
     for (of, task), cells in evidence.table("wcrt_table.csv").groupby(["delta_of", "task"], sort=False):
         cells = cells.sort_values("utilisation_percent")
@@ -76,7 +77,7 @@ def bounds_reduction(evidence: Evidence) -> Table:
 
 
 def real_row(reference: Reference, executor: str, baseline: str) -> list[str]:
-    """The real ROS 2 stack's row in a table of the hot path."""
+    """The real ROS 2 stack's row in a hot-path table."""
     worst = reference.hot_path_ms("max")
     texts = [f"{reference.hot_path_ms(q)[executor]:.1f}" for q in ("p50", "p99", "max")]
     ratio = "" if executor == baseline else f"{worst.get(baseline, 0) / worst[executor]:.2f}"
@@ -85,7 +86,7 @@ def real_row(reference: Reference, executor: str, baseline: str) -> list[str]:
 
 
 def hot_path(evidence: Evidence, executors: str, study: str = "autoware", baseline: str = BASELINE) -> Table:
-    """Hot-path latencies, compared with a baseline."""
+    """Hot-path latencies compared with a baseline."""
     rows, names = [], EXECUTORS[executors]
     for source, executor in itertools.product(SOURCES, names):
         samples = latencies(evidence, study, source, executor)
@@ -97,13 +98,13 @@ def hot_path(evidence: Evidence, executors: str, study: str = "autoware", baseli
     if study == "autoware":
         known = evidence.reference.hot_path_ms("p50")
         rows += [real_row(evidence.reference, executor, baseline) for executor in names if executor in known]
-    header = ["executor", "source", *HEADER[:4], "of the middle run", *HEADER[4:]]
-    title = "Hot-path latency; ratio of worst cases, Cliff's delta and rank test compare with "
-    return Table(f"{title}{baseline}: above 1 and 0 is better", header, rows)
+    header = ["executor", "source", *HEADER[:4], "median of runs' worst", *HEADER[4:]]
+    title = "Hot-path latency; ratio of worst cases, Cliff's delta and rank test: against "
+    return Table(f"{title}{baseline}; above 1 and above 0 are better", header, rows)
 
 
 def release(evidence: Evidence) -> Table:
-    """What a release costs."""
+    """Cost of a release."""
     table = evidence.table("release_cost.csv")
     delta, constant = fit_release_cost(table)
     rows = table[["timers", "passes", "p50_ns", "p99_ns", "max_ns"]].to_numpy().tolist()
@@ -131,7 +132,7 @@ def against_phases(evidence: Evidence) -> Table:
         if draws:
             medians, worst = (sorted(values) for values in zip(*draws))
             row = [executor, source, len(draws), f"{medians[0]:.1f} to {medians[-1]:.1f}"]
-            rows.append(row + [f"{w:.1f}" for w in (worst[0], worst[len(worst) // 2], worst[-1])])
+            rows.append(row + [f"{w:.1f}" for w in (worst[0], median(worst), worst[-1])])
     header = ["executor", "source", "draws", "medians ms"]
     header += ["best draw's worst ms", "median draw's", "worst draw's"]
     return Table("Draws of random phases", header, rows)

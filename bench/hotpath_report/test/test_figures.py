@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands that draw, on tiny run folders: which files appear, and what is said of unfit input."""
+"""Commands that draw, on tiny run folders: their files, and their messages about unusable input."""
 
 import contextlib
 import io
@@ -11,14 +11,16 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 from hotpath_report.__main__ import main
 
-PACKAGES = Path(__file__).resolve().parents[2]
+BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
-# Stands between the figures and `hotpath`, and answers with the response times of the folder.
+# Replaces `hotpath`: returns the response times stored in the folder.
 STAND_IN = """#!/bin/sh
 if [ "$1" = summarize ]; then exec cat "$2/responses.csv"; fi
 exec {} "$@"
@@ -27,7 +29,7 @@ CHAINS_HEADER = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_e
 RESPONSES_HEADER = "executor,repetition,task,response_ns\n"
 
 
-def run_json(**changes):
+def run_json(**changes: Any) -> Any:
     facts = {
         "command": ["simulate"],
         "graph": {"name": "tiny"},
@@ -54,15 +56,18 @@ SIMULATED = {
 }
 
 
-def chain_rows(executor, latencies_ms):
+def chain_rows(executor: str, latencies_ms: Iterable[float]) -> str:
     return "".join(
         f"{executor},0,hot_path,{k},{int(ms * 1e6)},{int(ms * 1e6) + 1000}\n"
         for k, ms in enumerate(latencies_ms)
     )
 
 
-def timer(task, responses_ms, skipped=0, period_ms=30):
-    """One executor's response times of a timer after the warm-up, and what the summary says of it."""
+def timer(
+    task: Any, responses_ms: Sequence[float], skipped: int = 0, period_ms: int = 30
+) -> tuple[Any, dict[Any, Any]]:
+    """One executor's response times of a timer after the warm-up, and what the summary says of
+    it."""
     counts = {"reached": len(responses_ms) + skipped, "ran": len(responses_ms), "skipped": skipped}
     after_warm_up = {**counts, "deadline_overruns": 0}
     return responses_ms, {
@@ -74,38 +79,38 @@ def timer(task, responses_ms, skipped=0, period_ms=30):
 
 
 class FigureTest(unittest.TestCase):
-    def setUp(self):
+    def setUp(self) -> None:
         holder = tempfile.TemporaryDirectory()
         self.addCleanup(holder.cleanup)
         self.folder = Path(holder.name)
 
-    def write(self, name, text):
+    def write(self, name: str, text: str) -> None:
         (self.folder / name).write_text(text, encoding="utf-8")
 
-    def environment(self):
+    def environment(self) -> Any:
         program, stand_in = Path(shutil.which(HOTPATH) or HOTPATH), self.folder / "hotpath"
         stand_in.write_text(STAND_IN.format(program), encoding="utf-8")
         stand_in.chmod(0o755)
         library = program.with_name("libhotpath_statistics.so")
         environment = {"HOTPATH_STATISTICS": str(library), **os.environ}
-        return environment | {"PYTHONPATH": str(PACKAGES), "HOTPATH": str(stand_in)}
+        return environment | {"HOTPATH": str(stand_in)}
 
-    def call(self, command, *arguments):
-        """In this process: a new one takes a second to import everything."""
+    def call(self, command: Any, *arguments: object) -> Any:
+        """Runs the command in this process: a new process takes a second for imports."""
         output, errors = io.StringIO(), io.StringIO()
         with mock.patch.dict(os.environ, self.environment()):
             with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
                 code = main([command, *map(str, arguments)])
         return subprocess.CompletedProcess(command, code, output.getvalue(), errors.getvalue())
 
-    def call_process(self, command, *arguments):
-        """As `hotpath` does."""
-        words = [sys.executable, "-B", "-m", "hotpath_report", command, *map(str, arguments)]
+    def call_process(self, command: Any, *arguments: object) -> Any:
+        """Runs the command in a process, as `hotpath` does."""
+        words = [sys.executable, "-I", "-B", BENCH, command, *map(str, arguments)]
         return subprocess.run(
             words, capture_output=True, text=True, timeout=100, check=False, env=self.environment()
         )
 
-    def assert_refused(self, result, *words, code=2):
+    def assert_refused(self, result: Any, *words: object, code: int = 2) -> None:
         self.assertEqual(result.returncode, code, result.stderr)
         self.assertEqual(result.stderr.count("\n"), 1, f"not one sentence: {result.stderr}")
         self.assertNotIn("Traceback", result.stderr)
@@ -113,7 +118,7 @@ class FigureTest(unittest.TestCase):
             self.assertIn(word, result.stderr)
         self.assertEqual([f.name for f in self.folder.rglob("*") if f.suffix in (".svg", ".png")], [])
 
-    def assert_drawn(self, result, folder, *names):
+    def assert_drawn(self, result: Any, folder: Path, *names: str) -> None:
         self.assertEqual(result.returncode, 0, result.stderr)
         drawn = sorted(f.name for f in folder.iterdir() if f.suffix in (".svg", ".png"))
         self.assertEqual(drawn, sorted(name + suffix for name in names for suffix in (".svg", ".png")))
@@ -122,28 +127,29 @@ class FigureTest(unittest.TestCase):
         for file in folder.glob("*.svg"):
             self.assertTrue(file.read_text(encoding="utf-8").rstrip().endswith("</svg>"))
 
-    def svg_texts(self, name):
-        """The lines of text of a figure: Matplotlib draws outlines and leaves the text in comments."""
+    def svg_texts(self, name: str) -> str:
+        """The lines of text of a figure: Matplotlib draws outlines and leaves the text in
+        comments."""
         svg = (self.folder / name).read_text(encoding="utf-8")
         return "\n".join(re.findall(r"<!-- (.*?) -->", svg))
 
 
 class HotPath(FigureTest):
-    def write_run(self, **changes):
+    def write_run(self, **changes: Any) -> None:
         self.write("run.json", run_json(**changes))
         rows = chain_rows("default", [35.4, 36, 58.6, 40]) + chain_rows("rm-ro", [21.2, 21.5, 22.6, 21.3])
         self.write("chains.csv", CHAINS_HEADER + rows)
 
-    def test_writes_both_formats_next_to_the_data(self):
+    def test_writes_both_formats_next_to_the_data(self) -> None:
         self.write_run()
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
 
-    def test_output_names_another_folder(self):
+    def test_output_names_another_folder(self) -> None:
         self.write_run()
         other = self.folder / "figures" / "new"
         self.assert_drawn(self.call("hot-path", self.folder, "--output", other), other, "hot_path")
 
-    def test_says_what_ran_how_many_samples_and_the_ratio_of_worst_cases(self):
+    def test_shows_conditions_sample_counts_and_worst_case_ratios(self) -> None:
         self.write_run()
         self.call("hot-path", self.folder)
         texts = self.svg_texts("hot_path.svg")
@@ -153,12 +159,12 @@ class HotPath(FigureTest):
         self.assertIn("(one core per branch)", texts)
         self.assertNotIn("partial", texts)
 
-    def test_says_that_a_run_is_partial(self):
+    def test_marks_a_partial_run(self) -> None:
         self.write_run(complete=False)
         self.call("hot-path", self.folder)
         self.assertIn("partial", self.svg_texts("hot_path.svg"))
 
-    def test_same_data_give_the_same_bytes(self):
+    def test_equal_data_give_equal_bytes(self) -> None:
         self.write_run()
         bytes_of = []
         for call in (self.call, self.call_process):
@@ -166,38 +172,38 @@ class HotPath(FigureTest):
             bytes_of.append([(self.folder / f"hot_path.{suffix}").read_bytes() for suffix in ("svg", "png")])
         self.assertEqual(bytes_of[0], bytes_of[1])
 
-    def test_one_sample_equal_samples_and_none_are_drawn(self):
+    def test_draws_one_sample_equal_samples_and_no_samples(self) -> None:
         self.write("run.json", run_json(executors=["default", "rm-ro", "edf-ro"], limits=[]))
         rows = chain_rows("default", [35.4]) + chain_rows("rm-ro", [0, 0, 0, 0])
         self.write("chains.csv", CHAINS_HEADER + rows)
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         self.assertIn("no data", self.svg_texts("hot_path.svg"))
 
-    def test_missing_folder(self):
+    def test_missing_folder(self) -> None:
         for call in (self.call, self.call_process):
             self.assert_refused(call("hot-path", self.folder / "nowhere"), "run.json", "No such file")
 
-    def test_broken_run_json(self):
+    def test_broken_run_json(self) -> None:
         self.write("run.json", "{")
         self.assert_refused(self.call("hot-path", self.folder), "run.json", "not valid JSON")
 
-    def test_missing_key(self):
+    def test_missing_key(self) -> None:
         self.write_run()
         facts = json.loads(run_json())
         del facts["machine"]["kernel"]
         self.write("run.json", json.dumps(facts))
         self.assert_refused(self.call("hot-path", self.folder), "`machine.kernel` is missing")
 
-    def test_missing_chains(self):
+    def test_missing_chains(self) -> None:
         self.write("run.json", run_json())
         self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "No such file")
 
-    def test_chains_without_rows(self):
+    def test_chains_without_rows(self) -> None:
         self.write("run.json", run_json())
         self.write("chains.csv", CHAINS_HEADER)
         self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "no rows")
 
-    def test_wrong_column_short_row_and_bad_number(self):
+    def test_wrong_column_short_row_and_bad_number(self) -> None:
         self.write("run.json", run_json())
         self.write("chains.csv", "executor,chain\n")
         self.assert_refused(self.call("hot-path", self.folder), "chains.csv:1", "`hot_path_latency_ns`")
@@ -206,15 +212,16 @@ class HotPath(FigureTest):
         self.write("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n")
         self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "'fast'")
 
-    def test_output_that_is_a_file(self):
+    def test_output_that_is_a_file(self) -> None:
         self.write_run()
         self.write("taken", "")
         result = self.call("hot-path", self.folder, "--output", self.folder / "taken")
         self.assert_refused(result, "cannot write", code=1)
 
-    def test_live_and_simulated_runs_share_a_figure(self):
+    def test_live_and_simulated_runs_share_a_figure(self) -> None:
         runs = []
-        for name, changes in (("live", {}), ("simulated", SIMULATED)):
+        kinds: dict[str, dict[str, Any]] = {"live": {}, "simulated": SIMULATED}
+        for name, changes in kinds.items():
             (self.folder / name).mkdir()
             self.write(f"{name}/run.json", run_json(**changes))
             rows = chain_rows("default", [35.4, 36, 58.6]) + chain_rows("rm-ro", [21.2, 21.5, 22.6, 21.3])
@@ -226,8 +233,8 @@ class HotPath(FigureTest):
         for text in ("lower half: live", "upper half: simulated", "n = 3, 3", "n = 4, 4"):
             self.assertIn(text, texts)
 
-    def test_a_recorded_run(self):
-        """Of an import: nobody knows its transport and its machine."""
+    def test_a_recorded_run(self) -> None:
+        """An imported run, whose transport and machine are unknown."""
         facts = json.loads(run_json(kind="recorded", platform={"cores": 1}, executors=["default"]))
         for key in ("transport", "cpus", "machine"):
             del facts[key]
@@ -238,7 +245,7 @@ class HotPath(FigureTest):
         for text in ("tiny · recorded", "on one core", "read from a trace of ros2_tracing"):
             self.assertIn(text, texts)
 
-    def test_runs_of_different_graphs_do_not_meet(self):
+    def test_rejects_runs_of_different_graphs(self) -> None:
         self.write_run()
         (self.folder / "other").mkdir()
         self.write("other/run.json", run_json(graph={"name": "large"}))
@@ -247,7 +254,7 @@ class HotPath(FigureTest):
 
 
 class TimersOnly(FigureTest):
-    def write_run(self, name, timers, graph=None, **changes):
+    def write_run(self, name: str, timers: Any, graph: Any = None, **changes: Any) -> Any:
         """`timers`: {executor: [timer()]}"""
         folder = self.folder / name
         folder.mkdir()
@@ -264,7 +271,7 @@ class TimersOnly(FigureTest):
         self.write(f"{name}/responses.csv", RESPONSES_HEADER + rows)
         return folder
 
-    def test_two_graphs_in_one_figure_set(self):
+    def test_two_graphs_in_one_figure_set(self) -> None:
         responses = [1 + k % 7 for k in range(60)]
         runs = []
         for name, load in (("timers_only_90", 90), ("timers_only_60", 60)):
@@ -288,10 +295,11 @@ class TimersOnly(FigureTest):
         for text in ("deadline 30 ms", "analytical bound", "cameras", "LiDARs", "IMU"):
             self.assertIn(text, response)
 
-    def test_live_and_simulated_runs_of_three_utilisations_meet(self):
+    def test_live_and_simulated_runs_of_three_utilisations_share_a_figure(self) -> None:
         runs = []
         for load in (60, 80, 90):
-            for kind, changes in (("live", {}), ("simulated", SIMULATED)):
+            kinds: dict[str, dict[str, Any]] = {"live": {}, "simulated": SIMULATED}
+            for kind, changes in kinds.items():
                 rows = {e: [timer("IMU", [1 + k % 5 for k in range(60)])] for e in ("default", "rm-ro")}
                 more = {"graph": f"timers_only_{load}", "load_percent": load, **changes}
                 runs.append(self.write_run(f"{kind}_{load}", rows, **more))
@@ -304,37 +312,37 @@ class TimersOnly(FigureTest):
         for half in ("upper half: simulated", "lower half: live"):
             self.assertIn(half, texts)
 
-    def test_nothing_dropped(self):
+    def test_nothing_dropped(self) -> None:
         run = self.write_run("timers_only_60", {"rm-ro": [timer("IMU", [1] * 50)]}, executors=["rm-ro"])
         result = self.call("timers-only", run)
         self.assert_drawn(result, run, "timers_only_dropped", "timers_only_response")
 
-    def test_no_job_after_the_warm_up(self):
+    def test_no_job_after_the_warm_up(self) -> None:
         run = self.write_run("timers_only_60", {"rm-ro": [timer("IMU", [], skipped=1)]}, executors=["rm-ro"])
         self.assert_refused(self.call("timers-only", run), "after the warm-up no timer ran")
 
-    def test_run_without_timers(self):
+    def test_run_without_timers(self) -> None:
         run = self.write_run("empty", {})
         self.assert_refused(self.call("timers-only", run), "jobs.csv", "no row of a timer")
 
-    def test_missing_jobs(self):
+    def test_missing_jobs(self) -> None:
         run = self.write_run("empty", {})
         (run / "jobs.csv").unlink()
         self.assert_refused(self.call("timers-only", run), "jobs.csv", "kept no jobs")
 
-    def test_more_graphs_than_colours(self):
+    def test_more_graphs_than_colours(self) -> None:
         runs = [self.write_run(f"g{k}", {"rm-ro": [timer("IMU", [1] * 50)]}) for k in range(6)]
         self.assert_refused(self.call("timers-only", *runs), "6 graphs", "at most 5")
 
 
 class Advice(FigureTest):
-    def write_advice(self, text):
+    def write_advice(self, text: str) -> Any:
         folder = self.folder / "advice"
         folder.mkdir()
         (folder / "advice.json").write_text(text)
         return folder
 
-    def test_marks_what_runs_today(self):
+    def test_marks_the_current_executor(self) -> None:
         value = {"value": 20.0, "interval": [18.0, 22.0]}
         rows = [
             {"name": name, "median_ms": value, "p99_ms": value, "worst_ms": {"value": 30.0}}
@@ -350,10 +358,6 @@ class Advice(FigureTest):
         self.assertIn("default (now)", text)
         self.assertNotIn("static", text)
 
-    def test_no_advice(self):
+    def test_no_advice(self) -> None:
         self.assert_refused(self.call("advice", self.write_advice("{")), "advice.json")
         self.assert_refused(self.call("advice", self.folder / "none"), "advice.json")
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The reproduction as a user runs it, on short simulations: verdicts that can fail, resumption, page in a browser."""
+"""The reproduction on short simulations: verdicts, resumption, wrong use, and its page."""
 
 import contextlib
 import dataclasses
@@ -15,7 +15,9 @@ import sys
 import tempfile
 import time
 import unittest
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import pandas as pd
@@ -28,75 +30,82 @@ from hotpath_report.paper.claims import judge
 from hotpath_report.paper.findings import NO_DATA, NOT, PARTLY, REPRODUCED
 from hotpath_report.paper.items import NAMES
 
+BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 TIME_LIMIT_S = 100
 ITEMS = "dropped-jobs,wcrt-table,hot-path"
 
 
-def reproduce(output, *arguments):
-    words = [sys.executable, "-B", "-m", "hotpath_report", "reproduce", "--quick", "--hotpath", HOTPATH]
+def reproduce(output: Path, *arguments: object) -> list[Any]:
+    words = [sys.executable, "-I", "-B", str(BENCH), "reproduce", "--quick", "--hotpath", HOTPATH]
     return [*words, "--output", str(output), *arguments]
 
 
-def call(words, **options):
+def call(words: Any, **options: Any) -> Any:
     return subprocess.run(words, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False, **options)
 
 
-def call_here(words):
-    """A command line of reproduce() or of `hotpath` in this process: a new one takes a second to import everything."""
+def call_here(words: Any) -> Any:
+    """Runs a command line of the package in this process: a new one takes a second for imports."""
     words = [str(word) for word in words]
     output, errors = io.StringIO(), io.StringIO()
     with mock.patch.dict(os.environ), contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
         try:
-            code = main(words[words.index("hotpath_report") + 1 :])
+            code = main(words[words.index(str(BENCH)) + 1 :])
         except SystemExit as end:
-            code = end.code
+            code = int(end.code or 0)
     return subprocess.CompletedProcess(words, code, output.getvalue(), errors.getvalue())
 
 
-def hotpath(*words):
-    # No run of these tests needs the figure that `hotpath` draws of it.
+def hotpath(*words: object) -> Any:
+    # These tests need no figures of runs.
     return call([HOTPATH, *map(str, words)], env={**os.environ, "HOTPATH_FIGURES": "none"})
 
 
 @contextlib.contextmanager
-def without_page():
-    """Nothing is drawn and the page stays as it is: it is the subject of other tests, and takes most of the time."""
+def without_page() -> Iterator[Any]:
+    """Skips figures and page, which take most of the time and have their own tests."""
     results = "hotpath_report.paper.results"
     with mock.patch(f"{results}.sections", return_value=[]), mock.patch(f"{results}.write_page"):
         yield
 
 
-def finished_cells(output):
-    """{cell: when it was finished}"""
+def finished_cells(output: Path) -> dict[Any, Any]:
+    """{cell: time of completion}"""
     return {f.parent.name: f.stat().st_mtime_ns for f in Path(output).glob("cells/[!.]*/cell.json")}
 
 
 class ReproductionTest(unittest.TestCase):
-    def folder(self):
+    def folder(self) -> Any:
         holder = tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")
         self.addCleanup(holder.cleanup)
         return Path(holder.name)
 
-    def wait_for(self, condition, what):
+    def wait_for(self, condition: Callable[[], Any], what: str) -> None:
         limit = time.monotonic() + TIME_LIMIT_S
         while not condition():
             self.assertLess(time.monotonic(), limit, what)
             time.sleep(0.01)
 
 
-def as_if(frame, study, executor, other):
-    """The frame with what `other` did in the study `timers` in place of an executor's rows of a study."""
+def as_if(frame: Any, study: str, executor: str, other: Any) -> Any:
+    """The frame with what `other` did in the study `timers` in place of an executor's rows of a
+    study."""
     rows = frame[(frame["study"] == "timers") & (frame["executor"] == other)]
     mine = (frame["study"] == study) & (frame["executor"] == executor)
     return pd.concat([frame[~mine], rows.assign(study=study, executor=executor)], ignore_index=True)
 
 
 class Simulated(ReproductionTest):
-    """One short simulated reproduction, looked at from several sides."""
+    """Tests on one short simulated reproduction."""
+
+    holder: tempfile.TemporaryDirectory[str]
+    output: Path
+    first: Any
+    evidence: evidence_of.Evidence
 
     @classmethod
-    def setUpClass(cls):
+    def setUpClass(cls) -> None:
         cls.holder = tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")
         cls.addClassCleanup(cls.holder.cleanup)
         cls.output = Path(cls.holder.name) / "paper"
@@ -109,10 +118,10 @@ class Simulated(ReproductionTest):
         ]
         cls.evidence = evidence_of.collect(cls.output, wanted)
 
-    def verdicts(self, evidence):
+    def verdicts(self, evidence: Any) -> dict[Any, Any]:
         return {v.claim.name: v.verdict for v in judge(evidence)}
 
-    def test_writes_page_data_and_claims(self):
+    def test_writes_page_data_and_claims(self) -> None:
         self.assertEqual(self.first.returncode, 0, self.first.stderr)
         for name in (
             "report.html",
@@ -129,7 +138,7 @@ class Simulated(ReproductionTest):
             self.assertTrue((self.output / figure).exists(), figure)
         self.assertIn("hotpath simulate", markdown)
 
-    def test_verdicts_of_the_right_executors(self):
+    def test_verdicts_of_the_right_executors(self) -> None:
         found = self.verdicts(self.evidence)
         for claim in (
             "no-drops",
@@ -145,7 +154,7 @@ class Simulated(ReproductionTest):
             self.assertEqual(found[claim], REPRODUCED, claim)
         self.assertEqual(found["drops-events-ro"], NOT, "stock release-only never skips a timestamp")
 
-    def test_results_of_a_wrong_executor_are_not_reproduced(self):
+    def test_results_of_a_wrong_executor_are_not_reproduced(self) -> None:
         wrong = dataclasses.replace(self.evidence)
         for name in ("timers", "responses"):
             before = getattr(self.evidence, name)
@@ -176,17 +185,17 @@ class Simulated(ReproductionTest):
         for claim in ("best-worst-case", "outperforms"):
             self.assertIn(found[claim], (NOT, PARTLY), claim)
 
-    def test_few_live_samples_decide_nothing(self):
+    def test_few_live_samples_decide_nothing(self) -> None:
         brief = dataclasses.replace(self.evidence)
         few = brief.hot_path.groupby(["study", "executor"]).head(20).assign(source="live")
         brief.hot_path = pd.concat([brief.hot_path, few], ignore_index=True)
-        found = {v.claim.name: v for v in judge(brief)}["best-worst-case"]
+        found: Any = {v.claim.name: v for v in judge(brief)}["best-worst-case"]
         self.assertEqual(found.findings["live"].verdict, NO_DATA)
         self.assertEqual(found.verdict, REPRODUCED)
 
-    def test_live_losses_are_told_and_tolerated_only_up_to_their_share(self):
+    def test_live_losses_are_counted_and_tolerated_up_to_a_share(self) -> None:
         live = dataclasses.replace(self.evidence)
-        facts = {
+        facts: dict[str, Any] = {
             "study": "timers",
             "source": "live",
             "executors": ["rm-ro"],
@@ -202,46 +211,46 @@ class Simulated(ReproductionTest):
             timers.loc[here, "skipped"] = lost
             timers_of_both = pd.concat([self.evidence.timers, timers], ignore_index=True)
             live = dataclasses.replace(live, timers=timers_of_both)
-            found = {v.claim.name: v for v in judge(live)}["no-drops"].findings
+            found: Any = {v.claim.name: v for v in judge(live)}["no-drops"].findings
             self.assertEqual(found["simulated"].verdict, REPRODUCED)
             self.assertEqual(found["live"].verdict, verdict, lost)
             if lost:
                 self.assertIn(f"{lost} of them in repetitions marked", found["live"].text)
 
-    def test_samples_are_read_back_as_written(self):
+    def test_samples_are_read_back_as_written(self) -> None:
         stored = storage.stored(self.output)
         key = ("autoware", "simulated", "rm-ro")
         written, read = (e.latencies(*key).pooled for e in (self.evidence, stored))
         self.assertEqual(sorted(read), sorted(round(v, 6) for v in written))
         pd.testing.assert_frame_equal(stored.timers, self.evidence.timers, check_dtype=False)
 
-    def test_claims_are_judged_again_from_what_is_stored(self):
-        # The figures themselves are not compared: writing them takes most of the time.
+    def test_claims_are_judged_again_from_stored_data(self) -> None:
+        # Figures are not compared: writing them takes most of the time.
         with mock.patch("hotpath_report.pages.writer.svg_of", return_value="<svg><defs></defs></svg>"):
-            again = call_here(["hotpath_report", "report", self.output, "--output", self.folder()])
+            again = call_here([str(BENCH), "report", self.output, "--output", self.folder()])
         self.assertEqual(again.returncode, 0, again.stderr)
         page = Path(again.stdout.split()[0]).parent
         self.assertEqual((page / "claims.json").read_bytes(), (self.output / "claims.json").read_bytes())
         self.assertEqual((page / "report.md").read_bytes(), (self.output / "report.md").read_bytes())
 
-    def test_a_complete_reproduction_repeats_no_cell(self):
+    def test_a_complete_reproduction_repeats_no_cell(self) -> None:
         before = finished_cells(self.output)
         with without_page():
             again = call_here(reproduce(self.output, "--only", ITEMS))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual(finished_cells(self.output), before)
 
-    def test_compare_results_with_itself_and_with_what_it_is_not(self):
+    def test_compare_results_with_itself_and_with_another_folder(self) -> None:
         same = hotpath("compare-results", self.output, self.output)
         self.assertEqual(same.returncode, 0, same.stderr)
         self.assertNotIn("differs", same.stdout)
         self.assertRegex(same.stdout, r"\d+ the same, of \d+ percentiles")
         for other in (self.output / "cells", self.output / "nowhere"):
-            refused = call_here(["hotpath_report", "compare-results", self.output, other])
+            refused = call_here([str(BENCH), "compare-results", self.output, other])
             self.assertEqual(refused.returncode, 2, refused.stderr)
             self.assertEqual(refused.stderr.count("\n"), 1)
 
-    def test_compare_results_sees_another_executor(self):
+    def test_compare_results_sees_another_executor(self) -> None:
         other = self.folder() / "other"
         shutil.copytree(self.output / "data", other / "data")
         changed = dataclasses.replace(self.evidence)
@@ -255,13 +264,13 @@ class Simulated(ReproductionTest):
         (other / "claims.json").write_text(
             json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8"
         )
-        result = call_here(["hotpath_report", "compare-results", self.output, other])
+        result = call_here([str(BENCH), "compare-results", self.output, other])
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
         self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)
         self.assertIn("verdict of no-drops: reproduced before, not now", result.stdout)
 
-    def test_compare_results_refuses_a_damaged_file(self):
+    def test_compare_results_refuses_a_damaged_file(self) -> None:
         other = self.folder() / "other"
         shutil.copytree(self.output / "data", other / "data")
         samples = other / "data" / storage.HOT_PATH_FILE
@@ -270,12 +279,12 @@ class Simulated(ReproductionTest):
         self.assertEqual(refused.returncode, 2, refused.stderr)
         self.assertIn(storage.HOT_PATH_FILE, refused.stderr)
 
-    def test_page_in_a_browser(self):
+    def test_page_in_a_browser(self) -> None:
         check_in_browser(self, self.output / "report.html")
 
 
 class Report(ReproductionTest):
-    def test_page_about_a_run_of_ones_own(self):
+    def test_page_about_a_run(self) -> None:
         folder = self.folder()
         made = hotpath(
             "simulate",
@@ -296,16 +305,16 @@ class Report(ReproductionTest):
             self.assertIn(words, text)
         check_in_browser(self, folder / "page" / "report.html")
 
-    def test_refuses_what_is_no_run(self):
+    def test_rejects_a_folder_without_a_run(self) -> None:
         result = hotpath("report", self.folder())
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("run.json", result.stderr)
 
 
 class Resumption(ReproductionTest):
-    """Cells of `load` and `phases` are many and short."""
+    """Uses the many short cells of `load` and `phases`."""
 
-    def interrupted(self, number):
+    def interrupted(self, number: int) -> tuple[Any, Any, Any, Any, Any]:
         output = self.folder() / "paper"
         process = subprocess.Popen(
             reproduce(output, "--only", "load,phases"),
@@ -323,7 +332,7 @@ class Resumption(ReproductionTest):
         self.assertGreaterEqual(len(done), 2, errors)
         return output, process.returncode, errors, done, plan
 
-    def goes_on(self, output, done, plan):
+    def goes_on(self, output: Path, done: Any, plan: Any) -> None:
         again = call_here(reproduce(output, "--only", "load,phases"))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual((output / "plan.json").read_bytes(), plan)
@@ -332,14 +341,14 @@ class Resumption(ReproductionTest):
         self.assertGreater(len(after), len(done))
         self.assertEqual(list((output / "cells").glob(".*.part")), [])
 
-    def test_after_sigkill(self):
+    def test_after_sigkill(self) -> None:
         output, code, _, done, plan = self.interrupted(signal.SIGKILL)
         self.assertEqual(code, -signal.SIGKILL)
         self.goes_on(output, done, plan)
         for name in ("hot_path_load", "hot_path_phases"):
             self.assertTrue((output / "figures" / f"{name}.svg").exists(), name)
 
-    def test_after_ctrl_c(self):
+    def test_after_ctrl_c(self) -> None:
         output, code, errors, done, plan = self.interrupted(signal.SIGINT)
         self.assertEqual(code, 130, errors)
         self.assertIn("Interrupted", errors)
@@ -348,13 +357,13 @@ class Resumption(ReproductionTest):
 
 
 class WrongUse(ReproductionTest):
-    def assert_refused(self, words, *parts):
+    def assert_refused(self, words: Any, *parts: str) -> None:
         result = call_here(words)
         self.assertEqual(result.returncode, 2, result.stderr)
         for part in parts:
             self.assertIn(part, result.stderr)
 
-    def test_each_is_told_what_is_wrong(self):
+    def test_messages_name_the_problem(self) -> None:
         folder = self.folder()
         self.assert_refused(reproduce(folder, "--only", "violins"), "violins", "dropped-jobs")
         self.assert_refused(reproduce(folder, "--full"), "--quick")
@@ -365,7 +374,7 @@ class WrongUse(ReproductionTest):
             reproduce(folder, "--only", "load", "--publish", str(folder / "published")), "--publish"
         )
 
-    def test_publishing_replaces_only_an_earlier_publication(self):
+    def test_publishing_replaces_only_an_earlier_publication(self) -> None:
         folder = self.folder()
         mine = folder / "mine"
         mine.mkdir()
@@ -374,18 +383,18 @@ class WrongUse(ReproductionTest):
             self.assert_refused(reproduce(folder / "paper", "--publish", str(destination)), "--publish")
         self.assertTrue((mine / "thesis.tex").exists())
 
-    def test_two_at_a_time_in_one_folder(self):
+    def test_two_at_a_time_in_one_folder(self) -> None:
         folder = self.folder()
         with open(folder / ".lock", "w", encoding="ascii") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             self.assert_refused(reproduce(folder, "--only", "overhead"), "another reproduction")
 
-    def test_another_mode_does_not_go_on_in_the_same_folder(self):
+    def test_another_mode_cannot_resume(self) -> None:
         folder = self.folder()
         (folder / "plan.json").write_text(json.dumps({"mode": "standard", "order": []}))
         self.assert_refused(reproduce(folder, "--only", "overhead"), "standard")
 
-    def test_list_names_every_item(self):
+    def test_list_names_every_item(self) -> None:
         result = call_here(reproduce(self.folder(), "--list"))
         self.assertEqual(result.returncode, 0, result.stderr)
         for name in NAMES:
@@ -393,7 +402,7 @@ class WrongUse(ReproductionTest):
 
 
 PHONE_WIDTH = 390
-# A window has a least width; a frame has not.
+# A frame, unlike a window, can be this narrow.
 FRAME = """<!DOCTYPE html><title>waiting</title>
 <script>addEventListener("message", e => document.title = e.data)</script>
 <iframe src="page.html" style="border: 0; width: %dpx; height: 844px"></iframe>"""
@@ -404,8 +413,8 @@ PROBE = """<script>addEventListener("load", () => {
 });</script></body>"""
 
 
-def check_in_browser(test, page):
-    """Loads the page as a phone would: nothing is fetched, nothing complains, nothing is wider than the screen."""
+def check_in_browser(test: Any, page: Any) -> None:
+    """Loads the page at a phone's width: no fetches, no console messages, no overflow."""
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
         test.skipTest("there is no chromium")
@@ -430,12 +439,8 @@ def check_in_browser(test, page):
     ]
     result = call(words)
     test.assertEqual(result.returncode, 0, result.stderr[-500:])
-    seen = json.loads(re.search(r"<title>(\{.*?\})</title>", result.stdout).group(1))
+    seen = json.loads(re.findall(r"<title>(\{.*?\})</title>", result.stdout)[0])
     test.assertEqual(seen["width"], PHONE_WIDTH)
     test.assertEqual(seen["overflow"], 0, "wider than the screen")
     test.assertEqual(seen["fetched"], [])
     test.assertNotIn("CONSOLE", result.stderr)
-
-
-if __name__ == "__main__":
-    unittest.main()

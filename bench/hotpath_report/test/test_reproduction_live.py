@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cells of a reproduction, live ones above all: what they leave, what disturbed them, and in which order they run."""
+"""Cells of a reproduction: results, disturbances, failures and order."""
 
 import dataclasses
 import json
@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 import unittest
 from pathlib import Path
+from typing import Any
 
 from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
@@ -18,10 +19,10 @@ HOTPATH = os.environ.get("HOTPATH", "hotpath")
 
 
 class Live(unittest.TestCase):
-    def folder(self):
+    def folder(self) -> Any:
         return Path(self.enterContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")))
 
-    def test_a_cell_says_what_disturbed_it(self):
+    def test_a_cell_stores_its_disturbances(self) -> None:
         output = self.folder()
         (output / "cells").mkdir()
         mode = cells.MODES["quick"]
@@ -44,7 +45,7 @@ class Live(unittest.TestCase):
         self.assertEqual(set(found.timers["repetition"]), {cell.repetition})
         self.assertGreater(len(found.responses), 0)
 
-    def test_a_cell_that_fails_leaves_its_sentence_and_no_folder(self):
+    def test_a_failed_cell_leaves_a_message_and_no_folder(self) -> None:
         output = self.folder()
         (output / "cells").mkdir()
         cell = cells.Cell("timers", "simulated", "broken", 1, ("default",), "nowhere", duration_s=1)
@@ -54,8 +55,10 @@ class Live(unittest.TestCase):
         self.assertIn("nowhere", runner.failed[0][1])
         self.assertEqual([f for f in (output / "cells").iterdir() if not f.name.startswith(".")], [])
 
-    def test_marks_follow_the_thresholds(self):
-        def run(stolen_ms=0.0, hiccup_ns=0, disturbed=False, **entry):
+    def test_marks_follow_the_thresholds(self) -> None:
+        def run(
+            stolen_ms: float = 0.0, hiccup_ns: int = 0, disturbed: bool = False, **entry: Any
+        ) -> dict[Any, Any]:
             return {
                 "duration_s": 9,
                 "warm_up_s": 1,
@@ -67,7 +70,7 @@ class Live(unittest.TestCase):
                 },
             }
 
-        def summary(*periods, observed=1):
+        def summary(*periods: Any, observed: int = 1) -> dict[Any, Any]:
             slow = [{"repetition": 0, "periods": list(periods)}] if periods else []
             return {"executors": [{"processor_speed": {"observed": observed, "slow": slow}}]}
 
@@ -86,7 +89,7 @@ class Live(unittest.TestCase):
         self.assertEqual(noise.noise_of(run(), summary(slow), 0)["slow_percent"], 50)
         self.assertEqual(noise.noise_of(run(stolen_ms=51, replaced_by=1), summary(), 0)["marks"], [])
 
-    def test_stolen_time_is_read_where_runs_store_it(self):
+    def test_reads_stolen_time_of_runs(self) -> None:
         output = self.folder() / "run"
         command = [HOTPATH, "run", "--transport", "intra_process", "--duration", "0.1", "--warm-up", "0"]
         done = subprocess.run(
@@ -98,7 +101,7 @@ class Live(unittest.TestCase):
         summary = json.loads((output / "summary.json").read_text())
         self.assertEqual(round(noise.noise_of(run, summary, 0)["stolen_percent"]), 60)
 
-    def test_the_order_is_drawn_once_and_mixes_executors(self):
+    def test_the_order_is_fixed_and_mixes_executors(self) -> None:
         mode = cells.MODES["standard"]
         order = [c.name for c in cells.live_order(cells.live_cells(mode), 1)]
         self.assertEqual(order, [c.name for c in cells.live_order(cells.live_cells(mode), 1)])
@@ -106,7 +109,3 @@ class Live(unittest.TestCase):
         self.assertEqual(len(order), len(set(order)))
         rounds = [int(name.rsplit(".", 1)[1]) for name in order]
         self.assertEqual(rounds, sorted(rounds), "each executor runs once before any runs again")
-
-
-if __name__ == "__main__":
-    unittest.main()

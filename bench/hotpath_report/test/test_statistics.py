@@ -1,57 +1,58 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The client of the C++ statistics against what is known by other means."""
+"""The client of the C++ statistics against NumPy and known values."""
 
 import unittest
+from typing import Any
 
 import numpy as np
 
 from hotpath_report.statistics import BLOCKS, PERCENTILES, Samples, difference, rank_test, ratio
 
 
-def normal(mean, repetitions=5, size=200, seed=1):
+def normal(mean: float, repetitions: int = 5, size: int = 200, seed: int = 1) -> list[Any]:
     generator = np.random.default_rng(seed)
     return [generator.normal(mean, 1, size) for _ in range(repetitions)]
 
 
 class Quantiles(unittest.TestCase):
-    def test_they_are_those_of_numpy(self):
+    def test_quantiles_equal_those_of_numpy(self) -> None:
         generator = np.random.default_rng(3)
         values = np.repeat(generator.normal(size=57), generator.integers(0, 4, 57))
         found = [Samples([values[:20], values[20:]]).quantile(p) for p in PERCENTILES]
         np.testing.assert_allclose(found, np.quantile(values, list(PERCENTILES)))
 
-    def test_the_mean_is_that_of_numpy(self):
+    def test_the_mean_equals_that_of_numpy(self) -> None:
         values = np.random.default_rng(3).normal(size=57)
         self.assertAlmostEqual(Samples([values[:20], values[20:]]).mean, float(np.mean(values)))
 
-    def test_interval_covers_the_estimate_and_is_the_same_every_time(self):
+    def test_interval_covers_the_estimate_and_is_reproducible(self) -> None:
         first, second = (Samples(normal(10)).estimate(0.5) for _ in range(2))
         self.assertEqual(first, second)
         self.assertLess(first.low, first.value)
         self.assertGreater(first.high, first.value)
 
-    def test_intervals_cover_the_true_median_about_as_often_as_they_say(self):
+    def test_intervals_have_their_coverage(self) -> None:
         covered = sum(
             not Samples(normal(10, repetitions=20, size=50, seed=s)).estimate(0.5).excludes(10)
             for s in range(60)
         )
         self.assertGreater(covered, 50)
 
-    def test_repetitions_that_differ_widen_the_interval(self):
+    def test_different_repetitions_widen_the_interval(self) -> None:
         alike, apart = Samples(normal(10)), Samples([r + k for k, r in enumerate(normal(10))])
         width = lambda s: s.estimate(0.5).high - s.estimate(0.5).low  # noqa: E731
         self.assertGreater(width(apart), 4 * width(alike))
 
-    def test_one_repetition_is_resampled_in_blocks_unless_it_is_exact_or_short(self):
+    def test_one_repetition_is_resampled_in_blocks_unless_it_is_exact_or_short(self) -> None:
         one = normal(10, repetitions=1)
         self.assertTrue(Samples(one).estimate(0.5).has_interval)
         self.assertFalse(Samples(one, exact=True).estimate(0.5).has_interval)
         self.assertFalse(Samples([one[0][:10]]).estimate(0.5).has_interval)
 
-    def test_one_disturbed_repetition_does_not_move_the_middle_worst_case(self):
+    def test_one_disturbed_repetition_does_not_move_the_middle_worst_case(self) -> None:
         self.assertEqual(Samples([[3, 5], [1, 9, 2], [4], [6, 2], [800, 1]]).middle_worst(), 6)
 
-    def test_intervals_are_those_of_a_bootstrap_of_repetitions(self):
+    def test_intervals_are_those_of_a_bootstrap_of_repetitions(self) -> None:
         repetitions = [r + k for k, r in enumerate(normal(10, repetitions=8))]
         generator, medians = np.random.default_rng(5), []
         for _ in range(4000):
@@ -60,37 +61,33 @@ class Quantiles(unittest.TestCase):
         found, expected = Samples(repetitions).estimate(0.5), np.quantile(medians, [0.025, 0.975])
         np.testing.assert_allclose([found.low, found.high], expected, atol=0.2)
 
-    def test_a_single_repetition_keeps_its_samples_in_blocks(self):
+    def test_a_single_repetition_keeps_its_samples_in_blocks(self) -> None:
         one = normal(10, repetitions=1, size=4 * BLOCKS + 7)
         np.testing.assert_array_equal(Samples(one).pooled, one[0])
 
 
 class Comparisons(unittest.TestCase):
-    def test_ratio_and_difference_of_separate_groups_leave_out_nothing_changed(self):
+    def test_intervals_of_separate_groups_exclude_no_change(self) -> None:
         low, high = Samples(normal(10)), Samples(normal(20, seed=2))
         self.assertTrue(ratio(high, low, 0.5).excludes(1))
         self.assertTrue(difference(high, low, 0.5).excludes(0))
         self.assertAlmostEqual(ratio(high, low, 0.5).value, 2, delta=0.05)
 
-    def test_equal_groups_are_within_noise(self):
+    def test_equal_groups_are_within_noise(self) -> None:
         self.assertFalse(difference(Samples(normal(10)), Samples(normal(10, seed=2)), 0.5).excludes(0))
 
-    def test_rank_test_of_separate_groups(self):
+    def test_rank_test_of_separate_groups(self) -> None:
         test = rank_test(Samples(normal(10)), Samples(normal(20, seed=2)))
         self.assertEqual(test.cliffs_delta.value, 1)
         self.assertEqual(test.magnitude, "large")
         self.assertLess(test.p_value, 1e-6)
 
-    def test_rank_test_of_equal_groups_and_ties(self):
+    def test_rank_test_of_equal_groups_and_ties(self) -> None:
         test = rank_test(Samples(normal(10)), Samples(normal(10, seed=2)))
         self.assertEqual(test.magnitude, "negligible")
         self.assertFalse(test.cliffs_delta.excludes(0))
         tied = rank_test(Samples([[1.0, 1.0]], exact=True), Samples([[1.0, 1.0, 1.0]], exact=True))
         self.assertEqual(tied.cliffs_delta.value, 0)
 
-    def test_the_worse_group_has_a_negative_delta(self):
+    def test_the_worse_group_has_a_negative_delta(self) -> None:
         self.assertEqual(rank_test(Samples(normal(20)), Samples(normal(10, seed=2))).cliffs_delta.value, -1)
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of sweeps and capacities from made-up tables: which points they show."""
+"""Points in figures of sweeps and capacities, from made-up tables."""
 
 import json
 import tempfile
 import unittest
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from hotpath_report.errors import InputError
 from hotpath_report.figures import capacity, sweep
@@ -16,12 +18,12 @@ COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_ove
 
 
 class SweepFigures(unittest.TestCase):
-    def setUp(self):
+    def setUp(self) -> None:
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
 
-    def write(self, chain="path", axes=("load", "phases")):
+    def write(self, chain: str = "path", axes: Iterable[Any] = ("load", "phases")) -> None:
         rows, cell = [COLUMNS], 0
         for load in (20, 40, 60):
             for executor in ("default", "rm-ro"):
@@ -37,7 +39,7 @@ class SweepFigures(unittest.TestCase):
         (self.folder / "table.csv").write_text("\n".join(rows) + "\n")
         (self.folder / "sweep.json").write_text(json.dumps({"axes": axes, "repetitions": 3}))
 
-    def test_a_point_is_the_median_of_its_repetitions_and_the_worst_case_their_largest(self):
+    def test_points_are_medians_and_worst_cases_maxima(self) -> None:
         self.write()
         table = Table(self.folder)
         rows = table.rows[table.rows["executor"] == "rm-ro"]
@@ -46,14 +48,14 @@ class SweepFigures(unittest.TestCase):
         self.assertEqual(worst[60].value, 64)
         self.assertTrue(median[20].has_interval)
 
-    def test_overloaded_cells_are_counted_and_have_no_point(self):
+    def test_overloaded_cells_are_counted_and_have_no_point(self) -> None:
         self.write()
         table = Table(self.folder)
         self.assertEqual(table.failed, 3)
         points = table.points(table.rows[table.rows["executor"] == "default"], table.measures[0])
         self.assertEqual(list(points), [20, 40])
 
-    def test_all_figures_are_drawn(self):
+    def test_all_figures_are_drawn(self) -> None:
         self.write()
         sweep.draw(str(self.folder))
         self.write(chain="", axes=("load",))
@@ -61,12 +63,12 @@ class SweepFigures(unittest.TestCase):
         names = {p.name for p in self.folder.glob("*.svg")}
         self.assertEqual(names, {"sweep_lines.svg", "sweep_map.svg"})
 
-    def test_without_numbers_there_is_nothing_to_draw_over(self):
+    def test_rejects_a_sweep_without_a_numeric_axis(self) -> None:
         self.write(axes=("phases",))
-        with self.assertRaisesRegex(InputError, "no axis of numbers"):
+        with self.assertRaisesRegex(InputError, "no numeric axis"):
             sweep.draw(str(self.folder))
 
-    def test_capacity_is_the_level_below_the_first_that_fails(self):
+    def test_capacity_is_the_level_below_the_first_failure(self) -> None:
         lines = ["executor,source,load,holds,why"]
         lines += [f"rm-ro,simulated,{load},{int(load != 30)}," for load in (10, 20, 30, 40)] + [
             "rm-ro,analysis,10,1,"
@@ -76,7 +78,3 @@ class SweepFigures(unittest.TestCase):
         rows = read_table(self.folder / "levels.csv")
         self.assertEqual(capacity.carried(rows[rows["source"] == "simulated"], "load"), 20)
         self.assertTrue((self.folder / "capacity.png").exists())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -98,4 +98,17 @@ Estimate difference_of_quantiles(const RepeatedSamples& a, const RepeatedSamples
 Estimate cliffs_delta(const RepeatedSamples& a, const RepeatedSamples& b,
                       const BootstrapOptions& options = {});
 
+/// Two-sided p-value of the rank test of Mann and Whitney (1947) on the pooled samples: normal approximation,
+/// corrected for ties and continuity. It treats samples as independent. NaN without samples on one side.
+double rank_test(const RepeatedSamples& a, const RepeatedSamples& b);
+
+struct Line {
+  double slope = kNoValue;
+  double intercept = kNoValue;
+};
+
+/// The line with the least weighted squares of the vertical distances to the points. If all points have the
+/// same x, it passes through the origin. The spans have equal lengths; weights are positive.
+Line fit_line(std::span<const double> x, std::span<const double> y, std::span<const double> weights);
+
 }  // namespace hotpath

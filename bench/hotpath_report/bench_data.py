@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of one `hotpath bench` folder."""
+"""Measurements of one `hotpath bench` folder."""
 
 import math
 import re
-import statistics
 import tomllib
 from pathlib import Path
 from typing import Any
 
 from hotpath_report.errors import InputError
+from hotpath_report.statistics import median
 from hotpath_report.tables import read_json
 
 Spec = dict[str, Any]  # a table of bench.toml
@@ -39,11 +39,11 @@ class Bench:
             raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
         if not self.values:
             raise InputError(f"{path}: no figures, there is nothing to report")
-        self.medians = {key: statistics.median(values) for key, values in self.values.items() if values}
-        self.partial = self.facts.get("complete") is not True  # whether some measurements are missing
+        self.medians = {key: median(values) for key, values in self.values.items() if values}
+        self.partial = self.facts.get("complete") is not True  # some measurements are missing
 
     def matching(self, pattern: str, metric: str = "time_ns") -> dict[tuple[str, ...], float]:
-        """{groups of the pattern: median} of every benchmark whose whole name matches."""
+        """{groups of the pattern: median} of every benchmark whose full name matches."""
         return {
             match.groups(): median
             for (benchmark, its_metric), median in self.medians.items()
@@ -56,5 +56,5 @@ class Bench:
         return f"{m['cpu_model']}, {m['processors']} cores · Linux {m['kernel']} · {m['compiler']} {m['build_type']}"
 
     def subtitle(self) -> str:
-        """Of its figures."""
+        """Subtitle of the figures."""
         return f"{self.where()}\n{self.facts['date']} · {self.facts['repetitions']} repetitions"

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether anything became worse from OLD to NEW: means, medians and 99th percentiles of latencies, and losses, of each
-executor, with the effect's size, its interval, the effect that would be found, and a correction for many comparisons;
-for terminals and CI."""
+"""Gate against regressions from OLD to NEW, for terminals and CI: mean, median and p99 latency and
+losses of each executor, with effect, interval, detectable effect, and a correction for multiple
+comparisons."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import numpy as np
-
-from hotpath_report import shown_text
-from hotpath_report.pages.judgement import ALARM_RATE, POWER, Judgement, judge, percent_text
-from hotpath_report.pages import compare
-from hotpath_report.pages.compare import Key
-from hotpath_report.statistics import Pairing, Samples
+from hotpath_report.comparison.judgement import ALARM_RATE, POWER, Judgement, judge, percent_text
+from hotpath_report.comparison import sides
+from hotpath_report.comparison.sides import Key
+from hotpath_report.pages.text import render
+from hotpath_report.pages.writer import Table
+from hotpath_report.statistics import Pairing, Samples, median
 from hotpath_report.tables import text_table, write_output
 
 HEADER = ["", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", "would find", ""]
@@ -26,35 +25,20 @@ METHODS = {
 
 
 def of_hot_paths(samples: Mapping[Key, Samples]) -> dict[Key, Samples]:
-    """Latencies of chains; response times only where there is no chain."""
+    """Latencies of chains; without chains, response times."""
     chains = {key: s for key, s in samples.items() if key[0] == "hot path"}
     return chains or dict(samples)
 
 
 def markdown(judgements: Sequence[Judgement], old: str, new: str) -> str:
-    """A summary for a pull request."""
-    rows = [
-        "| " + " | ".join(map(shown_text.markdown_cell, j.cells())) + " |"
-        for j in sorted(judgements, key=lambda j: not j.worse)
-    ]
-    head = ["| " + " | ".join(HEADER) + " |", "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |"]
-    return "\n".join(
-        [
-            f"### {verdict(judgements)}",
-            "",
-            f"{shown_text.markdown(old)} against {shown_text.markdown(new)}",
-            "",
-            *head,
-            *rows,
-            "",
-            power(judgements),
-            "",
-        ]
-    )
+    """Summary for a pull request."""
+    rows = [j.cells() for j in sorted(judgements, key=lambda j: not j.worse)]
+    content = {"verdict": verdict(judgements), "power": power(judgements), "old": old, "new": new}
+    return render("gate.md", "md", {**content, "table": Table("", HEADER, rows, numbers=True)})
 
 
 def junit(judgements: Sequence[Judgement]) -> str:
-    """A test case for each comparison, as CI systems read them."""
+    """JUnit report with a test case per comparison."""
     failures = sum(j.worse for j in judgements)
     root = ElementTree.Element("testsuites")
     attributes = {"name": "hotpath gate", "tests": str(len(judgements)), "failures": str(failures)}
@@ -69,7 +53,7 @@ def junit(judgements: Sequence[Judgement]) -> str:
 
 
 def verdict(judgements: Sequence[Judgement]) -> str:
-    """One sentence."""
+    """The result in one sentence."""
     n, worse = len(judgements), sum(j.worse for j in judgements)
     if all(j.same for j in judgements):
         return f"No change: in each pair of equal seeds all {n} measures are the same"
@@ -78,12 +62,12 @@ def verdict(judgements: Sequence[Judgement]) -> str:
 
 
 def power(judgements: Sequence[Judgement]) -> str:
-    """How much a latency has to grow for an alarm, in one sentence."""
+    """The smallest growth of a latency that raises an alarm, in a sentence."""
     noisy = sorted(j.detectable_percent for j in judgements if not j.lost and not j.exact)
-    exact = "Where simulated pairs agree, growth by any amount is found."
+    exact = "In simulated pairs that agree, any growth is found."
     if not noisy:
         return exact
-    middle = float(np.median(noisy))
+    middle = median(noisy)
     most = f" ({percent_text(noisy[-1])} in the noisiest one)" if noisy[-1] > 1.05 * middle else ""
     said = f"With these repetitions, a growth of {percent_text(middle)} would be found in the typical latency{most}"
     said += f" with a probability of {100 * POWER:.0f} %."
@@ -93,29 +77,24 @@ def power(judgements: Sequence[Judgement]) -> str:
 
 
 def interleaved(old: Path, new: Path) -> bool:
-    """Whether `hotpath compare --against` measured both by turns: their repetitions are folders in a common one."""
-    parts = [compare.parts_of(folder) for folder in (old, new)]
+    """Whether `hotpath compare --against` measured both sides by turns, in sibling folders."""
+    parts = [sides.parts_of(folder) for folder in (old, new)]
     return all(parts) and old.resolve().parent == new.resolve().parent
 
 
 def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> int:
-    """Prints the table, writes `junit` and `markdown` where asked for. Exit code: 1 if anything became worse."""
+    """Prints the table, writes the requested reports. Returns 1 if anything became worse."""
     folders = Path(old), Path(new)
-    before, after = (of_hot_paths(compare.read(folder)) for folder in folders)
-    lost = compare.losses(folders[0]), compare.losses(folders[1])
+    before, after = (of_hot_paths(sides.read(folder)) for folder in folders)
+    lost = sides.losses(folders[0]), sides.losses(folders[1])
     if across_loads:
-        before, after = compare.regardless_of_load(before, after)
-        lost = compare.regardless_of_load(*lost)
+        before, after = sides.regardless_of_load(before, after)
+        lost = sides.regardless_of_load(*lost)
     judgements = judge(before, after, lost, interleaved(*folders))
     if not judgements:
-        raise compare.nothing_in_common(old, new, before, after)
-    print(
-        text_table(HEADER, [j.cells() for j in judgements]),
-        "",
-        verdict(judgements),
-        power(judgements),
-        sep="\n",
-    )
+        raise sides.nothing_in_common(old, new, before, after)
+    print(text_table(HEADER, [j.cells() for j in judgements]), end="\n\n")
+    print(verdict(judgements), power(judgements), sep="\n")
     if outputs.get("junit"):
         write_output(Path(outputs["junit"]), "--junit", junit(judgements))
     if outputs.get("markdown"):

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether latencies and losses became worse, beyond noise.
-
-Repetitions are the unit: means, medians and 99th percentiles of each are compared, and its losses, by the tests of
-hotpath/analysis/growth_test.hpp. Simulated repetitions of equal seeds are pairs without noise, live ones are pairs
-where both builds took turns, and all others are independent. Holm's correction keeps the probability of any false
-alarm among all comparisons below ALARM_RATE.
-"""
+"""Whether latencies and losses became worse beyond noise. The unit is the repetition: its mean,
+median and p99 latency and its losses are compared by the tests of hotpath/analysis/growth_test.hpp.
+Simulated repetitions with equal seeds are pairs without noise. Live repetitions are pairs if both
+builds took turns; all others are independent. Holm's correction keeps the probability of any false
+alarm below ALARM_RATE."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,27 +11,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from hotpath_report.errors import InputError
-from hotpath_report.pages.compare import NOTHING_MS, SOURCE, Key
+from hotpath_report.comparison.sides import NOTHING_MS, SOURCE, Key
 from hotpath_report.statistics import PERCENTILES, Growth, Pairing, Samples, Scale, growth, holm
 
 ALARM_RATE = 0.01
-POWER = 0.9  # with which a growth that is called detectable is found
-LEAST_EFFECT = 0.02  # a latency that grew by less is not worth an alarm, however sure, unless it is exact
+POWER = 0.9  # probability of finding a detectable growth
+LEAST_EFFECT = 0.02  # smaller growth of a latency raises no alarm, unless it is exact
 LEAST_REPETITIONS = 3
 MEAN, QUANTILES = "mean", (0.5, 0.99)
 LOSSES = "lost jobs and samples"
 
-Counts = Mapping[Key, Mapping[int, float]]  # of each repetition, by its number
+Counts = Mapping[Key, Mapping[int, float]]  # by number of the repetition
 
 
 def percent_text(value: float) -> str:
-    """A growth that would be found, which few and noisy repetitions make absurdly large."""
+    """A detectable growth; few noisy repetitions can make it very large."""
     return "over 1000 %" if value > 1000 else f"{value:.0f} %" if value >= 10 else f"{value:.1f} %"
 
 
 @dataclass
 class Judgement:
-    """One comparison. Values are milliseconds, or losses a repetition; the growth is a ratio, or a difference."""
+    """One comparison. Latencies (ms) grow by a ratio, losses per repetition by a difference."""
 
     what: str
     measure: str
@@ -44,40 +42,40 @@ class Judgement:
 
     @property
     def worse(self) -> bool:
-        """Whether it became worse beyond noise."""
+        """Whether the measure became worse beyond noise."""
         return self.adjusted < ALARM_RATE and (self.exact or self.percent > 100 * LEAST_EFFECT or self.lost)
 
     @property
     def exact(self) -> bool:
-        """Whether simulated pairs agree, so that no noise is possible."""
+        """Whether simulated pairs agree, which rules out noise."""
         return self.pairing == Pairing.EXACT and bool(self.growth.exact)
 
     @property
     def same(self) -> bool:
-        """Whether nothing changed at all."""
+        """Whether nothing changed."""
         return self.exact and abs(self.growth.growth - (0 if self.lost else 1)) < NOTHING_MS
 
     @property
     def lost(self) -> bool:
-        """Whether it counts losses."""
+        """Whether the measure counts losses."""
         return self.measure == LOSSES
 
     @property
     def percent(self) -> float:
-        """Growth of a latency."""
+        """Growth of a latency in percent."""
         return 100 * (self.growth.growth - 1)
 
     @property
     def detectable_percent(self) -> float:
-        """The smallest growth of a latency that would have been found; 0 where any would."""
+        """The smallest detectable growth of a latency in percent; 0: any growth."""
         return 0 if self.exact else 100 * max(self.growth.detectable - 1, LEAST_EFFECT)
 
     def effect_text(self) -> str:
-        """With its sign."""
+        """The effect with its sign."""
         return f"{self.growth.growth:+.3g}" if self.lost else f"{self.percent:+.1f} %"
 
     def interval_text(self) -> str:
-        """In the unit of the effect."""
+        """The interval in the unit of the effect."""
         ends = self.growth.low, self.growth.high
         if np.isnan(ends[0]):
             return "exact" if self.exact else ""
@@ -86,13 +84,13 @@ class Judgement:
         return f"[{100 * (ends[0] - 1):+.1f}, {100 * (ends[1] - 1):+.1f}] %"
 
     def detectable_text(self) -> str:
-        """In the unit of the effect."""
+        """The detectable effect in its unit."""
         if self.growth.exact and (self.exact or self.lost):
             return "any"
         return f"{self.growth.detectable:.3g}" if self.lost else percent_text(self.detectable_percent)
 
     def cells(self) -> list[str]:
-        """A row of the table."""
+        """The row of the table."""
         values = [f"{v:.3g}" if self.lost else f"{v:.3f}" for v in (self.growth.before, self.growth.after)]
         return [
             self.what,
@@ -109,19 +107,16 @@ class Judgement:
 def pairing_of(
     name: str, simulated: bool, interleaved: bool, old: Sequence[int], new: Sequence[int]
 ) -> Pairing:
-    """How repetitions with these numbers belong together. Raises InputError where there are too few to judge."""
+    """Pairing of these repetitions. Raises InputError if there are too few to judge."""
     common, fewest = len(set(old) & set(new)), min(len(old), len(new))
     pairing = Pairing.INDEPENDENT
     if common == fewest and (simulated or interleaved):
         pairing = Pairing.EXACT if simulated else Pairing.PAIRED
     if pairing != Pairing.EXACT and fewest < LEAST_REPETITIONS:
-        remedy = (
-            "give both the same --seed, or --repetitions 20" if simulated else "measure with --repetitions 20"
-        )
+        remedy = "give both the same --seed, or" if simulated else "measure with"
         seeds = " of other seeds" if simulated else ""
-        raise InputError(
-            f"{name}: a gate needs {LEAST_REPETITIONS} repetitions{seeds} on each side, and one has {fewest}; {remedy}"
-        )
+        needs = f"the gate needs {LEAST_REPETITIONS} repetitions{seeds} on each side"
+        raise InputError(f"{name}: {needs}, one side has {fewest}; {remedy} --repetitions 20")
     return pairing
 
 
@@ -129,7 +124,7 @@ def measures_of(samples: Samples) -> dict[str, dict[int, float]]:
     """{measure: {repetition: ms}}, all above 0."""
     measures: dict[str, dict[int, float]] = {}
     for number, repetition in zip(samples.numbers, samples.repetitions):
-        alone = Samples([repetition], exact=True)  # which needs no interval of its own
+        alone = Samples([repetition], exact=True)  # needs no interval
         values = {MEAN: alone.mean} | {PERCENTILES[p]: alone.quantile(p) for p in QUANTILES}
         for measure, value in values.items():
             measures.setdefault(measure, {})[number] = max(value, NOTHING_MS)
@@ -142,8 +137,7 @@ def judge(
     losses: tuple[Counts, Counts],
     interleaved: bool = False,
 ) -> list[Judgement]:
-    """All comparisons of what both sides have. `interleaved`: live repetitions of equal numbers were measured one
-    after the other."""
+    """All comparisons of common keys. `interleaved`: live repetitions were measured in turn."""
     latencies = {
         key: (measures_of(old[key]), measures_of(new[key])) for key in sorted(old.keys() & new.keys())
     }

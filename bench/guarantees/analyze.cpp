@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guarantees/analyze.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "bounds/bound_report.hpp"
+#include "bounds/bounds.hpp"
+#include "bounds/exact_worst_cases.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "program/errors.hpp"
+#include "program/memory_limit.hpp"
+#include "program/output_target.hpp"
+#include "program/python_tool.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+#include "program/whole_file.hpp"
+#include "results/stored_run.hpp"
+#include "setup/stored_system.hpp"
+
+namespace hotpath {
+
+namespace {
+
+constexpr std::size_t kMostStates = 1'000'000;
+
+class Analysis {
+ public:
+  Analysis(const AnalyzeOptions& options, std::ostream& out) : options_(options), out_(out) {
+    if (!options.trace.empty()) {
+      trace_.emplace(options.trace, "--trace");
+      take_over_run();
+    }
+    if (!options.page.empty()) check_output_folder(options.page, "bounds.json", "--page");
+    if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
+    if (!trace_) graph_ = graph_to_run(options_);
+    const GraphPlatform platform = graph_.platform;
+    options_.apply_to(graph_.platform);
+    if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
+    if (simulated()) {
+      if (graph_.platform != platform) {
+        throw UsageError(
+            "--trace: the bounds apply to the machine of this simulation; leave out options that change "
+            "it");
+      }
+    }
+    tasks_ = make_tasks(graph_);
+    for (const std::string& name : options_.chain) {
+      const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
+      if (task != tasks_.set.tasks.end() && task->kind == TaskKind::timer) continue;
+      throw UsageError(concat("--chain: the graph has no timer `", name, "`"));
+    }
+    try {
+      callback_graph(graph_, tasks_, false);
+    } catch (const AnalysisError& error) {
+      throw UsageError("analyze " + options_.graph + ": " + error.what() + "; simulate the graph instead");
+    }
+    if (!trace_) return;
+    observed_.emplace(*trace_, tasks_.set);
+  }
+
+  std::string run() {
+    constexpr double kBytesOfTask = 35000;  // measured with 20,000 nodes
+    check_memory(kBytesOfTask * tasks_.set.size(), "analyze " + options_.graph, "its bounds",
+                 "a part of the graph");
+    out_ << text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
+                 costs_text().c_str());
+    BoundReport report(tasks_.set, observed_, out_);
+    for (const ExecutorSpec& executor : executors_to_run(options_, graph_, tasks_)) {
+      options_.chain.empty() ? bound(executor, report) : bound_chain(executor);
+    }
+    if (!options_.csv.empty()) write_output_file(options_.csv, "--csv", report.csv());
+    if (!options_.page.empty()) write_page(report);
+    if (trace_ && report.compared() == 0) {
+      trace_->fail("no bound covers its tasks under these executors; it ran " +
+                   joined(trace_->executors(), ", "));
+    }
+    if (report.violations() > 0) judge(report);
+    return report.csv();
+  }
+
+ private:
+  /// Bounds the system of the run, with its executors unless others are given.
+  void take_over_run() {
+    StoredSystem system = stored_system(*trace_, options_.graph);
+    if (!options_.executors.empty()) system.options.executors = options_.executors;
+    static_cast<CommonOptions&>(options_) = std::move(system.options);
+    graph_ = std::move(system.graph);
+  }
+
+  /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
+  /// case.
+  bool simulated() const {
+    return trace_ && trace_->record().kind == RunKind::simulated && trace_->record().simulation &&
+           !trace_->record().simulation->execution_times.starts_with("replay:");
+  }
+
+  /// Throws UsageError if a repetition of the run had phases that the bounds do not cover.
+  void check_phases_of_run(const CallbackGraph& callbacks, const std::string& executor) const {
+    if (!trace_ || std::ranges::find(trace_->executors(), executor) == trace_->executors().end()) return;
+    for (std::uint32_t r = 0; r < trace_->record().repetitions; ++r) {
+      const std::vector<Duration> first = trace_->first_timestamps(callbacks.set, executor, r);
+      for (TaskId a = 0; a < first.size(); ++a) {
+        if (callbacks.set[a].kind != TaskKind::timer) continue;
+        if (callbacks.phases_known && first[a] != callbacks.set[a].phase) {
+          trace_->fail("its repetition " + std::to_string(r) + " had other phases than these bounds assume");
+        }
+        for (TaskId b = 0; b < first.size() && !callbacks.phases_known; ++b) {
+          if (callbacks.set[b].kind != TaskKind::timer) continue;
+          const Duration apart =
+              std::max(Duration::zero(), callbacks.creation_spread - callbacks.set[b].period);
+          if (first[a] - first[b] <= callbacks.set[a].period + apart) continue;
+          trace_->fail("its timers " + callbacks.set[b].name + " and " + callbacks.set[a].name +
+                       " start further apart than bounds for any phases cover; give --phases-of " +
+                       trace_->folder().string());
+        }
+      }
+    }
+  }
+
+  std::string costs_text() const {
+    std::string text;
+    for (const PlatformCost& cost : kPlatformCosts) {
+      const Duration value = graph_.platform.*cost.value;
+      if (value > Duration::zero())
+        text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + fixed(to_us(value), 3);
+    }
+    return text.empty() ? "no costs" : text;
+  }
+
+  CallbackGraph callbacks_of(const ExecutorSpec& executor) {
+    GraphTasks tasks = tasks_;
+    bool known = true;
+    if (!options_.phases_of.empty()) {
+      const StoredRun run(options_.phases_of, "--phases-of");
+      set_phases(tasks.set, run.first_timestamps(tasks.set, executor.label, 0));
+    } else if (options_.known_phases) {
+      options_.phases = *options_.known_phases;
+      set_phases(tasks.set, phases_of_repetition(options_, graph_, tasks, executor, 0));
+    } else {
+      known = false;
+    }
+    return callback_graph(graph_, tasks, known);
+  }
+
+  void bound(const ExecutorSpec& executor, BoundReport& report) {
+    const CallbackGraph callbacks = callbacks_of(executor);
+    check_phases_of_run(callbacks, executor.label);
+    std::string refusals;
+    bool any = false;
+    const BoundedSystem system = bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
+    std::vector<GraphBounds> all = graph_bounds(system);
+    if (options_.exact) {
+      GraphTasks tasks = tasks_;
+      tasks.set = callbacks.set;
+      all.push_back(callbacks.phases_known
+                        ? exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, kMostStates)
+                        : exact_bounds(system));
+    }
+    for (const GraphBounds& bounds : all) {
+      if (!bounds.refusal.empty()) {
+        refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";
+        refused_.push_back(
+            {{"executor", executor.label}, {"method", bounds.method}, {"why", bounds.refusal}});
+        continue;
+      }
+      report.print(executor.label, callbacks, bounds);
+      any = true;
+    }
+    if (!any) out_ << "\n" << executor.label << ": no bound is known\n" << refusals;
+    if (any && options_.exact && !all.back().refusal.empty()) {
+      out_ << all.back().method << ": " << all.back().refusal << "\n";
+    }
+  }
+
+  void bound_chain(const ExecutorSpec& executor) {
+    const CallbackGraph callbacks = callbacks_of(executor);
+    TextTable table(
+        executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
+        {"method", "ms", ""});
+    for (const TimerChainBound& b : timer_chain_bounds(
+             bounded_system(graph_, callbacks, *executor.entry, executor.scheduler), options_.chain)) {
+      table.add_row({b.method, in_ms(b.latency), b.refusal});
+    }
+    out_ << "\n" << table;
+  }
+
+  /// Writes the page's data and renders the page.
+  void write_page(const BoundReport& report) const {
+    const std::filesystem::path folder = options_.page;
+    create_folder(folder, "--page");
+    const nlohmann::json facts = {{"graph", graph_.name},
+                                  {"load_percent", load_percent(graph_)},
+                                  {"costs", costs_text()},
+                                  {"trace", options_.trace},
+                                  {"refused", refused_}};
+    write_whole_file(folder / "bounds.csv", "--page", report.csv());
+    write_whole_file(folder / "bounds.json", "--page", facts.dump(1) + "\n");
+    draw_figure("guarantees", folder);
+  }
+
+  /// Throws RunError if a bound is violated although its assumptions hold.
+  void judge(const BoundReport& report) const {
+    const std::string share =
+        text("%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
+             report.compared(),
+             100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
+             report.first_violation().c_str());
+    if (simulated()) {
+      throw RunError("--trace " + options_.trace + ": " + share +
+                     ". A bound is wrong; please report the graph " + find_graph(options_.graph) +
+                     " and the command that reproduces it: " + trace_->record().command_line());
+    }
+    out_ << "\n"
+         << share << ". Bounds assume a dedicated processor, no job longer than its execution time, and the "
+         << "platform's costs. A live run can violate these assumptions:\n";
+    for (const std::string& warning : trace_->record().warnings) out_ << "  " << warning << "\n";
+    if (options_.strict) throw RunError("--strict: " + share);
+  }
+
+  AnalyzeOptions options_;
+  std::ostream& out_;
+  std::optional<StoredRun> trace_;
+  Graph graph_;
+  GraphTasks tasks_;
+  std::optional<Observed> observed_;
+  nlohmann::json refused_ = nlohmann::json::array();
+};
+
+}  // namespace
+
+std::string analyze(const AnalyzeOptions& options, std::ostream& out) { return Analysis(options, out).run(); }
+
+}  // namespace hotpath

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "setup/run_setup.hpp"
+
+namespace hotpath {
+
+/// A graph or a stored run, the phases for which its bounds hold, and where they go.
+struct AnalyzeOptions : CommonOptions, PlatformOptions {
+  std::string trace, csv, page, phases_of;
+  std::optional<Phases> known_phases;
+  std::vector<std::string> chain;
+  std::optional<double> delta_us;
+  bool strict = false, exact = false;
+};
+
+/// Bounds the worst cases of every executor of `options`, prints them to `out` and writes the files
+/// that the options name. Returns the table as CSV. Throws UsageError and InputError, and RunError
+/// if a bound is violated.
+std::string analyze(const AnalyzeOptions& options, std::ostream& out);
+
+}  // namespace hotpath

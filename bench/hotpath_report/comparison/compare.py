@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Percentiles of OLD and NEW, their difference with its interval, and whether it lies beyond noise;
+for reproductions also drop rates and verdicts."""
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from hotpath_report.comparison import sides
+from hotpath_report.comparison.gate import gate as judge
+from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key
+from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
+from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
+from hotpath_report.tables import read_json, read_table, text_table, write_output
+
+COMPARED = (0.5, 0.99, 1.0)
+TOLD_DROP_POINTS = 0.1
+COLUMNS = [*KEYS, "percentile", "old_ms", "new_ms", "difference_ms", "interval_95_ms", "verdict"]
+
+
+def verdict(old: Samples, new: Samples, estimate: Estimate) -> str:
+    """Whether a difference lies beyond noise."""
+    if old.exact and new.exact:
+        return "the same" if abs(estimate.value) < NOTHING_MS else "differs (exact)"
+    if not estimate.has_interval:
+        return "no interval"
+    return "beyond noise" if estimate.excludes(0) else "within noise"
+
+
+def compare(old: dict[Key, Samples], new: dict[Key, Samples]) -> pd.DataFrame:
+    """A row per percentile of each key that both sides have."""
+    rows = []
+    for key in sorted(old.keys() & new.keys()):
+        for p in COMPARED:
+            d = difference(new[key], old[key], p)
+            interval = f"[{d.low:+.3f}, {d.high:+.3f}]" if d.has_interval else ""
+            values = [f"{samples[key].quantile(p):.3f}" for samples in (old, new)]
+            what = verdict(old[key], new[key], d)
+            rows.append([*key, PERCENTILES[p], *values, f"{d.value:+.3f}", interval, what])
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def drop_rates(folder: Path) -> pd.Series:
+    """Dropped timestamps in percent, by study, source, setting, executor and group of timers."""
+    path = folder / "data" / TIMERS_FILE
+    if not path.exists():
+        return pd.Series(dtype=float)
+    rows = sides.with_keys(read_table(path).rename(columns=IN_FRAMES), "")
+    sums = rows.groupby(KEYS[1:])[["skipped", "reached"]].sum()
+    return (100 * sums["skipped"] / sums["reached"]).dropna()
+
+
+def other_differences(old: Path, new: Path) -> Iterator[str]:
+    """Sentences about differences in drop rates, verdicts and modes."""
+    before, after = drop_rates(old), drop_rates(new)
+    for key in before.index.intersection(after.index):
+        if abs(after[key] - before[key]) >= TOLD_DROP_POINTS:
+            yield f"dropped jobs, {' '.join(key)}: {before[key]:.2f} % before, {after[key]:.2f} % now"
+    if all((folder / "claims.json").exists() for folder in (old, new)):
+        claims: Any = [{c["claim"]: c["verdict"] for c in read_json(f / "claims.json")} for f in (old, new)]
+        for claim in sorted(claims[0].keys() & claims[1].keys()):
+            if claims[0][claim] != claims[1][claim]:
+                yield f"verdict of {claim}: {claims[0][claim]} before, {claims[1][claim]} now"
+    if all((folder / "facts.json").exists() for folder in (old, new)):
+        modes = [read_json(folder / "facts.json")["mode"] for folder in (old, new)]
+        if modes[0] != modes[1]:
+            yield f"the modes differ ({modes[0]}, {modes[1]}): maxima depend on the length of runs"
+
+
+def table_of(rows: pd.DataFrame) -> Iterator[str]:
+    """Lines of a table for a terminal, with the number of rows per verdict."""
+    names = (" ".join(filter(None, key)) for key in rows[KEYS].to_numpy())
+    cells = [[name, *row] for name, row in zip(names, rows[COLUMNS[6:]].to_numpy())]
+    yield text_table(["", "", "old ms", "new ms", "difference", "95 % interval", ""], cells)
+    counts = sorted(Counter(rows["verdict"]).items())
+    yield "\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles"
+
+
+def compare_results(
+    old: str, new: str, csv: str | None, gate: bool, across_loads: bool, **outputs: str | None
+) -> int:
+    """Prints the differences, or runs the gate; writes the table as CSV. Raises InputError."""
+    if gate:
+        return judge(old, new, across_loads, outputs)
+    folders = Path(old), Path(new)
+    before, after = map(sides.read, folders)
+    if across_loads:
+        before, after = sides.regardless_of_load(before, after)
+    rows = compare(before, after)
+    if rows.empty:
+        raise sides.nothing_in_common(old, new, before, after)
+    if csv:
+        write_output(Path(csv), "--csv", rows.to_csv(index=False))
+    print(*table_of(rows), *other_differences(*folders), sep="\n")
+    for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
+        alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
+        if alone:
+            print(f"only in {folder}: {', '.join(alone)}")
+    return 0

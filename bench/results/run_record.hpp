@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hotpath/fastdds/options.hpp"
+#include "hotpath/reference_system/graph.hpp"
+#include "hotpath/reference_system/live_system.hpp"
+#include "hotpath/reference_system/number_cruncher.hpp"
+#include "machine/machine.hpp"
+#include "results/process_usage.hpp"
+
+namespace hotpath {
+
+struct Repetition;
+
+enum class RunKind : std::uint8_t {
+  live,
+  simulated,
+  recorded,  ///< Imported from a trace of another system.
+};
+constexpr auto enum_texts(RunKind) {
+  return std::to_array<EnumText<RunKind>>(
+      {{RunKind::live, "live"}, {RunKind::simulated, "simulated"}, {RunKind::recorded, "recorded"}});
+}
+
+struct GraphRecord {
+  std::string name;
+  std::size_t nodes = 0;
+  std::string file;  ///< The name or path that was given.
+};
+
+/// One executor of a deployment.
+struct DeployedExecutorRecord {
+  std::string name;
+  std::string executor;  ///< Its label.
+  std::string policy;    ///< As parse_thread_policy() reads it.
+  std::vector<int> processors;
+  std::uint32_t process = 0;
+  std::uint32_t first_worker = 0, workers = 0;  ///< Range of the column `worker`.
+  std::vector<std::string> tasks;
+};
+
+struct DeploymentRecord {
+  std::string name;
+  std::string file;  ///< Empty for a preset.
+  std::vector<DeployedExecutorRecord> executors;
+};
+
+/// A line in figures of the first chain (ChainLimits).
+struct LimitRecord {
+  std::string label;
+  Duration latency{};
+};
+
+/// The tightest bound of a timer's response time, in sets of timers alone.
+struct BoundRecord {
+  std::string executor;
+  std::string task;
+  Duration response{};
+  std::string method;
+};
+
+/// One repetition of one executor, besides its rows in the CSV files.
+struct RepetitionRecord {
+  std::string executor;
+  std::uint32_t repetition = 0;
+  std::map<std::string, Duration> first_timestamps;     ///< By timer, from the epoch.
+  std::map<std::string, std::uint64_t> expected;        ///< TaskAccount::expected by task.
+  std::map<std::string, std::uint64_t> hot_path_drops;  ///< By chain.
+  ProcessUsage usage;
+  std::uint64_t lost_records = 0;
+  std::string failure;  ///< One sentence; empty: none.
+  /// Live: the thread policy that each worker obtained, and whether the repetition was published.
+  std::optional<std::vector<std::string>> thread_policies;
+  std::optional<bool> published;
+  /// Of a repetition that was measured again (--repeat-disturbed): the planned repetition whose phases this
+  /// attempt has, and the attempt that counts in place of this one.
+  std::optional<std::uint32_t> attempt_of, replaced_by;
+
+  /// Throws std::out_of_range for a task that it does not have.
+  [[nodiscard]] std::uint64_t expected_of(const std::string& task) const;
+};
+
+/// What run.json stores of a repetition. `set` has its phases; `chains` are those of its chain records.
+[[nodiscard]] RepetitionRecord record_of(const TaskSet& set, const std::vector<std::string>& chains,
+                                         const Repetition& repetition);
+
+/// Settings of a run in virtual time, and of one that was imported.
+struct SimulationRecord {
+  GraphPlatform platform;       ///< Without the model of execution times.
+  std::string execution_times;  ///< A word of ExecutionTimeModel, `replay:RUN` or `recorded`.
+  std::optional<std::uint64_t> max_backlog = {};
+  bool no_trace = false;
+};
+
+/// Settings of a live run, and the machine that it ran on.
+struct LiveRecord {
+  std::string date;
+  TransportKind transport = TransportKind::fastdds;
+  std::vector<std::string> stacks;
+  FastDdsOptions::Network network = FastDdsOptions::Network::udp;
+  std::uint32_t processes = 1, domain = 0;
+  bool all_interfaces = false;
+  std::string executor_policy, timer_policy;  ///< As given; empty: the defaults of the executors.
+  bool lock_memory = false, cpu_time = false;
+  std::vector<int> cpus, live_cpus;  ///< Of the executors, and of the process that publishes.
+  Calibration calibration;
+  Machine machine;
+};
+
+/// The content of run.json: everything that a reader of a run must know, and that a run with the same results
+/// needs. Every command reads and writes run.json through this type.
+struct RunRecord {
+  RunKind kind = RunKind::simulated;
+  std::string version;               ///< Of hotpath.
+  bool complete = false;             ///< All repetitions are stored, and none failed.
+  bool partial = false;              ///< Interrupted, or recovered after a kill.
+  std::vector<std::string> command;  ///< As given, without what changes no result; empty: imported.
+
+  GraphRecord graph;
+  TaskSet tasks;  ///< Without the phases of a repetition; empty in runs of the first version.
+  std::vector<std::string> chains;
+  double load_percent = 0;  ///< Of one core.
+  std::optional<double> load_given, rate_percent;
+  unsigned copies = 1;
+  WorkMode work = WorkMode::fixed;
+
+  std::vector<std::string> executors;  ///< Labels, in the order given; deployments included.
+  std::map<std::string, DeploymentRecord> deployments;
+  SubscriptionRule rule = SubscriptionRule::inherit;
+  Ties ties = Ties::lifo;
+  std::string entity_order = "creation";
+  std::vector<std::string> entity_tasks;  ///< The order itself; empty: that of creation.
+
+  std::uint32_t repetitions = 1;
+  double duration_s = 0, warm_up_s = 0;
+  std::uint64_t seed = 1;
+  std::string phases;  ///< A word of Phases, or `as in RUN`.
+  std::string phases_file;
+  std::optional<double> phase_step_ms;
+
+  std::optional<SimulationRecord> simulation;
+  std::optional<LiveRecord> live;
+  std::vector<LimitRecord> limits;
+  std::vector<BoundRecord> bounds;
+  std::vector<RepetitionRecord> runs;  ///< In the order in which they ended.
+  std::vector<std::string> warnings, failures;
+
+  /// Processors that the run could use.
+  [[nodiscard]] unsigned cores() const {
+    return live ? static_cast<unsigned>(live->cpus.size()) : simulation ? simulation->platform.cores : 1;
+  }
+  /// `command` as a shell takes it.
+  [[nodiscard]] std::string command_line() const;
+  /// Whether the durations of jobs tell how fast a processor was: live, and nodes that do a fixed amount of
+  /// work.
+  [[nodiscard]] bool tells_processor_speed() const {
+    return kind == RunKind::live && work == WorkMode::fixed;
+  }
+};
+
+/// The second throws nlohmann's exceptions or std::out_of_range for what is no run.json. What an older
+/// version did not write has the value that this version had.
+void to_json(nlohmann::json& j, const RunRecord& record);
+void from_json(const nlohmann::json& j, RunRecord& record);
+
+}  // namespace hotpath
