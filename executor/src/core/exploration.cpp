@@ -129,6 +129,11 @@ class Exploration final : public JobSink, public ExploredInstant {
     if (slices_ && costs) {
       throw ExplorationRefused("release costs are explored for a raised timer thread alone");
     }
+    double load = 0;
+    for (const Task& task : set_.tasks) {
+      if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
+    }
+    if (load > 1) throw ExplorationRefused("the timers alone overload the thread");
     for (const Task& task : set_.tasks) {
       if (task.always_due) throw ExplorationRefused("timer " + task.name + " has a period of 0");
     }
@@ -138,7 +143,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     SimulationOptions options;
     options.platform = options_.platform;
     options.duration = kLongestInstant;
-    options.max_backlog = 10'000;
+    options.max_backlog = 1000;
     check_simulation(set_, options);
     SimulatedExecutor executor{state.scheduler.get(), {}, options.platform.other_entities, {}};
     for (const WorkerRole role : state.scheduler->workers()) {
