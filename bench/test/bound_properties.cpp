@@ -119,8 +119,7 @@ class BoundCase {
     callbacks_ = callback_graph(graph_, tasks_, phases_known_);
     const BoundedSystem system = bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
-    if (also_covers_ != 0) return all;
-    if (!phases_known_) {
+    if (!phases_known_ || also_covers_ != 0) {
       all.push_back(exact_bounds(system, also_covers_));
       return all;
     }

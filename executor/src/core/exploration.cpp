@@ -123,12 +123,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     const bool alone = p.cores == 1;
     slices_ = own_timers && alone && !p.raised_releaser;
     if (p.delivery_delay > Duration{}) throw ExplorationRefused("delivery delays are not explored");
-    if (p.wall_clock_work && costs && alone) {
-      throw ExplorationRefused("work until an instant of the clock is not explored with release costs");
-    }
-    if (slices_ && costs) {
-      throw ExplorationRefused("release costs are explored for a raised timer thread alone");
-    }
+    if (own_timers && costs) throw ExplorationRefused("release costs are not explored");
     double load = 0;
     for (const Task& task : set_.tasks) {
       if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
@@ -217,8 +212,12 @@ class Exploration final : public JobSink, public ExploredInstant {
       zone.assign(kSlice, kNow, slice, slice);
     }
     const SimulatedWorkers& workers = state.simulation->workers();
-    if (workers.size() > kTimers && workers[kTimers].on_core && !zone.fixed(kNow)) {
-      throw ExplorationRefused("release costs at instants that depend on execution times are not explored");
+    for (Worker w = 0; w < workers.size() && !zone.fixed(kNow); ++w) {
+      const SimulatedWorkers::State& worker = workers[w];
+      if (worker.step != Step::asleep || worker.until == kNever) continue;
+      if (worker.wake_at != kNever && worker.until == worker.wake_at + options_.platform.wake_up_latency)
+        continue;
+      throw ExplorationRefused("wake-ups at instants that depend on execution times are not explored");
     }
   }
 
@@ -279,14 +278,27 @@ class Exploration final : public JobSink, public ExploredInstant {
         zone.assign(kNow, now, 0, 0);
       }
       if (!comes_first(zone, uncertain, subset, at_others, others, change)) continue;
-      State next = state.copy();
-      next.zone = std::move(zone);
-      const std::vector<std::int64_t> point = next.zone.point(kNow);
-      next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
-      next.end_there = point[kEnd];
-      if (slice_matters(state)) next.executor().slice_end = Time{} + Duration(point[kSlice]);
-      happen(std::move(next), Time{} + Duration(point[kNow]), (subset & 1U) != 0);
+      const bool ends = (subset & 1U) != 0;
+      if (!slices_ || slice_matters(state)) {
+        branch(state, std::move(zone), ends);
+        continue;
+      }
+      // A timer thread that becomes ready now gets the core at once if the time slice is over.
+      Zone over = zone;
+      if (over.limit(kSlice, kNow, 0)) branch(state, std::move(over), ends);
+      if (zone.limit(kNow, kSlice, -1)) branch(state, std::move(zone), ends);
     }
+  }
+
+  /// What happens at kNow in the schedules of `zone`, of which the simulation follows one.
+  void branch(const State& state, Zone zone, bool step_ends) {
+    State next = state.copy();
+    const std::vector<std::int64_t> point = zone.point(kNow);
+    next.zone = std::move(zone);
+    next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
+    next.end_there = point[kEnd];
+    if (slices_) next.executor().slice_end = Time{} + Duration(point[kSlice]);
+    happen(std::move(next), Time{} + Duration(point[kNow]), step_ends);
   }
 
   /// Keeps the points at which those of `subset` happen at kNow, and all else later.
@@ -306,10 +318,23 @@ class Exploration final : public JobSink, public ExploredInstant {
     before(state, step_ends);
     state.simulation->advance(instant);
     after(state);
-    // While the same step goes on there is nothing to be joined with.
-    if (!step_ends_ && state.busy()) return expand(std::move(state));
-    enter(std::move(state));
+    const bool goes_on = !step_ends_ && state.busy();
+    if (slice_matters(state) && state.busy() && state.executor().on_core) {
+      // A slice that is over already ends now.
+      Zone over = state.zone;
+      if (over.limit(kSlice, kNow, -1)) {
+        State other = state.copy();
+        over.assign(kSlice, kNow, 0, 0);
+        other.zone = std::move(over);
+        go_on(std::move(other), goes_on);
+      }
+      if (!state.zone.limit(kNow, kSlice, 0)) return;
+    }
+    go_on(std::move(state), goes_on);
   }
+
+  /// While the same step goes on there is nothing to be joined with.
+  void go_on(State state, bool same_step) { same_step ? expand(std::move(state)) : enter(std::move(state)); }
 
   void enter(State state) {
     const Time first_call = state.scheduler->next_change(kBeforeAll);
