@@ -20,8 +20,8 @@ namespace hotpath {
 /// Nanoseconds as milliseconds; `-` for none.
 inline std::string in_ms(std::optional<std::int64_t> ns) { return ns ? fixed(to_ms(Duration(*ns)), 3) : "-"; }
 
-/// Response times and end-to-end latencies of a run, by kind (`task` or `chain`), executor and
-/// name.
+/// Response times, end-to-end and hot-path latencies of a run, by kind (`task`, `chain` or
+/// `hot_path`), executor and name.
 class Observed {
  public:
   /// Throws UsageError, which names `--trace`, unless the folder holds a run of these tasks.
@@ -32,6 +32,7 @@ class Observed {
         if (r.outcome == Outcome::ran) keep({"task", trace.executor, set[r.job.task].name}, response_time(r));
       }
       for (const ChainRecord& c : trace.chains) {
+        keep({"hot_path", trace.executor, run.chains()[c.chain]}, c.hot_path_latency);
         if (c.end_to_end_latency < Duration::zero()) continue;  // unknown
         keep({"chain", trace.executor, run.chains()[c.chain]}, c.end_to_end_latency);
       }
@@ -77,7 +78,10 @@ class BoundReport {
       const std::optional<ChainAge>& age = bounds.chains[c];
       std::vector<std::string> parts = {"-", "-", bounds.no_chain_bound[c]};
       Row row{{"chain", executor, graph.chains[c].name}, bounds.method};
-      if (age) {
+      if (age && age->last_timer == kNoTask) {
+        parts = {"-", "-", "-"};
+        row.bound = age->latency;
+      } else if (age) {
         parts = {in_ms(age->response), in_ms(age->waiting), set_[age->last_timer].name};
         row.bound = age->latency;
         row.response = age->response;
@@ -87,9 +91,23 @@ class BoundReport {
       add_row(chains, row, parts);
     }
     out_ << chains;
+    print_hot_paths(executor, graph, bounds);
     for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
-      if (bounds.chains[c]) out_ << graph.chains[c].name << ": " << dominated_by(*bounds.chains[c]) << "\n";
+      if (bounds.chains[c] && bounds.chains[c]->last_timer != kNoTask)
+        out_ << graph.chains[c].name << ": " << dominated_by(*bounds.chains[c]) << "\n";
     }
+  }
+
+  void print_hot_paths(const std::string& executor, const CallbackGraph& graph, const GraphBounds& bounds) {
+    const auto bounded = [](const std::optional<ChainAge>& age) { return age && age->hot_path; };
+    if (std::ranges::none_of(bounds.chains, bounded)) return;
+    TextTable chains = table("chain, hot path", {});
+    for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+      Row row{{"hot_path", executor, graph.chains[c].name}, bounds.method};
+      if (bounds.chains[c]) row.bound = bounds.chains[c]->hot_path;
+      add_row(chains, row, {});
+    }
+    out_ << chains;
   }
 
   std::size_t violations() const { return violations_; }  ///< Observed values beyond a bound.

@@ -8,6 +8,7 @@
 
 #include "bounds/bound_report.hpp"
 #include "bounds/bounds.hpp"
+#include "bounds/exact_worst_cases.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/memory_limit.hpp"
@@ -22,6 +23,8 @@
 namespace hotpath {
 
 namespace {
+
+constexpr std::size_t kMostStates = 1'000'000;
 
 class Analysis {
  public:
@@ -149,7 +152,13 @@ class Analysis {
     bool any = false;
     const BoundedSystem system = bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system);
-    if (options_.exact) all.push_back(exact_bounds(system));
+    if (options_.exact) {
+      GraphTasks tasks = tasks_;
+      tasks.set = callbacks.set;
+      all.push_back(callbacks.phases_known
+                        ? exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, kMostStates)
+                        : exact_bounds(system));
+    }
     for (const GraphBounds& bounds : all) {
       if (!bounds.refusal.empty()) {
         refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "bounds/bounds.hpp"
+#include "bounds/exact_worst_cases.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
@@ -118,7 +119,13 @@ class BoundCase {
     callbacks_ = callback_graph(graph_, tasks_, phases_known_);
     const BoundedSystem system = bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
-    all.push_back(exact_bounds(system, also_covers_));
+    if (!phases_known_ || also_covers_ != 0) {
+      all.push_back(exact_bounds(system, also_covers_));
+      return all;
+    }
+    constexpr std::size_t kMostStates = 20'000;
+    all.push_back(exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler, kMostStates));
+    exact_ = all.back().refusal.empty() ? std::optional(all.size() - 1) : std::nullopt;
     return all;
   }
 
@@ -133,6 +140,7 @@ class BoundCase {
     result_.jobs += trace.jobs.size();
     tasks_seen_.resize(tasks_.set.size());
     chains_seen_.resize(graph_.chains.size());
+    hot_paths_seen_.resize(graph_.chains.size());
     for (const JobRecord& r : trace.jobs) {
       if (r.outcome != Outcome::ran) continue;
       std::int64_t& largest = tasks_seen_[r.job.task];
@@ -140,6 +148,7 @@ class BoundCase {
     }
     for (const ChainRecord& c : join_chains(graph_, tasks_, trace, observations)) {
       chains_seen_[c.chain] = std::max(chains_seen_[c.chain], c.end_to_end_latency.count());
+      hot_paths_seen_[c.chain] = std::max(hot_paths_seen_[c.chain], c.hot_path_latency.count());
     }
   }
 
@@ -149,8 +158,27 @@ class BoundCase {
         if (b.tasks[id]) compare(b.method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
       }
       for (std::size_t c = 0; c < b.chains.size() && c < chains_seen_.size(); ++c) {
-        if (b.chains[c])
-          compare(b.method + ", chain", graph_.chains[c].name, chains_seen_[c], b.chains[c]->latency);
+        if (!b.chains[c]) continue;
+        compare(b.method + ", chain", graph_.chains[c].name, chains_seen_[c], b.chains[c]->latency);
+        if (b.chains[c]->hot_path) {
+          compare(b.method + ", hot path", graph_.chains[c].name, hot_paths_seen_[c], *b.chains[c]->hot_path);
+        }
+      }
+      if (exact_) compare_with_exact(b, bounds_[*exact_]);
+    }
+  }
+
+  /// No sound bound lies below the exact worst case.
+  void compare_with_exact(const GraphBounds& b, const GraphBounds& exact) {
+    const std::string method = b.method + " below the exact value";
+    for (TaskId id = 0; id < b.tasks.size(); ++id) {
+      if (b.tasks[id] && exact.tasks[id]) {
+        compare(method, tasks_.set[id].name, *exact.tasks[id], *b.tasks[id]);
+      }
+    }
+    for (std::size_t c = 0; c < b.chains.size(); ++c) {
+      if (b.chains[c] && exact.chains[c]) {
+        compare(method, graph_.chains[c].name, exact.chains[c]->latency, b.chains[c]->latency);
       }
     }
   }
@@ -173,7 +201,8 @@ class BoundCase {
   bool phases_known_ = false;
   CallbackGraph callbacks_;
   std::vector<GraphBounds> bounds_;
-  std::vector<std::int64_t> tasks_seen_, chains_seen_;
+  std::optional<std::size_t> exact_;  // of bounds_
+  std::vector<std::int64_t> tasks_seen_, chains_seen_, hot_paths_seen_;
   CaseResult result_;
 };
 

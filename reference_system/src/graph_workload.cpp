@@ -28,6 +28,30 @@ Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
   return p;
 }
 
+namespace {
+
+/// By task: the sources of all chains whose sinks data of the task can reach.
+std::vector<std::vector<TaskId>> sources_of_chains(const GraphTasks& tasks,
+                                                   const std::vector<ChainIndex>& chains) {
+  std::vector<std::vector<TaskId>> upstream(tasks.set.size()), sources(tasks.set.size());
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    for (const TaskId next : tasks.downstream(id)) upstream[next].push_back(id);
+  }
+  for (const ChainIndex& chain : chains) {
+    std::vector<TaskId> reached = chain.sink_tasks;
+    for (std::size_t i = 0; i < reached.size(); ++i) {
+      const TaskId id = reached[i];
+      sources[id].insert(sources[id].end(), chain.sources.begin(), chain.sources.end());
+      for (const TaskId before : upstream[id]) {
+        if (std::find(reached.begin(), reached.end(), before) == reached.end()) reached.push_back(before);
+      }
+    }
+  }
+  return sources;
+}
+
+}  // namespace
+
 const SimulatedHistory GraphWorkload::kHistory;
 
 GraphWorkload::GraphWorkload(const Graph& graph, const GraphTasks& tasks, const ExecutionTimes& times,
@@ -41,6 +65,46 @@ GraphWorkload::GraphWorkload(const Graph& graph, const GraphTasks& tasks, const 
   for (const Node& node : graph.nodes) nodes_.emplace_back(node, kHistory);
   for (std::uint32_t c = 0; c < chains_.size(); ++c) {
     for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
+  }
+  sources_ = sources_of_chains(tasks, chains_);
+  sources_of_nodes_.resize(graph.nodes.size());
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    std::vector<TaskId>& all = sources_of_nodes_[tasks.origin[id].node];
+    all.insert(all.end(), sources_[id].begin(), sources_[id].end());
+  }
+}
+
+void GraphWorkload::describe(const SimulatedSample& sample, const std::vector<TaskId>& sources,
+                             StateWords& words) const {
+  words.add(sample ? -2 : -1);
+  if (!sample) return;
+  for (const Stat& stat : (*sample).history()) {
+    if (std::find(sources.begin(), sources.end(), stat.task) == sources.end()) continue;
+    const Task& timer = tasks_.set[stat.task];
+    words.add_data({stat.task, stat.sequence},
+                   Time{} + timer.phase + timer.period * static_cast<std::int64_t>(stat.sequence));
+  }
+}
+
+void GraphWorkload::describe(StateWords& words) const {
+  for (std::size_t node = 0; node < nodes_.size(); ++node) {
+    nodes_[node].visit_state(
+        [&](std::uint32_t number) { words.add(number); },
+        [&](const SimulatedSample& sample) { describe(sample, sources_of_nodes_[node], words); });
+  }
+  for (TaskId id = 0; id < unread_.size(); ++id) {
+    for (const Unread& unread : unread_[id]) {
+      words.add(id);
+      describe(unread.sample, sources_[id], words);
+    }
+  }
+  for (std::size_t i = 0; i < busy_; ++i) {
+    const Activation<SimulatedMessages>& job = running_[i];
+    words.add(job.ref.task);
+    words.add(job.works ? 1 : 0);
+    describe(job.own, sources_[job.ref.task], words);
+    for (const SimulatedSample& sample : job.taken) describe(sample, sources_[job.ref.task], words);
+    for (const auto& message : job.messages) words.add(message.publication);
   }
 }
 
@@ -70,8 +134,8 @@ std::span<const TaskId> GraphWorkload::complete(const Task& task, Activation<Sim
   if (publications == 0 && job.own) observe(*job.own, job);
   reached_.clear();
   for (std::size_t i = 0; i < job.messages.size(); ++i) {
-    SimulatedMessage& message = pool_.take();
-    SimulatedSample sample(pool_, message);
+    SimulatedMessage& message = pool_->take();
+    SimulatedSample sample(*pool_, message);
     nodes_[tasks_.origin[id].node].finish(job, i, message);
     observe(message, job);
     const std::vector<TaskId>& readers = tasks_.readers[id][job.messages[i].publication];

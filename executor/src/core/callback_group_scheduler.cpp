@@ -108,6 +108,21 @@ Arrival CallbackGroupScheduler::sample_arrived(TaskId task, const SampleInfo& sa
   return arrival;
 }
 
+void CallbackGroupScheduler::describe(StateWords& words) const {
+  for (const Timer& timer : timers_) words.add(timer.next_call());
+  std::vector<Waiting> in_order = waiting_;
+  std::sort(in_order.begin(), in_order.end(), [](const Waiting& a, const Waiting& b) { return later(b, a); });
+  words.add(static_cast<std::int64_t>(in_order.size()));
+  for (const Waiting& w : in_order) words.add(w.timer);
+  for (TaskId id = 0; id < unread_.tasks(); ++id) words.add(unread_.count(id));
+  for (const Group& group : groups_) {
+    group.events.for_each([&](const Job& event) { words.add(event.task); });
+    words.add(group.idle ? -1 : -2);
+  }
+  ready_groups_.describe(words);
+  words.add(idle_.empty() ? 1 : 0);
+}
+
 Job CallbackGroupScheduler::take(const Job& event, Time now) {
   Job job = event;
   if (set_.tasks[event.task].kind == TaskKind::timer) {

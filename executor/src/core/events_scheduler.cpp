@@ -16,6 +16,26 @@ EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue
   roles_.push_back(WorkerRole::timer_management);
 }
 
+EventsScheduler::EventsScheduler(const EventsScheduler& other)
+    : Scheduler(other),
+      events_(other.events_->clone()),
+      timers_(other.timers_),
+      roles_(other.roles_),
+      set_(other.set_),
+      unread_(other.unread_),
+      busy_(other.busy_) {}
+
+void EventsScheduler::describe(StateWords& words) const {
+  for (const Timer& timer : timers_.timers()) words.add(timer.next_call());
+  events_->describe(words);
+  for (TaskId id = 0; id < unread_.tasks(); ++id) {
+    words.add(unread_.count(id));
+    for (std::uint32_t i = 0; hands_deadlines_down() && i < unread_.count(id); ++i) {
+      words.add(unread_.peek(id, i).deadline);
+    }
+  }
+}
+
 WorkerSet EventsScheduler::executors() const {
   WorkerSet all;
   for (Worker w = 0; w < timer_management(); ++w) all.insert(w);

@@ -59,6 +59,18 @@ void PriorityEventsQueue::erase(TaskId task, const std::function<void(const Job&
   std::make_heap(heap_.begin(), heap_.end(), runs_later);
 }
 
+void PriorityEventsQueue::describe(StateWords& words) const {
+  std::vector<Entry> in_order = heap_;
+  std::sort(in_order.begin(), in_order.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
+  words.add(static_cast<std::int64_t>(in_order.size()));
+  for (const Entry& e : in_order) {
+    const Job& job = slots_[e.slot];
+    words.add(job.task);
+    if (is_of_timer(job)) words.add(job.timestamp);
+    if (by_deadline()) words.add(job.deadline);
+  }
+}
+
 void PriorityEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
   for (const Entry& e : heap_) visit(slots_[e.slot]);
 }

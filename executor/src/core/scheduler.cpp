@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/scheduler.hpp"
 
+#include <algorithm>
+
 #include "hotpath/core/timer.hpp"
 #include "hotpath/core/unread_samples.hpp"
 
@@ -22,6 +24,12 @@ void Scheduler::visit_unfinished(std::span<const Timer> timers, const UnreadSamp
                                  const Visitor& visit) {
   for (const Timer& timer : timers) visit_due(timer, now, visit);
   for (TaskId id = 0; id < unread.tasks(); ++id) visit_unread(unread, id, visit);
+}
+
+Time Scheduler::next_timestamp(std::span<const Timer> timers, Time now) {
+  Time next = kNever;
+  for (const Timer& timer : timers) next = std::min(next, timer.next_timestamp(now));
+  return next;
 }
 
 Turn take_turn(Scheduler& scheduler, Worker worker, Time now) {

@@ -44,4 +44,13 @@ void SimpleEventsQueue::for_each(const std::function<void(const Job&)>& visit) c
   for (std::size_t i = 0; i < count_; ++i) visit(ring_[(head_ + i) & (ring_.size() - 1)]);
 }
 
+void SimpleEventsQueue::describe(StateWords& words) const {
+  words.add(static_cast<std::int64_t>(count_));
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Job& job = ring_[(head_ + i) & (ring_.size() - 1)];
+    words.add(job.task);
+    if (is_of_timer(job)) words.add(job.timestamp);
+  }
+}
+
 }  // namespace hotpath

@@ -61,6 +61,14 @@ void WaitSet::remove_task(TaskId task, Time now, const Visitor& dropped) {
   left(task);
 }
 
+void WaitSet::describe(StateWords& words) const {
+  for (const Timer& timer : timers_) words.add(timer.next_call());
+  for (const TaskId id : subscription_ids_) words.add(unread_.count(id));
+  for (const TaskId id : snapshot_.tasks()) words.add(id);
+  words.add(-1);
+  for (const bool busy : group_busy_) words.add(busy ? 1 : 0);
+}
+
 void WaitSet::begin(Time epoch) {
   timers_.clear();
   for (const TaskId id : timer_ids_) timers_.emplace_back(id, set_[id], epoch);

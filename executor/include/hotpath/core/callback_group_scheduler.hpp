@@ -38,6 +38,11 @@ class CallbackGroupScheduler final : public Scheduler {
   }
   Joined add_task(const JoiningTask& joining, Time now) override;
   void remove_task(TaskId task, Time now, const Visitor& dropped) override;
+  [[nodiscard]] std::unique_ptr<Scheduler> clone() const override {
+    return roles_.size() == 2 ? std::make_unique<CallbackGroupScheduler>(*this) : nullptr;
+  }
+  void describe(StateWords& words) const override;
+  [[nodiscard]] Time next_change(Time now) const override { return next_timestamp(timers_, now); }
 
  private:
   struct Group {
@@ -69,6 +74,10 @@ class CallbackGroupScheduler final : public Scheduler {
       std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(head_), ring_.end());
       head_ = 0;
       ring_.resize(groups);
+    }
+    void describe(StateWords& words) const {
+      words.add(static_cast<std::int64_t>(count_));
+      for (std::size_t i = 0; i < count_; ++i) words.add(ring_[(head_ + i) % ring_.size()]);
     }
     /// Returns whether the queue contained the group.
     bool erase(std::uint32_t group) {

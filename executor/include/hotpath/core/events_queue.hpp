@@ -2,8 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "hotpath/core/priority_order.hpp"
+#include "hotpath/core/state_words.hpp"
 
 namespace hotpath {
 
@@ -26,6 +28,11 @@ class EventsQueue {
   virtual void tasks_changed(const TaskSet& set) { static_cast<void>(set); }
   /// Visits all jobs, in no particular order.
   virtual void for_each(const std::function<void(const Job&)>& visit) const = 0;
+  [[nodiscard]] virtual std::unique_ptr<EventsQueue> clone() const = 0;
+  /// Adds the jobs in the order in which they would run.
+  virtual void describe(StateWords& words) const = 0;
+  /// Whether subscriptions are ordered by the deadlines that they inherit.
+  [[nodiscard]] virtual bool by_deadline() const { return false; }
 };
 
 }  // namespace hotpath

@@ -31,10 +31,14 @@ class EventsScheduler : public Scheduler {
   void remove_task(TaskId task, Time now, const Visitor& dropped) final;
   void change_task(TaskId task, const std::optional<std::int64_t>& priority,
                    const std::vector<TaskId>& feeds) final;
+  void describe(StateWords& words) const override;
+  [[nodiscard]] Time next_change(Time now) const final { return next_timestamp(timers_.timers(), now); }
+  [[nodiscard]] bool hands_deadlines_down() const final { return events_->by_deadline(); }
 
  protected:
   /// `executors` in [1, kMaxWorkers - 1].
   EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, unsigned executors = 1);
+  EventsScheduler(const EventsScheduler& other);
   [[nodiscard]] Worker timer_management() const { return static_cast<Worker>(roles_.size() - 1); }
   [[nodiscard]] WorkerSet executors() const;
   /// An executor worker's decision.

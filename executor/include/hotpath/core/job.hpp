@@ -35,6 +35,9 @@ struct Job {
   [[nodiscard]] JobRef ref() const { return {task, sequence}; }
 };
 
+/// Whether it is a timer's job; a subscription's has the job that published.
+[[nodiscard]] inline bool is_of_timer(const Job& job) { return job.parent.task == kNoTask; }
+
 /// The fate of a job or timestamp; the column `outcome` of jobs.csv.
 enum class Outcome : std::uint8_t {
   ran,

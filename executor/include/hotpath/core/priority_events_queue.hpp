@@ -24,6 +24,9 @@ class PriorityEventsQueue final : public EventsQueue {
   void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
   void tasks_changed(const TaskSet& set) override { order_.update(set); }
   void for_each(const std::function<void(const Job&)>& visit) const override;
+  std::unique_ptr<EventsQueue> clone() const override { return std::make_unique<PriorityEventsQueue>(*this); }
+  void describe(StateWords& words) const override;
+  bool by_deadline() const override { return order_.by_inherited_deadline(); }
 
  private:
   // The heap moves keys and slot numbers; jobs stay where they are.

@@ -64,6 +64,11 @@ class PriorityOrder {
   /// `activation` alone.
   [[nodiscard]] PriorityKey key(const Job& job, std::uint64_t activation) const;
 
+  /// Whether subscriptions are ordered by the deadlines of the jobs that published.
+  [[nodiscard]] bool by_inherited_deadline() const {
+    return policy_ == Policy::edf && rule_ == SubscriptionRule::inherit;
+  }
+
   /// Fixed policies: the number that `key` compares first. Under `rm` it is the (inherited) period
   /// in ns.
   [[nodiscard]] std::int64_t level(TaskId task) const { return level_[task]; }

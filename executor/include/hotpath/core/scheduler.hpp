@@ -2,11 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/core/state_words.hpp"
 #include "hotpath/core/worker.hpp"
 
 namespace hotpath {
@@ -93,12 +95,26 @@ class Scheduler {
   virtual void change_task(TaskId task, const std::optional<std::int64_t>& priority,
                            const std::vector<TaskId>& feeds);
 
+  /// For the exploration of all schedules. A copy in the same state; none: this scheduler is not explored.
+  [[nodiscard]] virtual std::unique_ptr<Scheduler> clone() const { return nullptr; }
+  /// Adds all that its later answers depend on, besides the numbers of the tasks and the calls to come.
+  virtual void describe(StateWords& words) const { static_cast<void>(words); }
+  /// The first instant after `now` at which an answer can change though nothing was called between: the next
+  /// timestamp of a timer.
+  [[nodiscard]] virtual Time next_change(Time now) const {
+    static_cast<void>(now);
+    return kNever;
+  }
+  /// Whether a job's deadline decides when the jobs run that it activates.
+  [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
+
  protected:
   static void visit_due(const Timer& timer, Time now, const Visitor& visit);
   static void visit_unread(const UnreadSamples& unread, TaskId task, const Visitor& visit);
   /// The common part of unfinished(): due timers and unread samples.
   static void visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
                                const Visitor& visit);
+  static Time next_timestamp(std::span<const Timer> timers, Time now);
 };
 
 /// One turn of a worker: release, then decide. Every driver advances a worker only through

@@ -19,6 +19,8 @@ class SimpleEventsQueue final : public EventsQueue {
   std::size_t size() const override { return count_; }
   void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
   void for_each(const std::function<void(const Job&)>& visit) const override;
+  std::unique_ptr<EventsQueue> clone() const override { return std::make_unique<SimpleEventsQueue>(*this); }
+  void describe(StateWords& words) const override;
 
  private:
   std::vector<Job> ring_;  // size is a power of two

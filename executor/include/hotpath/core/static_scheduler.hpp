@@ -17,6 +17,9 @@ class StaticScheduler final : public WaitSet {
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker, const Job&, Time) override { return {}; }
+  [[nodiscard]] std::unique_ptr<Scheduler> clone() const override {
+    return std::make_unique<StaticScheduler>(*this);
+  }
 
  private:
   WorkerSet joined(TaskId) override { return WorkerSet::of(0); }

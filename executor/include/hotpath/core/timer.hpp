@@ -31,6 +31,12 @@ class Timer {
   /// The timer is never ready again.
   void cancel() { next_call_ = kNever; }
 
+  /// The first timestamp after `now` that has not been called.
+  [[nodiscard]] Time next_timestamp(Time now) const {
+    if (next_call_ > now) return next_call_;
+    return next_call_ + period_ * (1 + (now - next_call_) / period_);
+  }
+
   /// Timestamps at or before `now` that a call at `now` would skip.
   [[nodiscard]] std::uint32_t would_skip(Time now) const;
 

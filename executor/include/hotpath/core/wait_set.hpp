@@ -25,6 +25,8 @@ class WaitSet : public Scheduler {
   }
   Joined add_task(const JoiningTask& joining, Time now) final;
   void remove_task(TaskId task, Time now, const Visitor& dropped) final;
+  void describe(StateWords& words) const override;
+  [[nodiscard]] Time next_change(Time now) const final { return next_timestamp(timers_, now); }
 
  protected:
   /// The task has been appended to the entity order. Returns the workers to wake.
@@ -130,6 +132,7 @@ class WaitSet : public Scheduler {
       }
       tasks_.push_back(task);
     }
+    [[nodiscard]] std::span<const TaskId> tasks() const { return std::span(tasks_).subspan(next_); }
     /// When the task was last added.
     [[nodiscard]] Time added_at(TaskId task) const { return added_at_[task]; }
     template <class Decide>

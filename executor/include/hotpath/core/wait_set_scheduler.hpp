@@ -31,6 +31,9 @@ class WaitSetScheduler final : public WaitSet {
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
+  [[nodiscard]] std::unique_ptr<Scheduler> clone() const override {
+    return workers().size() == 1 ? std::make_unique<WaitSetScheduler>(*this) : nullptr;
+  }
 
  private:
   /// The interrupt guard condition ends the wait, so that the next one includes the task.

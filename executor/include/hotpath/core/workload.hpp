@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "hotpath/core/state_words.hpp"
 #include "hotpath/core/trace.hpp"
 
 namespace hotpath {
@@ -35,6 +36,12 @@ class Workload {
     static_cast<void>(sequence);
     static_cast<void>(parent);
   }
+
+  /// For exploration.hpp. A copy in the same state, which may share what it observes with this one; none: it
+  /// is not explored.
+  [[nodiscard]] virtual std::unique_ptr<Workload> clone() const { return nullptr; }
+  /// Adds all that its later answers depend on, with the data that they hand on.
+  virtual void describe(StateWords& words) const { static_cast<void>(words); }
 
   /// Message `sequence` of `subscription` was never taken; the message delivered next replaces it.
   virtual void overwritten(TaskId subscription, std::uint64_t sequence) {
@@ -128,6 +135,9 @@ class PublishingWorkload final : public Workload {
   explicit PublishingWorkload(const ExecutionTimes& times) : times_(times) {}
   Duration start(const Job& job, Time) override { return times_.of(job); }
   std::span<const TaskId> finish(const Job&, const Task& task, Time) override { return task.feeds; }
+  [[nodiscard]] std::unique_ptr<Workload> clone() const override {
+    return std::make_unique<PublishingWorkload>(*this);
+  }
 
  private:
   const ExecutionTimes& times_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -43,6 +44,11 @@ class GraphWorkload final : public Workload {
   std::span<const TaskId> finish(const Job& job, const Task& task, Time now) override;
   void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override;
   void overwritten(TaskId subscription, std::uint64_t sequence) override;
+  /// The copy appends to the same observations.
+  [[nodiscard]] std::unique_ptr<Workload> clone() const override {
+    return std::make_unique<GraphWorkload>(*this);
+  }
+  void describe(StateWords& words) const override;
 
  private:
   struct OnTheWay {
@@ -60,6 +66,7 @@ class GraphWorkload final : public Workload {
   std::span<const TaskId> complete(const Task& task, Activation<SimulatedMessages>& job);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
+  void describe(const SimulatedSample& sample, const std::vector<TaskId>& sources, StateWords& words) const;
 
   static const SimulatedHistory kHistory;
 
@@ -67,9 +74,12 @@ class GraphWorkload final : public Workload {
   const ExecutionTimes& times_;
   std::vector<ChainObservation>* const observations_;
   const std::vector<ChainIndex> chains_;
-  SimulatedMessagePool pool_;  // declared before everything that holds messages
+  // Declared before everything that holds messages.
+  std::shared_ptr<SimulatedMessagePool> pool_ = std::make_shared<SimulatedMessagePool>();
   std::deque<NodeLogic<SimulatedMessages>> nodes_;
-  std::vector<std::vector<std::uint32_t>> ends_;        // by task: chains
+  std::vector<std::vector<std::uint32_t>> ends_;  // by task: chains
+  std::vector<std::vector<TaskId>> sources_;      // by task: of chains whose sinks its data can reach
+  std::vector<std::vector<TaskId>> sources_of_nodes_;
   std::vector<std::vector<Unread>> unread_;             // by subscription, oldest first; at most its depth
   std::vector<Activation<SimulatedMessages>> running_;  // the first busy_; the others are clear
   std::size_t busy_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -79,6 +80,17 @@ class NodeLogic {
       job.messages.push_back({p, dropped, static_cast<std::uint32_t>(job.taken.size())});
     }
     job.works = own.always_works || !job.messages.empty();
+  }
+
+  /// Visits what its later behaviour depends on: numbers, and samples that it keeps.
+  void visit_state(const std::function<void(std::uint32_t)>& number,
+                   const std::function<void(const Held&)>& sample) const {
+    for (const OfCallback& callback : callbacks_) {
+      for (const OfPublication& publication : callback.publications) number(publication.jobs);
+    }
+    for (const Set& set : sets_) {
+      for (const Slot& slot : set.slots) sample(slot.held);
+    }
   }
 
   /// The output of the job's message `index`, as an index into the node's outputs.

@@ -1,0 +1,445 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/core/exploration.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <queue>
+#include <string>
+#include <utility>
+
+#include "simulation.hpp"
+#include "zone.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using Step = SimulatedWorkers::Step;
+
+constexpr Worker kExecutor = 0;
+constexpr Worker kTimers = 1;  // if there is one
+constexpr Time kBeforeAll{Duration(-1)};
+
+/// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
+enum Coordinate : std::size_t {
+  kConstant,
+  kNow,    ///< The instant at hand.
+  kEnd,    ///< Of the executor thread's step.
+  kSlice,  ///< End of the executor thread's time slice.
+  kStarts  ///< From here on: the starts of State::starts.
+};
+
+struct State {
+  std::unique_ptr<Scheduler> scheduler;
+  std::unique_ptr<Workload> workload;
+  std::unique_ptr<Simulation> simulation;
+  Zone zone{kStarts};
+  std::vector<JobRef> starts;
+  Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
+  std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
+
+  [[nodiscard]] SimulatedWorkers::State& executor() { return simulation->workers()[kExecutor]; }
+  [[nodiscard]] const SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
+  /// Whether the thread is within a step that takes time, with or without a core.
+  [[nodiscard]] bool busy() const {
+    return executor().step == Step::run || executor().step == Step::dispatch ||
+           executor().step == Step::release;
+  }
+  [[nodiscard]] State copy() const {
+    State copied;
+    copied.scheduler = scheduler->clone();
+    copied.workload = workload->clone();
+    copied.simulation = simulation->copy(*copied.scheduler, *copied.workload);
+    copied.zone = zone;
+    copied.starts = starts;
+    copied.from = from;
+    copied.end_there = end_there;
+    return copied;
+  }
+  [[nodiscard]] std::size_t start_of(JobRef job) const {
+    const auto place = std::find(starts.begin(), starts.end(), job);
+    return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());
+  }
+};
+
+/// A state that was met, by what it holds relative to its hyperperiod.
+struct Met {
+  Zone zone;
+  std::vector<std::size_t> coordinates;  ///< Of the state's zone, in the order of `zone`.
+  std::int64_t origin = 0;
+  std::unique_ptr<State> state;  ///< Not yet expanded.
+};
+
+std::int64_t hyperperiod(const TaskSet& set) {
+  std::int64_t all = 1;
+  for (const Task& task : set.tasks) {
+    if (task.kind != TaskKind::timer) continue;
+    const std::int64_t period = task.period.count(), common = all / std::gcd(all, period);
+    if (common > kLongestInstant.count() / period) {
+      throw ExplorationRefused("the timers have no common multiple of their periods below 36 years");
+    }
+    all = common * period;
+  }
+  return all;
+}
+
+class Exploration final : public JobSink, public ExploredInstant {
+ public:
+  Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
+      : set_(set), options_(options), observer_(observer), hyperperiod_(hyperperiod(set)) {}
+
+  std::size_t run(const Scheduler& scheduler, const Workload& workload) {
+    State first;
+    first.scheduler = scheduler.clone();
+    first.workload = workload.clone();
+    if (!first.scheduler || !first.workload) {
+      throw ExplorationRefused("an executor with several threads that run jobs is not explored");
+    }
+    check(*first.scheduler);
+    prepare(first);
+    enter(std::move(first));
+    while (!pending_.empty()) {
+      const std::size_t place = pending_.top().second;
+      pending_.pop();
+      Met& met = met_[place];
+      if (!met.state) continue;
+      const std::unique_ptr<State> state = std::move(met.state);
+      if (++expanded_ > options_.max_states) {
+        throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states");
+      }
+      expand(std::move(*state));
+    }
+    return expanded_;
+  }
+
+ private:
+  void check(const Scheduler& scheduler) {
+    const Platform& p = options_.platform;
+    const bool costs = p.release_cost + p.pass_cost > Duration{};
+    const bool own_timers = scheduler.workers().size() > 1;
+    const bool alone = p.cores == 1;
+    slices_ = own_timers && alone && !p.raised_releaser;
+    if (p.delivery_delay > Duration{}) throw ExplorationRefused("delivery delays are not explored");
+    if (own_timers && costs) throw ExplorationRefused("release costs are not explored");
+    double load = 0;
+    for (const Task& task : set_.tasks) {
+      if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
+    }
+    if (load > 1) throw ExplorationRefused("the timers alone overload the thread");
+    for (const Task& task : set_.tasks) {
+      if (task.always_due) throw ExplorationRefused("timer " + task.name + " has a period of 0");
+    }
+  }
+
+  void prepare(State& state) {
+    SimulationOptions options;
+    options.platform = options_.platform;
+    options.duration = kLongestInstant;
+    options.max_backlog = 1000;
+    check_simulation(set_, options);
+    SimulatedExecutor executor{state.scheduler.get(), {}, options.platform.other_entities, {}};
+    for (const WorkerRole role : state.scheduler->workers()) {
+      const bool raised = role == WorkerRole::timer_management && options.platform.raised_releaser;
+      executor.threads.emplace_back().priority = raised ? 1 : 0;
+    }
+    executor_of_.assign(set_.size(), 0);
+    state.simulation = std::make_unique<Simulation>(set_, std::span(&executor, 1), executor_of_,
+                                                    *state.workload, options, this);
+    before(state, true);
+    state.simulation->begin();
+    after(state);
+  }
+
+  // What happens at one instant of `state`, at which kNow is set: between before() and after().
+
+  void before(State& state, bool step_ends) {
+    current_ = &state;
+    step_ends_ = step_ends || !state.busy();
+    unsettled_ = false;
+    slice_before_ = state.executor().slice_end;
+  }
+
+  void started(const JobRecord& record) override {
+    settle();
+    const TaskId task = record.job.task;
+    if (options_.tracked.empty() || !options_.tracked[task]) return;
+    current_->starts.push_back(record.job.ref());
+    current_->zone.assign(current_->zone.grow(), kNow, 0, 0);
+  }
+
+  void ended(const JobRecord& record) override {
+    settle();
+    observer_.ended(record, *this);
+    unsettled_ = record.outcome == Outcome::ran;
+  }
+
+  void settle() {
+    if (std::exchange(unsettled_, false)) observer_.published(*this);
+  }
+
+  [[nodiscard]] Time latest() const override { return Time{} + Duration(current_->zone.highest(kNow)); }
+
+  [[nodiscard]] Duration longest_between(JobRef earlier, JobRef later) const override {
+    const std::size_t a = current_->start_of(earlier), b = current_->start_of(later);
+    assert(a != kConstant && b != kConstant && "a job that is not tracked");
+    return Duration(current_->zone.most(b, a));
+  }
+
+  void after(State& state) {
+    settle();
+    Zone& zone = state.zone;
+    const SimulatedWorkers::State& executor = state.executor();
+    const std::int64_t now = (state.simulation->now() - Time{}).count();
+    const std::int64_t end = (executor.until - Time{}).count();
+    state.from = Time{} + Duration(zone.lowest(kNow));
+    if (state.busy()) {
+      if (step_ends_) {
+        const Task& task = set_[executor.job.task];
+        // The workload took the longest time.
+        const std::int64_t spread = executor.step == Step::run ? (task.wcet - task.bcet).count() : 0;
+        zone.assign(kEnd, kNow, end - now - spread, end - now);
+      } else if (end != state.end_there) {
+        zone.assign(kEnd, kEnd, end - state.end_there,
+                    end - state.end_there);  // it was displaced for so long
+      }
+      state.end_there = end;
+    }
+    if (slices_ && executor.on_core && executor.slice_end != slice_before_) {
+      const std::int64_t slice = (executor.slice_end - Time{}).count() - now;
+      zone.assign(kSlice, kNow, slice, slice);
+    }
+    const SimulatedWorkers& workers = state.simulation->workers();
+    for (Worker w = 0; w < workers.size() && !zone.fixed(kNow); ++w) {
+      const SimulatedWorkers::State& worker = workers[w];
+      if (worker.step != Step::asleep || worker.until == kNever) continue;
+      if (worker.wake_at != kNever && worker.until == worker.wake_at + options_.platform.wake_up_latency)
+        continue;
+      throw ExplorationRefused("wake-ups at instants that depend on execution times are not explored");
+    }
+  }
+
+  /// The next instant at which something happens besides the executor thread's own.
+  static Time next_of_others(State& state) {
+    SimulatedWorkers::State& executor = state.executor();
+    if (!state.busy() || !executor.on_core) return state.simulation->next_instant();
+    const Time until = std::exchange(executor.until, kNever);
+    const Time slice = std::exchange(executor.slice_end, kNever);
+    const Time next = state.simulation->next_instant();
+    executor.until = until;
+    executor.slice_end = slice;
+    return next;
+  }
+
+  /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
+  [[nodiscard]] bool slice_matters(const State& state) const {
+    if (!slices_) return false;
+    const SimulatedWorkers::State& timers = state.simulation->workers()[kTimers];
+    return !timers.on_core && timers.step != Step::asleep && timers.step != Step::blocked;
+  }
+
+  void expand(State state) {
+    for (;;) {
+      const Time others = next_of_others(state);
+      if (!state.busy() || !state.executor().on_core) {
+        if (others == kNever) return;
+        state.zone.assign(kNow, kConstant, (others - Time{}).count(), (others - Time{}).count());
+        return happen(std::move(state), others, false);
+      }
+      const Time change = state.scheduler->next_change(state.from);
+      expand_until(state, others, change);
+      if (others <= change) return;
+      // What is left ends at or after the timestamp, from which on decisions are other ones.
+      const std::int64_t from = (change - Time{}).count();
+      if (!state.zone.limit(kConstant, kEnd, -from)) return;
+      if (slice_matters(state) && !state.zone.limit(kConstant, kSlice, -from)) return;
+      state.from = change;
+    }
+  }
+
+  /// Everything that can happen next, at `others` or before it, and before `change`.
+  void expand_until(const State& state, Time others, Time change) {
+    std::vector<std::size_t> uncertain = {kEnd};
+    if (slice_matters(state)) uncertain.push_back(kSlice);
+    const bool with_others = others <= change && others != kNever;
+    const unsigned subsets = 1U << (uncertain.size() + (with_others ? 1 : 0));
+    for (unsigned subset = 1; subset < subsets; ++subset) {
+      const bool at_others = (subset >> uncertain.size()) != 0;
+      Zone zone = state.zone;
+      const std::size_t now = (subset & 1U) != 0                           ? kEnd
+                              : (subset & 2U) != 0 && uncertain.size() > 1 ? kSlice
+                                                                           : kConstant;
+      if (now == kConstant) {
+        const std::int64_t instant = (others - Time{}).count();
+        zone.assign(kNow, kConstant, instant, instant);
+      } else {
+        zone.assign(kNow, now, 0, 0);
+      }
+      if (!comes_first(zone, uncertain, subset, at_others, others, change)) continue;
+      const bool ends = (subset & 1U) != 0;
+      if (!slices_ || slice_matters(state)) {
+        branch(state, std::move(zone), ends);
+        continue;
+      }
+      // A timer thread that becomes ready now gets the core at once if the time slice is over.
+      Zone over = zone;
+      if (over.limit(kSlice, kNow, 0)) branch(state, std::move(over), ends);
+      if (zone.limit(kNow, kSlice, -1)) branch(state, std::move(zone), ends);
+    }
+  }
+
+  /// What happens at kNow in the schedules of `zone`, of which the simulation follows one.
+  void branch(const State& state, Zone zone, bool step_ends) {
+    State next = state.copy();
+    const std::vector<std::int64_t> point = zone.point(kNow);
+    next.zone = std::move(zone);
+    next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
+    next.end_there = point[kEnd];
+    if (slices_) next.executor().slice_end = Time{} + Duration(point[kSlice]);
+    happen(std::move(next), Time{} + Duration(point[kNow]), step_ends);
+  }
+
+  /// Keeps the points at which those of `subset` happen at kNow, and all else later.
+  static bool comes_first(Zone& zone, const std::vector<std::size_t>& uncertain, unsigned subset,
+                          bool at_others, Time others, Time change) {
+    for (std::size_t i = 0; i < uncertain.size(); ++i) {
+      const bool now = ((subset >> i) & 1U) != 0;
+      if (now ? !zone.equate(uncertain[i], kNow) : !zone.limit(kNow, uncertain[i], -1)) return false;
+    }
+    const Time limit = std::min(others, change);
+    const std::int64_t ns = (limit - Time{}).count();
+    if (at_others) return zone.equate(kNow, kConstant, ns);
+    return limit == kNever || zone.limit(kNow, kConstant, ns - 1);
+  }
+
+  void happen(State state, Time instant, bool step_ends) {
+    before(state, step_ends);
+    state.simulation->advance(instant);
+    after(state);
+    const bool goes_on = !step_ends_ && state.busy();
+    if (slice_matters(state) && state.busy() && state.executor().on_core) {
+      // A slice that is over already ends now.
+      Zone over = state.zone;
+      if (over.limit(kSlice, kNow, -1)) {
+        State other = state.copy();
+        over.assign(kSlice, kNow, 0, 0);
+        other.zone = std::move(over);
+        go_on(std::move(other), goes_on);
+      }
+      if (!state.zone.limit(kNow, kSlice, 0)) return;
+    }
+    go_on(std::move(state), goes_on);
+  }
+
+  /// While the same step goes on there is nothing to be joined with.
+  void go_on(State state, bool same_step) { same_step ? expand(std::move(state)) : enter(std::move(state)); }
+
+  void enter(State state) {
+    const Time first_call = state.scheduler->next_change(kBeforeAll);
+    const std::int64_t origin =
+        first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
+    StateWords words(Time{} + Duration(origin));
+    state.simulation->describe(words);
+    state.scheduler->describe(words);
+    state.workload->describe(words);
+    std::vector<std::size_t> coordinates = {kConstant};
+    if (state.busy()) coordinates.push_back(kEnd);
+    if (slices_ && state.executor().on_core) coordinates.push_back(kSlice);
+    const SimulatedWorkers::State& executor = state.executor();
+    if (executor.step == Step::run) add_start(state, executor.job.ref(), coordinates);
+    for (const JobRef& job : words.data()) add_start(state, job, coordinates);
+
+    Zone zone = state.zone.select(coordinates);
+    zone.shift(-origin);
+    std::vector<std::size_t>& same = known_[words.take_words()];
+    for (const std::size_t place : same) {
+      if (met_[place].zone.contains(zone)) return;
+    }
+    for (const std::size_t place : same) {
+      Met& met = met_[place];
+      if (!met.state) continue;
+      std::optional<Zone> joined = Zone::joined(met.zone, zone);
+      if (!joined) continue;
+      met.zone = std::move(*joined);
+      met.state->from = std::min(met.state->from, state.from + Duration(met.origin - origin));
+      take_over_zone(met);
+      pending_.emplace(earliest(met), place);
+      return;
+    }
+    same.push_back(met_.size());
+    met_.push_back(
+        {std::move(zone), std::move(coordinates), origin, std::make_unique<State>(std::move(state))});
+    forget_other_starts(met_.back());
+    pending_.emplace(earliest(met_.back()), met_.size() - 1);
+  }
+
+  void add_start(const State& state, JobRef job, std::vector<std::size_t>& coordinates) const {
+    const std::size_t start = state.start_of(job);
+    if (start == kConstant) return;
+    if (std::find(coordinates.begin(), coordinates.end(), start) == coordinates.end()) {
+      coordinates.push_back(start);
+    }
+  }
+
+  /// Only the starts that `coordinates` names still matter.
+  static void forget_other_starts(Met& met) {
+    State& state = *met.state;
+    std::vector<JobRef> starts;
+    for (std::size_t& coordinate : met.coordinates) {
+      if (coordinate < kStarts) continue;
+      starts.push_back(state.starts[coordinate - kStarts]);
+      coordinate = kStarts + starts.size() - 1;
+    }
+    state.starts = std::move(starts);
+    take_over_zone(met);
+  }
+
+  /// The state's zone from what is known of it.
+  static void take_over_zone(Met& met) {
+    std::vector<std::size_t> numbers(kStarts + met.state->starts.size(), 0);
+    for (std::size_t i = 0; i < met.coordinates.size(); ++i) numbers[met.coordinates[i]] = i;
+    Zone absolute = met.zone;
+    absolute.shift(met.origin);
+    met.state->zone = absolute.select(numbers);
+  }
+
+  /// When something happens next in the state.
+  static std::int64_t earliest(Met& met) {
+    const State& state = *met.state;
+    const bool uncertain = state.busy() && state.executor().on_core;
+    return uncertain ? state.zone.lowest(kEnd) : (next_of_others(*met.state) - Time{}).count();
+  }
+
+  const TaskSet& set_;
+  const ExplorationOptions& options_;
+  ExplorationObserver& observer_;
+  const std::int64_t hyperperiod_;
+  bool slices_ = false;  // the two threads share a core in turns
+  std::vector<std::uint32_t> executor_of_;
+  std::size_t expanded_ = 0;
+
+  std::deque<Met> met_;
+  std::map<std::vector<std::int64_t>, std::vector<std::size_t>> known_;  // places in met_
+  using Pending = std::pair<std::int64_t, std::size_t>;                  // earliest, place in met_
+  std::priority_queue<Pending, std::vector<Pending>, std::greater<>> pending_;
+
+  // While something happens:
+  State* current_ = nullptr;
+  bool step_ends_ = false, unsettled_ = false;
+  Time slice_before_{};
+};
+
+}  // namespace
+
+std::size_t explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
+                    const ExplorationOptions& options, ExplorationObserver& observer) {
+  try {
+    return Exploration(set, options, observer).run(scheduler, workload);
+  } catch (const SimulationError& error) {
+    throw ExplorationRefused(error.what());
+  }
+}
+
+}  // namespace hotpath

@@ -1,0 +1,427 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <deque>
+#include <iomanip>
+#include <memory>
+#include <span>
+#include <sstream>
+#include <string>
+
+#include "hotpath/core/simulator.hpp"
+#include "simulated_workers.hpp"
+
+namespace hotpath {
+
+/// No instant or duration of a simulation exceeds this, so that a sum of a few cannot overflow 63 bits.
+inline constexpr Duration kLongestInstant{std::int64_t{1} << 60};  // 36 years
+
+/// Throws SimulationError for what cannot be simulated.
+void check_simulation(const TaskSet& set, const SimulationOptions& options);
+
+/// A simulation that can be stopped between two instants and copied there. All inline: it is the simulator's
+/// inner loop.
+class Simulation {
+ public:
+  Simulation(const TaskSet& set, std::span<const SimulatedExecutor> executors,
+             const std::vector<std::uint32_t>& executor_of, Workload& workload,
+             const SimulationOptions& options, JobSink* sink)
+      : set_(set),
+        executor_of_(executor_of),
+        workload_(&workload),
+        platform_(options.platform),
+        start_(options.start),
+        end_(Time{} + options.duration),
+        max_backlog_(options.max_backlog),
+        sink_(sink),
+        workers_(options.platform) {
+    for (const SimulatedExecutor& e : executors) {
+      const auto roles = e.scheduler->workers();
+      assert(e.threads.size() == roles.size());
+      Executor& executor = executors_.emplace_back();
+      executor.scheduler = e.scheduler;
+      executor.tasks = e.tasks;
+      executor.first = workers_.size();
+      executor.other_entities = e.other_entities;
+      executor.events = std::find(roles.begin(), roles.end(), WorkerRole::timer_management) != roles.end();
+      for (Worker w = 0; w < roles.size(); ++w) {
+        workers_.add(static_cast<std::uint32_t>(executors_.size() - 1), w, e.threads[w]);
+      }
+    }
+    for (const SimulatedExecutor& e : executors) {
+      if (!e.tasks.empty()) numbers_.resize(set.size());
+      for (TaskId number = 0; number < e.tasks.size(); ++number) numbers_[e.tasks[number]] = number;
+    }
+    summary_.published.resize(set.size());
+    arrived_.resize(set.size());
+    summary_.end = end_;
+  }
+
+  SimulationSummary run() {
+    begin();
+    for (Time next = next_instant(); next < end_; next = next_instant()) advance(next);
+    close();
+    return std::move(summary_);
+  }
+
+  /// The parts of run(): everything until the first instant at which something ends or falls due, and what
+  /// happens at such an instant.
+  void begin() {
+    for (const Executor& executor : executors_) executor.scheduler->begin(Time{});
+    now_ = Time{} + start_;
+    for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
+    take_steps();
+  }
+  [[nodiscard]] Time next_instant() const {
+    const Time next = workers_.next_instant(now_);
+    return on_the_way_.empty() ? next : std::min(next, on_the_way_.front().arrival);
+  }
+  void advance(Time instant) {
+    now_ = instant;
+    finish_jobs();
+    while (!on_the_way_.empty() && on_the_way_.front().arrival <= now_) arrive_next();
+    workers_.wake_sleepers(now_);
+    take_steps();
+  }
+
+  /// The same simulation of one executor, to go on with these copies of its scheduler and its workload.
+  [[nodiscard]] std::unique_ptr<Simulation> copy(Scheduler& scheduler, Workload& workload) const {
+    auto copied = std::make_unique<Simulation>(*this);
+    copied->executors_.front().scheduler = &scheduler;
+    copied->workload_ = &workload;
+    return copied;
+  }
+  [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] SimulatedWorkers& workers() { return workers_; }
+  [[nodiscard]] const SimulatedWorkers& workers() const { return workers_; }
+
+  /// Adds what decides its future besides its schedulers and its workload, and besides the end of the step
+  /// and of the time slice of worker 0.
+  void describe(StateWords& words) const {
+    for (Worker w = 0; w < workers_.size(); ++w) {
+      const SimulatedWorkers::State& worker = workers_[w];
+      words.add(static_cast<std::int64_t>(worker.step));
+      words.add((worker.on_core ? 1 : 0) + (worker.woken ? 2 : 0) + (worker.in_pass ? 4 : 0));
+      words.add(worker.priority);
+      if (worker.step == Step::asleep) words.add(worker.until);
+      if (worker.step == Step::asleep || worker.step == Step::blocked) continue;
+      if (w > 0 && worker.on_core) words.add(worker.until);
+      if (w > 0 && !worker.on_core) words.add(worker.remaining.count());
+      if (!worker.on_core) words.add(worker.slice_left.count());
+      if (!worker.has_job) {
+        words.add(worker.wake_at);
+        continue;
+      }
+      words.add(worker.job.task);
+      words.add(worker.job.empty ? 1 : 0);
+      if (is_of_timer(worker.job)) words.add(worker.job.timestamp);
+      if (executors_[worker.executor].scheduler->hands_deadlines_down()) words.add(worker.job.deadline);
+    }
+    for (const Executor& executor : executors_) {
+      words.add(executor.lock_holder ? static_cast<std::int64_t>(*executor.lock_holder) : -1);
+    }
+  }
+
+ private:
+  using Step = SimulatedWorkers::Step;
+
+  struct Executor {
+    Scheduler* scheduler = nullptr;
+    std::span<const TaskId> tasks;
+    Worker first = 0;  ///< Number of the executor's first worker.
+    bool events = false;
+    std::uint32_t other_entities = 0;
+    std::optional<Worker> lock_holder;
+    std::uint64_t timers_waiting = 0, events_waiting = 0;
+  };
+
+  struct Sample {
+    Time arrival;
+    TaskId subscription;
+    SampleInfo info;
+  };
+
+  /// Jobs that end now finish before anything else happens at this instant, even if a woken worker
+  /// of higher priority takes their core.
+  void finish_jobs() {
+    done_.clear();
+    for (std::size_t i = 0; i < workers_.on_core(); ++i) {
+      const Worker w = workers_.running(i);
+      if (workers_[w].step == Step::run && workers_[w].until <= now_) done_.push_back(w);
+    }
+    std::sort(done_.begin(), done_.end());
+    for (const Worker w : done_) finish_job(w);
+  }
+
+  Executor& executor_of(Worker w) { return executors_[workers_[w].executor]; }
+
+  /// Translates a scheduler's job to the task's number in the whole set.
+  static Job of_whole_set(const Executor& executor, Job job) {
+    if (!executor.tasks.empty()) job.task = executor.tasks[job.task];
+    return job;
+  }
+  /// The task's number in the scheduler that serves it.
+  TaskId number_there(TaskId task) const { return numbers_.empty() ? task : numbers_[task]; }
+
+  void wake(const Executor& executor, WorkerSet numbers) {
+    while (!numbers.empty()) workers_.wake(executor.first + numbers.pop_first(), now_);
+  }
+
+  /// Runs all steps of this instant, in rounds: after the release of one timer, the woken worker
+  /// decides before the next timer is released, if that worker has a core.
+  void take_steps() {
+    workers_.rotate_expired(now_);
+    for (bool stepped = true; stepped;) {
+      stepped = false;
+      for (std::size_t i = 0; i < workers_.on_core(); ++i) {
+        const Worker w = workers_.running(i);
+        if (workers_[w].until > now_) continue;
+        step(w);
+        stepped = true;
+      }
+    }
+  }
+
+  void step(Worker w) {
+    switch (workers_[w].step) {
+      case Step::turn:
+        return turn(w);
+      case Step::release:
+        unlock(w);
+        return follow(w);
+      case Step::dispatch:
+        return start_job(w);
+      case Step::run:
+        return finish_job(w);
+      case Step::asleep:
+      case Step::blocked:
+        assert(false && "a worker without anything to do has no core");
+    }
+  }
+
+  void turn(Worker w) {
+    SimulatedWorkers::State& worker = workers_[w];
+    Executor& executor = executor_of(w);
+    if (executor.lock_holder) {
+      worker.step = Step::blocked;
+      workers_.leave(w, now_);
+      const Worker holder = *executor.lock_holder;
+      if (workers_[holder].priority < worker.priority) {
+        workers_.change_priority(holder, worker.priority, now_);
+      }
+      return;
+    }
+    worker.woken = false;
+    const Turn turn = take_turn(*executor.scheduler, worker.number, now_);
+    worker.has_job = turn.decision.job.has_value();
+    if (worker.has_job) worker.job = of_whole_set(executor, *turn.decision.job);
+    worker.wake_at = turn.decision.wake_at;
+    worker.to_wake = turn.decision.wake;
+    if (executor.events) count_backlog(worker, turn.released);
+    const Duration cost = cost_under_lock(worker, turn);
+    if (cost > Duration{}) {
+      executor.lock_holder = w;
+      return workers_.begin_step(w, Step::release, cost, now_);
+    }
+    follow(w);
+  }
+
+  Duration cost_under_lock(SimulatedWorkers::State& worker, const Turn& turn) const {
+    Duration cost{};
+    if (turn.released > 0) {
+      cost += platform_.release_cost * turn.released;
+      if (!worker.in_pass) cost += platform_.pass_cost;
+      worker.in_pass = true;
+    }
+    if (worker.has_job && turn.decision.waited_for > 0) {
+      const std::uint32_t others = executors_[worker.executor].other_entities;
+      cost += platform_.wait_cost + platform_.wait_cost_per_entity * (turn.decision.waited_for + others);
+    }
+    return cost;
+  }
+
+  void unlock(Worker w) {
+    Executor& executor = executor_of(w);
+    executor.lock_holder.reset();
+    workers_.change_priority(w, workers_[w].thread.priority, now_);
+    const auto end = executor.first + static_cast<Worker>(executor.scheduler->workers().size());
+    for (Worker other = executor.first; other < end; ++other) {
+      if (workers_[other].step == Step::blocked) workers_.make_ready(other, now_);
+    }
+  }
+
+  /// The part of the live loop after the lock is released.
+  void follow(Worker w) {
+    SimulatedWorkers::State& worker = workers_[w];
+    wake(executor_of(w), worker.to_wake);
+    if (worker.has_job) {
+      worker.in_pass = false;
+      workers_.begin_step(w, Step::dispatch, platform_.dispatch_cost, now_);
+      if (worker.on_core && platform_.dispatch_cost == Duration{}) start_job(w);
+    } else if (worker.woken || worker.wake_at <= now_) {
+      again(w);
+    } else {
+      worker.in_pass = false;
+      workers_.sleep(w, worker.wake_at, now_);
+    }
+  }
+
+  void again(Worker w) { workers_.begin_step(w, Step::turn, Duration{}, now_); }
+
+  void start_job(Worker w) {
+    SimulatedWorkers::State& worker = workers_[w];
+    const Job& job = worker.job;
+    worker.start = now_;
+    if (job.empty) {
+      if (sink_) sink_->ended(record(w, Outcome::empty));
+      done(w);
+      return;
+    }
+    const Duration time = workload_->start(job, now_);
+    if (time < Duration{} || time > kLongestInstant) {
+      throw SimulationError("the execution time of a job of task `" + set_[job.task].name +
+                            "` must be between 0 and 2^60 ns");
+    }
+    workers_.begin_step(w, Step::run, time, now_);
+    if (sink_) sink_->started(record(w, Outcome::ran));
+  }
+
+  void finish_job(Worker w) {
+    const Job& job = workers_[w].job;
+    ++summary_.jobs;
+    if (sink_) sink_->ended(record(w, Outcome::ran));
+    const std::span<const TaskId> reached = workload_->finish(job, set_[job.task], now_);
+    if (!reached.empty()) publish(job, reached);
+    done(w);
+  }
+
+  void done(Worker w) {
+    again(w);
+    const Executor& executor = executor_of(w);
+    Job job = workers_[w].job;
+    job.task = number_there(job.task);
+    wake(executor, executor.scheduler->finished(workers_[w].number, job, now_).wake);
+  }
+
+  void publish(const Job& job, std::span<const TaskId> reached) {
+    const SampleInfo info{now_, job.deadline, job.ref()};
+    for (const TaskId subscription : reached) {
+      ++summary_.published[subscription];
+      if (platform_.delivery_delay > Duration{}) {
+        on_the_way_.push_back({now_ + platform_.delivery_delay, subscription, info});
+      } else {
+        arrive({now_, subscription, info});
+      }
+    }
+  }
+
+  void arrive(const Sample& sample) {
+    Executor& executor = executors_[executor_of_[sample.subscription]];
+    const Arrival arrival =
+        executor.scheduler->sample_arrived(number_there(sample.subscription), sample.info, now_);
+    if (arrival.overwritten) {
+      workload_->overwritten(sample.subscription, arrival.overwritten->sequence);
+      if (sink_) {
+        JobRecord r;
+        r.job = of_whole_set(executor, *arrival.overwritten);
+        r.outcome = Outcome::overwritten;
+        sink_->ended(r);
+      }
+    }
+    workload_->delivered(sample.subscription, arrived_[sample.subscription]++, sample.info.parent);
+    if (executor.events && ++executor.events_waiting > max_backlog_) stop_overloaded();
+    wake(executor, arrival.wake);
+  }
+
+  void arrive_next() {
+    const Sample sample = on_the_way_.front();
+    on_the_way_.pop_front();
+    arrive(sample);
+  }
+
+  /// Only events queues can grow without bound: a wait set holds at most its timers and the
+  /// histories of its subscriptions.
+  void count_backlog(const SimulatedWorkers::State& worker, std::uint32_t released) {
+    Executor& executor = executors_[worker.executor];
+    executor.timers_waiting += released;
+    if (worker.has_job) {
+      const bool timer = set_[worker.job.task].kind == TaskKind::timer;
+      std::uint64_t& waiting = timer ? executor.timers_waiting : executor.events_waiting;
+      if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were not queued
+    }
+    if (executor.timers_waiting + executor.events_waiting > max_backlog_) stop_overloaded();
+  }
+
+  [[noreturn]] void stop_overloaded() const {
+    std::ostringstream message;
+    message << std::fixed << std::setprecision(3) << "overload: more than " << max_backlog_
+            << " released jobs are waiting to start after " << std::setprecision(1) << to_ms(now_ - Time{})
+            << " ms; the utilisation is " << std::setprecision(3)
+            << utilisation(set_, summary_.published, now_ - Time{})
+            << (platform_.release_cost + platform_.pass_cost + platform_.dispatch_cost > Duration{}
+                    ? " without the platform's costs"
+                    : "")
+            << "; keep it below 1, the capacity of one executor worker, shorten the run or raise the limit";
+    throw SimulationError(message.str());
+  }
+
+  JobRecord record(Worker w, Outcome outcome) const {
+    JobRecord r;
+    r.job = workers_[w].job;
+    r.start = workers_[w].start;
+    r.finish = now_;
+    r.outcome = outcome;
+    r.worker = static_cast<std::uint16_t>(w);
+    return r;
+  }
+
+  /// Records everything that was released, published or due before the end and did not run.
+  void close() {
+    now_ = end_ - Duration(1);
+    while (!on_the_way_.empty()) arrive_next();
+    if (!sink_) return;
+    const auto queued = [&](const Job& job, Outcome outcome) {
+      JobRecord r;
+      r.job = job;
+      r.outcome = outcome;
+      sink_->ended(r);
+    };
+    for (Worker w = 0; w < workers_.size(); ++w) {
+      const SimulatedWorkers::State& worker = workers_[w];
+      if (worker.step == Step::run) {
+        JobRecord r = record(w, Outcome::running);
+        r.finish = Time{};
+        sink_->ended(r);
+      } else if ((worker.step == Step::release || worker.step == Step::dispatch) && worker.has_job &&
+                 !worker.job.empty) {
+        queued(worker.job, Outcome::queued);  // decided, but not started
+      }
+    }
+    for (const Executor& executor : executors_) {
+      executor.scheduler->unfinished(
+          now_, [&](const Job& job, Outcome outcome) { queued(of_whole_set(executor, job), outcome); });
+    }
+  }
+
+  const TaskSet& set_;
+  const std::vector<std::uint32_t>& executor_of_;  // by task
+  std::vector<TaskId> numbers_;                    // by task: its number in its scheduler; empty: unchanged
+  Workload* workload_;
+  const Platform platform_;
+  const Duration start_;
+  const Time end_;
+  const std::uint64_t max_backlog_;
+  JobSink* const sink_;
+
+  SimulatedWorkers workers_;
+  std::deque<Sample> on_the_way_;       // in order of arrival, since all have the same delay
+  std::vector<std::uint64_t> arrived_;  // per subscription
+  std::vector<Executor> executors_;
+  std::vector<Worker> done_;
+  Time now_{};
+  SimulationSummary summary_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// The exploration of all schedules against the enumeration of all execution times.
+#include "hotpath/core/exploration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "../src/core/zone.hpp"
+#include "task_sets.hpp"
+
+namespace hotpath::test {
+namespace {
+
+using Worst = std::map<TaskId, Duration>;  // response time by timer
+
+class WorstResponses final : public ExplorationObserver {
+ public:
+  void ended(const JobRecord& record, const ExploredInstant& instant) override {
+    if (record.outcome != Outcome::ran || !is_of_timer(record.job)) return;
+    Duration& worst = worst_[record.job.task];
+    worst = std::max(worst, instant.latest() - record.job.timestamp);
+  }
+  void published(const ExploredInstant&) override {}
+  [[nodiscard]] const Worst& worst() const { return worst_; }
+
+ private:
+  Worst worst_;
+};
+
+Worst explored(const TaskSet& set, const std::string& executor, const Platform& platform = {}) {
+  SchedulerOptions scheduling;
+  scheduling.workers = 1;
+  const WorstCaseTimes times(set);
+  WorstResponses worst;
+  ExplorationOptions options;
+  options.platform = platform;
+  explore(set, *find_executor(executor)->make(set, scheduling), PublishingWorkload(times), options, worst);
+  return worst.worst();
+}
+
+/// A choice for each of the first jobs of every task; later jobs take the worst case.
+class ChosenTimes final : public ExecutionTimes {
+ public:
+  ChosenTimes(const TaskSet& set, std::uint64_t jobs) : set_(set), jobs_(jobs), choice_(set.size() * jobs) {}
+  Duration of(const Job& job) const override {
+    const Task& task = set_[job.task];
+    return job.sequence < jobs_ ? task.bcet + choice_[job.task * jobs_ + job.sequence] : task.wcet;
+  }
+  /// False after the last combination.
+  bool next() {
+    for (std::size_t i = 0; i < choice_.size(); ++i) {
+      const Task& task = set_[static_cast<TaskId>(i / jobs_)];
+      if (choice_[i] < task.wcet - task.bcet) return ++choice_[i], true;
+      choice_[i] = Duration{};
+    }
+    return false;
+  }
+
+ private:
+  const TaskSet& set_;
+  const std::uint64_t jobs_;
+  std::vector<Duration> choice_;
+};
+
+Worst enumerated(const TaskSet& set, const std::string& executor, Duration duration, std::uint64_t jobs,
+                 const Platform& platform) {
+  Worst worst;
+  SchedulerOptions scheduling;
+  scheduling.workers = 1;
+  ChosenTimes times(set, jobs);
+  do {
+    PublishingWorkload workload(times);
+    SimulationOptions options;
+    options.platform = platform;
+    options.duration = duration;
+    const Trace trace = simulate_trace(set, *find_executor(executor), scheduling, workload, options);
+    for (const JobRecord& r : trace.jobs) {
+      if (r.outcome != Outcome::ran || !is_of_timer(r.job)) continue;
+      worst[r.job.task] = std::max(worst[r.job.task], r.finish - r.job.timestamp);
+    }
+  } while (times.next());
+  return worst;
+}
+
+TEST(Zone, BoundsStayClosed) {
+  Zone zone(3);
+  zone.assign(1, 0, 2, 10);  // x in [2, 10]
+  zone.assign(2, 1, 1, 3);   // y = x + [1, 3]
+  EXPECT_EQ(zone.lowest(2), 3);
+  EXPECT_EQ(zone.highest(2), 13);
+  ASSERT_TRUE(zone.limit(2, 0, 4));  // y <= 4
+  EXPECT_EQ(zone.highest(1), 3);
+  EXPECT_EQ(zone.most(2, 1), 2);
+  EXPECT_FALSE(zone.limit(0, 2, -5));  // y >= 5
+}
+
+TEST(Zone, JoinsWhatTouches) {
+  const auto interval = [](std::int64_t low, std::int64_t high) {
+    Zone zone(2);
+    zone.assign(1, 0, low, high);
+    return zone;
+  };
+  EXPECT_TRUE(Zone::joined(interval(1, 3), interval(4, 6))->contains(interval(1, 6)));
+  EXPECT_FALSE(Zone::joined(interval(1, 3), interval(5, 6)));
+}
+
+TEST(Exploration, AJobThatIsShorterCanDelayAnother) {
+  TaskSet set;
+  const TaskId often = add_timer(set, 10ms, 2ms);
+  const TaskId rare = add_timer(set, 20ms, 5ms, 9ms);
+  set.tasks[rare].bcet = 1ms;
+  const Worst worst = explored(set, "rm-ro");
+  EXPECT_EQ(worst.at(often), 6ms);  // from 10 to 16: the rare job runs from 9 to 14
+  EXPECT_EQ(worst.at(rare), 5ms);
+}
+
+TEST(Exploration, RefusesSeveralThreadsAndOverload) {
+  TaskSet set;
+  add_timer(set, 10ms, 11ms);
+  EXPECT_THROW(explored(set, "rm-ro"), ExplorationRefused);
+  EXPECT_THROW(explored(set, "rm-re"), ExplorationRefused);
+}
+
+/// Sets so small that all combinations of execution times can be simulated.
+TEST(Exploration, FindsWhatEnumerationFinds) {
+  std::mt19937_64 random(1);
+  const auto draw = [&](std::int64_t low, std::int64_t high) {
+    return Duration(low + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(high - low + 1)));
+  };
+  for (const char* executor :
+       {"default", "static", "events-ro", "rm-ro", "edf-ro", "fp-ro", "dm-ro", "cbg"}) {
+    std::size_t equal = 0, compared = 0;
+    for (int number = 0; number < 30; ++number) {
+      TaskSet set;
+      const TaskId a = add_timer(set, 6ns, draw(1, 2), draw(0, 3));
+      const TaskId b = add_timer(set, 12ns, draw(1, 3), draw(0, 6));
+      const TaskId reader = add_subscription(set, {number % 2 == 0 ? a : b}, draw(1, 1));
+      for (const TaskId id : {b, reader}) set.tasks[id].bcet = draw(0, set[id].wcet.count());
+      set.tasks[a].priority = static_cast<std::int64_t>(random() % 2);
+      Platform platform = default_platform(*find_executor(executor));
+      const Worst exact = explored(set, executor, platform);
+      const Worst seen = enumerated(set, executor, 36ns, 2, platform);
+      for (const TaskId id : {a, b}) {
+        ASSERT_GE(exact.at(id), seen.at(id)) << executor << ", set " << number << ", task " << id;
+        ++compared;
+        equal += exact.at(id) == seen.at(id);
+      }
+    }
+    EXPECT_GE(equal * 10, compared * 9) << executor << ": only " << equal << " of " << compared;
+  }
+}
+
+}  // namespace
+}  // namespace hotpath::test
