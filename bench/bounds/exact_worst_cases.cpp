@@ -81,7 +81,7 @@ class WorstCases final : public ExplorationObserver {
 GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
                               const SchedulerOptions& scheduling, std::size_t max_states) {
   GraphBounds bounds;
-  bounds.method = "exploration (exact, for these phases)";
+  bounds.method = "exploration: exact for these phases";
   try {
     WorstCases worst(graph, tasks, bounds);
     const WorstCaseTimes times(tasks.set);
@@ -93,7 +93,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
     explore(tasks.set, *executor.make(tasks.set, scheduling), workload, options, worst);
   } catch (const ExplorationRefused& error) {
     bounds = {};
-    bounds.method = "exploration (exact, for these phases)";
+    bounds.method = "exploration: exact for these phases";
     bounds.refusal = error.what();
   }
   return bounds;

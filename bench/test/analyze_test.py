@@ -272,7 +272,7 @@ class AnalyzeTest(CommandTest):
         ):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
             out = self.accepted("analyze", self.graph(*nodes), *exact)
-            self.assertRegex(out.partition("exploration (exact")[2], why)
+            self.assertRegex(out.partition("exploration: exact")[2], why)
 
     def test_a_run_is_compared_with_bounds_for_what_ran(self) -> None:
         graph = self.graph(SENSOR.format("A", 20, 5), SENSOR.format("B", 30, 5))
