@@ -221,7 +221,8 @@ class AnalyzeTest(CommandTest):
         )
         self.assertRegex(
             err,
-            r"A bound is wrong; please report the graph .*sequences.yaml and .*: hotpath simulate --executors=rm-ro --graph=sequences",
+            r"A bound is wrong; please report the graph .*sequences.yaml and .*: "
+            "hotpath simulate --executors=rm-ro --graph=sequences",
         )
         reproduce = err.strip().split("reproduces it: hotpath ")[1].split()
         self.assertIn("--dispatch-cost-us=20", reproduce)
