@@ -22,7 +22,7 @@ struct ChainAge {
   TaskId waited_at = kNoTask;  ///< Last task at which the oldest data waited; kNoTask if it never waited.
   PathParts parts;             ///< Of `response`.
   /// Start of the sink's job minus the latest start of a source job in its data; none: not bounded.
-  std::optional<std::int64_t> hot_path;
+  std::optional<std::int64_t> hot_path = {};
 };
 
 /// Bound on the age of a chain's data (docs/analysis.md, "Age of data"). std::nullopt if no data of
