@@ -20,13 +20,13 @@ T median(std::vector<T>& values) {
 }  // namespace
 
 std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
-                                                 std::span<const RecordedJob> jobs) {
+                                                 std::span<const tracing::Job> jobs) {
   std::vector<std::vector<Duration>> before_end(graph.tasks.set.size());
   std::vector<std::vector<double>> share(graph.tasks.set.size());
-  for (const RecordedJob& job : jobs) {
+  for (const tracing::Job& job : jobs) {
     const TaskId task = graph.task(job.ref);
     if (task == kNoTask || !job.ended || job.published.empty()) continue;
-    const Time last = std::ranges::max(job.published, {}, &RecordedPublication::at).at;
+    const Time last = std::ranges::max(job.published, {}, &tracing::Publication::at).at;
     before_end[task].push_back(job.finish - last);
     share[task].push_back(to_ms(last - job.start) / std::max(to_ms(job.finish - job.start), 1e-6));
   }

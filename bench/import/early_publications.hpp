@@ -17,6 +17,6 @@ struct EarlyPublication {
 
 /// Tasks that publish over a tenth of the job and over 0.1 ms before its end, the earliest first.
 [[nodiscard]] std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
-                                                               std::span<const RecordedJob> jobs);
+                                                               std::span<const tracing::Job> jobs);
 
 }  // namespace hotpath

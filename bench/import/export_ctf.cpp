@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "hotpath/tracing/ctf_writer.hpp"
 #include "import/import_ctf.hpp"
 #include "import/run_events.hpp"
 #include "program/output_target.hpp"
@@ -60,7 +61,8 @@ void export_ctf(const std::string& folder, const std::string& output) {
     const fs::path to =
         one ? fs::path(output) : fs::path(output) / concat(trace.executor, "-", trace.repetition);
     if (to.has_parent_path()) create_folder(to.parent_path());
-    write_whole_folder(to, [&](const fs::path& part) { write_ctf(part, run_events(exported)); });
+    write_whole_folder(
+        to, [&](const fs::path& part) { tracing::write_ctf(part, run_events(exported).events, "hotpath"); });
   }
 }
 

@@ -28,7 +28,7 @@ struct Step {
 
 class Follower {
  public:
-  Follower(const RecordedSystem& system, const RecordedGraph& graph, const RecordedWindow& window)
+  Follower(const tracing::System& system, const RecordedGraph& graph, const RecordedWindow& window)
       : system_(system), graph_(graph), window_(window), chains_(index_chains(graph.graph, graph.tasks)) {
     for (const InferredRule& rule : graph.rules) {
       held_.emplace_back(rule.of.size());
@@ -64,7 +64,7 @@ class Follower {
   std::vector<Step> steps() {
     std::vector<Step> steps;
     for (std::size_t i = 0; i < window_.jobs.size(); ++i) {
-      const RecordedJob& job = window_.jobs[i];
+      const tracing::Job& job = window_.jobs[i];
       if (graph_.task(job.ref) == kNoTask) continue;
       steps.push_back({job.started, Step::start, i});
       if (job.ended) steps.push_back({job.finished, Step::finish, i});
@@ -76,10 +76,10 @@ class Follower {
     return steps;
   }
 
-  std::uint32_t topic_of(const RecordedJob& job) const { return system_.callbacks[job.ref.callback].topic; }
+  std::uint32_t topic_of(const tracing::Job& job) const { return system_.callbacks[job.ref.callback].topic; }
 
   void start(std::size_t i) {
-    const RecordedJob& job = window_.jobs[i];
+    const tracing::Job& job = window_.jobs[i];
     Running& running = running_[i];
     running.ref = window_.records[i].job.ref();
     running.start = job.start;
@@ -99,9 +99,9 @@ class Follower {
     }
   }
 
-  void publish(std::size_t i, const RecordedPublication& publication) {
+  void publish(std::size_t i, const tracing::Publication& publication) {
     Running& running = running_[i];
-    const RecordedJob& job = window_.jobs[i];
+    const tracing::Job& job = window_.jobs[i];
     auto message = std::make_shared<SimulatedMessage>();
     for (std::size_t r = 0; r < graph_.rules.size(); ++r) {
       const InferredRule& rule = graph_.rules[r];
@@ -135,7 +135,7 @@ class Follower {
                    [this](const ChainObservation& o) { observations_.push_back(o); });
   }
 
-  const RecordedSystem& system_;
+  const tracing::System& system_;
   const RecordedGraph& graph_;
   const RecordedWindow& window_;
   const std::vector<ChainIndex> chains_;
@@ -150,7 +150,7 @@ class Follower {
 
 }  // namespace
 
-std::vector<ChainObservation> recorded_chains(const RecordedSystem& system, const RecordedGraph& graph,
+std::vector<ChainObservation> recorded_chains(const tracing::System& system, const RecordedGraph& graph,
                                               const RecordedWindow& window) {
   return Follower(system, graph, window).follow();
 }

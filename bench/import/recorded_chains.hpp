@@ -10,7 +10,7 @@ namespace hotpath {
 
 /// The observations of the chains' sinks. Histories of jobs follow the recorded messages, and the
 /// inferred rules within nodes. `graph.graph` has the chains.
-[[nodiscard]] std::vector<ChainObservation> recorded_chains(const RecordedSystem& system,
+[[nodiscard]] std::vector<ChainObservation> recorded_chains(const tracing::System& system,
                                                             const RecordedGraph& graph,
                                                             const RecordedWindow& window);
 

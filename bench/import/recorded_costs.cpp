@@ -36,7 +36,7 @@ MeasuredCost cost_of(std::vector<Duration> samples, Duration without) {
 
 }  // namespace
 
-Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window) {
+Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window) {
   const std::size_t threads = system.threads.size();
   Displacement displacement{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0)};
   std::vector<std::vector<Meetings>> met(threads, std::vector<Meetings>(threads));
@@ -44,14 +44,14 @@ Displacement recorded_displacement(const RecordedSystem& system, const RecordedW
   std::map<std::int32_t, std::map<std::uint32_t, std::size_t>> latest;  // by processor and thread
   std::vector<Time> idle_since(threads, Time::min());
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
-    const RecordedJob& job = window.jobs[i];
+    const tracing::Job& job = window.jobs[i];
     if (!job.ended) continue;
     displacement.own[i] = job.finish - job.start;
     std::vector<std::size_t>& others = open[job.processor];
     std::erase_if(others, [&](std::size_t o) { return window.jobs[o].finish <= job.start; });
     // Only the innermost job had the processor.
     for (auto outer = others.rbegin(); outer != others.rend(); ++outer) {
-      const RecordedJob& displaced = window.jobs[*outer];
+      const tracing::Job& displaced = window.jobs[*outer];
       if (displaced.thread == job.thread || displaced.finish < job.finish) continue;
       displacement.own[*outer] -= job.finish - job.start;
       ++met[job.thread][displaced.thread].within;
@@ -61,7 +61,7 @@ Displacement recorded_displacement(const RecordedSystem& system, const RecordedW
     if (window.records[i].job.task != kNoTask) {
       const Time ready = window.records[i].job.timestamp;
       for (const auto& [thread, last] : latest[job.processor]) {
-        const RecordedJob& before = window.jobs[last];
+        const tracing::Job& before = window.jobs[last];
         const bool during = thread != job.thread && before.start < ready && ready < before.finish;
         if (during && idle_since[job.thread] < ready && before.finish <= job.start)
           ++met[job.thread][thread].waited;
@@ -90,7 +90,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   for (TaskId id = 0; id < place.size(); ++id)
     place[id] = entry.traits.runs_first == graph.tasks.set[id].kind ? id : id + place.size();
   const bool wait_set = entry.traits.family == Family::wait_set;
-  const bool waits_recorded = std::ranges::any_of(window.jobs, [&](const RecordedJob& job) {
+  const bool waits_recorded = std::ranges::any_of(window.jobs, [&](const tracing::Job& job) {
     return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
   });
   // A timer's releaser wakes the thread that runs its job.
@@ -105,7 +105,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
       Time& until = busy_until[window.jobs[i - 1].processor];
       until = std::max(until, window.jobs[i - 1].finish);
     }
-    const RecordedJob& job = window.jobs[i];
+    const tracing::Job& job = window.jobs[i];
     if (!job.ended || std::ranges::find(executor.threads, job.thread) == executor.threads.end()) continue;
     const auto before = previous.find(job.thread);
     const bool has_previous = before != previous.end();

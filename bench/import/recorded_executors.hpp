@@ -26,10 +26,10 @@ struct RecordedExecutors {
 };
 
 /// Callbacks that ran on one thread share an executor. `given`: the executor, if the user knows it.
-[[nodiscard]] RecordedExecutors recorded_executors(const RecordedSystem& system, const std::string& given);
+[[nodiscard]] RecordedExecutors recorded_executors(const tracing::System& system, const std::string& given);
 
 /// The processors on which at least one in a hundred of a thread's jobs ended.
-[[nodiscard]] std::vector<std::int32_t> usual_processors(const RecordedThread& thread);
+[[nodiscard]] std::vector<std::int32_t> usual_processors(const tracing::Thread& thread);
 
 /// A measured cost.
 struct MeasuredCost {
@@ -47,7 +47,7 @@ struct RecordedCosts {
 
 /// Jobs of a recording and their records, in the order of starts.
 struct RecordedWindow {
-  std::span<const RecordedJob> jobs;   ///< Of all callbacks.
+  std::span<const tracing::Job> jobs;  ///< Of all callbacks.
   std::span<const JobRecord> records;  ///< Parallel to `jobs`; task kNoTask: not in the graph.
 };
 
@@ -57,7 +57,7 @@ struct Displacement {
   std::vector<Duration> own;  ///< By job: its length without the jobs that preempted it.
   std::vector<int> level;     ///< By thread: relative priority; 0: it may have the ordinary policy.
 };
-[[nodiscard]] Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window);
+[[nodiscard]] Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window);
 
 [[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
                                            const RecordedExecutor& executor, const ExecutorEntry& entry);
@@ -72,7 +72,7 @@ struct Precedence {
                                              bool wait_sets);
 
 /// Nodes and callbacks in the order that agrees with most pairs; equals in the order of creation.
-[[nodiscard]] ServiceOrder service_order(const RecordedSystem& system, const RecordedGraph& graph,
+[[nodiscard]] ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,
                                          const Precedence& precedence);
 
 }  // namespace hotpath

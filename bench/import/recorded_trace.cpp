@@ -40,12 +40,12 @@ void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std:
 
 }  // namespace
 
-RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
-                               std::span<const RecordedJob> jobs, Time end) {
+RecordedTimers recorded_timers(const tracing::System& system, const RecordedGraph& graph,
+                               std::span<const tracing::Job> jobs, Time end) {
   const TaskId count = graph.tasks.set.size();
   RecordedTimers timers{std::vector<Time>(count), {}, std::vector<bool>(count, false)};
   const auto first =
-      std::ranges::find_if(jobs, [&](const RecordedJob& j) { return graph.task(j.ref) != kNoTask; });
+      std::ranges::find_if(jobs, [&](const tracing::Job& j) { return graph.task(j.ref) != kNoTask; });
   if (first != jobs.end()) timers.begin = first->start;
   // Next timestamp if the timer is polled, and if a separate thread releases its jobs.
   std::vector<Time> next(count), released(count);
@@ -56,7 +56,7 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
     if (graph.tasks.set[id].kind != TaskKind::timer || c == kNone) continue;
     timers.first[id] = next[id] = released[id] = system.callbacks[c].created + system.callbacks[c].period;
   }
-  for (const RecordedJob& job : jobs) {
+  for (const tracing::Job& job : jobs) {
     const TaskId id = graph.task(job.ref);
     if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer) continue;
     if (released[id] - job.start > kCreationEvent) early_released[id] = true;
@@ -78,7 +78,7 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
   return timers;
 }
 
-RecordedTrace::RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph,
+RecordedTrace::RecordedTrace(const tracing::System& system, const RecordedGraph& graph,
                              const RecordedTimers& timers, std::vector<bool> release_only)
     : system_(system),
       graph_(graph),
@@ -89,7 +89,7 @@ RecordedTrace::RecordedTrace(const RecordedSystem& system, const RecordedGraph& 
   for (auto& of_task : sequences_) of_task.resize(kRemembered);
 }
 
-JobRecord RecordedTrace::job(const RecordedJob& job) {
+JobRecord RecordedTrace::job(const tracing::Job& job) {
   const TaskId task = graph_.task(job.ref);
   JobRecord r;
   if (graph_.tasks.set[task].kind == TaskKind::timer) {
@@ -131,13 +131,13 @@ Job RecordedTrace::timer_job(TaskId task, Time start) {
   return job;
 }
 
-JobRecord RecordedTrace::lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) const {
+JobRecord RecordedTrace::lost(const tracing::LostSample& lost) const {
   JobRecord r;
-  r.job.task = graph_.task_of[subscription];
-  r.job.sequence = sample.sequence;
-  r.job.timestamp = r.job.release = sample.published;
-  r.job.parent = parent_of(sample.parent);
-  r.outcome = queued ? Outcome::queued : Outcome::overwritten;
+  r.job.task = graph_.task_of[lost.subscription];
+  r.job.sequence = lost.sample.sequence;
+  r.job.timestamp = r.job.release = lost.sample.published;
+  r.job.parent = parent_of(lost.sample.parent);
+  r.outcome = lost.queued ? Outcome::queued : Outcome::overwritten;
   return r;
 }
 
@@ -164,7 +164,7 @@ std::vector<JobRecord> RecordedTrace::due(Time end) const {
   return due;
 }
 
-JobRef RecordedTrace::parent_of(const RecordedRef& ref) const {
+JobRef RecordedTrace::parent_of(const tracing::JobRef& ref) const {
   const TaskId task = graph_.task(ref);
   if (task == kNoTask) return {};
   return {task, sequences_[task][ref.number % kRemembered]};

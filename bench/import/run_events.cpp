@@ -9,73 +9,13 @@ namespace hotpath {
 
 namespace {
 
+using K = tracing::EventKind;
+
 /// Epoch of exported traces, 2001-09-09; the epoch of a run is zero.
-constexpr std::int64_t kEpoch_ns = 1'000'000'000'000'000'000;
+constexpr Time kEpoch = from_ns(1'000'000'000'000'000'000);
 
-enum Format : std::uint32_t {
-  rcl_init,
-  node_init,
-  publisher_init,
-  subscription_init,
-  rclcpp_subscription_init,
-  subscription_callback_added,
-  callback_register,
-  timer_init,
-  timer_callback_added,
-  timer_link_node,
-  callback_start,
-  callback_end,
-  rclcpp_publish,
-  rcl_publish,
-  rmw_publish,
-  rmw_take,
-  rcl_take,
-  rclcpp_take,
-  get_next_ready,
-  wait_for_work,
-  execute,
-};
-
-std::vector<WrittenFormat> formats() {
-  constexpr auto a = FieldType::address, i = FieldType::integer, t = FieldType::text;
-  return {
-      {"ros2:rcl_init", {{"context_handle", a}, {"version", t}}},
-      {"ros2:rcl_node_init", {{"node_handle", a}, {"rmw_handle", a}, {"node_name", t}, {"namespace", t}}},
-      {"ros2:rcl_publisher_init",
-       {{"publisher_handle", a},
-        {"node_handle", a},
-        {"rmw_publisher_handle", a},
-        {"topic_name", t},
-        {"queue_depth", a}}},
-      {"ros2:rcl_subscription_init",
-       {{"subscription_handle", a},
-        {"node_handle", a},
-        {"rmw_subscription_handle", a},
-        {"topic_name", t},
-        {"queue_depth", a}}},
-      {"ros2:rclcpp_subscription_init", {{"subscription_handle", a}, {"subscription", a}}},
-      {"ros2:rclcpp_subscription_callback_added", {{"subscription", a}, {"callback", a}}},
-      {"ros2:rclcpp_callback_register", {{"callback", a}, {"symbol", t}}},
-      {"ros2:rcl_timer_init", {{"timer_handle", a}, {"period", i}}},
-      {"ros2:rclcpp_timer_callback_added", {{"timer_handle", a}, {"callback", a}}},
-      {"ros2:rclcpp_timer_link_node", {{"timer_handle", a}, {"node_handle", a}}},
-      {"ros2:callback_start", {{"callback", a}, {"is_intra_process", i}}},
-      {"ros2:callback_end", {{"callback", a}}},
-      {"ros2:rclcpp_publish", {{"message", a}}},
-      {"ros2:rcl_publish", {{"publisher_handle", a}, {"message", a}}},
-      {"ros2:rmw_publish", {{"publisher_handle", a}, {"message", a}, {"timestamp", i}}},
-      {"ros2:rmw_take",
-       {{"rmw_subscription_handle", a}, {"message", a}, {"source_timestamp", i}, {"taken", i}}},
-      {"ros2:rcl_take", {{"message", a}}},
-      {"ros2:rclcpp_take", {{"message", a}}},
-      {"ros2:rclcpp_executor_get_next_ready", {}},
-      {"ros2:rclcpp_executor_wait_for_work", {{"timeout", i}}},
-      {"ros2:rclcpp_executor_execute", {{"handle", a}}},
-  };
-}
-
-/// Addresses by kind of entity and index.
-enum Kind : std::uint64_t {
+/// Addresses by type of entity and index.
+enum Entity : std::uint64_t {
   node = 1,
   publisher,
   rmw_publisher,
@@ -85,60 +25,55 @@ enum Kind : std::uint64_t {
   timer,
   callback
 };
-std::uint64_t address(Kind kind, std::uint64_t index) {
-  return (std::uint64_t{kind} << 32) + 16 * (index + 1);
+std::uint64_t address(Entity entity, std::uint64_t index) {
+  return (std::uint64_t{entity} << 32) + 16 * (index + 1);
 }
 constexpr std::uint64_t kMessage = std::uint64_t{9} << 32;
 
 class EventWriter {
  public:
-  explicit EventWriter(const ExportedRun& run) : run_(run) {
-    written_.formats = formats();
-    written_.process_name = "hotpath";
-  }
+  explicit EventWriter(const ExportedRun& run) : run_(run) {}
 
-  WrittenTrace events() {
+  RunEvents events() {
     find_publications();
     initialise();
     add_jobs();
-    std::ranges::stable_sort(written_.events, {}, &WrittenEvent::at_ns);
+    std::ranges::stable_sort(written_.events, {}, &tracing::Event::at);
     separate_processors();
     return std::move(written_);
   }
 
  private:
-  struct Where {
-    std::uint32_t process = 0, thread = 0;
-    std::uint16_t processor = 0;
-  };
+  using Numbers = std::array<std::uint64_t, 4>;
+  using Texts = std::array<const char*, 2>;
 
-  /// Ids of threads are unique in a system.
-  static Where main_thread(std::uint16_t process) { return {1000U * (1U + process), 1000U * (1U + process)}; }
+  /// An event on a process's main thread. Ids of threads are unique in a system.
+  static tracing::Event on_main_thread(std::uint16_t process) {
+    const std::uint32_t id = 1000U * (1U + process);
+    return {.process = id, .thread = id, .processor = 0};
+  }
 
   /// Readers merge the streams of processors by time alone. Events of two processors at one instant
   /// of virtual time get a nanosecond of distance, in the order of cause and effect.
   void separate_processors() {
-    const WrittenEvent* last = nullptr;
-    for (WrittenEvent& e : written_.events) {
-      if (last != nullptr && e.at_ns <= last->at_ns) {
-        e.at_ns = last->at_ns + (e.processor == last->processor ? 0 : 1);
-      }
+    const tracing::Event* last = nullptr;
+    for (tracing::Event& e : written_.events) {
+      if (last != nullptr && e.at <= last->at)
+        e.at = last->at + Duration(e.processor == last->processor ? 0 : 1);
       last = &e;
     }
   }
 
-  std::uint64_t text(const std::string& words) {
-    const auto [at, is_new] = texts_.try_emplace(words, written_.texts.size());
-    if (is_new) written_.texts.push_back(words);
-    return at->second;
+  /// Adds an event on the thread of `where`.
+  void add(Time at, K kind, tracing::Event where, const Numbers& numbers = {}, Texts texts = {"", ""}) {
+    where.at = at;
+    where.kind = kind;
+    where.number = numbers;
+    where.text = texts;
+    written_.events.push_back(where);
   }
 
-  void add(std::int64_t at_ns, Format format, const Where& where, std::array<std::uint64_t, 5> values = {}) {
-    written_.events.push_back({at_ns, format, where.processor, where.process, where.thread, values});
-  }
-
-  /// The ROS name of a topic.
-  static std::string ros_name(const std::string& name) { return "/" + name; }
+  const char* ros_name(const std::string& topic) { return written_.names.insert("/" + topic).first->c_str(); }
 
   /// Finds the publications of each job that a reader received.
   void find_publications() {
@@ -156,46 +91,47 @@ class EventWriter {
     }
     Duration earliest{};
     for (const Task& task : run_.tasks.set.tasks) earliest = std::min(earliest, task.phase - task.period);
-    const std::int64_t begin = kEpoch_ns + earliest.count() - 1'000'000;
+    const Time begin = kEpoch + earliest - std::chrono::milliseconds(1);
     std::uint64_t publishers = 0;
     for (std::uint32_t n = 0; n < run_.graph.nodes.size(); ++n) {
-      const Where where = main_thread(process_of[n]);
+      const tracing::Event where = on_main_thread(process_of[n]);
       if (processes.insert(process_of[n]).second)
-        add(begin, rcl_init, where, {1, text(run_.jazzy ? "9.2.0" : "8.0.0")});
+        add(begin, K::rcl_init, where, {1}, {run_.jazzy ? "9.2.0" : "8.0.0", ""});
       const Node& of = run_.graph.nodes[n];
-      add(begin, node_init, where, {address(node, n), address(node, n) + 8, text(of.name), text("/")});
+      add(begin, K::node_init, where, {address(node, n), address(node, n) + 8}, {of.name.c_str(), "/"});
       for (const std::string& topic : of.outputs) {
         publisher_of_[{n, topic}] = publishers;
-        add(begin, publisher_init, where,
-            {address(publisher, publishers), address(node, n), address(rmw_publisher, publishers),
-             text(ros_name(topic)), 10});
+        add(begin, K::publisher_init, where,
+            {address(publisher, publishers), address(node, n), address(rmw_publisher, publishers), 10},
+            {ros_name(topic), ""});
         ++publishers;
       }
     }
-    for (TaskId id = 0; id < run_.tasks.set.size(); ++id) initialise(id, begin, process_of);
+    for (TaskId id = 0; id < run_.tasks.set.size(); ++id)
+      initialise(id, begin, on_main_thread(process_of.at(run_.tasks.origin[id].node)));
   }
 
-  void initialise(TaskId id, std::int64_t begin, const std::map<std::uint32_t, std::uint16_t>& process_of) {
+  void initialise(TaskId id, Time begin, const tracing::Event& where) {
     const TaskOrigin& origin = run_.tasks.origin[id];
     const Task& task = run_.tasks.set[id];
-    const Where where = main_thread(process_of.at(origin.node));
+    const Texts name = {task.name.c_str(), ""};
     if (origin.input) {
       const Input& input = run_.graph.nodes[origin.node].inputs[*origin.input];
-      add(begin, subscription_init, where,
-          {address(subscription, id), address(node, origin.node), address(rmw_subscription, id),
-           text(ros_name(input.topic)), input.depth});
-      add(begin, rclcpp_subscription_init, where,
+      add(begin, K::subscription_init, where,
+          {address(subscription, id), address(node, origin.node), address(rmw_subscription, id), input.depth},
+          {ros_name(input.topic), ""});
+      add(begin, K::rclcpp_subscription_init, where,
           {address(subscription, id), address(rclcpp_subscription, id)});
-      add(begin, subscription_callback_added, where,
+      add(begin, K::subscription_callback_added, where,
           {address(rclcpp_subscription, id), address(callback, id)});
-      add(begin, callback_register, where, {address(callback, id), text(task.name)});
+      add(begin, K::callback_register, where, {address(callback, id)}, name);
       return;
     }
-    const std::int64_t created = kEpoch_ns + (task.phase - task.period).count();
-    add(created, timer_init, where, {address(timer, id), static_cast<std::uint64_t>(task.period.count())});
-    add(created, timer_callback_added, where, {address(timer, id), address(callback, id)});
-    add(created, callback_register, where, {address(callback, id), text(task.name)});
-    add(created, timer_link_node, where, {address(timer, id), address(node, origin.node)});
+    const Time created = kEpoch + task.phase - task.period;
+    add(created, K::timer_init, where, {address(timer, id), static_cast<std::uint64_t>(task.period.count())});
+    add(created, K::timer_callback_added, where, {address(timer, id), address(callback, id)});
+    add(created, K::callback_register, where, {address(callback, id)}, name);
+    add(created, K::timer_link_node, where, {address(timer, id), address(node, origin.node)});
   }
 
   /// Adds jobs in the order of starts: at one instant the events of an earlier job come first.
@@ -208,10 +144,9 @@ class EventWriter {
     });
     std::map<std::pair<std::uint16_t, std::uint16_t>, const JobRecord*> previous;  // by process and worker
     for (const JobRecord* r : jobs) {
-      Where where = main_thread(r->process);
+      tracing::Event where = on_main_thread(r->process);
       where.thread += r->worker;
-      where.processor =
-          static_cast<std::uint16_t>(r->cpu >= 0 ? r->cpu : static_cast<int>(r->worker % run_.cores));
+      where.processor = r->cpu >= 0 ? r->cpu : static_cast<std::int32_t>(r->worker % run_.cores);
       const JobRecord*& before = previous[{r->process, r->worker}];
       if (r->worker < run_.polled.size() && run_.polled[r->worker]) add_executor_events(*r, before, where);
       before = r;
@@ -219,28 +154,29 @@ class EventWriter {
     }
   }
 
-  std::int64_t ns(Time t) const { return kEpoch_ns + (t - run_.trace.epoch).count(); }
+  Time traced(Time t) const { return kEpoch + (t - run_.trace.epoch); }
 
   /// A job that became ready after the start of the previous one needed another wait.
-  void add_executor_events(const JobRecord& r, const JobRecord* before, const Where& where) {
-    const std::int64_t at =
-        before == nullptr || before->finish < before->start ? ns(r.start) : ns(before->finish);
+  void add_executor_events(const JobRecord& r, const JobRecord* before, const tracing::Event& where) {
+    const Time start = traced(r.start);
+    const bool idle = before == nullptr || before->finish < before->start;
     if (before == nullptr || r.job.release > before->start)
-      add(at, wait_for_work, where, {static_cast<std::uint64_t>(-1)});
-    add(ns(r.start), get_next_ready, where);
-    add(ns(r.start), execute, where,
+      add(idle ? start : traced(before->finish), K::wait_for_work, where, {static_cast<std::uint64_t>(-1)});
+    add(start, K::get_next_ready, where);
+    add(start, K::execute, where,
         {address(run_.tasks.origin[r.job.task].input ? subscription : timer, r.job.task)});
   }
 
-  void add_job(const JobRecord& r, const Where& where) {
+  void add_job(const JobRecord& r, const tracing::Event& where) {
     const TaskId id = r.job.task;
+    const Time start = traced(r.start);
     if (run_.tasks.origin[id].input) {
-      add(ns(r.start), rmw_take, where,
-          {address(rmw_subscription, id), kMessage, static_cast<std::uint64_t>(ns(r.job.timestamp)), 1});
-      add(ns(r.start), rcl_take, where, {kMessage});
-      add(ns(r.start), rclcpp_take, where, {kMessage});
+      add(start, K::rmw_take, where,
+          {address(rmw_subscription, id), kMessage, stamp_of(traced(r.job.timestamp)), 1});
+      add(start, K::rcl_take, where, {kMessage});
+      add(start, K::rclcpp_take, where, {kMessage});
     }
-    add(ns(r.start), callback_start, where, {address(callback, id), 0});
+    add(start, K::callback_start, where, {address(callback, id)});
     if (r.outcome != Outcome::ran) return;
     const auto received = published_.find({id, r.job.sequence});
     for (std::size_t p = 0; p < run_.tasks.readers[id].size(); ++p) {
@@ -254,27 +190,26 @@ class EventWriter {
         publishes = true;
         at = std::min(at, received->second.at(reader));
       }
-      if (publishes)
-        add_publication(ns(at), publisher_of_.at({run_.tasks.origin[id].node, publication.topic}), where);
+      if (!publishes) continue;
+      const std::uint64_t of = publisher_of_.at({run_.tasks.origin[id].node, publication.topic});
+      const Time published = traced(at);
+      add(published, K::rclcpp_publish, where, {kMessage + 8});
+      add(published, K::rcl_publish, where, {address(publisher, of), kMessage + 8});
+      add(published, K::rmw_publish, where, {address(rmw_publisher, of), kMessage + 8, stamp_of(published)});
     }
-    add(ns(r.finish), callback_end, where, {address(callback, id)});
+    add(traced(r.finish), K::callback_end, where, {address(callback, id)});
   }
 
-  void add_publication(std::int64_t at, std::uint64_t of, const Where& where) {
-    add(at, rclcpp_publish, where, {kMessage + 8});
-    add(at, rcl_publish, where, {address(publisher, of), kMessage + 8});
-    add(at, rmw_publish, where, {address(rmw_publisher, of), kMessage + 8, static_cast<std::uint64_t>(at)});
-  }
+  static std::uint64_t stamp_of(Time t) { return static_cast<std::uint64_t>(to_ns(t)); }
 
   const ExportedRun& run_;
-  WrittenTrace written_;
-  std::map<std::string, std::uint64_t> texts_;
+  RunEvents written_;
   std::map<std::pair<std::uint32_t, std::string>, std::uint64_t> publisher_of_;   // by node and topic
   std::map<std::pair<TaskId, std::uint64_t>, std::map<TaskId, Time>> published_;  // by job: readers
 };
 
 }  // namespace
 
-WrittenTrace run_events(const ExportedRun& run) { return EventWriter(run).events(); }
+RunEvents run_events(const ExportedRun& run) { return EventWriter(run).events(); }
 
 }  // namespace hotpath

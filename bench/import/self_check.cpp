@@ -78,9 +78,9 @@ Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const Execu
 }
 
 std::vector<double> latencies(const Graph& graph, const GraphTasks& tasks, const Trace& trace,
-                              std::size_t chain, Time from) {
+                              std::size_t chain) {
   std::vector<double> all;
-  for (const ChainRecord& r : counted_chains(trace, measured_chains(graph, tasks), from))
+  for (const ChainRecord& r : counted_chains(trace, measured_chains(graph, tasks), Time{}))
     if (r.chain == chain) all.push_back(to_ms(r.hot_path_latency));
   return all;
 }
@@ -100,10 +100,10 @@ struct Losses {
 };
 
 /// Losses by task, followed by their sum.
-std::vector<Losses> losses(const TaskSet& set, const Trace& trace, Time from) {
+std::vector<Losses> losses(const TaskSet& set, const Trace& trace) {
   std::vector<Losses> losses(set.size() + 1);
   for (const JobRecord& r : trace.jobs) {
-    if (r.job.timestamp < from || r.outcome == Outcome::empty) continue;
+    if (r.job.timestamp < Time{} || r.outcome == Outcome::empty) continue;
     for (Losses* l : {&losses[r.job.task], &losses.back()}) {
       l->all += 1 + r.job.skipped;
       l->lost += r.job.skipped + (r.outcome == Outcome::overwritten);
@@ -153,7 +153,7 @@ void compare_latencies(SelfCheck::ChainCheck& chain, const std::vector<double>& 
 }  // namespace
 
 SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                     const Trace& recorded, Duration warm_up) {
+                     const Trace& recorded) {
   SelfCheck check;
   Trace simulated;
   try {
@@ -168,15 +168,14 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   check.schedule = compare_schedules(schedule_of(tasks.set, recorded), schedule_of(tasks.set, simulated));
   judge.see(1 - check.schedule.similarity, 1 - kSimilarity,
             text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
-  const Time from = Time{} + warm_up;
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
     SelfCheck::ChainCheck& chain = check.chains.emplace_back();
     chain.chain = graph.chains[c].name;
-    compare_latencies(chain, latencies(graph, tasks, recorded, c, from),
-                      latencies(graph, tasks, simulated, c, from), judge);
+    compare_latencies(chain, latencies(graph, tasks, recorded, c), latencies(graph, tasks, simulated, c),
+                      judge);
   }
-  const auto recorded_losses = losses(tasks.set, recorded, from);
-  const auto simulated_losses = losses(tasks.set, simulated, from);
+  const auto recorded_losses = losses(tasks.set, recorded);
+  const auto simulated_losses = losses(tasks.set, simulated);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const Losses &in_recording = recorded_losses[id], &in_simulation = simulated_losses[id];
     if (in_recording.lost + in_simulation.lost > 0)
@@ -198,27 +197,22 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
 
 namespace {
 
+// nlohmann::json writes numbers that are not finite as null.
 nlohmann::json json_of(const LatencyQuantiles& q) {
-  const auto number = [](double v) { return std::isfinite(v) ? nlohmann::json(v) : nlohmann::json(); };
-  return {{"n", q.n.value_or(0)},
-          {"p50", number(q.p50)},
-          {"p90", number(q.p90)},
-          {"p99", number(q.p99)},
-          {"max", number(q.max)}};
+  return {{"n", q.n.value_or(0)}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
 }
 
 }  // namespace
 
 void to_json(nlohmann::json& j, const SelfCheck& check) {
   using nlohmann::json;
-  const auto number = [](double v) { return std::isfinite(v) ? json(v) : json(); };
   json chains = json::array(), losses = json::array();
   for (const auto& c : check.chains) {
     chains.push_back({{"chain", c.chain},
                       {"recorded_ms", json_of(c.recorded_ms)},
                       {"simulated_ms", json_of(c.simulated_ms)},
-                      {"median_error_percent", number(c.median_error_percent)},
-                      {"p99_error_percent", number(c.p99_error_percent)}});
+                      {"median_error_percent", c.median_error_percent},
+                      {"p99_error_percent", c.p99_error_percent}});
   }
   for (const auto& l : check.losses) {
     losses.push_back({{"task", l.task},
@@ -226,21 +220,20 @@ void to_json(nlohmann::json& j, const SelfCheck& check) {
                       {"simulated_percent", l.simulated_percent}});
   }
   const ScheduleComparison& s = check.schedule;
-  j = {{"light", to_string(check.light)},
-       {"reasons", check.reasons},
-       {"similarity", s.similarity},
-       {"first_difference", s.first_difference ? json{{"at_ms", s.first_difference->at_ms},
-                                                      {"recorded", s.first_difference->measured},
-                                                      {"simulated", s.first_difference->other}}
-                                               : json()},
-       {"response_p50_ms",
-        {{"recorded", number(s.measured.response_ms.p50)}, {"simulated", number(s.other.response_ms.p50)}}},
-       {"response_p99_ms",
-        {{"recorded", number(s.measured.response_ms.p99)}, {"simulated", number(s.other.response_ms.p99)}}},
-       {"chains", chains},
-       {"losses", losses},
-       {"lost_percent",
-        {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
+  j = {
+      {"light", to_string(check.light)},
+      {"reasons", check.reasons},
+      {"similarity", s.similarity},
+      {"first_difference", s.first_difference ? json{{"at_ms", s.first_difference->at_ms},
+                                                     {"recorded", s.first_difference->measured},
+                                                     {"simulated", s.first_difference->other}}
+                                              : json()},
+      {"response_p50_ms", {{"recorded", s.measured.response_ms.p50}, {"simulated", s.other.response_ms.p50}}},
+      {"response_p99_ms", {{"recorded", s.measured.response_ms.p99}, {"simulated", s.other.response_ms.p99}}},
+      {"chains", chains},
+      {"losses", losses},
+      {"lost_percent",
+       {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
 }
 
 }  // namespace hotpath
