@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <optional>
 #include <span>
 #include <vector>
 
+#include "hotpath/core/timer.hpp"
 #include "hotpath/core/trace.hpp"
 #include "import/recorded_graph.hpp"
 
@@ -44,18 +43,14 @@ class RecordedTrace {
  private:
   /// A sample may stay unread for this many jobs of its publisher.
   static constexpr std::size_t kRemembered = 1024;
-  struct TimerState {
-    Time next{};
-    std::uint64_t sequence = 0;
-  };
   Job timer_job(TaskId task, Time start);
   JobRef parent_of(const tracing::JobRef& ref) const;
 
   const tracing::System& system_;
   const RecordedGraph& graph_;
   const std::vector<bool> release_only_;
-  const Time begin_;
-  std::vector<TimerState> timers_;                     // by task
+  const RecordedTimers recorded_timers_;
+  std::vector<Timer> timers_;                          // by task
   std::vector<std::vector<std::uint64_t>> sequences_;  // by task, by number: of the latest jobs
 };
 

@@ -6,10 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "program/json_fields.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "setup/run_setup.hpp"
-#include "simulated/simulated_system.hpp"
+#include "simulated/repetition.hpp"
 
 namespace hotpath {
 
@@ -54,34 +55,23 @@ class TimesOfMoment final : public ExecutionTimes {
 };
 
 Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                        const Trace& recorded) {
+                        const std::vector<MeasuredChain>& chains, const Trace& recorded) {
   Trace own = recorded;
   for (JobRecord& r : own.jobs)
     if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
   const TimesOfMoment times(tasks.set, working_jobs(tasks, own));
-  const SimulatedSystem system(executor, graph, tasks);
-  std::vector<ChainObservation> observations;
-  GraphWorkload workload(graph, tasks, times, &observations);
-  SimulationOptions options;
-  options.platform = make_platform(graph, *parts(executor).front().entry);
-  options.duration = recorded.end - Time{};
-  options.start = first_start(recorded);
-  options.max_backlog = 1000 * tasks.set.size();
-  Trace trace;
-  TraceRecorder recorder(trace);
-  const SimulationSummary summary =
-      simulate(tasks.set, system.executors(), system.executor_of(), workload, options, &recorder);
-  trace.end = summary.end;
-  trace.published = summary.published;
-  trace.chains = join_chains(graph, tasks, trace, observations);
-  return trace;
+  SimulationPlan plan{executor, graph, tasks, chains, times};
+  plan.duration = recorded.end - Time{};
+  plan.start = first_start(recorded);
+  plan.max_backlog = 1000 * tasks.set.size();
+  return simulate_repetition(plan).trace;
 }
 
-std::vector<double> latencies(const Graph& graph, const GraphTasks& tasks, const Trace& trace,
-                              std::size_t chain) {
-  std::vector<double> all;
-  for (const ChainRecord& r : counted_chains(trace, measured_chains(graph, tasks), Time{}))
-    if (r.chain == chain) all.push_back(to_ms(r.hot_path_latency));
+/// By chain.
+std::vector<std::vector<double>> latencies_ms(const std::vector<MeasuredChain>& chains, const Trace& trace) {
+  std::vector<std::vector<double>> all(chains.size());
+  for (const ChainRecord& r : counted_chains(trace, chains, Time{}))
+    all[r.chain].push_back(to_ms(r.hot_path_latency));
   return all;
 }
 
@@ -155,9 +145,10 @@ void compare_latencies(SelfCheck::ChainCheck& chain, const std::vector<double>& 
 SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
                      const Trace& recorded) {
   SelfCheck check;
-  Trace simulated;
+  const std::vector<MeasuredChain> chains = measured_chains(graph, tasks);
+  Trace& simulated = check.simulated;
   try {
-    simulated = simulate_recorded(graph, tasks, executor, recorded);
+    simulated = simulate_recorded(graph, tasks, executor, chains, recorded);
   } catch (const SimulationError& error) {
     check.failure = error.what();
     check.light = Light::red;
@@ -168,11 +159,11 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   check.schedule = compare_schedules(schedule_of(tasks.set, recorded), schedule_of(tasks.set, simulated));
   judge.see(1 - check.schedule.similarity, 1 - kSimilarity,
             text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
+  const auto recorded_ms = latencies_ms(chains, recorded), simulated_ms = latencies_ms(chains, simulated);
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
     SelfCheck::ChainCheck& chain = check.chains.emplace_back();
     chain.chain = graph.chains[c].name;
-    compare_latencies(chain, latencies(graph, tasks, recorded, c), latencies(graph, tasks, simulated, c),
-                      judge);
+    compare_latencies(chain, recorded_ms[c], simulated_ms[c], judge);
   }
   const auto recorded_losses = losses(tasks.set, recorded);
   const auto simulated_losses = losses(tasks.set, simulated);
@@ -190,34 +181,25 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
             text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
                  check.lost_simulated_percent, check.lost_recorded_percent));
-  simulated.executor = recorded.executor;
-  check.simulated = std::move(simulated);
   return check;
 }
 
-namespace {
-
 // nlohmann::json writes numbers that are not finite as null.
-nlohmann::json json_of(const LatencyQuantiles& q) {
+static nlohmann::json json_of(const LatencyQuantiles& q) {
   return {{"n", q.n.value_or(0)}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
 }
 
-}  // namespace
+static HOTPATH_JSON_FIELDS(SelfCheck::LossCheck, task, recorded_percent, simulated_percent);
 
 void to_json(nlohmann::json& j, const SelfCheck& check) {
   using nlohmann::json;
-  json chains = json::array(), losses = json::array();
+  json chains = json::array();
   for (const auto& c : check.chains) {
     chains.push_back({{"chain", c.chain},
                       {"recorded_ms", json_of(c.recorded_ms)},
                       {"simulated_ms", json_of(c.simulated_ms)},
                       {"median_error_percent", c.median_error_percent},
                       {"p99_error_percent", c.p99_error_percent}});
-  }
-  for (const auto& l : check.losses) {
-    losses.push_back({{"task", l.task},
-                      {"recorded_percent", l.recorded_percent},
-                      {"simulated_percent", l.simulated_percent}});
   }
   const ScheduleComparison& s = check.schedule;
   j = {
@@ -231,7 +213,7 @@ void to_json(nlohmann::json& j, const SelfCheck& check) {
       {"response_p50_ms", {{"recorded", s.measured.response_ms.p50}, {"simulated", s.other.response_ms.p50}}},
       {"response_p99_ms", {{"recorded", s.measured.response_ms.p99}, {"simulated", s.other.response_ms.p99}}},
       {"chains", chains},
-      {"losses", losses},
+      {"losses", check.losses},
       {"lost_percent",
        {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
 }
