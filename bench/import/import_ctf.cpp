@@ -123,12 +123,11 @@ class CtfImport final : public tracing::Sink {
   }
 
   void append_window() {
-    const Trace& trace = interpretations_.best.trace;
-    Trace rows = trace;
+    const Interpretation& best = interpretations_.best;
+    Trace rows = best.trace;
     std::ranges::stable_sort(rows.jobs, {},
                              [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    const Interpretation& best = interpretations_.best;
-    rows.chains = counted_chains(trace, measured_chains(best.graph, best.tasks), Time{});
+    rows.chains = counted_chains(best.trace, measured_chains(best.graph, best.tasks), Time{});
     folder_->append(best.tasks.set, chain_names(best.graph), rows);
   }
 
@@ -205,26 +204,12 @@ class CtfImport final : public tracing::Sink {
 };
 
 /// Removes the files of a failed import, and the folder if the import created it.
-class UnlessDone {
- public:
-  explicit UnlessDone(fs::path output) : output_(std::move(output)), is_new_(!fs::exists(output_)) {}
-  UnlessDone(const UnlessDone&) = delete;
-  UnlessDone& operator=(const UnlessDone&) = delete;
-  ~UnlessDone() {
-    std::error_code ignored;
-    if (done_) return;
-    for (const fs::directory_entry& entry : fs::directory_iterator(output_, ignored)) {
-      fs::remove_all(entry.path(), ignored);
-    }
-    if (is_new_) fs::remove(output_, ignored);
-  }
-  void done() { done_ = true; }
-
- private:
-  const fs::path output_;
-  const bool is_new_;
-  bool done_ = false;
-};
+void remove_files(const fs::path& output, bool is_new) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(output, ignored))
+    fs::remove_all(entry.path(), ignored);
+  if (is_new) fs::remove(output, ignored);
+}
 
 }  // namespace
 
@@ -232,13 +217,18 @@ void import_ctf(const ImportCtfOptions& options) {
   const fs::path output = output_of(options);
   check_output_folder(output);
   const tracing::CtfTrace trace(options.trace);
-  UnlessDone written(output);
+  const bool is_new = !fs::exists(output);
   // Some damaged traces end the process of libbabeltrace2 by an assertion or a division by zero.
   const std::optional<int> status = continue_in_child();
   if (!status) {
-    CtfImport(options).run(trace);
-    return written.done();
+    try {
+      return CtfImport(options).run(trace);
+    } catch (...) {
+      remove_files(output, is_new);
+      throw;
+    }
   }
+  remove_files(output, is_new);
   const std::string problem = "reading " + options.trace + " " + how_it_ended(*status);
   if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; memory may have run out");
   throw UsageError(problem +

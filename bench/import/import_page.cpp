@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "import/early_publications.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -88,6 +87,7 @@ json executors_json(const ImportFacts& facts) {
 /// The data of the trace about each task.
 json tasks_json(const ImportFacts& facts) {
   const RecordedGraph& graph = facts.recording.graph;
+  const tracing::System& system = facts.recording.system;
   std::vector<std::vector<double>> durations(graph.tasks.set.size());
   for (const tracing::Job& job : facts.recording.jobs) {
     const TaskId task = graph.task(job.ref);
@@ -96,11 +96,11 @@ json tasks_json(const ImportFacts& facts) {
   json tasks = json::array();
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
-    const tracing::Callback& callback = facts.recording.system.callbacks[graph.callback_of[id]];
+    const tracing::Callback& callback = system.callbacks[graph.callback_of[id]];
     std::ranges::sort(durations[id]);
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
-                                         {"node", facts.recording.system.nodes[callback.node]},
+                                         {"node", system.nodes[callback.node]},
                                          {"jobs", callback.jobs},
                                          {"never_ended", callback.never_ended},
                                          {"threads", callback.threads.size()},
@@ -114,12 +114,12 @@ json tasks_json(const ImportFacts& facts) {
           {"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
     }
     for (const auto& [topic, messages] : callback.published)
-      task["published"][facts.recording.system.topics[topic].name] = messages;
+      task["published"][system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {
       task["period_ms"] = to_ms(callback.period);
       task["created_ns"] = to_ns(callback.created);
     } else {
-      task["topic"] = facts.recording.system.topics[callback.topic].name;
+      task["topic"] = system.topics[callback.topic].name;
       task["samples"] = callback.samples;
       task["strangers"] = callback.strangers;
     }
@@ -133,7 +133,7 @@ json housekeeping_json(const ImportFacts& facts) {
   Duration busy{};
   for (std::uint32_t c = 0; c < facts.recording.system.callbacks.size(); ++c) {
     const tracing::Callback& callback = facts.recording.system.callbacks[c];
-    if (c < facts.recording.graph.task_of.size() && facts.recording.graph.task_of[c] != kNoTask) continue;
+    if (facts.recording.graph.task({c, 0}) != kNoTask) continue;
     ++callbacks;
     jobs += callback.jobs;
     busy += callback.busy;

@@ -8,8 +8,6 @@
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "import/chain_option.hpp"
-#include "import/early_publications.hpp"
-#include "import/recorded_chains.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
@@ -107,32 +105,27 @@ class Interpreter {
   }
 
   void measure_costs() {
+    const std::vector<RecordedExecutor>& executors = recording_.executors.executors;
+    for (std::size_t e = 0; e < executors.size(); ++e)
+      result_.costs.push_back(
+          recorded_costs(recording_.graph, window(), executors[e], entry_of(result_.labels[e])));
+    const auto mean = [&](MeasuredCost RecordedCosts::*cost) {
+      double sum = 0, jobs = 0;
+      for (std::size_t e = 0; e < executors.size(); ++e) {
+        double weight = 0;
+        for (const std::uint32_t t : executors[e].threads)
+          weight += static_cast<double>(recording_.system.threads[t].jobs);
+        sum += weight * static_cast<double>((result_.costs[e].*cost).median.count());
+        jobs += weight;
+      }
+      return Duration(static_cast<std::int64_t>(jobs > 0 ? sum / jobs : 0));
+    };
     GraphPlatform& platform = result_.graph.platform;
     platform.cores = recording_.cores;
     platform.execution_times = ExecutionTimeModel::measured;
-    double dispatch = 0, wait = 0, wake_up = 0, jobs = 0;
-    for (std::size_t e = 0; e < result_.labels.size(); ++e) {
-      const RecordedExecutor& executor = recording_.executors.executors[e];
-      const RecordedCosts costs =
-          recorded_costs(recording_.graph, window(), executor, entry_of(result_.labels[e]));
-      result_.costs.push_back(costs);
-      double weight = 0;
-      for (const std::uint32_t t : executor.threads)
-        weight += static_cast<double>(recording_.system.threads[t].jobs);
-      const auto add = [&](double& sum, const MeasuredCost& cost) {
-        sum += weight * static_cast<double>(cost.median.count());
-      };
-      add(dispatch, costs.dispatch);
-      add(wait, costs.wait);
-      add(wake_up, costs.wake_up);
-      jobs += weight;
-    }
-    const auto mean = [&](double sum) {
-      return Duration(static_cast<std::int64_t>(jobs > 0 ? sum / jobs : 0));
-    };
-    platform.dispatch_cost = mean(dispatch);
-    platform.wait_cost = mean(wait);
-    platform.wake_up = mean(wake_up);
+    platform.dispatch_cost = mean(&RecordedCosts::dispatch);
+    platform.wait_cost = mean(&RecordedCosts::wait);
+    platform.wake_up = mean(&RecordedCosts::wake_up);
   }
 
   void make_trace() {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "import/import_ctf.hpp"
-#include "import/recorded_executors.hpp"
 #include "import/recorded_trace.hpp"
+#include "import/recorded_window.hpp"
 #include "import/self_check.hpp"
 
 namespace hotpath {

@@ -113,26 +113,21 @@ class TopicOfNode {
 
   void add_sets() {
     const std::size_t others = other_inputs_.size();
-    if (others <= kMostSubsets) {
-      for (std::uint32_t chosen = 0; chosen < 1U << others; ++chosen) {
-        Callbacks set = publishers_;
-        for (std::size_t i = 0; i < others; ++i)
-          if (chosen >> i & 1U) set.push_back(other_inputs_[i]);
-        add_set(std::move(set));
-      }
-      return;
+    if (others > kMostSubsets) {
+      for (const std::uint32_t other : other_inputs_) add_set({other});
+      return add_set(other_inputs_);
     }
-    for (const std::uint32_t other : other_inputs_) {
-      Callbacks set = publishers_;
-      set.push_back(other);
+    for (std::uint32_t chosen = 0; chosen < 1U << others; ++chosen) {
+      Callbacks set;
+      for (std::size_t i = 0; i < others; ++i)
+        if (chosen >> i & 1U) set.push_back(other_inputs_[i]);
       add_set(std::move(set));
     }
-    Callbacks set = publishers_;
-    set.insert(set.end(), other_inputs_.begin(), other_inputs_.end());
-    add_set(std::move(set));
   }
 
+  /// Adds the set of the publishers and these inputs.
   void add_set(Callbacks set) {
+    set.insert(set.end(), publishers_.begin(), publishers_.end());
     if (set.size() < 2) return;
     std::ranges::sort(set);
     std::set<std::uint32_t> fresh;

@@ -82,24 +82,18 @@ double error_percent(double recorded_ms, double simulated_ms) {
   return std::abs(simulated_ms - recorded_ms) < kSame_ms ? 0 : 100 * (simulated_ms / recorded_ms - 1);
 }
 
-struct Losses {
-  std::uint64_t all = 0, lost = 0;
-  [[nodiscard]] double percent() const {
-    return all == 0 ? 0 : 100 * static_cast<double>(lost) / static_cast<double>(all);
-  }
-};
-
-/// Losses by task, followed by their sum.
-std::vector<Losses> losses(const TaskSet& set, const Trace& trace) {
-  std::vector<Losses> losses(set.size() + 1);
+/// The lost percentage of the timestamps and samples of each task, and then of all tasks.
+std::vector<double> lost_percent(const TaskSet& set, const Trace& trace) {
+  std::vector<double> lost(set.size() + 1), all(set.size() + 1);
   for (const JobRecord& r : trace.jobs) {
     if (r.job.timestamp < Time{} || r.outcome == Outcome::empty) continue;
-    for (Losses* l : {&losses[r.job.task], &losses.back()}) {
-      l->all += 1 + r.job.skipped;
-      l->lost += r.job.skipped + (r.outcome == Outcome::overwritten);
+    for (const TaskId id : {r.job.task, set.size()}) {
+      all[id] += 1 + r.job.skipped;
+      lost[id] += r.job.skipped + (r.outcome == Outcome::overwritten);
     }
   }
-  return losses;
+  for (std::size_t id = 0; id < all.size(); ++id) lost[id] = all[id] > 0 ? 100 * lost[id] / all[id] : 0;
+  return lost;
 }
 
 class Judge {
@@ -165,19 +159,17 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
     chain.chain = graph.chains[c].name;
     compare_latencies(chain, recorded_ms[c], simulated_ms[c], judge);
   }
-  const auto recorded_losses = losses(tasks.set, recorded);
-  const auto simulated_losses = losses(tasks.set, simulated);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const Losses &in_recording = recorded_losses[id], &in_simulation = simulated_losses[id];
-    if (in_recording.lost + in_simulation.lost > 0)
-      check.losses.push_back({tasks.set[id].name, in_recording.percent(), in_simulation.percent()});
-  }
+  const auto recorded_lost = lost_percent(tasks.set, recorded),
+             simulated_lost = lost_percent(tasks.set, simulated);
+  for (TaskId id = 0; id < tasks.set.size(); ++id)
+    if (recorded_lost[id] + simulated_lost[id] > 0)
+      check.losses.push_back({tasks.set[id].name, recorded_lost[id], simulated_lost[id]});
   const auto difference = [](const SelfCheck::LossCheck& l) {
     return std::abs(l.simulated_percent - l.recorded_percent);
   };
   std::ranges::sort(check.losses, std::ranges::greater{}, difference);
-  check.lost_recorded_percent = recorded_losses.back().percent();
-  check.lost_simulated_percent = simulated_losses.back().percent();
+  check.lost_recorded_percent = recorded_lost.back();
+  check.lost_simulated_percent = simulated_lost.back();
   judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
             text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
                  check.lost_simulated_percent, check.lost_recorded_percent));

@@ -3,7 +3,7 @@
 #include <map>
 #include <numeric>
 
-#include "import/recorded_executors.hpp"
+#include "import/recorded_window.hpp"
 
 namespace hotpath {
 

@@ -171,25 +171,17 @@ class Reader {
   }
 
   void take(const bt_message* message) {
-    const auto known_or_one = [](bt_property_availability known, std::uint64_t count) {
-      return known == BT_PROPERTY_AVAILABILITY_AVAILABLE ? count : 1;
+    const auto count = [&](auto get) -> std::uint64_t {
+      std::uint64_t known = 0;
+      return get(message, &known) == BT_PROPERTY_AVAILABILITY_AVAILABLE ? known : 1;
     };
-    std::uint64_t count = 0;
-    switch (bt_message_get_type(message)) {
-      case BT_MESSAGE_TYPE_EVENT:
-        return event(message);
-      case BT_MESSAGE_TYPE_DISCARDED_EVENTS: {
-        const auto known = bt_message_discarded_events_get_count(message, &count);
-        reading_.discarded_events += known_or_one(known, count);
-        return;
-      }
-      case BT_MESSAGE_TYPE_DISCARDED_PACKETS: {
-        const auto known = bt_message_discarded_packets_get_count(message, &count);
-        reading_.discarded_packets += known_or_one(known, count);
-        return;
-      }
-      default:
-        return;
+    const bt_message_type type = bt_message_get_type(message);
+    if (type == BT_MESSAGE_TYPE_EVENT) {
+      event(message);
+    } else if (type == BT_MESSAGE_TYPE_DISCARDED_EVENTS) {
+      reading_.discarded_events += count(bt_message_discarded_events_get_count);
+    } else if (type == BT_MESSAGE_TYPE_DISCARDED_PACKETS) {
+      reading_.discarded_packets += count(bt_message_discarded_packets_get_count);
     }
   }
 

@@ -27,13 +27,10 @@ MetadataFormat format_of(const fs::path& metadata) {
   std::array<char, 37> head{};
   file.read(head.data(), head.size());
   const auto size = static_cast<std::size_t>(file.gcount());
-  constexpr std::array<unsigned char, 4> kMagic = {0x57, 0x1d, 0xd1, 0x75};  // 0x75d11d57
-  std::array<unsigned char, 4> first{}, last{};
-  std::memcpy(first.data(), head.data(), first.size());
-  std::reverse_copy(first.begin(), first.end(), last.begin());
-  if (size == head.size() && (first == kMagic || last == kMagic)) {
+  std::uint32_t magic = 0;
+  std::memcpy(&magic, head.data(), sizeof magic);
+  if (size == head.size() && (magic == 0x75d11d57 || magic == 0x571dd175))  // in either byte order
     return head[35] == 2 ? MetadataFormat::ctf_2 : MetadataFormat::ctf_1;
-  }
   if (size > 0 && (head[0] == '\x1e' || head[0] == '{')) return MetadataFormat::ctf_2;
   return std::strncmp(head.data(), "/* CTF 1", 8) == 0 ? MetadataFormat::ctf_1 : MetadataFormat::other;
 }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <ranges>
+
 namespace hotpath::tracing {
 namespace {
 
@@ -27,15 +29,15 @@ class Recording : public Sink {
   }
 
   /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), and node 2 with a
-  /// subscription to it (callback 21, rmw handle 23, depth 1).
-  void make_nodes() {
+  /// subscription to it (callback 21, rmw handle 23).
+  void make_nodes(std::uint64_t depth = 1) {
     tell(K::node_init, 0, {1, 3}, {"source", "/"});
     tell(K::publisher_init, 1, {13, 1, 14}, {"/a", ""});
     tell(K::timer_init, 2, {10, 1000});
     tell(K::timer_callback_added, 3, {10, 11});
     tell(K::timer_link_node, 4, {10, 1});
     tell(K::node_init, 5, {2, 4}, {"sink", "/space"});
-    tell(K::subscription_init, 6, {20, 2, 23, 1}, {"/a", ""});
+    tell(K::subscription_init, 6, {20, 2, 23, depth}, {"/a", ""});
     tell(K::rclcpp_subscription_init, 7, {20, 22});
     tell(K::subscription_callback_added, 8, {22, 21});
   }
@@ -94,6 +96,17 @@ TEST(Assembler, OverwritesBeyondTheDepthAndKeepsWhatIsUnread) {
   EXPECT_EQ(recording.overwritten, (std::vector<std::uint64_t>{0, 1}));
   EXPECT_EQ(recording.jobs[3].sample.parent.number, 2U);
   EXPECT_EQ(recording.unread, (std::vector<std::uint64_t>{3}));
+}
+
+TEST(Assembler, KeepsAtMostAThousandSamplesOfASubscriptionThatKeepsAll) {
+  Recording recording;
+  recording.make_nodes(0);
+  for (const std::uint64_t i : std::views::iota(0U, 3000U))
+    recording.publish(static_cast<std::int64_t>(2000 + 10 * i), 5000 + i);
+  EXPECT_EQ(recording.overwritten.size(), 2000U);
+  recording.assembler.finish();
+  EXPECT_EQ(recording.unread.size(), 1000U);
+  EXPECT_EQ(recording.unread.front(), 2000U);
 }
 
 TEST(Assembler, TakesTheNearestPublicationWhereNoneHasATimestamp) {
