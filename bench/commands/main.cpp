@@ -19,6 +19,7 @@
 #include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/core/utf8.hpp"
+#include "hotpath/tracing/ctf_trace.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/shown_text.hpp"
@@ -61,7 +62,8 @@ std::atomic<bool> out_of_memory = false;
 bool is_wrong_use(const std::exception& error) {
   return dynamic_cast<const hotpath::UsageError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
-         dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
+         dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr ||
+         dynamic_cast<const hotpath::tracing::TraceError*>(&error) != nullptr;
 }
 
 /// The stack limit is also the default stack size of threads; a library call that overflows it

@@ -2,7 +2,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "import/caret_parts.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "import/import_caret.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -22,9 +23,9 @@ class Paths {
     for (const CaretStep& step : path.steps) {
       const std::string node = graph_node_name(step.node);
       if (!step.subscribed.empty()) {
-        const auto task = task_named(node + "/" + graph_topic_name(step.subscribed));
-        if (!task) return concat("node ", node, " does not subscribe to ", step.subscribed);
-        append(*task);
+        const auto named = tasks_named(graph_, tasks_, node + "/" + graph_topic_name(step.subscribed));
+        if (named.empty()) return concat("node ", node, " does not subscribe to ", step.subscribed);
+        append(named.front());
       }
       if (step.published.empty()) continue;
       const auto publisher = publisher_of(node, graph_topic_name(step.published));
@@ -48,12 +49,6 @@ class Paths {
 
  private:
   const std::string& name(TaskId id) const { return tasks_.set[id].name; }
-
-  std::optional<TaskId> task_named(const std::string& name) const {
-    const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
-    if (task == tasks_.set.tasks.end()) return std::nullopt;
-    return static_cast<TaskId>(task - tasks_.set.tasks.begin());
-  }
 
   std::optional<TaskId> publisher_of(const std::string& node, const std::string& topic) const {
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {

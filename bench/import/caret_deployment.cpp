@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "hotpath/core/registry.hpp"
-#include "import/caret_parts.hpp"
+#include "import/import_caret.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {

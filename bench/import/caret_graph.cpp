@@ -4,7 +4,6 @@
 #include <set>
 
 #include "import/caret_drafts.hpp"
-#include "import/caret_parts.hpp"
 #include "import/import_caret.hpp"
 #include "program/text.hpp"
 

@@ -12,10 +12,10 @@ namespace {
 /// Frequencies that differ by less (in logarithms) fit equally well.
 constexpr double kSameFrequency = 0.03;
 
-/// A topic that a node publishes.
+/// A topic that some callback of a node publishes.
 struct Wanted {
-  std::size_t node = 0;
-  const CaretPublication* publication = nullptr;
+  std::size_t node;
+  const std::string& topic;
 };
 
 double distance(double a, double b) { return std::abs(std::log(a / b)); }
@@ -27,38 +27,35 @@ class Assignment {
       : architecture_(architecture), on_path_(on_path), measured_(measured), drafts_(drafts) {}
 
   void assign_all() {
-    std::vector<Wanted> known, on_paths, others;
+    std::vector<Wanted> on_paths, others;
     for (std::size_t n = 0; n < architecture_.nodes.size(); ++n) {
       for (const CaretPublication& p : architecture_.nodes[n].publications) {
-        const auto needs = [&](const auto& step) {
+        const bool needed = std::ranges::any_of(on_path_, [&](const auto& step) {
           return std::get<0>(step) == architecture_.nodes[n].name && std::get<2>(step) == p.topic;
-        };
-        const bool needed = std::any_of(on_path_.begin(), on_path_.end(), needs);
+        });
         if (!p.callbacks.empty()) {
-          known.push_back({n, &p});
+          assign_known(p);
         } else if (!drafts_.subscribers.contains(p.topic)) {
           ++drafts_.unheard;
         } else {
-          (needed ? on_paths : others).push_back({n, &p});
+          (needed ? on_paths : others).push_back({n, p.topic});
         }
       }
     }
-    for (const Wanted& w : known) assign_known(w);
     for (const Wanted& w : on_paths) assign_guessed(w);
     for (const Wanted& w : others) assign_guessed(w);
   }
 
  private:
-  void assign_known(const Wanted& w) {
-    for (const std::string& name : w.publication->callbacks) {
-      if (const auto draft = drafts_.index.find(name); draft != drafts_.index.end()) {
-        drafts_.known += publish(draft->second, w.publication->topic) ? 1 : 0;
-      }
+  void assign_known(const CaretPublication& p) {
+    for (const std::string& name : p.callbacks) {
+      const auto draft = drafts_.index.find(name);
+      if (draft != drafts_.index.end() && publish(draft->second, p.topic)) ++drafts_.known;
     }
   }
 
   void assign_guessed(const Wanted& w) {
-    const std::string& topic = w.publication->topic;
+    const std::string& topic = w.topic;
     std::vector<std::size_t> candidates;
     for (std::size_t d = 0; d < drafts_.all.size(); ++d) {
       if (drafts_.all[d].node == w.node) candidates.push_back(d);

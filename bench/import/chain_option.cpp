@@ -14,13 +14,6 @@ namespace hotpath {
 
 namespace {
 
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  std::istringstream in(text);
-  for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
-  return parts;
-}
-
 /// The task that a name on the command line means: a task, or a node's timer or only callback.
 TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string& name, bool timer) {
   std::vector<TaskId> named = tasks_named(graph, tasks, name);
@@ -51,7 +44,8 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
     }
   }
   std::vector<TaskId> open;
-  for (const std::string& name : split(text.substr(0, colon), ',')) {
+  std::istringstream names(text.substr(0, colon));
+  for (std::string name; std::getline(names, name, ',');) {
     const TaskId source = named_task(graph, tasks, name, true);
     if (tasks.set[source].kind != TaskKind::timer)
       throw UsageError("--chain: " + name + " is not a timer, and chains begin at timers");
@@ -64,8 +58,8 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
     open.pop_back();
     if (reached[id] || !reaches[id]) continue;
     reached[id] = true;
-    if (id == sink) continue;
-    for (const TaskId next : tasks.downstream(id)) open.push_back(next);
+    const std::vector<TaskId> next = id == sink ? std::vector<TaskId>() : tasks.downstream(id);
+    open.insert(open.end(), next.begin(), next.end());
   }
   for (TaskId id = 0; id < tasks.set.size(); ++id)
     if (reached[id]) chain.nodes.push_back(tasks.set[id].name);

@@ -11,14 +11,11 @@
 #include <optional>
 #include <set>
 
-#include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/find_chains.hpp"
-#include "import/chain_option.hpp"
-#include "import/ctf_folders.hpp"
-#include "import/ctf_reader.hpp"
+#include "hotpath/core/utf8.hpp"
+#include "hotpath/tracing/assembler.hpp"
+#include "hotpath/tracing/ctf_trace.hpp"
 #include "import/import_page.hpp"
 #include "import/interpretation.hpp"
-#include "import/trace_assembler.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
@@ -42,24 +39,22 @@ using nlohmann::json;
 constexpr std::size_t kChunk = 20'000;
 /// Time between two updates of the progress on a terminal.
 constexpr Duration kUpdate = std::chrono::milliseconds(200);
-/// Most chains to find if the user names none.
-constexpr std::size_t kChainsFound = 5;
-/// Share of pairs of tasks that may contradict an order.
-constexpr double kSameOrder = 0.01;
-/// The simulation begins with the recorded executors, so that no warm-up is needed.
-constexpr Duration kWarmUp{};
+constexpr const char* kDeploymentComment =
+    "# The recorded threads. Processors are listed where threads did not run on all of them.\n"
+    "# A trace has no policies: fifo stands for threads that preempted others and were not\n"
+    "# preempted by them. Correct the policies if you know them.\n";
 
 fs::path output_of(const ImportCtfOptions& options) {
   if (!options.output.empty()) return options.output;
   return fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
 }
 
-class CtfImport final : public RecordedJobSink {
+/// Reads the trace. When the first jobs suffice, it interprets them; from then on it writes.
+class CtfImport final : public tracing::Sink {
  public:
-  CtfImport(const ImportCtfOptions& options, const WholePackets& trace)
-      : options_(options), trace_(trace), output_(output_of(options)), assembler_(*this) {}
+  explicit CtfImport(const ImportCtfOptions& options) : options_(options), output_(output_of(options)) {}
 
-  void run() {
+  void run(const tracing::CtfTrace& trace) {
     Progress progress(1, Duration::zero());
     const auto began = std::chrono::steady_clock::now();
     progress.begin("reading " + options_.trace);
@@ -71,68 +66,46 @@ class CtfImport final : public RecordedJobSink {
           Duration(static_cast<std::int64_t>(static_cast<double>(elapsed.count()) / std::max(share, 0.001)));
       progress.update(elapsed, total);
     };
-    reading_ = read_ctf(trace_, assembler_, update);
+    const auto visit = [&](const tracing::Event& e) {
+      const char* const name = tracing::formats()[static_cast<std::size_t>(e.kind)].name;
+      for (const char* const text : e.text) check_name(text, name);
+      assembler_.event(e);
+    };
+    reading_ = trace.read(visit, update);
+    for (const auto& [name, count] : reading_.events) check_name(name, "metadata");
     assembler_.finish();
     progress.clear();
-    if (!learnt_) learn();
+    if (!recording_) interpret_jobs();
     write();
   }
 
-  void ended(RecordedJob&& job) override {
+  void ended(tracing::Job&& job) override {
     jobs_.push_back(std::move(job));
-    if (!learnt_ && jobs_.size() >= options_.jobs) {
-      learn();
-    } else if (learnt_ && jobs_.size() >= kChunk) {
+    if (!recording_ && jobs_.size() >= options_.jobs) {
+      interpret_jobs();
+    } else if (recording_ && jobs_.size() >= kChunk) {
       append();
     }
   }
 
-  void lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) override {
-    lost_.push_back({subscription, sample, queued});
-  }
+  void lost(const tracing::LostSample& sample) override { lost_.push_back(sample); }
 
  private:
-  void learn() {
-    learnt_ = true;
-    const RecordedSystem& system = assembler_.system();
-    if (jobs_.empty()) throw UsageError(no_jobs());
-    std::ranges::sort(jobs_, {}, &RecordedJob::started);
-    const Time last = jobs_.back().ended ? jobs_.back().finish : jobs_.back().start;
-    recording_ = std::make_unique<Recording>(Recording{system,
-                                                       {},
-                                                       {},
-                                                       recorded_executors(system, options_.executor),
-                                                       std::move(jobs_),
-                                                       std::move(lost_),
-                                                       last + Duration(1),
-                                                       cores(),
-                                                       options_.deployment});
-    jobs_.clear();
-    lost_.clear();
-    arrange({});
-    interpretations_ = best_interpretation(*recording_, output_created(), kWarmUp);
-    if (interpretations_.best.precedence.contradicting > kSameOrder) {
-      arrange(service_order(system, recording_->graph, interpretations_.best.precedence));
-      const double contradicting = interpretations_.best.precedence.contradicting;
-      interpretations_.best = interpret(*recording_, std::vector(interpretations_.best.labels),
-                                        interpretations_.best.graph.platform.timer_thread, output_, kWarmUp);
-      recording_->graph.notes.push_back(
-          text("Nodes and callbacks are in the order in which the executor served them; it contradicts their "
-               "order of creation in %.0f %% of pairs.",
-               100 * contradicting));
-    }
-    folder_ = std::make_unique<RunFolder>(output_ / "run");
-    append_window();
+  void check_name(std::string_view name, const char* where) const {
+    if (is_utf8(name)) return;
+    throw UsageError(concat(options_.trace, " is a damaged CTF trace: a name in `", where,
+                            "` is not valid UTF-8; record it again"));
   }
 
-  /// Makes the graph with nodes and callbacks in that order.
-  void arrange(const ServiceOrder& order) {
-    Recording& r = *recording_;
-    r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback,
-                                  fs::path(options_.trace).lexically_normal().filename(), order);
-    r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
-    set_phases();
-    find_the_chains();
+  void interpret_jobs() {
+    if (jobs_.empty()) throw UsageError(no_jobs());
+    recording_ = std::make_unique<Recording>(Recording{.system = assembler_.system(),
+                                                       .jobs = std::exchange(jobs_, {}),
+                                                       .lost = std::exchange(lost_, {}),
+                                                       .deployment_file = output_ / "deployment.yaml"});
+    interpretations_ = interpret(*recording_, options_);
+    folder_ = std::make_unique<RunFolder>(output_ / "run");
+    append_window();
   }
 
   std::string no_jobs() const {
@@ -149,65 +122,27 @@ class CtfImport final : public RecordedJobSink {
            "ros2:callback_start and ros2:callback_end";
   }
 
-  const fs::path& output_created() const {
-    create_folder(output_);
-    return output_;
-  }
-
-  unsigned cores() const {
-    if (options_.cores > 0) return options_.cores;
-    std::set<std::int32_t> processors;
-    for (const RecordedThread& t : assembler_.system().threads)
-      for (const std::int32_t processor : usual_processors(t)) processors.insert(processor);
-    return std::max<unsigned>(1,
-                              static_cast<unsigned>(std::min<std::size_t>(processors.size(), kMaxWorkers)));
-  }
-
-  void set_phases() {
-    RecordedGraph& graph = recording_->graph;
-    for (TaskId id = 0; id < graph.callback_of.size(); ++id) {
-      const TaskOrigin& origin = graph.tasks.origin[id];
-      Callback& callback = graph.graph.nodes[origin.node].callbacks[origin.callback];
-      if (callback.input) continue;
-      Duration phase = graph.callback_of[id] != kNone ? recording_->timers.first[id] - graph.epoch
-                                                      : *callback.phase - (graph.epoch - Time{});
-      if (phase < Duration::zero()) phase -= ((phase + Duration(1)) / callback.period - 1) * callback.period;
-      callback.phase = phase;
-      if (graph.callback_of[id] == kNone) recording_->timers.first[id] = graph.epoch + phase;
-    }
-    graph.tasks = make_tasks(graph.graph);
-  }
-
-  void find_the_chains() {
-    RecordedGraph& graph = recording_->graph;
-    for (const std::string& text : options_.chains)
-      graph.graph.chains.push_back(chain_of(text, graph.graph, graph.tasks));
-    if (options_.chains.empty()) graph.graph.chains = find_chains(graph.graph, graph.tasks, kChainsFound);
-  }
-
   void append_window() {
-    const Trace& trace = interpretations_.best.trace;
-    Trace rows = trace;
+    const Interpretation& best = interpretations_.best;
+    Trace rows = best.trace;
     std::ranges::stable_sort(rows.jobs, {},
                              [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    const Interpretation& best = interpretations_.best;
-    rows.chains = counted_chains(trace, measured_chains(best.graph, best.tasks), Time{} + kWarmUp);
+    rows.chains = counted_chains(best.trace, measured_chains(best.graph, best.tasks), Time{});
     folder_->append(best.tasks.set, chain_names(best.graph), rows);
   }
 
   /// Appends the jobs after the window.
   void append() {
-    std::ranges::sort(jobs_, {}, &RecordedJob::started);
+    std::ranges::sort(jobs_, {}, &tracing::Job::started);
     Trace rows;
     rows.executor = interpretations_.best.trace.executor;
     rows.epoch = recording_->graph.epoch;
-    for (const RecordedJob& job : jobs_)
+    for (const tracing::Job& job : jobs_)
       if (recording_->graph.task(job.ref) != kNoTask)
         rows.jobs.push_back(interpretations_.best.rows->job(job));
-    for (const Recording::Lost& l : lost_)
-      if (l.subscription < recording_->graph.task_of.size() &&
-          recording_->graph.task_of[l.subscription] != kNoTask)
-        rows.jobs.push_back(interpretations_.best.rows->lost(l.subscription, l.sample, l.queued));
+    for (const tracing::LostSample& lost : lost_)
+      if (recording_->graph.task({lost.subscription, 0}) != kNoTask)
+        rows.jobs.push_back(interpretations_.best.rows->lost(lost));
     later_jobs_ += jobs_.size();
     jobs_.clear();
     lost_.clear();
@@ -218,6 +153,10 @@ class CtfImport final : public RecordedJobSink {
     if (!jobs_.empty() || !lost_.empty()) append();
     const Interpretation& best = interpretations_.best;
     const fs::path graph_file = output_ / "graph.yaml";
+    if (best.executor->deployment && !recording_->deployment) {
+      const Deployment& plan = best.executor->deployment->plan;
+      write_whole_file(plan.file, kDeploymentComment + deployment_yaml(best.graph, best.tasks, plan));
+    }
     write_graph(graph_file, best.graph, import_comments(*recording_, best), write_with_folder);
     write_run(*folder_, graph_file, best.trace, RunKind::recorded);
     if (best.check.failure.empty()) {
@@ -236,15 +175,14 @@ class CtfImport final : public RecordedJobSink {
     CommonOptions common;
     common.graph = graph_file;
     common.phases = Phases::given;
-    common.warm_up_s = to_ms(kWarmUp) / 1000;
-    common.duration_s = to_ms(trace.end - Time{} - kWarmUp) / 1000;
+    common.warm_up_s = 0;
+    common.duration_s = to_ms(trace.end - Time{}) / 1000;
     RunRecord record = record_of(common, best.graph, best.tasks.set, {*best.executor});
     record.kind = kind;
     record.simulation = SimulationRecord{.platform = best.graph.platform, .execution_times = "recorded"};
     Repetition repetition;
     repetition.trace = trace;
-    repetition.trace.chains =
-        counted_chains(trace, measured_chains(best.graph, best.tasks), Time{} + kWarmUp);
+    repetition.trace.chains = counted_chains(trace, measured_chains(best.graph, best.tasks), Time{});
     repetition.accounts = account(best.tasks.set, repetition.trace);
     record.runs.push_back(record_of(best.tasks.set, chain_names(best.graph), repetition));
     folder.write("run.json", json(record));
@@ -254,54 +192,43 @@ class CtfImport final : public RecordedJobSink {
   }
 
   const ImportCtfOptions& options_;
-  const WholePackets& trace_;
   const fs::path output_;
-  TraceAssembler assembler_;
-  TraceReading reading_;
-  std::vector<RecordedJob> jobs_;
-  std::vector<Recording::Lost> lost_;
-  bool learnt_ = false;
-  std::unique_ptr<Recording> recording_;
+  tracing::Assembler assembler_{*this};
+  tracing::TraceReading reading_;
+  std::vector<tracing::Job> jobs_;
+  std::vector<tracing::LostSample> lost_;
+  std::unique_ptr<Recording> recording_;  // null: the first jobs are not all read
   Interpretations interpretations_;
   std::unique_ptr<RunFolder> folder_;
   std::uint64_t later_jobs_ = 0;
 };
 
 /// Removes the files of a failed import, and the folder if the import created it.
-class UnlessDone {
- public:
-  explicit UnlessDone(fs::path output) : output_(std::move(output)), is_new_(!fs::exists(output_)) {}
-  UnlessDone(const UnlessDone&) = delete;
-  UnlessDone& operator=(const UnlessDone&) = delete;
-  ~UnlessDone() {
-    std::error_code ignored;
-    if (done_) return;
-    for (const fs::directory_entry& entry : fs::directory_iterator(output_, ignored)) {
-      fs::remove_all(entry.path(), ignored);
-    }
-    if (is_new_) fs::remove(output_, ignored);
-  }
-  void done() { done_ = true; }
-
- private:
-  const fs::path output_;
-  const bool is_new_;
-  bool done_ = false;
-};
+void remove_files(const fs::path& output, bool is_new) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(output, ignored))
+    fs::remove_all(entry.path(), ignored);
+  if (is_new) fs::remove(output, ignored);
+}
 
 }  // namespace
 
 void import_ctf(const ImportCtfOptions& options) {
   const fs::path output = output_of(options);
   check_output_folder(output);
-  const WholePackets trace(ctf_folders(options.trace));
-  UnlessDone written(output);
+  const tracing::CtfTrace trace(options.trace);
+  const bool is_new = !fs::exists(output);
   // Some damaged traces end the process of libbabeltrace2 by an assertion or a division by zero.
   const std::optional<int> status = continue_in_child();
   if (!status) {
-    CtfImport(options, trace).run();
-    return written.done();
+    try {
+      return CtfImport(options).run(trace);
+    } catch (...) {
+      remove_files(output, is_new);
+      throw;
+    }
   }
+  remove_files(output, is_new);
   const std::string problem = "reading " + options.trace + " " + how_it_ended(*status);
   if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; memory may have run out");
   throw UsageError(problem +

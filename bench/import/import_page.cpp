@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "import/early_publications.hpp"
 #include "program/text.hpp"
 
 namespace hotpath {
@@ -17,6 +16,8 @@ using nlohmann::json;
 
 /// A gap without events of more periods of the slowest timer is reported.
 constexpr int kGap = 10;
+
+double seconds_of(Duration d) { return static_cast<double>(d.count()) / 1e9; }
 
 std::string rule_text(const Recording& recording, const InferredRule& rule) {
   const auto topics = [&] {
@@ -66,7 +67,7 @@ json executors_json(const ImportFacts& facts) {
     const RecordedCosts& costs = facts.interpretations.best.costs[e];
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
-      const RecordedThread& thread = facts.recording.system.threads[t];
+      const tracing::Thread& thread = facts.recording.system.threads[t];
       threads.push_back(
           {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
@@ -86,19 +87,20 @@ json executors_json(const ImportFacts& facts) {
 /// The data of the trace about each task.
 json tasks_json(const ImportFacts& facts) {
   const RecordedGraph& graph = facts.recording.graph;
+  const tracing::System& system = facts.recording.system;
   std::vector<std::vector<double>> durations(graph.tasks.set.size());
-  for (const RecordedJob& job : facts.recording.jobs) {
+  for (const tracing::Job& job : facts.recording.jobs) {
     const TaskId task = graph.task(job.ref);
     if (task != kNoTask && job.ended) durations[task].push_back(to_us(job.finish - job.start));
   }
   json tasks = json::array();
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
-    const RecordedCallback& callback = facts.recording.system.callbacks[graph.callback_of[id]];
+    const tracing::Callback& callback = system.callbacks[graph.callback_of[id]];
     std::ranges::sort(durations[id]);
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
-                                         {"node", facts.recording.system.nodes[callback.node].name},
+                                         {"node", system.nodes[callback.node]},
                                          {"jobs", callback.jobs},
                                          {"never_ended", callback.never_ended},
                                          {"threads", callback.threads.size()},
@@ -112,12 +114,12 @@ json tasks_json(const ImportFacts& facts) {
           {"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
     }
     for (const auto& [topic, messages] : callback.published)
-      task["published"][facts.recording.system.topics[topic].name] = messages;
+      task["published"][system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {
       task["period_ms"] = to_ms(callback.period);
       task["created_ns"] = to_ns(callback.created);
     } else {
-      task["topic"] = facts.recording.system.topics[callback.topic].name;
+      task["topic"] = system.topics[callback.topic].name;
       task["samples"] = callback.samples;
       task["strangers"] = callback.strangers;
     }
@@ -130,8 +132,8 @@ json housekeeping_json(const ImportFacts& facts) {
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
   for (std::uint32_t c = 0; c < facts.recording.system.callbacks.size(); ++c) {
-    const RecordedCallback& callback = facts.recording.system.callbacks[c];
-    if (c < facts.recording.graph.task_of.size() && facts.recording.graph.task_of[c] != kNoTask) continue;
+    const tracing::Callback& callback = facts.recording.system.callbacks[c];
+    if (facts.recording.graph.task({c, 0}) != kNoTask) continue;
     ++callbacks;
     jobs += callback.jobs;
     busy += callback.busy;
@@ -141,7 +143,7 @@ json housekeeping_json(const ImportFacts& facts) {
 
 std::vector<std::string> warnings(const ImportFacts& facts) {
   std::vector<std::string> all;
-  const TraceReading& r = facts.reading;
+  const tracing::TraceReading& r = facts.reading;
   if (!r.broken_off.empty())
     all.push_back("The trace breaks off: " + r.broken_off + ". The events before are used.");
   if (r.discarded_events + r.discarded_packets > 0) {
@@ -150,14 +152,14 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
         " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
         "(`--subbuf-size`, `--num-subbuf`)."));
   }
-  const RecordedSystem& system = facts.recording.system;
+  const tracing::System& system = facts.recording.system;
   Duration longest_period = std::chrono::milliseconds(100);
-  for (const RecordedCallback& c : system.callbacks) longest_period = std::max(longest_period, c.period);
-  if (Duration(r.longest_gap_ns) > kGap * longest_period) {
+  for (const tracing::Callback& c : system.callbacks) longest_period = std::max(longest_period, c.period);
+  if (r.longest_gap > kGap * longest_period) {
     all.push_back(text(
         "The trace has no event for %.1f s from %.1f s on: its clock jumped, or the system stood still. Jobs "
         "that were due meanwhile count as lost, and the self-check is not reliable.",
-        static_cast<double>(r.longest_gap_ns) / 1e9, static_cast<double>(r.gap_begin_ns - r.first_ns) / 1e9));
+        seconds_of(r.longest_gap), seconds_of(r.gap_begin - r.first)));
   }
   if (system.reused_handles > 0)
     all.push_back(concat(
@@ -166,7 +168,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   if (system.ends_without_start > 0)
     all.push_back(concat(system.ends_without_start, " ends of callbacks have no start."));
   std::uint64_t never_ended = 0;
-  for (const RecordedCallback& c : system.callbacks) never_ended += c.never_ended;
+  for (const tracing::Callback& c : system.callbacks) never_ended += c.never_ended;
   if (never_ended > 0)
     all.push_back(concat(never_ended, " jobs have no end in the trace; they count as running."));
   for (const EarlyPublication& e : early_publications(facts.recording.graph, facts.recording.jobs)) {
@@ -207,7 +209,7 @@ json import_json(const ImportFacts& facts) {
           {"version", HOTPATH_VERSION},
           {"events", facts.reading.events},
           {"all_events", facts.reading.all_events},
-          {"duration_s", static_cast<double>(facts.reading.last_ns - facts.reading.first_ns) / 1e9},
+          {"duration_s", seconds_of(facts.reading.length())},
           {"jobs", facts.recording.jobs.size() + facts.later_jobs},
           {"window_jobs", facts.recording.jobs.size()},
           {"warnings", warnings(facts)},
@@ -226,8 +228,7 @@ json import_json(const ImportFacts& facts) {
 void print_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
   const Interpretation& best = facts.interpretations.best;
   out << text("%llu events in %.1f s: %zu nodes, %u tasks, %zu jobs; executor %s\n",
-              static_cast<unsigned long long>(facts.reading.all_events),
-              static_cast<double>(facts.reading.last_ns - facts.reading.first_ns) / 1e9,
+              static_cast<unsigned long long>(facts.reading.all_events), seconds_of(facts.reading.length()),
               best.graph.nodes.size(), best.tasks.set.size(), facts.recording.jobs.size() + facts.later_jobs,
               best.executor->label.c_str());
   for (const std::string& warning : warnings(facts)) out << "warning: " << warning << '\n';

@@ -5,14 +5,14 @@
 #include <iosfwd>
 #include <nlohmann/json_fwd.hpp>
 
+#include "hotpath/tracing/ctf_trace.hpp"
 #include "import/interpretation.hpp"
-#include "import/trace_events.hpp"
 
 namespace hotpath {
 
 /// The results of an import.
 struct ImportFacts {
-  const TraceReading& reading;
+  const tracing::TraceReading& reading;
   const Recording& recording;
   const Interpretations& interpretations;
   std::uint64_t later_jobs;  ///< Jobs after those used for rules and times.

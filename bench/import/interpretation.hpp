@@ -1,34 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "import/recorded_executors.hpp"
+#include "import/import_ctf.hpp"
 #include "import/recorded_trace.hpp"
+#include "import/recorded_window.hpp"
 #include "import/self_check.hpp"
 
 namespace hotpath {
 
-/// The parts of a recording that do not depend on the executors.
+/// The jobs of a recording, and what does not depend on its executors.
 struct Recording {
-  const RecordedSystem& system;
-  RecordedGraph graph;  ///< With phases and chains.
-  RecordedTimers timers;
-  RecordedExecutors executors;
-  std::vector<RecordedJob> jobs;  ///< Of all callbacks, by start.
-  struct Lost {
-    std::uint32_t subscription;
-    RecordedSample sample;
-    bool queued;
-  };
-  std::vector<Lost> lost;
+  const tracing::System& system;
+  std::vector<tracing::Job> jobs;  ///< Of all callbacks, by start.
+  std::vector<tracing::LostSample> lost;
+  std::string deployment_file;  ///< For the recorded deployment, if there are several executors.
+  // Set by interpret():
+  RecordedExecutors executors = {};
+  RecordedGraph graph = {};  ///< With phases and chains.
+  RecordedTimers timers = {};
   Time end{};  ///< In the trace's time.
   unsigned cores = 1;
-  std::string deployment;  ///< File of the user; empty: none.
+  std::optional<Deployment> deployment = {};  ///< Of the user.
 };
 
 /// A recording interpreted under certain executors: timestamps of timers, costs, and how well a
@@ -41,24 +38,20 @@ struct Interpretation {
   Precedence precedence;
   Graph graph;  ///< With execution times and platform.
   GraphTasks tasks;
-  Trace trace;                  ///< Relative to its epoch.
-  std::string deployment_yaml;  ///< Empty: one executor.
+  Trace trace;  ///< Relative to its epoch.
   std::optional<ExecutorSpec> executor;
   SelfCheck check;
 };
-
-/// `folder`: for a deployment file. `timer_thread`: the priority of timer management threads, which
-/// no trace records. Throws the errors of reading a given deployment.
-[[nodiscard]] Interpretation interpret(const Recording& recording, const std::vector<std::string>& labels,
-                                       TimerThread timer_thread, const std::filesystem::path& folder,
-                                       Duration warm_up);
 
 /// The tried interpretations, and the one with the most similar order of jobs.
 struct Interpretations {
   Interpretation best;
   std::vector<std::pair<std::string, double>> tried;  ///< Labels and similarities, if there was a choice.
 };
-[[nodiscard]] Interpretations best_interpretation(const Recording& recording,
-                                                  const std::filesystem::path& folder, Duration warm_up);
+
+/// Learns executors, graph, timers and chains from the jobs, in any order, and tries the executors
+/// that may have run them. Writes no file, and reads none but a deployment of the user. Throws
+/// UsageError if the jobs do not suffice, and the errors of the options.
+[[nodiscard]] Interpretations interpret(Recording& recording, const ImportCtfOptions& options);
 
 }  // namespace hotpath

@@ -23,13 +23,13 @@ bool contains(const Callbacks& all, std::uint32_t one) { return std::ranges::fin
 
 class TopicOfNode {
  public:
-  TopicOfNode(const RecordedSystem& system, const Callbacks& callbacks, std::uint32_t topic,
-              const std::vector<const RecordedJob*>& jobs)
+  TopicOfNode(const tracing::System& system, const Callbacks& callbacks, std::uint32_t topic,
+              const std::vector<const tracing::Job*>& jobs)
       : system_(system), topic_(topic) {
     std::set<std::uint32_t> publishers;
-    for (const RecordedJob* job : jobs) {
+    for (const tracing::Job* job : jobs) {
       const auto messages =
-          static_cast<std::uint64_t>(std::ranges::count(job->published, topic, &RecordedPublication::topic));
+          static_cast<std::uint64_t>(std::ranges::count(job->published, topic, &tracing::Publication::topic));
       seen_.push_back({job->ref.callback, messages});
       if (messages > 0) publishers.insert(job->ref.callback);
       if (messages < job->published.size()) has_others_.insert(job->ref.callback);
@@ -37,7 +37,7 @@ class TopicOfNode {
     }
     publishers_.assign(publishers.begin(), publishers.end());
     for (const std::uint32_t c : callbacks) {
-      if (system.callbacks[c].kind == RecordedKind::subscription && !contains(publishers_, c))
+      if (system.callbacks[c].kind == tracing::CallbackKind::subscription && !contains(publishers_, c))
         other_inputs_.push_back(c);
     }
   }
@@ -46,7 +46,7 @@ class TopicOfNode {
     add({.rule = PublishRule::always}, always());
     if (publishers_.size() == 1) add_every();
     const bool subscriptions_only = std::ranges::all_of(publishers_, [&](std::uint32_t c) {
-      return system_.callbacks[c].kind == RecordedKind::subscription;
+      return system_.callbacks[c].kind == tracing::CallbackKind::subscription;
     });
     if (subscriptions_only) add_sets();
     const auto most = std::ranges::max(candidates_, {}, &InferredRule::explained).explained;
@@ -113,26 +113,21 @@ class TopicOfNode {
 
   void add_sets() {
     const std::size_t others = other_inputs_.size();
-    if (others <= kMostSubsets) {
-      for (std::uint32_t chosen = 0; chosen < 1U << others; ++chosen) {
-        Callbacks set = publishers_;
-        for (std::size_t i = 0; i < others; ++i)
-          if (chosen >> i & 1U) set.push_back(other_inputs_[i]);
-        add_set(std::move(set));
-      }
-      return;
+    if (others > kMostSubsets) {
+      for (const std::uint32_t other : other_inputs_) add_set({other});
+      return add_set(other_inputs_);
     }
-    for (const std::uint32_t other : other_inputs_) {
-      Callbacks set = publishers_;
-      set.push_back(other);
+    for (std::uint32_t chosen = 0; chosen < 1U << others; ++chosen) {
+      Callbacks set;
+      for (std::size_t i = 0; i < others; ++i)
+        if (chosen >> i & 1U) set.push_back(other_inputs_[i]);
       add_set(std::move(set));
     }
-    Callbacks set = publishers_;
-    set.insert(set.end(), other_inputs_.begin(), other_inputs_.end());
-    add_set(std::move(set));
   }
 
+  /// Adds the set of the publishers and these inputs.
   void add_set(Callbacks set) {
+    set.insert(set.end(), publishers_.begin(), publishers_.end());
     if (set.size() < 2) return;
     std::ranges::sort(set);
     std::set<std::uint32_t> fresh;
@@ -163,7 +158,7 @@ class TopicOfNode {
     }
   }
 
-  const RecordedSystem& system_;
+  const tracing::System& system_;
   const std::uint32_t topic_;
   std::vector<Seen> seen_;
   Callbacks publishers_, other_inputs_;
@@ -174,18 +169,19 @@ class TopicOfNode {
 
 /// Stored samples go into the messages that the node's timers publish with every job; without such
 /// timers, into the messages of its other subscriptions.
-void keep_samples(const RecordedSystem& system, const Callbacks& callbacks, std::span<InferredRule> rules) {
+void keep_samples(const tracing::System& system, const Callbacks& callbacks, std::span<InferredRule> rules) {
   Callbacks kept;
   for (const std::uint32_t c : callbacks) {
     const auto has_part = [&](const InferredRule& r) {
       return contains(r.publishers, c) || contains(r.of, c);
     };
-    if (system.callbacks[c].kind == RecordedKind::subscription && std::ranges::none_of(rules, has_part))
+    if (system.callbacks[c].kind == tracing::CallbackKind::subscription &&
+        std::ranges::none_of(rules, has_part))
       kept.push_back(c);
   }
   if (kept.empty()) return;
   const auto is_timer = [&](const InferredRule& r) {
-    return system.callbacks[r.publishers.front()].kind == RecordedKind::timer;
+    return system.callbacks[r.publishers.front()].kind == tracing::CallbackKind::timer;
   };
   const bool timers = std::ranges::any_of(rules, is_timer);
   for (InferredRule& rule : rules) {
@@ -197,20 +193,20 @@ void keep_samples(const RecordedSystem& system, const Callbacks& callbacks, std:
 
 }  // namespace
 
-std::vector<InferredRule> infer_rules(const RecordedSystem& system, std::span<const RecordedJob> jobs,
+std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<const tracing::Job> jobs,
                                       const std::vector<bool>& is_task) {
   std::vector<Callbacks> callbacks(system.nodes.size());
   for (std::uint32_t c = 0; c < is_task.size(); ++c)
     if (is_task[c]) callbacks[system.callbacks[c].node].push_back(c);
-  std::vector<std::vector<const RecordedJob*>> of_node(system.nodes.size());
-  for (const RecordedJob& job : jobs)
+  std::vector<std::vector<const tracing::Job*>> of_node(system.nodes.size());
+  for (const tracing::Job& job : jobs)
     if (job.ended && job.ref.callback < is_task.size() && is_task[job.ref.callback])
       of_node[system.callbacks[job.ref.callback].node].push_back(&job);
   std::vector<InferredRule> rules;
   for (std::uint32_t node = 0; node < system.nodes.size(); ++node) {
     std::set<std::uint32_t> topics;
-    for (const RecordedJob* job : of_node[node])
-      for (const RecordedPublication& p : job->published) topics.insert(p.topic);
+    for (const tracing::Job* job : of_node[node])
+      for (const tracing::Publication& p : job->published) topics.insert(p.topic);
     const std::size_t before = rules.size();
     for (const std::uint32_t topic : topics)
       rules.push_back(TopicOfNode(system, callbacks[node], topic, of_node[node]).best());

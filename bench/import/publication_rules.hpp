@@ -6,9 +6,11 @@
 #include <vector>
 
 #include "hotpath/reference_system/callback.hpp"
-#include "import/recorded_system.hpp"
+#include "hotpath/tracing/system.hpp"
 
 namespace hotpath {
+
+using tracing::kNone;
 
 /// The rule by which callbacks of one node publish a topic, and how well it explains their jobs.
 struct InferredRule {
@@ -30,8 +32,8 @@ struct InferredRule {
 /// assumed to be stored for the messages that the node's timers, or else its other callbacks,
 /// publish with every job (last_of); events do not show this. `is_task`: by callback. `jobs` are in
 /// the order of starts.
-[[nodiscard]] std::vector<InferredRule> infer_rules(const RecordedSystem& system,
-                                                    std::span<const RecordedJob> jobs,
+[[nodiscard]] std::vector<InferredRule> infer_rules(const tracing::System& system,
+                                                    std::span<const tracing::Job> jobs,
                                                     const std::vector<bool>& is_task);
 
 }  // namespace hotpath

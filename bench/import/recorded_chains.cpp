@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/recorded_chains.hpp"
+#include "import/recorded_window.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <memory>
 #include <tuple>
@@ -18,17 +19,9 @@ using Message = std::shared_ptr<const SimulatedMessage>;
 /// Key of a message: the job that published it, and its topic.
 using MessageKey = std::tuple<std::uint32_t, std::uint64_t, std::uint32_t>;
 
-struct Step {
-  enum Kind : std::uint8_t { publish, start, finish };
-  std::uint64_t event;
-  Kind kind;
-  std::size_t job;
-  std::size_t publication = 0;
-};
-
 class Follower {
  public:
-  Follower(const RecordedSystem& system, const RecordedGraph& graph, const RecordedWindow& window)
+  Follower(const tracing::System& system, const RecordedGraph& graph, const RecordedWindow& window)
       : system_(system), graph_(graph), window_(window), chains_(index_chains(graph.graph, graph.tasks)) {
     for (const InferredRule& rule : graph.rules) {
       held_.emplace_back(rule.of.size());
@@ -36,19 +29,7 @@ class Follower {
   }
 
   std::vector<ChainObservation> follow() {
-    for (const Step& step : steps()) {
-      switch (step.kind) {
-        case Step::publish:
-          publish(step.job, window_.jobs[step.job].published[step.publication]);
-          break;
-        case Step::start:
-          start(step.job);
-          break;
-        case Step::finish:
-          finish(step.job);
-          break;
-      }
-    }
+    for (const auto& [event, step] : steps()) step();
     return std::move(observations_);
   }
 
@@ -61,30 +42,34 @@ class Follower {
     bool published = false;
   };
 
-  std::vector<Step> steps() {
-    std::vector<Step> steps;
+  /// What to do at which event of the trace, in its order.
+  std::vector<std::pair<std::uint64_t, std::function<void()>>> steps() {
+    std::vector<std::pair<std::uint64_t, std::function<void()>>> steps;
     for (std::size_t i = 0; i < window_.jobs.size(); ++i) {
-      const RecordedJob& job = window_.jobs[i];
+      const tracing::Job& job = window_.jobs[i];
       if (graph_.task(job.ref) == kNoTask) continue;
-      steps.push_back({job.started, Step::start, i});
-      if (job.ended) steps.push_back({job.finished, Step::finish, i});
-      for (std::size_t p = 0; p < job.published.size(); ++p)
-        steps.push_back({job.published[p].event, Step::publish, i, p});
-      if (job.has_sample) ++readers_[{job.sample.parent.callback, job.sample.parent.number, topic_of(job)}];
+      steps.emplace_back(job.started, [this, i] { start(i); });
+      if (job.ended) steps.emplace_back(job.finished, [this, i] { finish(i); });
+      for (const tracing::Publication& p : job.published)
+        steps.emplace_back(p.event, [this, i, &p] { publish(i, p); });
+      if (job.has_sample) ++readers_[key_of(job)];
     }
-    std::ranges::sort(steps, {}, &Step::event);
+    std::ranges::sort(steps, {}, [](const auto& step) { return step.first; });
     return steps;
   }
 
-  std::uint32_t topic_of(const RecordedJob& job) const { return system_.callbacks[job.ref.callback].topic; }
+  /// Of the message that the job took.
+  MessageKey key_of(const tracing::Job& job) const {
+    return {job.sample.parent.callback, job.sample.parent.number, system_.callbacks[job.ref.callback].topic};
+  }
 
   void start(std::size_t i) {
-    const RecordedJob& job = window_.jobs[i];
+    const tracing::Job& job = window_.jobs[i];
     Running& running = running_[i];
     running.ref = window_.records[i].job.ref();
     running.start = job.start;
     if (!job.has_sample) return;
-    const MessageKey key{job.sample.parent.callback, job.sample.parent.number, topic_of(job)};
+    const MessageKey key = key_of(job);
     const auto message = messages_.find(key);
     if (message == messages_.end()) return;
     running.own = message->second;
@@ -99,9 +84,9 @@ class Follower {
     }
   }
 
-  void publish(std::size_t i, const RecordedPublication& publication) {
+  void publish(std::size_t i, const tracing::Publication& publication) {
     Running& running = running_[i];
-    const RecordedJob& job = window_.jobs[i];
+    const tracing::Job& job = window_.jobs[i];
     auto message = std::make_shared<SimulatedMessage>();
     for (std::size_t r = 0; r < graph_.rules.size(); ++r) {
       const InferredRule& rule = graph_.rules[r];
@@ -135,7 +120,7 @@ class Follower {
                    [this](const ChainObservation& o) { observations_.push_back(o); });
   }
 
-  const RecordedSystem& system_;
+  const tracing::System& system_;
   const RecordedGraph& graph_;
   const RecordedWindow& window_;
   const std::vector<ChainIndex> chains_;
@@ -150,7 +135,7 @@ class Follower {
 
 }  // namespace
 
-std::vector<ChainObservation> recorded_chains(const RecordedSystem& system, const RecordedGraph& graph,
+std::vector<ChainObservation> recorded_chains(const tracing::System& system, const RecordedGraph& graph,
                                               const RecordedWindow& window) {
   return Follower(system, graph, window).follow();
 }

@@ -3,7 +3,7 @@
 #include <map>
 #include <utility>
 
-#include "import/recorded_executors.hpp"
+#include "import/recorded_window.hpp"
 
 namespace hotpath {
 
@@ -21,6 +21,17 @@ bool is_above(const Meetings& of, const Meetings& other) {
 }
 bool waits_for(const Meetings& of) { return of.waited > 4 && of.waited > 20 * of.within; }
 
+/// A task publishes early if it does so before this share of its jobs, and by more than kSoon.
+constexpr double kLate = 0.9;
+constexpr Duration kSoon = std::chrono::microseconds(100);
+
+template <class T>
+T median(std::vector<T>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
 MeasuredCost cost_of(std::vector<Duration> samples, Duration without) {
   MeasuredCost cost;
   cost.n = samples.size();
@@ -36,7 +47,7 @@ MeasuredCost cost_of(std::vector<Duration> samples, Duration without) {
 
 }  // namespace
 
-Displacement recorded_displacement(const RecordedSystem& system, const RecordedWindow& window) {
+Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window) {
   const std::size_t threads = system.threads.size();
   Displacement displacement{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0)};
   std::vector<std::vector<Meetings>> met(threads, std::vector<Meetings>(threads));
@@ -44,14 +55,14 @@ Displacement recorded_displacement(const RecordedSystem& system, const RecordedW
   std::map<std::int32_t, std::map<std::uint32_t, std::size_t>> latest;  // by processor and thread
   std::vector<Time> idle_since(threads, Time::min());
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
-    const RecordedJob& job = window.jobs[i];
+    const tracing::Job& job = window.jobs[i];
     if (!job.ended) continue;
     displacement.own[i] = job.finish - job.start;
     std::vector<std::size_t>& others = open[job.processor];
     std::erase_if(others, [&](std::size_t o) { return window.jobs[o].finish <= job.start; });
     // Only the innermost job had the processor.
     for (auto outer = others.rbegin(); outer != others.rend(); ++outer) {
-      const RecordedJob& displaced = window.jobs[*outer];
+      const tracing::Job& displaced = window.jobs[*outer];
       if (displaced.thread == job.thread || displaced.finish < job.finish) continue;
       displacement.own[*outer] -= job.finish - job.start;
       ++met[job.thread][displaced.thread].within;
@@ -61,7 +72,7 @@ Displacement recorded_displacement(const RecordedSystem& system, const RecordedW
     if (window.records[i].job.task != kNoTask) {
       const Time ready = window.records[i].job.timestamp;
       for (const auto& [thread, last] : latest[job.processor]) {
-        const RecordedJob& before = window.jobs[last];
+        const tracing::Job& before = window.jobs[last];
         const bool during = thread != job.thread && before.start < ready && ready < before.finish;
         if (during && idle_since[job.thread] < ready && before.finish <= job.start)
           ++met[job.thread][thread].waited;
@@ -90,7 +101,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   for (TaskId id = 0; id < place.size(); ++id)
     place[id] = entry.traits.runs_first == graph.tasks.set[id].kind ? id : id + place.size();
   const bool wait_set = entry.traits.family == Family::wait_set;
-  const bool waits_recorded = std::ranges::any_of(window.jobs, [&](const RecordedJob& job) {
+  const bool waits_recorded = std::ranges::any_of(window.jobs, [&](const tracing::Job& job) {
     return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
   });
   // A timer's releaser wakes the thread that runs its job.
@@ -105,7 +116,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
       Time& until = busy_until[window.jobs[i - 1].processor];
       until = std::max(until, window.jobs[i - 1].finish);
     }
-    const RecordedJob& job = window.jobs[i];
+    const tracing::Job& job = window.jobs[i];
     if (!job.ended || std::ranges::find(executor.threads, job.thread) == executor.threads.end()) continue;
     const auto before = previous.find(job.thread);
     const bool has_previous = before != previous.end();
@@ -141,6 +152,27 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   costs.wake_up = cost_of(std::move(wake_up), costs.dispatch.median);
   costs.delivery = cost_of(std::move(delivery), costs.dispatch.median);
   return costs;
+}
+
+std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
+                                                 std::span<const tracing::Job> jobs) {
+  std::vector<std::vector<Duration>> before_end(graph.tasks.set.size());
+  std::vector<std::vector<double>> share(graph.tasks.set.size());
+  for (const tracing::Job& job : jobs) {
+    const TaskId task = graph.task(job.ref);
+    if (task == kNoTask || !job.ended || job.published.empty()) continue;
+    const Time last = std::ranges::max(job.published, {}, &tracing::Publication::at).at;
+    before_end[task].push_back(job.finish - last);
+    share[task].push_back(to_ms(last - job.start) / std::max(to_ms(job.finish - job.start), 1e-6));
+  }
+  std::vector<EarlyPublication> early;
+  for (TaskId id = 0; id < before_end.size(); ++id) {
+    if (before_end[id].empty()) continue;
+    const EarlyPublication typical{id, median(before_end[id]), median(share[id])};
+    if (typical.share < kLate && typical.before_end > kSoon) early.push_back(typical);
+  }
+  std::ranges::sort(early, std::ranges::greater{}, &EarlyPublication::before_end);
+  return early;
 }
 
 }  // namespace hotpath

@@ -26,9 +26,10 @@ class Groups {
   std::vector<std::uint32_t> parent_;
 };
 
-bool counts(const RecordedSystem& system, std::uint32_t c) {
-  const RecordedCallback& callback = system.callbacks[c];
-  const bool is_task = callback.kind == RecordedKind::timer || callback.kind == RecordedKind::subscription;
+bool counts(const tracing::System& system, std::uint32_t c) {
+  const tracing::Callback& callback = system.callbacks[c];
+  const bool is_task =
+      callback.kind == tracing::CallbackKind::timer || callback.kind == tracing::CallbackKind::subscription;
   return is_task && callback.node != kNone && !callback.threads.empty();
 }
 
@@ -38,12 +39,13 @@ struct ThreadUse {
   std::set<std::uint32_t> nodes;
 };
 
-std::vector<ThreadUse> uses_of(const RecordedSystem& system) {
+std::vector<ThreadUse> uses_of(const tracing::System& system) {
   std::vector<ThreadUse> uses(system.threads.size());
   for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
     if (!counts(system, c)) continue;
     for (const auto& [thread, jobs] : system.callbacks[c].threads) {
-      (system.callbacks[c].kind == RecordedKind::timer ? uses[thread].timers : uses[thread].others) = true;
+      (system.callbacks[c].kind == tracing::CallbackKind::timer ? uses[thread].timers : uses[thread].others) =
+          true;
       uses[thread].nodes.insert(system.callbacks[c].node);
     }
   }
@@ -51,9 +53,9 @@ std::vector<ThreadUse> uses_of(const RecordedSystem& system) {
 }
 
 /// rcl 9 belongs to rclcpp 28 (Jazzy), which has other multi-threaded executors.
-bool is_jazzy_or_later(const RecordedSystem& system) { return std::atoi(system.rcl_version.c_str()) >= 9; }
+bool is_jazzy_or_later(const tracing::System& system) { return std::atoi(system.rcl_version.c_str()) >= 9; }
 
-void find_candidates(const RecordedSystem& system, const std::vector<ThreadUse>& uses,
+void find_candidates(const tracing::System& system, const std::vector<ThreadUse>& uses,
                      RecordedExecutor& executor) {
   const std::size_t threads = executor.threads.size();
   const bool waits =
@@ -85,7 +87,7 @@ void find_candidates(const RecordedSystem& system, const std::vector<ThreadUse>&
 
 }  // namespace
 
-RecordedExecutors recorded_executors(const RecordedSystem& system, const std::string& given) {
+RecordedExecutors recorded_executors(const tracing::System& system, const std::string& given) {
   Groups groups(system.threads.size());
   const std::vector<ThreadUse> uses = uses_of(system);
   for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
@@ -110,7 +112,7 @@ RecordedExecutors recorded_executors(const RecordedSystem& system, const std::st
         index.try_emplace(groups.find(t), static_cast<std::uint32_t>(result.executors.size()));
     if (is_new) {
       // Processes of different containers may have threads with equal ids.
-      const RecordedThread& first = system.threads[t];
+      const tracing::Thread& first = system.threads[t];
       const std::string of_process =
           system.processes.size() > 1 ? concat("process_", first.process, "_") : std::string();
       result.executors.push_back({concat(of_process, "thread_", first.id), first.process, {}, {}, {}});
@@ -131,7 +133,7 @@ RecordedExecutors recorded_executors(const RecordedSystem& system, const std::st
   return result;
 }
 
-std::vector<std::int32_t> usual_processors(const RecordedThread& thread) {
+std::vector<std::int32_t> usual_processors(const tracing::Thread& thread) {
   std::vector<std::int32_t> usual;
   for (const auto& [processor, jobs] : thread.processors)
     if (100 * jobs >= thread.jobs) usual.push_back(processor);

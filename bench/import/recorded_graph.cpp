@@ -23,7 +23,7 @@ std::string graph_name(const std::string& ros_name, bool is_node) {
 
 class Builder {
  public:
-  Builder(const RecordedSystem& system, std::span<const RecordedJob> jobs,
+  Builder(const tracing::System& system, std::span<const tracing::Job> jobs,
           const std::vector<std::uint32_t>& executor_of, const std::string& name, ServiceOrder order)
       : system_(system), jobs_(jobs), executor_of_(executor_of), order_(std::move(order)) {
     result_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
@@ -49,17 +49,17 @@ class Builder {
 
  private:
   void note(const auto&... parts) { result_.notes.push_back(concat(parts...)); }
-  const RecordedCallback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
+  const tracing::Callback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
   const std::string& topic_of(std::uint32_t c) const { return system_.topics[callback(c).topic].name; }
 
   void name_nodes() {
     std::set<std::string> used;
-    for (const RecordedNode& node : system_.nodes) {
-      const std::string plain = graph_name(node.name, true);
+    for (const std::string& node : system_.nodes) {
+      const std::string plain = graph_name(node, true);
       std::string name = plain;
       for (int i = 2; !used.insert(name).second; ++i) name = concat(plain, "_", i);
       if (name != plain)
-        note("There are several nodes ", node.name, "; one of them is called ", name, " in the graph.");
+        note("There are several nodes ", node, "; one of them is called ", name, " in the graph.");
       result_.node_names.push_back(name);
     }
   }
@@ -69,15 +69,15 @@ class Builder {
     std::uint64_t unknown = 0, jobs_of_unknown = 0;
     std::set<std::pair<std::uint32_t, std::uint32_t>> subscribed;
     for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
-      const RecordedCallback& recorded = callback(c);
-      if (recorded.kind == RecordedKind::unknown ||
-          (recorded.kind != RecordedKind::service && recorded.node == kNone)) {
+      const tracing::Callback& recorded = callback(c);
+      if (recorded.kind == tracing::CallbackKind::unknown ||
+          (recorded.kind != tracing::CallbackKind::service && recorded.node == kNone)) {
         ++unknown;
         jobs_of_unknown += recorded.jobs;
         continue;
       }
-      if (recorded.kind == RecordedKind::service) continue;
-      if (recorded.kind == RecordedKind::subscription) {
+      if (recorded.kind == tracing::CallbackKind::service) continue;
+      if (recorded.kind == tracing::CallbackKind::subscription) {
         if (is_housekeeping(topic_of(c))) continue;
         if (!subscribed.emplace(recorded.node, recorded.topic).second) {
           note("Node ", result_.node_names[recorded.node], " subscribes to ", topic_of(c),
@@ -107,7 +107,7 @@ class Builder {
   void drop_silent_inputs() {
     for (const InferredRule& rule : result_.rules) published_.insert(rule.topic);
     for (std::uint32_t c = 0; c < is_task_.size(); ++c) {
-      if (!is_task_[c] || callback(c).kind != RecordedKind::subscription ||
+      if (!is_task_[c] || callback(c).kind != tracing::CallbackKind::subscription ||
           published_.contains(callback(c).topic))
         continue;
       if (callback(c).jobs > 0) {
@@ -126,13 +126,13 @@ class Builder {
   void find_overlaps() {
     overlaps_.assign(system_.callbacks.size(), false);
     reentrant_.assign(system_.callbacks.size(), false);
-    std::map<std::uint32_t, std::vector<const RecordedJob*>> open;  // by node
-    for (const RecordedJob& job : jobs_) {
+    std::map<std::uint32_t, std::vector<const tracing::Job*>> open;  // by node
+    for (const tracing::Job& job : jobs_) {
       const std::uint32_t c = job.ref.callback;
       if (!job.ended || c >= is_task_.size() || !is_task_[c]) continue;
       auto& others = open[callback(c).node];
-      std::erase_if(others, [&](const RecordedJob* o) { return o->finish <= job.start; });
-      for (const RecordedJob* other : others) {
+      std::erase_if(others, [&](const tracing::Job* o) { return o->finish <= job.start; });
+      for (const tracing::Job* other : others) {
         if (other->thread == job.thread) continue;
         overlaps_[c] = overlaps_[other->ref.callback] = true;
         if (other->ref.callback == c) reentrant_[c] = true;
@@ -152,7 +152,7 @@ class Builder {
     if (own.empty()) return;
     std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
     for (const std::uint32_t c : own) {
-      if (callback(c).kind != RecordedKind::subscription) continue;
+      if (callback(c).kind != tracing::CallbackKind::subscription) continue;
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
       node.inputs.push_back({graph_name(topic_of(c), false), std::max(1U, callback(c).depth), {}});
     }
@@ -176,7 +176,7 @@ class Builder {
   std::string timer_name(std::uint32_t timer, const std::vector<std::uint32_t>& own) const {
     std::vector<std::uint32_t> timers;
     for (const std::uint32_t c : own)
-      if (callback(c).kind == RecordedKind::timer) timers.push_back(c);
+      if (callback(c).kind == tracing::CallbackKind::timer) timers.push_back(c);
     if (timers.size() == 1) return "timer";
     return concat("timer_", 1 + (std::ranges::find(timers, timer) - timers.begin()));
   }
@@ -231,7 +231,7 @@ class Builder {
       const std::uint32_t reader = *std::ranges::find_if(
           system_.topics[topic].subscriptions,
           [&](std::uint32_t c) { return c < is_task_.size() && is_task_[c] && callback(c).jobs > 0; });
-      for (const RecordedJob& job : jobs_)
+      for (const tracing::Job& job : jobs_)
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
       if (at.size() < 2) at = {Time{}, Time{} + std::chrono::hours(1)};
       std::ranges::sort(at);
@@ -296,13 +296,13 @@ class Builder {
       const std::uint32_t c = result_.callback_of[id];
       if (c == kNone) continue;
       result_.task_of[c] = id;
-      if (callback(c).kind == RecordedKind::timer) epoch = std::min(epoch, callback(c).created);
+      if (callback(c).kind == tracing::CallbackKind::timer) epoch = std::min(epoch, callback(c).created);
     }
     result_.epoch = epoch != kNever ? epoch : jobs_.empty() ? Time{} : jobs_.front().start;
   }
 
-  const RecordedSystem& system_;
-  const std::span<const RecordedJob> jobs_;
+  const tracing::System& system_;
+  const std::span<const tracing::Job> jobs_;
   const std::vector<std::uint32_t>& executor_of_;
   ServiceOrder order_;
   RecordedGraph result_;
@@ -314,7 +314,7 @@ class Builder {
 
 bool is_housekeeping(const std::string& topic) { return topic == "/rosout" || topic == "/parameter_events"; }
 
-RecordedGraph make_recorded_graph(const RecordedSystem& system, std::span<const RecordedJob> jobs,
+RecordedGraph make_recorded_graph(const tracing::System& system, std::span<const tracing::Job> jobs,
                                   const std::vector<std::uint32_t>& executor_of, const std::string& name,
                                   const ServiceOrder& order) {
   return Builder(system, jobs, executor_of, name, order).build();

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "hotpath/reference_system/graph_writer.hpp"
+#include "hotpath/tracing/system.hpp"
 #include "import/publication_rules.hpp"
-#include "import/recorded_system.hpp"
 
 namespace hotpath {
 
@@ -24,7 +24,7 @@ struct RecordedGraph {
   /// Names of nodes as in the graph, by node of the trace.
   std::vector<std::string> node_names;
 
-  [[nodiscard]] TaskId task(const RecordedRef& ref) const {
+  [[nodiscard]] TaskId task(const tracing::JobRef& ref) const {
     return ref.callback < task_of.size() ? task_of[ref.callback] : kNoTask;
   }
 };
@@ -37,8 +37,8 @@ struct ServiceOrder {
 /// `jobs` are in the order of starts. Callbacks that overlapped, or whose `executor_of` (by
 /// callback, kNone: unknown) differs, are in different callback groups. Throws UsageError if no
 /// task is left for a graph.
-[[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& system,
-                                                std::span<const RecordedJob> jobs,
+[[nodiscard]] RecordedGraph make_recorded_graph(const tracing::System& system,
+                                                std::span<const tracing::Job> jobs,
                                                 const std::vector<std::uint32_t>& executor_of,
                                                 const std::string& name, const ServiceOrder& order = {});
 

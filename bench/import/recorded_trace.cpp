@@ -16,13 +16,10 @@ constexpr Duration kCreationEvent = std::chrono::milliseconds(1);
 /// With more releases, and more per job, the trace's clock must have jumped.
 constexpr double kManyReleases = 1e6, kReleasesPerJob = 1e3;
 
-/// A call at `start` moves `next` beyond `start`. Returns the number of skipped timestamps.
-std::uint32_t step(Time& next, Time start, Duration period) {
-  next += period;
-  if (next > start) return 0;
-  const auto skipped = static_cast<std::uint32_t>((start - next) / period + 1);
-  next += skipped * period;
-  return skipped;
+/// The task's timer before its first call.
+Timer timer_of(TaskId id, const RecordedGraph& graph, const RecordedTimers& timers) {
+  const Task& task = graph.tasks.set[id];
+  return {id, task, timers.first[id] - task.phase};
 }
 
 void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std::size_t jobs, Time end) {
@@ -40,35 +37,35 @@ void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std:
 
 }  // namespace
 
-RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
-                               std::span<const RecordedJob> jobs, Time end) {
+RecordedTimers recorded_timers(const tracing::System& system, const RecordedGraph& graph,
+                               std::span<const tracing::Job> jobs, Time end) {
   const TaskId count = graph.tasks.set.size();
   RecordedTimers timers{std::vector<Time>(count), {}, std::vector<bool>(count, false)};
   const auto first =
-      std::ranges::find_if(jobs, [&](const RecordedJob& j) { return graph.task(j.ref) != kNoTask; });
+      std::ranges::find_if(jobs, [&](const tracing::Job& j) { return graph.task(j.ref) != kNoTask; });
   if (first != jobs.end()) timers.begin = first->start;
-  // Next timestamp if the timer is polled, and if a separate thread releases its jobs.
-  std::vector<Time> next(count), released(count);
+  std::vector<Timer> polled(count), released(count);  // hypotheses: by the executor, by a separate thread
   std::vector<bool> early(count, false), early_released(count, false);
   std::vector<Duration> ahead(count);
   for (TaskId id = 0; id < count; ++id) {
     const std::uint32_t c = graph.callback_of[id];
     if (graph.tasks.set[id].kind != TaskKind::timer || c == kNone) continue;
-    timers.first[id] = next[id] = released[id] = system.callbacks[c].created + system.callbacks[c].period;
+    timers.first[id] = system.callbacks[c].created + system.callbacks[c].period;
+    polled[id] = released[id] = timer_of(id, graph, timers);
   }
-  for (const RecordedJob& job : jobs) {
+  for (const tracing::Job& job : jobs) {
     const TaskId id = graph.task(job.ref);
     if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer) continue;
-    if (released[id] - job.start > kCreationEvent) early_released[id] = true;
-    const bool first_job = released[id] == timers.first[id];
-    step(released[id], first_job ? timers.begin : released[id], graph.tasks.set[id].period);
-    const Duration before = next[id] - job.start;
+    const Time release = released[id].next_call();
+    if (release - job.start > kCreationEvent) early_released[id] = true;
+    released[id].call(release == timers.first[id] ? timers.begin : release);
+    const Duration before = polled[id].next_call() - job.start;
     if (before > kCreationEvent) {
       early[id] = true;
       continue;
     }
     ahead[id] = std::max(ahead[id], before);
-    step(next[id], job.start, graph.tasks.set[id].period);
+    polled[id].call(job.start);
   }
   for (TaskId id = 0; id < count; ++id) {
     timers.first[id] -= ahead[id];
@@ -78,18 +75,18 @@ RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph
   return timers;
 }
 
-RecordedTrace::RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph,
+RecordedTrace::RecordedTrace(const tracing::System& system, const RecordedGraph& graph,
                              const RecordedTimers& timers, std::vector<bool> release_only)
     : system_(system),
       graph_(graph),
       release_only_(std::move(release_only)),
-      begin_(timers.begin),
+      recorded_timers_(timers),
       sequences_(graph.tasks.set.size()) {
-  for (const Time first : timers.first) timers_.push_back({first, 0});
+  for (TaskId id = 0; id < timers.first.size(); ++id) timers_.push_back(timer_of(id, graph, timers));
   for (auto& of_task : sequences_) of_task.resize(kRemembered);
 }
 
-JobRecord RecordedTrace::job(const RecordedJob& job) {
+JobRecord RecordedTrace::job(const tracing::Job& job) {
   const TaskId task = graph_.task(job.ref);
   JobRecord r;
   if (graph_.tasks.set[task].kind == TaskKind::timer) {
@@ -113,58 +110,41 @@ JobRecord RecordedTrace::job(const RecordedJob& job) {
 }
 
 Job RecordedTrace::timer_job(TaskId task, Time start) {
-  TimerState& timer = timers_[task];
-  const Task& of = graph_.tasks.set[task];
-  Job job;
-  job.task = task;
-  job.sequence = timer.sequence;
-  job.timestamp = std::min(timer.next, start);
-  job.deadline = job.timestamp + of.deadline;
-  if (release_only_[task]) {
-    job.release = job.timestamp;
-    job.skipped = step(timer.next, timer.sequence == 0 ? begin_ : timer.next, of.period);
-  } else {
-    job.release = start;
-    job.skipped = step(timer.next, start, of.period);
-  }
-  timer.sequence += 1 + job.skipped;
+  Timer& timer = timers_[task];
+  const Time next = timer.next_call();
+  const Time released = next == recorded_timers_.first[task] ? recorded_timers_.begin : next;
+  Job job = timer.call(release_only_[task] ? released : start);
+  job.timestamp = std::min(next, start);
+  job.deadline = job.timestamp + graph_.tasks.set[task].deadline;
+  job.release = release_only_[task] ? job.timestamp : start;
   return job;
 }
 
-JobRecord RecordedTrace::lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) const {
+JobRecord RecordedTrace::lost(const tracing::LostSample& lost) const {
   JobRecord r;
-  r.job.task = graph_.task_of[subscription];
-  r.job.sequence = sample.sequence;
-  r.job.timestamp = r.job.release = sample.published;
-  r.job.parent = parent_of(sample.parent);
-  r.outcome = queued ? Outcome::queued : Outcome::overwritten;
+  r.job.task = graph_.task_of[lost.subscription];
+  r.job.sequence = lost.sample.sequence;
+  r.job.timestamp = r.job.release = lost.sample.published;
+  r.job.parent = parent_of(lost.sample.parent);
+  r.outcome = lost.queued ? Outcome::queued : Outcome::overwritten;
   return r;
 }
 
 std::vector<JobRecord> RecordedTrace::due(Time end) const {
   std::vector<JobRecord> due;
   for (TaskId id = 0; id < timers_.size(); ++id) {
-    const Task& task = graph_.tasks.set[id];
-    if (task.kind != TaskKind::timer || graph_.callback_of[id] == kNone) continue;
-    TimerState timer = timers_[id];
-    while (timer.next < end) {
+    if (graph_.tasks.set[id].kind != TaskKind::timer || graph_.callback_of[id] == kNone) continue;
+    for (Timer timer = timers_[id]; timer.next_call() < end;) {
       JobRecord& r = due.emplace_back();
       r.outcome = Outcome::queued;
-      r.job.task = id;
-      r.job.sequence = timer.sequence++;
-      r.job.timestamp = r.job.release = timer.next;
-      r.job.deadline = timer.next + task.deadline;
-      if (release_only_[id]) {
-        timer.next += task.period;
-      } else {
-        r.job.skipped = step(timer.next, end - Duration(1), task.period);
-      }
+      r.job = timer.call(release_only_[id] ? timer.next_call() : end - Duration(1));
+      r.job.release = r.job.timestamp;
     }
   }
   return due;
 }
 
-JobRef RecordedTrace::parent_of(const RecordedRef& ref) const {
+JobRef RecordedTrace::parent_of(const tracing::JobRef& ref) const {
   const TaskId task = graph_.task(ref);
   if (task == kNoTask) return {};
   return {task, sequences_[task][ref.number % kRemembered]};

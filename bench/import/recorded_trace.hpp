@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <optional>
 #include <span>
 #include <vector>
 
+#include "hotpath/core/timer.hpp"
 #include "hotpath/core/trace.hpp"
 #include "import/recorded_graph.hpp"
 
@@ -22,8 +21,8 @@ struct RecordedTimers {
 /// event of the creation comes slightly after it; where jobs begin earlier than this event allows,
 /// the release moves earlier by as much. Throws UsageError if the clock of the trace jumps: then
 /// timers are due until `end` a thousand times as often as callbacks ran.
-[[nodiscard]] RecordedTimers recorded_timers(const RecordedSystem& system, const RecordedGraph& graph,
-                                             std::span<const RecordedJob> jobs, Time end);
+[[nodiscard]] RecordedTimers recorded_timers(const tracing::System& system, const RecordedGraph& graph,
+                                             std::span<const tracing::Job> jobs, Time end);
 
 /// Converts a recording into the rows of a run. A trace lacks the timestamps of timers. If a
 /// releaser's thread calls timers, the n-th job has the n-th timestamp after those skipped at the
@@ -32,30 +31,26 @@ struct RecordedTimers {
 class RecordedTrace {
  public:
   /// `release_only`: by task. System and graph must outlive it.
-  RecordedTrace(const RecordedSystem& system, const RecordedGraph& graph, const RecordedTimers& timers,
+  RecordedTrace(const tracing::System& system, const RecordedGraph& graph, const RecordedTimers& timers,
                 std::vector<bool> release_only);
 
   /// The row of a job of the graph, in the trace's time; call it in the order of starts.
-  [[nodiscard]] JobRecord job(const RecordedJob& job);
-  [[nodiscard]] JobRecord lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) const;
+  [[nodiscard]] JobRecord job(const tracing::Job& job);
+  [[nodiscard]] JobRecord lost(const tracing::LostSample& lost) const;
   /// Timestamps that are due at the end without a started job.
   [[nodiscard]] std::vector<JobRecord> due(Time end) const;
 
  private:
   /// A sample may stay unread for this many jobs of its publisher.
   static constexpr std::size_t kRemembered = 1024;
-  struct TimerState {
-    Time next{};
-    std::uint64_t sequence = 0;
-  };
   Job timer_job(TaskId task, Time start);
-  JobRef parent_of(const RecordedRef& ref) const;
+  JobRef parent_of(const tracing::JobRef& ref) const;
 
-  const RecordedSystem& system_;
+  const tracing::System& system_;
   const RecordedGraph& graph_;
   const std::vector<bool> release_only_;
-  const Time begin_;
-  std::vector<TimerState> timers_;                     // by task
+  const RecordedTimers recorded_timers_;
+  std::vector<Timer> timers_;                          // by task
   std::vector<std::vector<std::uint64_t>> sequences_;  // by task, by number: of the latest jobs
 };
 

@@ -6,10 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "program/json_fields.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "setup/run_setup.hpp"
-#include "simulated/simulated_system.hpp"
+#include "simulated/repetition.hpp"
 
 namespace hotpath {
 
@@ -54,34 +55,23 @@ class TimesOfMoment final : public ExecutionTimes {
 };
 
 Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                        const Trace& recorded) {
+                        const std::vector<MeasuredChain>& chains, const Trace& recorded) {
   Trace own = recorded;
   for (JobRecord& r : own.jobs)
     if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
   const TimesOfMoment times(tasks.set, working_jobs(tasks, own));
-  const SimulatedSystem system(executor, graph, tasks);
-  std::vector<ChainObservation> observations;
-  GraphWorkload workload(graph, tasks, times, &observations);
-  SimulationOptions options;
-  options.platform = make_platform(graph, *parts(executor).front().entry);
-  options.duration = recorded.end - Time{};
-  options.start = first_start(recorded);
-  options.max_backlog = 1000 * tasks.set.size();
-  Trace trace;
-  TraceRecorder recorder(trace);
-  const SimulationSummary summary =
-      simulate(tasks.set, system.executors(), system.executor_of(), workload, options, &recorder);
-  trace.end = summary.end;
-  trace.published = summary.published;
-  trace.chains = join_chains(graph, tasks, trace, observations);
-  return trace;
+  SimulationPlan plan{executor, graph, tasks, chains, times};
+  plan.duration = recorded.end - Time{};
+  plan.start = first_start(recorded);
+  plan.max_backlog = 1000 * tasks.set.size();
+  return simulate_repetition(plan).trace;
 }
 
-std::vector<double> latencies(const Graph& graph, const GraphTasks& tasks, const Trace& trace,
-                              std::size_t chain, Time from) {
-  std::vector<double> all;
-  for (const ChainRecord& r : counted_chains(trace, measured_chains(graph, tasks), from))
-    if (r.chain == chain) all.push_back(to_ms(r.hot_path_latency));
+/// By chain.
+std::vector<std::vector<double>> latencies_ms(const std::vector<MeasuredChain>& chains, const Trace& trace) {
+  std::vector<std::vector<double>> all(chains.size());
+  for (const ChainRecord& r : counted_chains(trace, chains, Time{}))
+    all[r.chain].push_back(to_ms(r.hot_path_latency));
   return all;
 }
 
@@ -92,24 +82,18 @@ double error_percent(double recorded_ms, double simulated_ms) {
   return std::abs(simulated_ms - recorded_ms) < kSame_ms ? 0 : 100 * (simulated_ms / recorded_ms - 1);
 }
 
-struct Losses {
-  std::uint64_t all = 0, lost = 0;
-  [[nodiscard]] double percent() const {
-    return all == 0 ? 0 : 100 * static_cast<double>(lost) / static_cast<double>(all);
-  }
-};
-
-/// Losses by task, followed by their sum.
-std::vector<Losses> losses(const TaskSet& set, const Trace& trace, Time from) {
-  std::vector<Losses> losses(set.size() + 1);
+/// The lost percentage of the timestamps and samples of each task, and then of all tasks.
+std::vector<double> lost_percent(const TaskSet& set, const Trace& trace) {
+  std::vector<double> lost(set.size() + 1), all(set.size() + 1);
   for (const JobRecord& r : trace.jobs) {
-    if (r.job.timestamp < from || r.outcome == Outcome::empty) continue;
-    for (Losses* l : {&losses[r.job.task], &losses.back()}) {
-      l->all += 1 + r.job.skipped;
-      l->lost += r.job.skipped + (r.outcome == Outcome::overwritten);
+    if (r.job.timestamp < Time{} || r.outcome == Outcome::empty) continue;
+    for (const TaskId id : {r.job.task, set.size()}) {
+      all[id] += 1 + r.job.skipped;
+      lost[id] += r.job.skipped + (r.outcome == Outcome::overwritten);
     }
   }
-  return losses;
+  for (std::size_t id = 0; id < all.size(); ++id) lost[id] = all[id] > 0 ? 100 * lost[id] / all[id] : 0;
+  return lost;
 }
 
 class Judge {
@@ -153,11 +137,12 @@ void compare_latencies(SelfCheck::ChainCheck& chain, const std::vector<double>& 
 }  // namespace
 
 SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                     const Trace& recorded, Duration warm_up) {
+                     const Trace& recorded) {
   SelfCheck check;
-  Trace simulated;
+  const std::vector<MeasuredChain> chains = measured_chains(graph, tasks);
+  Trace& simulated = check.simulated;
   try {
-    simulated = simulate_recorded(graph, tasks, executor, recorded);
+    simulated = simulate_recorded(graph, tasks, executor, chains, recorded);
   } catch (const SimulationError& error) {
     check.failure = error.what();
     check.light = Light::red;
@@ -168,79 +153,61 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   check.schedule = compare_schedules(schedule_of(tasks.set, recorded), schedule_of(tasks.set, simulated));
   judge.see(1 - check.schedule.similarity, 1 - kSimilarity,
             text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
-  const Time from = Time{} + warm_up;
+  const auto recorded_ms = latencies_ms(chains, recorded), simulated_ms = latencies_ms(chains, simulated);
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
     SelfCheck::ChainCheck& chain = check.chains.emplace_back();
     chain.chain = graph.chains[c].name;
-    compare_latencies(chain, latencies(graph, tasks, recorded, c, from),
-                      latencies(graph, tasks, simulated, c, from), judge);
+    compare_latencies(chain, recorded_ms[c], simulated_ms[c], judge);
   }
-  const auto recorded_losses = losses(tasks.set, recorded, from);
-  const auto simulated_losses = losses(tasks.set, simulated, from);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const Losses &in_recording = recorded_losses[id], &in_simulation = simulated_losses[id];
-    if (in_recording.lost + in_simulation.lost > 0)
-      check.losses.push_back({tasks.set[id].name, in_recording.percent(), in_simulation.percent()});
-  }
+  const auto recorded_lost = lost_percent(tasks.set, recorded),
+             simulated_lost = lost_percent(tasks.set, simulated);
+  for (TaskId id = 0; id < tasks.set.size(); ++id)
+    if (recorded_lost[id] + simulated_lost[id] > 0)
+      check.losses.push_back({tasks.set[id].name, recorded_lost[id], simulated_lost[id]});
   const auto difference = [](const SelfCheck::LossCheck& l) {
     return std::abs(l.simulated_percent - l.recorded_percent);
   };
   std::ranges::sort(check.losses, std::ranges::greater{}, difference);
-  check.lost_recorded_percent = recorded_losses.back().percent();
-  check.lost_simulated_percent = simulated_losses.back().percent();
+  check.lost_recorded_percent = recorded_lost.back();
+  check.lost_simulated_percent = simulated_lost.back();
   judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
             text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
                  check.lost_simulated_percent, check.lost_recorded_percent));
-  simulated.executor = recorded.executor;
-  check.simulated = std::move(simulated);
   return check;
 }
 
-namespace {
-
-nlohmann::json json_of(const LatencyQuantiles& q) {
-  const auto number = [](double v) { return std::isfinite(v) ? nlohmann::json(v) : nlohmann::json(); };
-  return {{"n", q.n.value_or(0)},
-          {"p50", number(q.p50)},
-          {"p90", number(q.p90)},
-          {"p99", number(q.p99)},
-          {"max", number(q.max)}};
+// nlohmann::json writes numbers that are not finite as null.
+static nlohmann::json json_of(const LatencyQuantiles& q) {
+  return {{"n", q.n.value_or(0)}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
 }
 
-}  // namespace
+static HOTPATH_JSON_FIELDS(SelfCheck::LossCheck, task, recorded_percent, simulated_percent);
 
 void to_json(nlohmann::json& j, const SelfCheck& check) {
   using nlohmann::json;
-  const auto number = [](double v) { return std::isfinite(v) ? json(v) : json(); };
-  json chains = json::array(), losses = json::array();
+  json chains = json::array();
   for (const auto& c : check.chains) {
     chains.push_back({{"chain", c.chain},
                       {"recorded_ms", json_of(c.recorded_ms)},
                       {"simulated_ms", json_of(c.simulated_ms)},
-                      {"median_error_percent", number(c.median_error_percent)},
-                      {"p99_error_percent", number(c.p99_error_percent)}});
-  }
-  for (const auto& l : check.losses) {
-    losses.push_back({{"task", l.task},
-                      {"recorded_percent", l.recorded_percent},
-                      {"simulated_percent", l.simulated_percent}});
+                      {"median_error_percent", c.median_error_percent},
+                      {"p99_error_percent", c.p99_error_percent}});
   }
   const ScheduleComparison& s = check.schedule;
-  j = {{"light", to_string(check.light)},
-       {"reasons", check.reasons},
-       {"similarity", s.similarity},
-       {"first_difference", s.first_difference ? json{{"at_ms", s.first_difference->at_ms},
-                                                      {"recorded", s.first_difference->measured},
-                                                      {"simulated", s.first_difference->other}}
-                                               : json()},
-       {"response_p50_ms",
-        {{"recorded", number(s.measured.response_ms.p50)}, {"simulated", number(s.other.response_ms.p50)}}},
-       {"response_p99_ms",
-        {{"recorded", number(s.measured.response_ms.p99)}, {"simulated", number(s.other.response_ms.p99)}}},
-       {"chains", chains},
-       {"losses", losses},
-       {"lost_percent",
-        {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
+  j = {
+      {"light", to_string(check.light)},
+      {"reasons", check.reasons},
+      {"similarity", s.similarity},
+      {"first_difference", s.first_difference ? json{{"at_ms", s.first_difference->at_ms},
+                                                     {"recorded", s.first_difference->measured},
+                                                     {"simulated", s.first_difference->other}}
+                                              : json()},
+      {"response_p50_ms", {{"recorded", s.measured.response_ms.p50}, {"simulated", s.other.response_ms.p50}}},
+      {"response_p99_ms", {{"recorded", s.measured.response_ms.p99}, {"simulated", s.other.response_ms.p99}}},
+      {"chains", chains},
+      {"losses", check.losses},
+      {"lost_percent",
+       {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
 }
 
 }  // namespace hotpath

@@ -44,9 +44,10 @@ inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossEr
                         kSimilarity = 0.8;
 
 /// `recorded` is relative to its epoch and `tasks` have its phases; chains are those of `graph`.
-/// Jobs and outputs whose timestamp lies before `warm_up` do not count.
+/// The simulation begins with the recorded executors, so that there is no warm-up; jobs and outputs
+/// whose timestamp lies before the epoch do not count.
 [[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                                   const Trace& recorded, Duration warm_up);
+                                   const Trace& recorded);
 
 void to_json(nlohmann::json& j, const SelfCheck& check);
 

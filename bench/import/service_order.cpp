@@ -3,7 +3,7 @@
 #include <map>
 #include <numeric>
 
-#include "import/recorded_executors.hpp"
+#include "import/recorded_window.hpp"
 
 namespace hotpath {
 
@@ -21,7 +21,7 @@ Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow&
     together.push_back(task);
   };
   std::map<std::uint32_t, Time> started;  // by node: its latest job
-  const bool snapshots_known = wait_sets && std::ranges::any_of(window.jobs, &RecordedJob::waited);
+  const bool snapshots_known = wait_sets && std::ranges::any_of(window.jobs, &tracing::Job::waited);
   std::map<std::uint32_t, std::vector<TaskId>> snapshots;                   // by thread
   std::map<std::pair<TaskId, std::uint64_t>, std::vector<TaskId>> readers;  // by publishing job
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
@@ -65,7 +65,7 @@ std::vector<std::uint32_t> in_order(std::vector<std::uint32_t> left, Ahead&& ahe
 
 }  // namespace
 
-ServiceOrder service_order(const RecordedSystem& system, const RecordedGraph& graph,
+ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,
                            const Precedence& precedence) {
   const std::size_t nodes = system.nodes.size();
   std::vector<std::vector<std::int64_t>> of_nodes(nodes, std::vector<std::int64_t>(nodes, 0));

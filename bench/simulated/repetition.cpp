@@ -16,6 +16,7 @@ Repetition simulate_repetition(const SimulationPlan& plan, RunTotals* totals) {
   SimulationOptions options;
   options.platform = make_platform(plan.graph, *parts(plan.executor).front().entry);
   options.duration = plan.warm_up + plan.duration;
+  options.start = plan.start;
   options.max_backlog = plan.max_backlog;
 
   Repetition repetition;

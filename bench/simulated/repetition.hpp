@@ -21,6 +21,7 @@ struct SimulationPlan {
   const std::vector<MeasuredChain>& chains;  ///< Of the graph.
   const ExecutionTimes& times;
   Duration warm_up{}, duration{};  ///< The run takes the sum of both.
+  Duration start{};                ///< When the executors begin to spin.
   /// Released jobs that may wait before the system counts as overloaded.
   std::uint64_t max_backlog = 100 * static_cast<std::uint64_t>(tasks.set.size());
 };

@@ -1,42 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/trace_assembler.hpp"
+#include "hotpath/tracing/assembler.hpp"
 
 #include <gtest/gtest.h>
 
-#include "import/publication_rules.hpp"
-#include "import/recorded_executors.hpp"
+#include <ranges>
 
-namespace hotpath {
+namespace hotpath::tracing {
 namespace {
 
-using K = TraceEventKind;
+using K = EventKind;
+
+Time at(std::int64_t ns) { return Time{} + Duration(ns); }
 
 /// Feeds a handmade trace of one process to the assembler and keeps the results.
-class Recording : public RecordedJobSink {
+class Recording : public Sink {
  public:
   void tell(K kind, std::int64_t at_ns, std::array<std::uint64_t, 4> numbers,
-            std::array<std::string_view, 2> texts = {}, std::uint32_t thread = 1) {
-    TraceEvent e;
+            std::array<const char*, 2> texts = {"", ""}, std::uint32_t thread = 1) {
+    Event e;
     e.kind = kind;
-    e.at_ns = at_ns;
+    e.at = at(at_ns);
     e.process = 7;
     e.thread = thread;
     e.processor = 0;
     e.number = numbers;
     e.text = texts;
-    assembler.visit(e);
+    assembler.event(e);
   }
 
   /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), and node 2 with a
-  /// subscription to it (callback 21, rmw handle 23, depth 1).
-  void make_nodes() {
-    tell(K::node_init, 0, {1}, {"source", "/"});
-    tell(K::publisher_init, 1, {13, 1, 14}, {"/a"});
+  /// subscription to it (callback 21, rmw handle 23).
+  void make_nodes(std::uint64_t depth = 1) {
+    tell(K::node_init, 0, {1, 3}, {"source", "/"});
+    tell(K::publisher_init, 1, {13, 1, 14}, {"/a", ""});
     tell(K::timer_init, 2, {10, 1000});
     tell(K::timer_callback_added, 3, {10, 11});
     tell(K::timer_link_node, 4, {10, 1});
-    tell(K::node_init, 5, {2}, {"sink", "/space"});
-    tell(K::subscription_init, 6, {20, 2, 23, 1}, {"/a"});
+    tell(K::node_init, 5, {2, 4}, {"sink", "/space"});
+    tell(K::subscription_init, 6, {20, 2, 23, depth}, {"/a", ""});
     tell(K::rclcpp_subscription_init, 7, {20, 22});
     tell(K::subscription_callback_added, 8, {22, 21});
   }
@@ -45,35 +46,35 @@ class Recording : public RecordedJobSink {
   void publish(std::int64_t at_ns, std::uint64_t source_ns) {
     tell(K::callback_start, at_ns, {11});
     tell(K::rcl_publish, at_ns + 1, {13, 99});
-    tell(K::rmw_publish, at_ns + 2, {99, source_ns});
+    tell(K::rmw_publish, at_ns + 2, {14, 99, source_ns});
     tell(K::callback_end, at_ns + 3, {11});
   }
 
   void receive(std::int64_t at_ns, std::uint64_t source_ns) {
-    tell(K::rmw_take, at_ns, {23, source_ns, 1});
+    tell(K::rmw_take, at_ns, {23, 98, source_ns, 1});
     tell(K::callback_start, at_ns + 1, {21});
     tell(K::callback_end, at_ns + 2, {21});
   }
 
-  void ended(RecordedJob&& job) override { jobs.push_back(std::move(job)); }
-  void lost(std::uint32_t, const RecordedSample& sample, bool queued) override {
-    (queued ? unread : overwritten).push_back(sample.sequence);
+  void ended(Job&& job) override { jobs.push_back(std::move(job)); }
+  void lost(const LostSample& lost) override {
+    (lost.queued ? unread : overwritten).push_back(lost.sample.sequence);
   }
 
-  TraceAssembler assembler{*this};
-  std::vector<RecordedJob> jobs;
+  Assembler assembler{*this};
+  std::vector<Job> jobs;
   std::vector<std::uint64_t> overwritten, unread;
 };
 
-TEST(TraceAssembler, FindsEntitiesAndWhoCausedWhat) {
+TEST(Assembler, FindsEntitiesAndWhoCausedWhat) {
   Recording recording;
   recording.make_nodes();
   recording.publish(2000, 5002);
   recording.receive(3000, 5002);
   recording.assembler.finish();
-  const RecordedSystem& system = recording.assembler.system();
+  const System& system = recording.assembler.system();
   ASSERT_EQ(system.nodes.size(), 2U);
-  EXPECT_EQ(system.nodes[1].name, "/space/sink");
+  EXPECT_EQ(system.nodes[1], "/space/sink");
   ASSERT_EQ(system.callbacks.size(), 2U);
   EXPECT_EQ(system.callbacks[0].period, Duration(1000));
   EXPECT_EQ(system.callbacks[0].node, 0U);
@@ -81,10 +82,10 @@ TEST(TraceAssembler, FindsEntitiesAndWhoCausedWhat) {
   ASSERT_EQ(recording.jobs.size(), 2U);
   EXPECT_EQ(recording.jobs[0].published.size(), 1U);
   EXPECT_EQ(recording.jobs[1].sample.parent.callback, 0U);
-  EXPECT_EQ(recording.jobs[1].sample.published, from_ns(2001));
+  EXPECT_EQ(recording.jobs[1].sample.published, at(2001));
 }
 
-TEST(TraceAssembler, OverwritesBeyondTheDepthAndKeepsWhatIsUnread) {
+TEST(Assembler, OverwritesBeyondTheDepthAndKeepsWhatIsUnread) {
   Recording recording;
   recording.make_nodes();
   for (const std::uint64_t i : {0, 1, 2})
@@ -97,7 +98,18 @@ TEST(TraceAssembler, OverwritesBeyondTheDepthAndKeepsWhatIsUnread) {
   EXPECT_EQ(recording.unread, (std::vector<std::uint64_t>{3}));
 }
 
-TEST(TraceAssembler, TakesTheNearestPublicationWhereNoneHasATimestamp) {
+TEST(Assembler, KeepsAtMostAThousandSamplesOfASubscriptionThatKeepsAll) {
+  Recording recording;
+  recording.make_nodes(0);
+  for (const std::uint64_t i : std::views::iota(0U, 3000U))
+    recording.publish(static_cast<std::int64_t>(2000 + 10 * i), 5000 + i);
+  EXPECT_EQ(recording.overwritten.size(), 2000U);
+  recording.assembler.finish();
+  EXPECT_EQ(recording.unread.size(), 1000U);
+  EXPECT_EQ(recording.unread.front(), 2000U);
+}
+
+TEST(Assembler, TakesTheNearestPublicationWhereNoneHasATimestamp) {
   Recording recording;
   recording.make_nodes();
   recording.publish(2'000'000, 0);
@@ -106,7 +118,7 @@ TEST(TraceAssembler, TakesTheNearestPublicationWhereNoneHasATimestamp) {
   EXPECT_EQ(recording.assembler.system().callbacks[1].strangers, 0U);
 }
 
-TEST(TraceAssembler, SamplesOfWhatWasNotTracedHaveNoParent) {
+TEST(Assembler, SamplesOfWhatWasNotTracedHaveNoParent) {
   Recording recording;
   recording.make_nodes();
   recording.receive(3000, 2500);
@@ -114,7 +126,7 @@ TEST(TraceAssembler, SamplesOfWhatWasNotTracedHaveNoParent) {
   EXPECT_EQ(recording.assembler.system().callbacks[1].strangers, 1U);
 }
 
-TEST(TraceAssembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
+TEST(Assembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
   Recording recording;
   recording.make_nodes();
   recording.tell(K::buffer_to_ipb, 9, {31, 32});
@@ -134,7 +146,7 @@ TEST(TraceAssembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
   EXPECT_TRUE(recording.unread.empty());
 }
 
-TEST(TraceAssembler, CallbacksThatNeverEndCountAsRunning) {
+TEST(Assembler, CallbacksThatNeverEndCountAsRunning) {
   Recording recording;
   recording.make_nodes();
   recording.tell(K::callback_start, 2000, {11});
@@ -149,7 +161,7 @@ TEST(TraceAssembler, CallbacksThatNeverEndCountAsRunning) {
   EXPECT_FALSE(recording.jobs[0].ended);
 }
 
-TEST(TraceAssembler, HandlesUsedAgainMeanTheLatestCallback) {
+TEST(Assembler, HandlesUsedAgainMeanTheLatestCallback) {
   Recording recording;
   recording.make_nodes();
   recording.publish(2000, 5000);
@@ -162,72 +174,5 @@ TEST(TraceAssembler, HandlesUsedAgainMeanTheLatestCallback) {
   EXPECT_EQ(recording.jobs[1].ref.callback, 2U);
 }
 
-/// A node with subscriptions 0 and 1; for each of `jobs`, `publisher` publishes topic 0 according
-/// to `made`.
-std::vector<InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bool>>& made) {
-  RecordedSystem system;
-  system.nodes.resize(1);
-  system.topics.resize(3);
-  for (const std::uint32_t topic : {1U, 2U}) {
-    RecordedCallback& c = system.callbacks.emplace_back();
-    c.kind = RecordedKind::subscription;
-    c.node = 0;
-    c.topic = topic;
-  }
-  std::vector<RecordedJob> jobs;
-  for (const auto& [callback, publishes] : made) {
-    RecordedJob& job = jobs.emplace_back();
-    job.ref.callback = callback;
-    if (publishes) job.published.push_back({0, {}});
-  }
-  return infer_rules(system, jobs, {true, true});
-}
-
-TEST(PublicationRules, FusionIsASetThatEitherInputCompletes) {
-  const auto rules =
-      inferred({{0, false}, {1, true}, {1, false}, {0, true}, {0, false}, {0, false}, {1, true}});
-  ASSERT_EQ(rules.size(), 1U);
-  EXPECT_EQ(rules[0].rule, PublishRule::all_new);
-  EXPECT_EQ(rules[0].of, (std::vector<std::uint32_t>{0, 1}));
-  EXPECT_EQ(rules[0].explained, 7U);
-}
-
-TEST(PublicationRules, EveryThirdWhereverTheTraceBegins) {
-  const auto rules =
-      inferred({{0, false}, {0, true}, {0, false}, {0, false}, {0, true}, {0, false}, {0, false}, {0, true}});
-  ASSERT_EQ(rules.size(), 1U);
-  EXPECT_EQ(rules[0].rule, PublishRule::every);
-  EXPECT_EQ(rules[0].n, 3U);
-  EXPECT_EQ(rules[0].explained, 8U);
-}
-
-TEST(PublicationRules, InputsThatDoNotFitAreKept) {
-  const auto rules = inferred({{0, true}, {0, true}, {1, false}, {0, true}, {0, true}, {0, true}});
-  ASSERT_EQ(rules.size(), 1U);
-  EXPECT_EQ(rules[0].rule, PublishRule::last_of);
-  EXPECT_EQ(rules[0].publishers, (std::vector<std::uint32_t>{0}));
-  EXPECT_EQ(rules[0].of, (std::vector<std::uint32_t>{1}));
-}
-
-/// Thread ids repeat if the processes run in two containers.
-TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
-  RecordedSystem system;
-  for (const std::uint32_t process : {7U, 8U}) {
-    const auto index = static_cast<std::uint32_t>(system.threads.size());
-    system.processes.insert(process);
-    RecordedThread& thread = system.threads.emplace_back();
-    thread.process = process;
-    thread.id = 1;
-    RecordedCallback& timer = system.callbacks.emplace_back();
-    timer.kind = RecordedKind::timer;
-    timer.node = index;
-    timer.threads[index] = 1;
-  }
-  const auto found = recorded_executors(system, "default").executors;
-  ASSERT_EQ(found.size(), 2U);
-  EXPECT_EQ(found[0].name, "process_7_thread_1");
-  EXPECT_EQ(found[1].name, "process_8_thread_1");
-}
-
 }  // namespace
-}  // namespace hotpath
+}  // namespace hotpath::tracing

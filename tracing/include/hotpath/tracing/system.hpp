@@ -1,29 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "hotpath/core/time.hpp"
+#include "hotpath/tracing/event.hpp"
 
-namespace hotpath {
+namespace hotpath::tracing {
 
 /// No entity, or unknown.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-enum class RecordedKind : std::uint8_t { timer, subscription, service, unknown };
-
-/// A created node; two nodes of one name are two entries.
-struct RecordedNode {
-  std::string name;  ///< With its namespace: `/perception/filter`.
-};
+enum class CallbackKind : std::uint8_t { timer, subscription, service, unknown };
 
 /// One callback, or all callbacks of one subscription. In the order of creation.
-struct RecordedCallback {
-  RecordedKind kind = RecordedKind::unknown;
+struct Callback {
+  CallbackKind kind = CallbackKind::unknown;
   std::uint32_t node = kNone;
   std::uint32_t topic = kNone;                     ///< Subscriptions: index into topics.
   std::uint32_t depth = 0;                         ///< Subscriptions: history depth; 0: unknown, or keep all.
@@ -38,51 +32,59 @@ struct RecordedCallback {
   std::uint64_t strangers = 0;  ///< Subscriptions: samples taken without a traced publication.
 };
 
-struct RecordedTopic {
+struct Topic {
   std::string name;
   std::vector<std::uint32_t> subscriptions;  ///< Callbacks.
 };
 
-struct RecordedThread {
+struct Thread {
   std::uint32_t process = 0, id = 0;
   std::uint64_t jobs = 0, waits = 0;
   std::map<std::int32_t, std::uint64_t> processors;  ///< Jobs by the processor on which they ended.
 };
 
-/// The content of a trace about a running system.
-struct RecordedSystem {
+/// A running system, as far as its events describe it.
+struct System {
   std::string rcl_version;            ///< Empty: unknown.
   std::set<std::uint32_t> processes;  ///< Ids.
-  std::vector<RecordedNode> nodes;
-  std::vector<RecordedCallback> callbacks;
-  std::vector<RecordedTopic> topics;
-  std::vector<RecordedThread> threads;
+  /// Names with namespaces, `/perception/filter`, by node; two nodes of one name are two entries.
+  std::vector<std::string> nodes;
+  std::vector<Callback> callbacks;
+  std::vector<Topic> topics;
+  std::vector<Thread> threads;
   std::uint64_t reused_handles = 0;  ///< Callbacks at the address of an earlier callback.
   std::uint64_t ends_without_start = 0;
 };
 
 /// A job by its callback and its number among the callback's jobs, from 0.
-struct RecordedRef {
+struct JobRef {
   std::uint32_t callback = kNone;
   std::uint64_t number = 0;
 };
 
 /// A message on its way to one subscription.
-struct RecordedSample {
+struct Sample {
   std::uint64_t sequence = 0;  ///< Among the messages for this subscription, from 0.
   Time published{};
-  RecordedRef parent;  ///< Callback kNone: published outside of callbacks, or not traced.
+  JobRef parent;  ///< Callback kNone: published outside of callbacks, or not traced.
 };
 
-struct RecordedPublication {
+/// A sample that its subscription never took.
+struct LostSample {
+  std::uint32_t subscription = kNone;  ///< Callback.
+  Sample sample;
+  bool queued = false;  ///< Unread at the end of the trace, not overwritten.
+};
+
+struct Publication {
   std::uint32_t topic = kNone;
   Time at{};
-  std::uint64_t event = 0;  ///< As RecordedJob::started.
+  std::uint64_t event = 0;  ///< As Job::started.
 };
 
 /// One run of a callback.
-struct RecordedJob {
-  RecordedRef ref;
+struct Job {
+  JobRef ref;
   std::uint32_t thread = kNone;  ///< Index into threads.
   std::int32_t processor = -1;
   Time start{}, finish{};
@@ -91,17 +93,8 @@ struct RecordedJob {
   bool ended = true;
   bool waited = false;      ///< The executor waited for work since the previous job of the thread.
   bool has_sample = false;  ///< True for jobs of subscriptions.
-  RecordedSample sample;
-  std::vector<RecordedPublication> published;
+  Sample sample;
+  std::vector<Publication> published;
 };
 
-/// Receives the jobs of a recorded system in the order of their ends, and lost samples.
-class RecordedJobSink {
- public:
-  virtual ~RecordedJobSink() = default;
-  virtual void ended(RecordedJob&& job) = 0;
-  /// A sample of that subscription that was never taken; `queued`: unread at the end of the trace.
-  virtual void lost(std::uint32_t subscription, const RecordedSample& sample, bool queued) = 0;
-};
-
-}  // namespace hotpath
+}  // namespace hotpath::tracing

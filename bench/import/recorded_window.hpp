@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "hotpath/core/registry.hpp"
+#include "hotpath/core/trace.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "import/recorded_executors.hpp"
+
+namespace hotpath {
+
+/// Jobs of a recording and their records, in the order of starts.
+struct RecordedWindow {
+  std::span<const tracing::Job> jobs;  ///< Of all callbacks.
+  std::span<const JobRecord> records;  ///< Parallel to `jobs`; task kNoTask: not in the graph.
+};
+
+/// A measured cost.
+struct MeasuredCost {
+  std::size_t n = 0;
+  Duration median{}, p90{};
+};
+
+/// The costs of an executor, from the gaps between the jobs of its threads.
+struct RecordedCosts {
+  MeasuredCost dispatch;  ///< End of a job to the start of the next ready job of the same snapshot.
+  MeasuredCost wait;      ///< The same with a new wait between them, without the dispatch.
+  MeasuredCost wake_up;   ///< Release of a job to its start on a thread that slept, without the dispatch.
+  MeasuredCost delivery;  ///< The same for subscriptions only, from the publication.
+};
+
+/// Preemption between threads. A job that lies within a job of another thread on the same processor
+/// preempted it; a job that became ready during that job and began after it waited for it.
+struct Displacement {
+  std::vector<Duration> own;  ///< By job: its length without the jobs that preempted it.
+  std::vector<int> level;     ///< By thread: relative priority; 0: it may have the ordinary policy.
+};
+[[nodiscard]] Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window);
+
+[[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
+                                           const RecordedExecutor& executor, const ExecutorEntry& entry);
+
+/// How often one task ran before another where the executor's order decided: among tasks of one
+/// snapshot, if the executor's waits are events; among readers of one message, if it queues events.
+struct Precedence {
+  std::vector<std::vector<std::uint32_t>> before;  ///< By task, by task.
+  double contradicting = 0;                        ///< Share of pairs that contradict the order of creation.
+};
+[[nodiscard]] Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow& window,
+                                             bool wait_sets);
+
+/// Nodes and callbacks in the order that agrees with most pairs; equals in the order of creation.
+[[nodiscard]] ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,
+                                         const Precedence& precedence);
+
+/// The observations of the chains' sinks. Histories of jobs follow the recorded messages, and the
+/// inferred rules within nodes. `graph.graph` has the chains.
+[[nodiscard]] std::vector<ChainObservation> recorded_chains(const tracing::System& system,
+                                                            const RecordedGraph& graph,
+                                                            const RecordedWindow& window);
+
+/// A task that publishes well before its jobs end. The simulation publishes at their ends.
+struct EarlyPublication {
+  TaskId task = 0;
+  Duration before_end{};  ///< Median time from a job's last message to its end.
+  double share = 0;       ///< Median share of a job before its last message, 0 to 1.
+};
+
+/// Tasks that publish over a tenth of the job and over 0.1 ms before its end, the earliest first.
+[[nodiscard]] std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
+                                                               std::span<const tracing::Job> jobs);
+
+}  // namespace hotpath

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "hotpath/tracing/system.hpp"
+
+namespace hotpath::tracing {
+
+/// Receives assembled jobs in the order of their ends, and lost samples.
+class Sink {
+ public:
+  virtual ~Sink() = default;
+  virtual void ended(Job&& job) = 0;
+  virtual void lost(const LostSample& sample) = 0;
+};
+
+/// Assembles nodes, callbacks, jobs and samples from events, whether of a file or of a running
+/// system. A job lasts from the start to the end of a callback on one thread. Its sample is the last
+/// one that the thread took before. The sample comes from the publication with the same source
+/// timestamp; where publications have none (Humble), from the nearest one. Memory is bounded by
+/// entities, open jobs with their publications, and unread samples.
+class Assembler {
+ public:
+  explicit Assembler(Sink& sink) : sink_(sink) {}
+
+  /// The next event in the order of time. A job that it ends is passed to the sink.
+  void event(const Event& e);
+  /// At the end of the trace: passes open jobs and unread samples to the sink.
+  void finish();
+
+  [[nodiscard]] const System& system() const { return system_; }
+
+ private:
+  /// Most unread samples of a subscription that keeps all.
+  static constexpr std::size_t kKeepAll = 1000;
+
+  /// An address, which is unique in its process.
+  struct Handle {
+    std::uint32_t process;
+    std::uint64_t address;
+    bool operator==(const Handle&) const = default;
+  };
+  struct Hash {
+    std::size_t operator()(const Handle& h) const {
+      return std::hash<std::uint64_t>{}(h.address * 31 + h.process);
+    }
+  };
+  template <class T>
+  using ByHandle = std::unordered_map<Handle, T, Hash>;
+  struct Timer {
+    Duration period{};
+    Time created{};
+    std::uint32_t callback = kNone;
+  };
+  struct Unread {
+    Sample sample;
+    std::uint64_t publication = 0;
+    std::uint64_t source_ns = 0;        ///< 0: the publication has no timestamp.
+    std::optional<std::uint64_t> slot;  ///< Intra-process: place in the ring buffer.
+  };
+  struct CallbackState {
+    std::deque<Unread> unread;
+    std::uint64_t samples = 0, jobs = 0;  ///< Next numbers.
+  };
+  struct ThreadState {
+    std::uint32_t index = kNone;
+    std::vector<Job> open;  ///< The innermost last.
+    bool waited = false;
+    std::uint32_t taken_by = kNone;  ///< Subscription whose sample it holds.
+    Sample taken;
+    std::uint64_t message = 0, publisher = 0, publication = 0;
+    std::uint32_t topic = kNone;
+    bool intra_published = false;  ///< The same call may also publish between processes.
+  };
+
+  // entities.cpp: events that create nodes, topics and callbacks.
+  void describe(const Event& e);
+  void add_node(const Event& e);
+  void add_subscription(const Event& e);
+  void add_timer_callback(const Event& e);
+  std::uint32_t add_callback(CallbackKind kind);
+  void set_handle(Handle callback, std::uint32_t index);
+  std::uint32_t topic_named(const std::string& name);
+  ThreadState& thread_of(const Event& e);
+
+  void start(const Event& e);
+  void end(const Event& e);
+  void give_up(std::vector<Job>& open, std::size_t from);
+
+  // samples.cpp: events that match the samples of jobs with publications.
+  void publish(const Event& e, bool intra_process);
+  void deliver(const Event& e, std::uint32_t subscription, const ThreadState& thread,
+               std::optional<std::uint64_t> slot);
+  void stamp(const ThreadState& thread, std::uint64_t source_ns);
+  void take(const Event& e, std::uint32_t subscription, std::uint64_t source_ns);
+  void enqueue(const Event& e);
+  void dequeue(const Event& e);
+  void hold(ThreadState& thread, std::uint32_t subscription, std::deque<Unread>::iterator sample);
+  /// A sample without a traced publication.
+  Sample stranger(std::uint32_t subscription, Time published);
+  std::uint32_t subscription_behind(Handle buffer) const;
+
+  template <class T>
+  static T find(const ByHandle<T>& all, Handle handle, T otherwise) {
+    const auto at = all.find(handle);
+    return at == all.end() ? otherwise : at->second;
+  }
+
+  Sink& sink_;
+  System system_;
+  ByHandle<std::uint32_t> nodes_, subscriptions_, rmw_subscriptions_, rclcpp_subscriptions_, callbacks_;
+  ByHandle<std::uint64_t> ipb_of_buffer_, subscription_of_ipb_;
+  ByHandle<std::uint32_t> publishers_;  // to topics
+  ByHandle<Timer> timers_;
+  std::unordered_map<std::string, std::uint32_t> topics_;
+  ByHandle<std::uint32_t> thread_indices_;      // by process and id
+  std::vector<ThreadState> threads_;            // parallel to those of the system
+  std::vector<CallbackState> callback_states_;  // parallel to its callbacks
+  std::uint64_t publications_ = 0, events_ = 0;
+};
+
+}  // namespace hotpath::tracing

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/tracing/assembler.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hotpath::tracing {
+
+namespace {
+
+/// Most nested callbacks of a thread, as when a callback spins.
+constexpr std::size_t kMostNested = 16;
+
+}  // namespace
+
+void Assembler::event(const Event& e) {
+  using K = EventKind;
+  ++events_;
+  const Handle first{e.process, e.number[0]};
+  switch (e.kind) {
+    case K::callback_start:
+      return start(e);
+    case K::callback_end:
+      return end(e);
+    case K::rcl_publish:
+      return publish(e, false);
+    case K::intra_publish:
+      return publish(e, true);
+    case K::rmw_publish:
+      if (const ThreadState& thread = thread_of(e); thread.message == e.number[1]) stamp(thread, e.number[2]);
+      return;
+    case K::bind_stamp:
+      return stamp(thread_of(e), e.number[1]);
+    case K::rmw_take:
+      if (e.number[3] != 0) take(e, find(rmw_subscriptions_, first, kNone), e.number[2]);
+      return;
+    case K::dispatch_subscription_callback:
+      return take(e, find(callbacks_, first, kNone), e.number[1]);
+    case K::ring_buffer_enqueue:
+      return enqueue(e);
+    case K::ring_buffer_dequeue:
+      return dequeue(e);
+    case K::wait_for_work: {
+      ThreadState& thread = thread_of(e);
+      thread.waited = true;
+      ++system_.threads[thread.index].waits;
+      return;
+    }
+    default:
+      return describe(e);
+  }
+}
+
+void Assembler::start(const Event& e) {
+  const Handle handle{e.process, e.number[0]};
+  if (!callbacks_.contains(handle)) callbacks_[handle] = add_callback(CallbackKind::unknown);
+  const std::uint32_t callback = callbacks_[handle];
+  CallbackState& state = callback_states_[callback];
+  ThreadState& thread = thread_of(e);
+  // A callback cannot contain itself: its end was lost.
+  const auto same = [&](const Job& job) { return job.ref.callback == callback; };
+  if (std::ranges::any_of(thread.open, same) || thread.open.size() == kMostNested) give_up(thread.open, 0);
+  Job& job = thread.open.emplace_back();
+  job.ref = {callback, state.jobs++};
+  job.thread = thread.index;
+  job.start = e.at;
+  job.started = events_;
+  job.waited = std::exchange(thread.waited, false);
+  job.has_sample = true;
+  if (std::exchange(thread.taken_by, kNone) == callback) {
+    job.sample = thread.taken;
+  } else if (system_.callbacks[callback].kind != CallbackKind::subscription) {
+    job.has_sample = false;
+  } else if (e.number[1] != 0 && !state.unread.empty()) {
+    // Without an event of its take (Humble within a process) the job has the oldest unread sample.
+    job.sample = state.unread.front().sample;
+    state.unread.pop_front();
+  } else {
+    job.sample = stranger(callback, e.at);
+  }
+}
+
+void Assembler::end(const Event& e) {
+  ThreadState& thread = thread_of(e);
+  const std::uint32_t callback_index = find(callbacks_, {e.process, e.number[0]}, kNone);
+  const auto matches = [&](const Job& job) { return job.ref.callback == callback_index; };
+  const auto begun = std::ranges::find_if(thread.open, matches);
+  if (begun == thread.open.end()) {
+    ++system_.ends_without_start;
+    return;
+  }
+  give_up(thread.open, static_cast<std::size_t>(begun - thread.open.begin()) + 1);
+  Job job = std::move(thread.open.back());
+  thread.open.pop_back();
+  job.finish = e.at;
+  job.finished = events_;
+  job.processor = e.processor;
+  Callback& callback = system_.callbacks[callback_index];
+  ++callback.jobs;
+  callback.busy += job.finish - job.start;
+  ++callback.threads[thread.index];
+  ++system_.threads[thread.index].jobs;
+  ++system_.threads[thread.index].processors[e.processor];
+  for (const Publication& p : job.published) ++callback.published[p.topic];
+  sink_.ended(std::move(job));
+}
+
+/// Passes the innermost jobs, from position `from` on, to the sink without their ends.
+void Assembler::give_up(std::vector<Job>& open, std::size_t from) {
+  for (std::size_t i = from; i < open.size(); ++i) {
+    ++system_.callbacks[open[i].ref.callback].never_ended;
+    open[i].ended = false;
+    sink_.ended(std::move(open[i]));
+  }
+  open.resize(from);
+}
+
+void Assembler::finish() {
+  for (ThreadState& thread : threads_) give_up(thread.open, 0);
+  for (std::uint32_t c = 0; c < callback_states_.size(); ++c)
+    for (const Unread& unread : callback_states_[c].unread) sink_.lost({c, unread.sample, true});
+}
+
+}  // namespace hotpath::tracing

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "hotpath/tracing/assembler.hpp"
+
+namespace hotpath::tracing {
+
+namespace {
+
+/// 11 days. A timer of a longer period is never due, or its event is damaged.
+constexpr Duration kLongestPeriod = std::chrono::milliseconds(999'999'999);
+
+}  // namespace
+
+void Assembler::describe(const Event& e) {
+  const Handle first{e.process, e.number[0]}, second{e.process, e.number[1]};
+  using K = EventKind;
+  switch (e.kind) {
+    case K::rcl_init:
+      system_.rcl_version = e.text[0];
+      return;
+    case K::node_init:
+      return add_node(e);
+    case K::publisher_init:
+      publishers_[first] = topic_named(e.text[0]);
+      return;
+    case K::subscription_init:
+      return add_subscription(e);
+    case K::rclcpp_subscription_init:
+      rclcpp_subscriptions_[second] = find(subscriptions_, first, kNone);
+      return;
+    case K::subscription_callback_added: {
+      const std::uint32_t subscription = find(rclcpp_subscriptions_, first, kNone);
+      if (subscription != kNone) set_handle(second, subscription);
+      return;
+    }
+    case K::timer_init:
+      timers_[first] = {Duration(static_cast<std::int64_t>(e.number[1])), e.at, kNone};
+      return;
+    case K::timer_callback_added:
+      return add_timer_callback(e);
+    case K::timer_link_node: {
+      const std::uint32_t timer = find(timers_, first, {}).callback;
+      if (timer != kNone) system_.callbacks[timer].node = find(nodes_, second, kNone);
+      return;
+    }
+    case K::service_callback_added:
+      return set_handle(second, add_callback(CallbackKind::service));
+    case K::buffer_to_ipb:
+      ipb_of_buffer_[first] = e.number[1];
+      return;
+    case K::ipb_to_subscription:
+      subscription_of_ipb_[first] = e.number[1];
+      return;
+    default:
+      return;
+  }
+}
+
+void Assembler::add_node(const Event& e) {
+  std::string name = e.text[1];
+  if (!name.ends_with('/')) name += '/';
+  nodes_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(system_.nodes.size());
+  system_.nodes.push_back(name + e.text[0]);
+  system_.processes.insert(e.process);
+}
+
+void Assembler::add_subscription(const Event& e) {
+  const std::uint32_t index = add_callback(CallbackKind::subscription);
+  Callback& callback = system_.callbacks[index];
+  callback.node = find(nodes_, {e.process, e.number[1]}, kNone);
+  callback.topic = topic_named(e.text[0]);
+  callback.depth = static_cast<std::uint32_t>(std::min<std::uint64_t>(e.number[3], kKeepAll));
+  system_.topics[callback.topic].subscriptions.push_back(index);
+  subscriptions_[{e.process, e.number[0]}] = index;
+  rmw_subscriptions_[{e.process, e.number[2]}] = index;
+}
+
+void Assembler::add_timer_callback(const Event& e) {
+  Timer& timer = timers_[{e.process, e.number[0]}];
+  if (timer.period <= Duration::zero() || timer.period > kLongestPeriod) return;
+  timer.callback = add_callback(CallbackKind::timer);
+  system_.callbacks[timer.callback].period = timer.period;
+  system_.callbacks[timer.callback].created = timer.created;
+  set_handle({e.process, e.number[1]}, timer.callback);
+}
+
+std::uint32_t Assembler::add_callback(CallbackKind kind) {
+  system_.callbacks.emplace_back().kind = kind;
+  callback_states_.emplace_back();
+  return static_cast<std::uint32_t>(system_.callbacks.size() - 1);
+}
+
+/// Jobs at this address belong to the callback from now on.
+void Assembler::set_handle(Handle handle, std::uint32_t callback) {
+  const auto [at, is_new] = callbacks_.try_emplace(handle, callback);
+  if (is_new || at->second == callback) return;
+  at->second = callback;
+  ++system_.reused_handles;
+}
+
+std::uint32_t Assembler::topic_named(const std::string& name) {
+  const auto [at, is_new] = topics_.try_emplace(name, static_cast<std::uint32_t>(system_.topics.size()));
+  if (is_new) system_.topics.emplace_back().name = name;
+  return at->second;
+}
+
+Assembler::ThreadState& Assembler::thread_of(const Event& e) {
+  const auto index = static_cast<std::uint32_t>(threads_.size());
+  const auto [at, is_new] = thread_indices_.try_emplace(Handle{e.process, e.thread}, index);
+  if (is_new) {
+    threads_.emplace_back().index = index;
+    system_.threads.push_back({e.process, e.thread, 0, 0, {}});
+  }
+  return threads_[at->second];
+}
+
+}  // namespace hotpath::tracing

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "hotpath/tracing/assembler.hpp"
+
+namespace hotpath::tracing {
+
+void Assembler::publish(const Event& e, bool intra_process) {
+  const std::uint32_t topic = find(publishers_, {e.process, e.number[0]}, kNone);
+  if (topic == kNone) return;
+  ThreadState& thread = thread_of(e);
+  // A call of publish() for both is one publication: first within the process, then between them.
+  const bool continued = !intra_process && thread.intra_published && thread.publisher == e.number[0];
+  thread.intra_published = intra_process;
+  thread.message = e.number[1];
+  if (!continued) {
+    thread.publisher = e.number[0];
+    thread.publication = ++publications_;
+    thread.topic = topic;
+    if (!thread.open.empty()) thread.open.back().published.push_back({topic, e.at, events_});
+  }
+  if (intra_process) return;
+  for (const std::uint32_t subscription : system_.topics[thread.topic].subscriptions)
+    deliver(e, subscription, thread, std::nullopt);
+}
+
+void Assembler::deliver(const Event& e, std::uint32_t subscription, const ThreadState& thread,
+                        std::optional<std::uint64_t> slot) {
+  CallbackState& state = callback_states_[subscription];
+  const bool delivered = !state.unread.empty() && state.unread.back().publication == thread.publication;
+  if (delivered) return;
+  const JobRef parent = thread.open.empty() ? JobRef{} : thread.open.back().ref;
+  state.unread.push_back({{state.samples++, e.at, parent}, thread.publication, 0, slot});
+  Callback& callback = system_.callbacks[subscription];
+  ++callback.samples;
+  if (state.unread.size() <= (callback.depth > 0 ? callback.depth : kKeepAll)) return;
+  sink_.lost({subscription, state.unread.front().sample, false});
+  state.unread.pop_front();
+}
+
+/// Sets the source timestamp that readers will report of the thread's latest publication.
+void Assembler::stamp(const ThreadState& thread, std::uint64_t source_ns) {
+  if (thread.topic == kNone) return;
+  for (const std::uint32_t subscription : system_.topics[thread.topic].subscriptions) {
+    std::deque<Unread>& unread = callback_states_[subscription].unread;
+    if (unread.empty() || unread.back().publication != thread.publication) continue;
+    if (unread.back().source_ns == 0) unread.back().source_ns = source_ns;
+  }
+}
+
+void Assembler::take(const Event& e, std::uint32_t subscription, std::uint64_t source_ns) {
+  if (subscription == kNone) return;
+  const Time source{Duration(static_cast<std::int64_t>(source_ns))};
+  std::deque<Unread>& unread = callback_states_[subscription].unread;
+  auto sample = std::ranges::find(unread, source_ns, &Unread::source_ns);
+  if (sample == unread.end()) {
+    // Humble's publications have no timestamps; the middleware sets one right after their event.
+    const auto distance = [&](const Unread& u) { return std::chrono::abs(source - u.sample.published); };
+    const auto nearest = std::ranges::min_element(unread, {}, distance);
+    const bool near = nearest != unread.end() && nearest->source_ns == 0 &&
+                      distance(*nearest) < std::chrono::milliseconds(1);
+    if (near) sample = nearest;
+  }
+  ThreadState& thread = thread_of(e);
+  if (sample != unread.end()) return hold(thread, subscription, sample);
+  thread.taken_by = subscription;
+  thread.taken = stranger(subscription, std::min(source, e.at));
+}
+
+void Assembler::hold(ThreadState& thread, std::uint32_t subscription, std::deque<Unread>::iterator sample) {
+  thread.taken_by = subscription;
+  thread.taken = sample->sample;
+  callback_states_[subscription].unread.erase(sample);
+}
+
+Sample Assembler::stranger(std::uint32_t subscription, Time published) {
+  ++system_.callbacks[subscription].strangers;
+  ++system_.callbacks[subscription].samples;
+  return {callback_states_[subscription].samples++, published, {}};
+}
+
+void Assembler::enqueue(const Event& e) {
+  const std::uint32_t subscription = subscription_behind({e.process, e.number[0]});
+  const ThreadState& thread = thread_of(e);
+  if (subscription != kNone && thread.topic == system_.callbacks[subscription].topic)
+    deliver(e, subscription, thread, e.number[1]);
+}
+
+void Assembler::dequeue(const Event& e) {
+  const std::uint32_t subscription = subscription_behind({e.process, e.number[0]});
+  if (subscription == kNone) return;
+  std::deque<Unread>& unread = callback_states_[subscription].unread;
+  const auto sample = std::ranges::find(unread, std::optional(e.number[1]), &Unread::slot);
+  if (sample != unread.end()) hold(thread_of(e), subscription, sample);
+}
+
+std::uint32_t Assembler::subscription_behind(Handle buffer) const {
+  const Handle ipb{buffer.process, find(ipb_of_buffer_, buffer, std::uint64_t{0})};
+  const Handle rclcpp{buffer.process, find(subscription_of_ipb_, ipb, std::uint64_t{0})};
+  return find(rclcpp_subscriptions_, rclcpp, kNone);
+}
+
+}  // namespace hotpath::tracing

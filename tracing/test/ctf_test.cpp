@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include "hotpath/tracing/ctf_trace.hpp"
+#include "hotpath/tracing/ctf_writer.hpp"
+
+namespace hotpath::tracing {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Ctf : public testing::Test {
+ protected:
+  Ctf() { EXPECT_NE(mkdtemp(name_.data()), nullptr); }
+  ~Ctf() override { fs::remove_all(name_); }
+
+  /// One event of each kind, alternating between two processors, with a distinct value per field.
+  static std::vector<Event> one_of_each_kind() {
+    std::vector<Event> events;
+    for (const EventFormat& format : formats()) {
+      const auto i = static_cast<std::uint32_t>(events.size());
+      Event& e = events.emplace_back();
+      e.kind = format.kind;
+      e.at = Time(Duration(1'000'000 + 10 * i));
+      e.process = 7;
+      e.thread = 100 + i;
+      e.processor = static_cast<std::int32_t>(i % 2);
+      std::size_t numbers = 0, texts = 0;
+      for (const EventFormat::Field& field : format.fields) {
+        if (field.type == FieldType::text) {
+          e.text[texts++] = field.name;
+        } else {
+          e.number[numbers] = 1000 * (i + 1) + numbers;
+          ++numbers;
+        }
+      }
+    }
+    return events;
+  }
+
+  std::vector<std::string> lines_of_assembled(const std::vector<Event>& events) const {
+    std::vector<std::string> lines;
+    for (const Event& e : events)
+      if (formats()[static_cast<std::size_t>(e.kind)].assembled) lines.push_back(line(e));
+    return lines;
+  }
+
+  static std::string line(const Event& e) {
+    std::string line = formats()[static_cast<std::size_t>(e.kind)].name;
+    for (const std::int64_t number : {e.at.time_since_epoch().count(), std::int64_t{e.process},
+                                      std::int64_t{e.thread}, std::int64_t{e.processor}})
+      line += ' ' + std::to_string(number);
+    for (const std::uint64_t number : e.number) line += ' ' + std::to_string(number);
+    for (const char* const text : e.text) line += std::string(" ") + text;
+    return line;
+  }
+
+  std::string error_of(const fs::path& folder) const {
+    try {
+      const CtfTrace trace(folder);
+    } catch (const TraceError& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::string name_ = fs::temp_directory_path() / "hotpath-ctf-test-XXXXXX";
+};
+
+TEST_F(Ctf, FormatsAreInTheOrderOfTheirKinds) {
+  for (std::size_t i = 0; i < formats().size(); ++i)
+    EXPECT_EQ(static_cast<std::size_t>(formats()[i].kind), i) << formats()[i].name;
+}
+
+TEST_F(Ctf, EventsAreReadAsTheyWereWritten) {
+  const fs::path folder = fs::path(name_) / "trace";
+  const std::vector<Event> events = one_of_each_kind();
+  write_ctf(folder, events, "test");
+  std::vector<std::string> seen;
+  const TraceReading reading = CtfTrace(name_).read([&](const Event& e) { seen.push_back(line(e)); });
+  EXPECT_EQ(seen, lines_of_assembled(events));
+  EXPECT_EQ(reading.all_events, events.size());
+  EXPECT_EQ(reading.events.at("ros2:rcl_take"), 1U);  // not assembled, but counted
+  EXPECT_EQ(reading.length(), events.back().at - events.front().at);
+  EXPECT_EQ(reading.longest_gap, Duration(10));
+  EXPECT_EQ(reading.broken_off, "");
+}
+
+TEST_F(Ctf, ExceptionsOfTheVisitorEndTheReading) {
+  write_ctf(fs::path(name_) / "trace", one_of_each_kind(), "test");
+  const auto visit = [](const Event&) { throw std::length_error("enough"); };
+  EXPECT_THROW(static_cast<void>(CtfTrace(name_).read(visit)), std::length_error);
+}
+
+TEST_F(Ctf, FoldersWithoutATraceAreRejectedWithARemedy) {
+  EXPECT_NE(error_of(fs::path(name_) / "nowhere").find("is not a folder"), std::string::npos);
+  EXPECT_NE(error_of(name_).find("holds no CTF trace"), std::string::npos);
+  std::ofstream(fs::path(name_) / "metadata") << "{\"type\": \"preamble\"}";
+  EXPECT_NE(error_of(name_).find("--trace-format=ctf-1.8"), std::string::npos);
+  std::ofstream(fs::path(name_) / "metadata") << "text";
+  EXPECT_NE(error_of(name_).find("is not CTF"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hotpath::tracing
