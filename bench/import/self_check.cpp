@@ -94,9 +94,7 @@ double error_percent(double recorded_ms, double simulated_ms) {
 
 struct Losses {
   std::uint64_t all = 0, lost = 0;
-  [[nodiscard]] double percent() const {
-    return all == 0 ? 0 : 100 * static_cast<double>(lost) / static_cast<double>(all);
-  }
+  [[nodiscard]] double percent() const { return percent_of(lost, all); }
 };
 
 /// Losses by task, followed by their sum.
