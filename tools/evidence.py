@@ -64,7 +64,10 @@ def provenance() -> dict[str, Any]:
     model = re.search(r"model name\s*: (.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
     machine = {"cpu_model": model[1] if model else "", "kernel": f"{platform.release()} {platform.machine()}"}
     settings = [f"{k}={v}" for k, v in os.environ.items() if k.startswith("HOTPATH_") and v.isdigit()]
-    words = [os.path.relpath(sys.argv[0], ROOT), *(word.replace(f"{ROOT}/", "") for word in sys.argv[1:])]
+    program = Path(sys.argv[0]).resolve()
+    name = program.parent.name if program.stem == "__main__" else program.name  # `python3 -m pytest`
+    tool = str(program.relative_to(ROOT)) if program.is_relative_to(ROOT) else name
+    words = [tool, *(word.replace(f"{ROOT}/", "") for word in sys.argv[1:])]
     return {
         "machine": machine,
         "date": time.strftime("%Y-%m-%d"),
@@ -81,3 +84,9 @@ def publish(file: str | Path, facts: dict[str, Any], record: str = "") -> None:
     facts = provenance() | facts
     make_folder((RESULTS / file).parent)
     write_json(RESULTS / file, read(file) | {record: facts} if record else facts)
+
+
+def publish_on_request(file: str, facts: dict[str, Any], record: str = "") -> None:
+    """publish() for tests whose counts are evidence, if HOTPATH_PUBLISH is set."""
+    if os.environ.get("HOTPATH_PUBLISH"):
+        publish(file, facts, record)

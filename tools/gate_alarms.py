@@ -20,7 +20,7 @@ import numpy as np
 from evidence import RESULTS, hotpath, parser
 from hotpath_report.comparison.sides import Key, losses, read, regardless_of_load
 from hotpath_report.comparison.judgement import judge
-from hotpath_report.statistics import Samples
+from hotpath_report.statistics import Samples, median
 
 SLOWER = (1.0, 1.03, 1.05, 1.10, 1.20)  # the first is A/A
 LOADS = (20, 40, 60, 80)
@@ -31,14 +31,15 @@ class Noise:
 
     def __init__(self, measured: Samples) -> None:
         self.repetitions = measured.repetitions
-        medians = np.log([np.median(r) for r in self.repetitions])
-        self.centre, self.deviation = float(np.mean(medians)), float(np.std(medians, ddof=1))
+        self.medians = [median(r) for r in self.repetitions]
+        logs = np.log(self.medians)
+        self.centre, self.deviation = float(logs.mean()), float(logs.std(ddof=1))
 
     def draw(self, random: np.random.Generator, repetitions: int, factor: float = 1.0) -> Samples:
         """New repetitions, with all latencies times `factor`."""
         made = []
         for k in random.integers(len(self.repetitions), size=repetitions):
-            shape = self.repetitions[k] / np.median(self.repetitions[k])
+            shape = self.repetitions[k] / self.medians[k]
             made.append(shape * np.exp(random.normal(self.centre, self.deviation)) * factor)
         return Samples(made)
 

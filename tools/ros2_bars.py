@@ -9,7 +9,6 @@ Also counts the wake-ups of an idle component_container_hotpath of the sourced w
 import json
 import os
 import signal
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -19,6 +18,7 @@ from typing import Any
 
 from evidence import hotpath, parser, publish
 from hotpath_report.run import Run
+from hotpath_report.statistics import median
 
 RESULT = "ros2/bars.json"
 CRUNCHES_MS = 5 * 0.8 / 190 * 1000  # on one thread, at 80 % and 190 crunches a second
@@ -109,7 +109,7 @@ def main() -> int:
         alike = similarities(folder / name)
         for executor in ("rm-ro", "edf-ro"):
             what = f"order of jobs as simulated, {name}, {executor}, median"
-            bars.append((what, statistics.median(alike[executor]), ">=", 0.98))
+            bars.append((what, median(alike[executor]), ">=", 0.98))
             print(f"{name}, {executor}, as simulated: {', '.join(f'{v:.3f}' for v in alike[executor])}")
     told = [
         {"what": what, "measured": round(value, 3), "bar": f"{relation} {bar:.3g}",

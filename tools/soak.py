@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from evidence import ROOT, parser, publish
+from hotpath_report.statistics import Samples
 
 SAMPLES = 720  # of memory, in each run
 
@@ -49,7 +50,7 @@ class Soak:
         """Growth of the average from the second tenth of the run to its last tenth."""
         tenth = max(1, len(self.samples) // 10)
         early, late = (
-            sum(usage[what] for usage in part) / len(part)
+            Samples([[usage[what] for usage in part]]).mean
             for part in (self.samples[tenth : 2 * tenth], self.samples[-tenth:])
         )
         return 100 * (late / early - 1)

@@ -94,8 +94,8 @@ Objective parse_objective(const std::string& text, const Graph& graph) {
 }
 
 double loss_percent(const ExecutorSummary& summary) {
-  const std::uint64_t lost = summary.skipped + summary.overwritten, all = summary.executed + lost;
-  return all == 0 ? 0 : 100 * static_cast<double>(lost) / static_cast<double>(all);
+  const std::uint64_t lost = summary.skipped + summary.overwritten;
+  return percent_of(lost, summary.executed + lost);
 }
 
 double statistic_of(Statistic statistic, const LatencySummary& latency) {

@@ -237,7 +237,7 @@ class CapacitySearch {
     create_folder(folder_);
     write_whole_file(folder_ / "capacity.md", page + "\n" + confidence() + "\n");
     write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
-      out << "executor,source," << over << ",holds,why\n";
+      out << "executor,source," << over << ",holds,capacity,why\n";
       for (const Row& row : rows_) {
         write_levels(out, row.label, options_.live ? "live" : "simulated", row.measured);
         if (row.analysed) write_levels(out, row.label, "analysis", *row.analysed);
@@ -250,7 +250,8 @@ class CapacitySearch {
   void write_levels(std::ostream& out, const std::string& label, const char* source,
                     const Capacity& c) const {
     for (const auto& [level, why] : c.tried) {
-      write_row(out, label, source, levels_.at(level), why.empty() ? 1 : 0, csv_field(why));
+      write_row(out, label, source, levels_.at(level), why.empty() ? 1 : 0, level == c.highest ? 1 : 0,
+                csv_field(why));
     }
   }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
+#include <iostream>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "program/json_fields.hpp"
 #include "program/memory_limit.hpp"
@@ -12,23 +14,28 @@
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
 #include "results/trace_window.hpp"
+#include "setup/stored_system.hpp"
 
 namespace hotpath {
 
 namespace {
 
+using Names = std::vector<std::string>;
+
 /// The input of hotpath_report/trace_events.py.
 struct TimelineOptions {
-  std::string run, executor, svg, perfetto, csv;
+  std::string run, svg, perfetto, csv;
+  Names executors;
+  std::vector<std::pair<std::string, Names>> chains;  ///< Name and tasks of each chain of the graph.
   std::uint32_t repetition = 0;
   double from_ms = 0;
   std::optional<double> to_ms;
 };
-HOTPATH_JSON_FIELDS(TimelineOptions, run, executor, svg, perfetto, repetition, from_ms, to_ms);
+HOTPATH_JSON_FIELDS(TimelineOptions, run, executors, chains, svg, perfetto, repetition, from_ms, to_ms);
 
 void write_csv(const TimelineOptions& o, std::ostream& out) {
   const StoredRun run(o.run, "timeline");
-  TraceWindow window{o.executor, o.repetition};
+  TraceWindow window{o.executors.empty() ? "" : o.executors.front(), o.repetition};
   if (window.executor.empty() && !run.executors().empty()) window.executor = run.executors().front();
   static_cast<void>(run.run(window.executor, window.repetition));  // throws if it did not run
   // Widened by a nanosecond, because the figures select jobs in milliseconds.
@@ -51,10 +58,31 @@ void check_memory_of(const TimelineOptions& o) {
                "an earlier --to");
 }
 
-void timeline(const TimelineOptions& o) {
+/// The tasks of the graph's chains, by which the chart colours jobs. Without the graph's file the chart
+/// has the colours of the threads.
+void add_chains(TimelineOptions& o) {
+  try {
+    const StoredSystem system = stored_system(StoredRun(o.run, "timeline"));
+    const std::vector<ChainIndex> indices = index_chains(system.graph, system.tasks);
+    for (std::size_t c = 0; c < indices.size(); ++c) {
+      Names& tasks = o.chains.emplace_back(system.graph.chains[c].name, Names{}).second;
+      for (const std::vector<TaskId>& of_node : indices[c].nodes) {
+        for (const TaskId id : of_node) tasks.push_back(system.tasks.set[id].name);
+      }
+    }
+  } catch (const std::exception& error) {
+    std::cerr << "note: the chart does not show chains: " << error.what() << "\n";
+  }
+}
+
+void timeline(TimelineOptions o) {
   if (o.to_ms && *o.to_ms <= o.from_ms) throw UsageError("timeline: --to must lie after --from");
+  if (o.executors.size() > 1 && !(o.csv.empty() && o.perfetto.empty())) {
+    throw UsageError("timeline: --csv and --perfetto take one executor; give --executor once");
+  }
   if (o.csv.empty()) {
     check_memory_of(o);
+    if (o.perfetto.empty() || !o.svg.empty()) add_chains(o);
     become_python_tool("timeline", {nlohmann::json(o).dump()});
   }
   if (o.csv == "-") return write_csv(o, data_output());
@@ -68,7 +96,9 @@ void add_timeline_command(CLI::App& app) {
       app, "timeline", "Draw a Gantt chart of a stored run, or export it for Perfetto",
       "hotpath timeline runs/first --from 1000 --to 1200", timeline);
   command.add_option("RUN", o.run, kRunHelp)->type_name("FOLDER")->required();
-  add_text(command, "--executor", o.executor, "NAME", kRunExecutorHelp);
+  add_text(command, "--executor", o.executors, "NAME",
+           "Executor of the run, by default its first; several times: charts\nbelow each other on one axis")
+      ->allow_extra_args(false);
   add_number(command, "--repetition", o.repetition, {0, 1e9}, "N", kRunRepetitionHelp);
   add_number(command, "--from", o.from_ms, {0, 1e12}, "MS", "Start of the window, after the run's epoch");
   add_number(command, "--to", o.to_ms, {0, 1e12}, "MS",

@@ -125,7 +125,7 @@ class Run:
 
     def jobs(self, executor: str, repetition: int, begin: float, end: float) -> pd.DataFrame:
         """Rows of jobs.csv that touch [begin, end), with times in ms (NaN if the event did not
-        happen). `late` marks a job that finished after its deadline. `hotpath timeline` selects the
+        happen). `late` marks a timer's job that finished after its deadline. `hotpath timeline` selects the
         rows, because a run can exceed memory. Raises InputError if the repetition did not run."""
         path = self.jobs_file()
         words = ["--executor", executor, "--repetition", repetition, "--from", begin, "--csv", "-"]
@@ -136,7 +136,8 @@ class Run:
         named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
         more = ["worker", "process", "parent_task", "parent_sequence"]
         jobs = read_table(path, named, [*more, *(f"{name}_ns" for name in instants)], io.StringIO(text))
-        jobs["late"] = jobs["finish_ns"] > jobs["deadline_ns"]
+        # Subscriptions inherit deadlines, under EDF for their order; they never overrun.
+        jobs["late"] = (jobs["kind"] == "timer") & (jobs["finish_ns"] > jobs["deadline_ns"])
         jobs = jobs.assign(**{name: jobs.pop(f"{name}_ns") / NS_PER_MS for name in instants})
         for name in ("worker", "process"):
             jobs[name] = jobs[name].fillna(0).astype(int)

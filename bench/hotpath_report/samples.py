@@ -2,16 +2,16 @@
 """Samples and counts, grouped for figures, tables and claims."""
 
 import functools
+import math
 from collections import Counter
 from collections.abc import Hashable
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from hotpath_report.errors import InputError
 from hotpath_report.run import Run
-from hotpath_report.statistics import Samples
+from hotpath_report.statistics import Samples, percent_of
 
 # Groups of timers, by part of the task name.
 GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}
@@ -82,8 +82,8 @@ class TimerRuns:
 
     def drop_percent(self, *key: Any) -> float:
         """Skipped in percent of reached timestamps; NaN if none was reached."""
-        rows = self.rows(*key)
-        return float(100 * rows["skipped"].sum() / rows["reached"].sum()) if rows["reached"].sum() else np.nan
+        skipped, reached = self.rows(*key)[["skipped", "reached"]].sum()
+        return percent_of(skipped, reached) if reached else math.nan
 
     def jobs(self, setting: Setting, source: str, executor: str) -> pd.DataFrame:
         """Rows of `responses` of one executor."""

@@ -41,6 +41,8 @@ def library() -> ctypes.CDLL:
     loaded.hotpath_samples_new.restype = ctypes.c_void_p
     loaded.hotpath_samples_new.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t]
     loaded.hotpath_samples_delete.argtypes = [ctypes.c_void_p]
+    loaded.hotpath_percent_of.restype = ctypes.c_double
+    loaded.hotpath_percent_of.argtypes = [ctypes.c_uint64, ctypes.c_uint64]
     loaded.hotpath_mean.restype = ctypes.c_double
     loaded.hotpath_mean.argtypes = [ctypes.c_void_p]
     loaded.hotpath_quantile_estimate.argtypes = [ctypes.c_void_p, ctypes.c_double, _Result]
@@ -150,6 +152,11 @@ class Samples:
 def median(values: Iterable[float]) -> float:
     """Median without an interval."""
     return Samples([values], exact=True).quantile(0.5)
+
+
+def percent_of(part: int, whole: int) -> float:
+    """Share of a count in percent; 0 of nothing."""
+    return float(library().hotpath_percent_of(int(part), int(whole)))
 
 
 def ratio(a: Samples, b: Samples, p: float, confidence: float = CONFIDENCE_PERCENT / 100) -> Estimate:

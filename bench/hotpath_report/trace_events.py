@@ -91,9 +91,9 @@ def show(options: str) -> None:
     if svg.suffix != ".svg":
         raise InputError(f"--svg {svg}: the name must end in .svg; a .png is written beside it")
     run = Run(o["run"])
-    executor = o["executor"] or run.executors[0]
+    executors = o["executors"] or run.executors[:1]
     if o["perfetto"]:
-        found = events(run, executor, o["repetition"], begin, math.inf if end is None else end)
+        found = events(run, executors[0], o["repetition"], begin, math.inf if end is None else end)
         text = ",\n".join(map(json.dumps, found))
         text = f'{{"displayTimeUnit": "ms", "traceEvents": [\n{text}\n]}}\n'
         write_output(Path(o["perfetto"]), "--perfetto", text)
@@ -101,4 +101,5 @@ def show(options: str) -> None:
     if o["svg"] or not o["perfetto"]:
         timeline = load("figures.timeline")  # takes a second to import
         part = (begin, begin + CHART_MS if end is None else end)
-        timeline.draw(run, executor, o["repetition"], part, svg, "--svg" if o["svg"] else "")
+        windows = [timeline.Window(run, e, o["repetition"], part) for e in executors]
+        timeline.draw(windows, dict(o["chains"]), svg, "--svg" if o["svg"] else "")

@@ -84,7 +84,7 @@ double error_percent(double recorded_ms, double simulated_ms) {
 
 /// The lost percentage of the timestamps and samples of each task, and then of all tasks.
 std::vector<double> lost_percent(const TaskSet& set, const Trace& trace) {
-  std::vector<double> lost(set.size() + 1), all(set.size() + 1);
+  std::vector<std::uint64_t> lost(set.size() + 1), all(set.size() + 1);
   for (const JobRecord& r : trace.jobs) {
     if (r.job.timestamp < Time{} || r.outcome == Outcome::empty) continue;
     for (const TaskId id : {r.job.task, set.size()}) {
@@ -92,8 +92,9 @@ std::vector<double> lost_percent(const TaskSet& set, const Trace& trace) {
       lost[id] += r.job.skipped + (r.outcome == Outcome::overwritten);
     }
   }
-  for (std::size_t id = 0; id < all.size(); ++id) lost[id] = all[id] > 0 ? 100 * lost[id] / all[id] : 0;
-  return lost;
+  std::vector<double> percent;
+  for (std::size_t id = 0; id < all.size(); ++id) percent.push_back(percent_of(lost[id], all[id]));
+  return percent;
 }
 
 class Judge {

@@ -111,10 +111,12 @@ void ExecutorMeasures::end(std::uint32_t place, std::uint32_t repetition, const 
   for (auto& [id, of_task] : current_->starts) append_periods(std::move(of_task), periods_[id]);
   if (current_->authors) current_->authors->append_to(authors_);
   current_.reset();
-  Ended& ended = ended_[place] = {usage, lost_records, {}};
+  Ended& ended = ended_[place] = {usage, lost_records, {repetition}, {}};
   for (const TaskAccount& a : accounts) {
     auto& sum = summary_.tasks[a.task].account.count;
     std::ranges::transform(sum, a.count, sum.begin(), std::plus());
+    ended.losses.skipped += a[Outcome::skipped];
+    ended.losses.overwritten += a[Outcome::overwritten];
     if (a.balanced()) continue;
     ended.unbalanced.push_back({repetition, set_[a.task].name, a.accounted(), a.expected});
   }
@@ -158,6 +160,7 @@ ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths
   for (auto& [place, ended] : ended_) {
     summary_.usage += ended.usage;
     summary_.lost_records += ended.lost_records;
+    summary_.losses.push_back(ended.losses);
     std::ranges::move(ended.unbalanced, std::back_inserter(summary_.unbalanced));
   }
   if (summary_.executed > 0 && summary_.usage.wall > Duration{}) {  // a simulation uses no CPU time

@@ -64,6 +64,7 @@ class ExecutorMeasures {
   struct Ended {
     ProcessUsage usage;
     std::uint64_t lost_records = 0;
+    RepetitionLosses losses;
     std::vector<Imbalance> unbalanced;
   };
   /// Latencies of one repetition, in milliseconds.

@@ -38,6 +38,11 @@ namespace hotpath {
   return std::max(Duration::zero(), (started(r) ? r.start : end) - std::max(r.job.timestamp, counted_from));
 }
 
+/// Share of a count in percent; 0 of nothing.
+[[nodiscard]] inline double percent_of(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
 /// The outcomes of a timer's timestamps after the warm-up.
 struct TimerCounts {
   std::uint64_t reached = 0;  ///< All timestamps, with any outcome.
@@ -67,9 +72,7 @@ struct TimerCounts {
 
   /// Share of the reached timestamps that were skipped (the paper's *dropped jobs*); 0 without
   /// timestamps.
-  [[nodiscard]] double dropped_percent() const {
-    return reached == 0 ? 0 : 100 * static_cast<double>(skipped) / static_cast<double>(reached);
-  }
+  [[nodiscard]] double dropped_percent() const { return percent_of(skipped, reached); }
 };
 
 /// A chain of the graph; a trace's ChainRecord::chain is its index.

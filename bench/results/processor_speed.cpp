@@ -186,4 +186,11 @@ Duration lost_time(std::span<const SlowPeriod> slow) {
   return lost;
 }
 
+Duration slow_time(std::span<const SlowPeriod> slow) {
+  std::map<int, Duration> of_cpu;
+  Duration longest{};
+  for (const SlowPeriod& p : slow) longest = std::max(longest, of_cpu[p.cpu] += p.end - p.begin);
+  return longest;
+}
+
 }  // namespace hotpath

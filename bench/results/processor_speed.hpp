@@ -91,4 +91,7 @@ inline constexpr double kSlowFactor = 1.1;
 /// The time lost in these periods.
 [[nodiscard]] Duration lost_time(std::span<const SlowPeriod> slow);
 
+/// The total length of these periods, of the CPU that was slow for the longest time.
+[[nodiscard]] Duration slow_time(std::span<const SlowPeriod> slow);
+
 }  // namespace hotpath

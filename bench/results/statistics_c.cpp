@@ -8,6 +8,7 @@
 
 #include "hotpath/analysis/growth_test.hpp"
 #include "hotpath/analysis/statistics.hpp"
+#include "results/measures.hpp"
 
 namespace {
 
@@ -38,6 +39,11 @@ void* hotpath_samples_new(const double* values, const std::size_t* sizes, std::s
 }
 
 void hotpath_samples_delete(void* handle) { delete static_cast<RepeatedSamples*>(handle); }
+
+/// Share of a count in percent; 0 of nothing.
+double hotpath_percent_of(std::uint64_t part, std::uint64_t whole) {
+  return hotpath::percent_of(part, whole);
+}
 
 double hotpath_mean(const void* handle) { return hotpath::quantiles(samples(handle).pooled()).mean; }
 

@@ -95,8 +95,8 @@ class StoredRun {
   std::vector<Trace> traces_;
 };
 
-/// Summarises each timer of a golden trace, with the authors' definition of a response time:
-/// {tasks: [{task, reached, ran, skipped, deadline_overruns, response_authors_ms: quantiles}]}.
+/// Summarises each timer of a golden trace SET.EXECUTOR.csv, with both definitions of a response time:
+/// {tasks: [{task, reached, ran, skipped, deadline_overruns, response_ms, response_authors_ms}]}.
 [[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
 
 }  // namespace hotpath

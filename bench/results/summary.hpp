@@ -93,6 +93,12 @@ struct SlowRepetition {
   std::vector<SlowPeriod> periods;
 };
 
+/// Losses of one repetition, with its warm-up.
+struct RepetitionLosses {
+  std::uint32_t repetition = 0;
+  std::uint64_t skipped = 0, overwritten = 0;
+};
+
 struct SpeedJudgement {
   std::size_t observed = 0;          ///< Repetitions whose jobs reveal the speed of their CPUs.
   std::vector<SlowRepetition> slow;  ///< The slow repetitions among them, in the order of the input.
@@ -104,7 +110,8 @@ struct ExecutorSummary {
   std::uint64_t executed = 0;  ///< Callbacks that ran to their end.
   std::uint64_t skipped = 0;
   std::uint64_t overwritten = 0;
-  TimerCounts after_warm_up;  ///< Of all timers.
+  std::vector<RepetitionLosses> losses;  ///< Their sums are `skipped` and `overwritten`.
+  TimerCounts after_warm_up;             ///< Of all timers.
   std::uint64_t lost_records = 0;
   double cpu_per_callback_us = kNoValue;  ///< CPU time of all processes per executed callback.
   ProcessUsage usage;  ///< Summed over repetitions; the memory is the maximum over repetitions.

@@ -13,6 +13,7 @@ static void to_json(json& j, const Interval& interval) { j = {interval.low, inte
 
 HOTPATH_JSON_FIELDS(Estimate, value, interval);
 HOTPATH_JSON_FIELDS(Quantiles, n, min, p50, p90, p99, p999, max, mean);
+static HOTPATH_JSON_FIELDS(RepetitionLosses, repetition, skipped, overwritten);
 static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted, expected);
 static HOTPATH_JSON_FIELDS(BootstrapOptions, confidence, resamples, seed);
 
@@ -67,7 +68,12 @@ static void to_json(json& j, const SlowPeriod& slow) {
        {"factor", slow.factor}};
 }
 
-static HOTPATH_JSON_FIELDS(SlowRepetition, repetition, periods);
+static void to_json(json& j, const SlowRepetition& slow) {
+  j = {{"repetition", slow.repetition},
+       {"slow_s", to_ms(slow_time(slow.periods)) / 1e3},
+       {"periods", slow.periods}};
+}
+
 static HOTPATH_JSON_FIELDS(SpeedJudgement, observed, slow);
 
 static void to_json(json& j, const ExecutorSummary& executor) {
@@ -76,6 +82,7 @@ static void to_json(json& j, const ExecutorSummary& executor) {
        {"callbacks_executed", executor.executed},
        {"skipped", executor.skipped},
        {"overwritten", executor.overwritten},
+       {"losses", executor.losses},
        {"deadline_overruns", executor.after_warm_up.deadline_overruns},
        {"after_warm_up", executor.after_warm_up},
        {"lost_records", executor.lost_records},

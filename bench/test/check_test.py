@@ -147,7 +147,9 @@ class Check(CommandTest):
     def test_what_cannot_be_checked(self) -> None:
         facts = dict(self.run_folder.run, tasks=[])
         (self.run_folder.path / "run.json").write_text(json.dumps(facts))
-        self.assertEqual(self.command("check", self.run_folder.path)[0], WRONG_USE)
+        code, out, err = self.command("check", self.run_folder.path)
+        self.assertEqual((code, out), (WRONG_USE, ""))
+        self.assertIn("stored less than this version needs", err)
         without = self.accepted("simulate", "--no-trace", "--duration", 0.1, "--output", "without")
         self.assertIn("Results", without)
         code, _, err = self.command("check", "without")

@@ -4,8 +4,8 @@ leave nothing behind.
 
 In a short simulation and a short live run, each kind of call in failing_calls.cpp fails with each
 of its errors, at `HOTPATH_FAULTS` places (default 1; 0: all of them). A place is identified by its
-innermost callers; its first call fails. A run without a fault collects the places. If
-HOTPATH_RELIABILITY names a folder, the counts are written to its faults.json.
+innermost callers; its first call fails. A run without a fault collects the places. With
+HOTPATH_PUBLISH=1, the counts are published as results/reliability/faults.json.
 """
 
 import array
@@ -22,6 +22,7 @@ import unittest
 from pathlib import Path
 from typing import Any
 
+from evidence import publish_on_request
 from hotpath_command import HOTPATH, left_behind, shared_memory_files, processes_of
 
 LIBRARY = os.environ.get("FAILING_CALLS", "")
@@ -184,12 +185,8 @@ class FailingCalls(unittest.TestCase):
                 print(f"\r{name}: {i + 1} of {len(faults)}, {left:.0f} s left ", end="", file=sys.stderr)
         found = sum(map(len, whole.places.values()))
         print(f"{name}: {injected} faults injected; {found} places", file=sys.stderr)
-        if "HOTPATH_RELIABILITY" in os.environ and defects == 0:
-            file = Path(os.environ["HOTPATH_RELIABILITY"]) / "faults.json"
-            facts = json.loads(file.read_text()) if file.exists() else {}
-            file.write_text(
-                json.dumps(facts | {name: {"places": found, "injected": injected}}, indent=2) + "\n"
-            )
+        if defects == 0:
+            publish_on_request("reliability/faults.json", {"places": found, "injected": injected}, name)
         self.assertGreater(injected, 8)
 
     def test_simulate(self) -> None:

@@ -19,12 +19,13 @@ from import_files_test import ARCHITECTURE
 # link, a formula.
 NAME = "x\x1b[2J\x07\r\u202e\u009b1m<script>alert(1)</script>|`a`](http://b)$y^{$*z*"
 LINES = NAME + "\n# heading\n```\n"
+SHORT = "x\x1b[2J\n# <script>|`a`"  # names of graphs and chains have at most 47 bytes
 CONTROL = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
 SCRIPT, MARKUP = re.compile("<script"), re.compile(r"<script|(?<!\\)\]\(http|^# heading", re.MULTILINE)
 
 
 class HostileNames(CommandTest):
-    def printed(self, *arguments: object, codes: Iterable[Any] = (0, 1, 2)) -> tuple[Any, Any, Any]:
+    def printed(self, *arguments: object, codes: Iterable[int]) -> tuple[int, str, str]:
         """(exit code, standard output, standard error) of a command; checks that nothing controls a
         terminal."""
         code, out, err = self.command(*arguments, errors="replace")
@@ -70,14 +71,13 @@ class HostileNames(CommandTest):
         source = json.dumps({"name": "good", "description": LINES, "nodes": nodes})
         graph = self.folder / "graph.yaml"
         self.environment["HOTPATH_GRAPHS"] = str(self.folder)
-        for text in (
-            source,
-            *(source.replace(word, json.dumps(NAME)) for word in ('"good"', '"a"', '"sensor"', '"nodes"')),
-        ):
+        places = [source.replace(word, json.dumps(NAME)) for word in ('"a"', '"sensor"', '"nodes"')]
+        for text in (source, source.replace('"good"', json.dumps(SHORT)), *places):
             graph.write_text(text)
-            codes = (0,) if text == source else (0, 1, 2)
-            self.printed("graph", graph, codes=codes)
-            self.printed("graph", graph, "--dot", codes=codes)
+            code = 0 if text == source else 2
+            for option in ((), ("--dot",)):
+                err = self.printed("graph", graph, *option, codes=(code,))[2]
+                self.assertEqual("<script>" in err, code != 0)  # an error names what it rejects
             listed = self.printed("list", "graphs", codes=(0,))[1]
             self.assertRegex(listed, "(?m)^graph ")
 
@@ -101,8 +101,8 @@ class HostileNames(CommandTest):
     def test_a_stored_run(self) -> None:
         run = self.stored_run()
         self.assertIn("script", self.printed("summarize", run, codes=(0,))[1])
-        self.printed("check", run)
-        self.printed("validate", run, "--output", "validated")
+        self.printed("check", run, codes=(0,))
+        self.assertIn("has no task", self.printed("validate", run, "--output", "v", codes=(2,))[2])
         self.printed("report", run, codes=(0,))
         self.printed("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
         gate = ("--junit", "gate.xml", "--markdown", "gate.md")
@@ -127,13 +127,12 @@ class HostileNames(CommandTest):
 
     def test_files_of_caret(self) -> None:
         source = self.folder / "architecture.yaml"
-        text = ARCHITECTURE
-        for word in ("/ns/first", "/second", "/third", "/a", "/b", "g0", "c0", "all", "executor_0"):
-            text = re.sub(rf"{word}(?=[,}}\]\n])", lambda m: json.dumps(m[0] + LINES), text)
-        source.write_text(text)
-        self.printed("import", "caret", source, "--output", "caret")
-        if (self.folder / "caret").exists():
-            self.printed("graph", "caret/graph.yaml", codes=(0,))
+        text = ARCHITECTURE.replace("path_name: all", f"path_name: {json.dumps(SHORT)}")
+        names = r"(?<=[ \[])(/[\w/]+|executor_\d)(?=[,}\]\n])"
+        source.write_text(re.sub(names, lambda m: json.dumps(m[0] + LINES), text))
+        self.printed("import", "caret", source, "--output", "caret", codes=(0,))
+        self.assertIn("script", (self.folder / "caret" / "graph.yaml").read_text())
+        self.printed("graph", "caret/graph.yaml", codes=(0,))
 
     def test_a_page_of_capacities(self) -> None:
         (self.folder / "x<script>.csv").write_text("task,first_release_ms\nnobody,0\n")

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ctf_trace import MS, run_on, sensor_and_filter
+from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder
 
 SHIPPED = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "ctf"
@@ -394,7 +395,7 @@ class Mutations(ImportTest):
     """Traces with a few changed bytes are read, or rejected with one sentence. HOTPATH_MUTATIONS
     sets their number.
 
-    If HOTPATH_RELIABILITY names a folder, the counts are written to its mutations.json.
+    With HOTPATH_PUBLISH=1, the counts are published as results/reliability/mutations.json.
     """
 
     def test_any_bytes(self) -> None:
@@ -426,7 +427,6 @@ class Mutations(ImportTest):
                 library_ended += "libbabeltrace2 does not survive it" in err
         if count >= 40:
             self.assertTrue(0 < read < count, f"{read} of {count} were read")
-        if "HOTPATH_RELIABILITY" in os.environ and accepted == count:
+        if accepted == count:
             facts = {"tried": count, "read": read, "library_ended": library_ended}
-            file = Path(os.environ["HOTPATH_RELIABILITY"]) / "mutations.json"
-            file.write_text(json.dumps(facts, indent=2) + "\n")
+            publish_on_request("reliability/mutations.json", facts)

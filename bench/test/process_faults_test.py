@@ -2,7 +2,7 @@
 """Kills or stops processes of a run at random instants, HOTPATH_KILLS (default 6) times, and limits
 open files.
 
-If HOTPATH_RELIABILITY names a folder, the counts are written to its process_faults.json.
+With HOTPATH_PUBLISH=1, the counts are published as results/reliability/process_faults.json.
 """
 
 import json
@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from evidence import publish_on_request
 from hotpath_command import CommandTest, processes_of
 
 KILLS = int(os.environ.get("HOTPATH_KILLS", "6"))
@@ -78,10 +79,7 @@ class ProcessFaults(CommandTest):
                 failed += code != WHOLE
         print(f"{hits} processes killed or stopped, {failed} runs failed")
         self.assertGreater(failed, 0)
-        if "HOTPATH_RELIABILITY" in os.environ:
-            facts = {"hits": hits, "failed": failed}
-            file = Path(os.environ["HOTPATH_RELIABILITY"]) / "process_faults.json"
-            file.write_text(json.dumps(facts, indent=2) + "\n")
+        publish_on_request("reliability/process_faults.json", {"hits": hits, "failed": failed})
 
     def test_few_open_files(self) -> None:
         codes = set()

@@ -234,6 +234,9 @@ TEST(ProcessorSpeed, SaysWhenAndByHowMuch) {
             "from 12.0 to 18.0 s processor 1 was slow by a factor of 1.28");
   EXPECT_THAT(describe(slow), testing::EndsWith(", and 2 times more"));
   EXPECT_NEAR(to_ms(lost_time(slow)), 5 * 6e3 * (1 - 1 / 1.284), 1);
+  EXPECT_EQ(slow_time(slow), 30s);
+  EXPECT_EQ(slow_time(std::vector<SlowPeriod>{{0, 0s, 5s, 2}, {1, 0s, 3s, 2}, {1, 4s, 7s, 2}}), 6s);
+  EXPECT_EQ(slow_time({}), 0s);
 }
 
 }  // namespace

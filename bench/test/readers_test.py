@@ -201,7 +201,8 @@ class Readers(CommandTest):
         if words[0] == "timeline":
             options = {
                 "run": words[1],
-                "executor": "",
+                "executors": [],
+                "chains": [],
                 "repetition": 0,
                 "from_ms": 0,
                 "to_ms": 900,

@@ -2,7 +2,7 @@
 """Kills the command at random instants, HOTPATH_KILLS (default 6) times, and recovers the stored
 repetitions.
 
-If HOTPATH_RELIABILITY names a folder, the counts are written to its kills.json.
+With HOTPATH_PUBLISH=1, the counts are published as results/reliability/kills.json.
 """
 
 import json
@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder, processes_of
 
 WRONG_USE = 2
@@ -75,11 +76,8 @@ class Recover(CommandTest):
         print(f"{recovered} recovered, {refused} killed before anything was stored")
         if KILLS >= 6:
             self.assertGreater(recovered, 0)
-        if "HOTPATH_RELIABILITY" in os.environ:
-            facts = {"kills": KILLS, "recovered": recovered, "nothing_stored": refused}
-            (Path(os.environ["HOTPATH_RELIABILITY"]) / "kills.json").write_text(
-                json.dumps(facts, indent=2) + "\n"
-            )
+        facts = {"kills": KILLS, "recovered": recovered, "nothing_stored": refused}
+        publish_on_request("reliability/kills.json", facts)
 
     def killed_copy(self, rows: Any) -> Any:
         """A folder as left by a kill; jobs.csv.part holds only this share of its bytes."""

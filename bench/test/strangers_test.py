@@ -3,6 +3,7 @@
 Without --all-interfaces nothing listens beyond this machine."""
 
 import os
+import re
 import signal
 import subprocess
 from typing import Any
@@ -28,8 +29,9 @@ class Strangers(CommandTest):
         self.addCleanup(stranger.kill)
         return stranger
 
-    def run_beside_strangers(self, *arguments: object) -> Any:
-        """A run while strangers publish on three of its topics."""
+    def run_beside_strangers(self, *arguments: object) -> tuple[Any, int]:
+        """A run while strangers publish on three of its topics, each with one reader; and the number
+        of their samples."""
         strangers = [
             self.strange("--topic", t, *arguments)
             for t in ("FrontLidarDriver", "PointsTransformerFront", "ObjectCollisionEstimator")
@@ -42,10 +44,10 @@ class Strangers(CommandTest):
         self.assertGreater(min(written), 0)
         run = self.checked("run")
         self.assertTrue(run.run["complete"])
-        return run
+        return run, sum(written)
 
     def test_publishers_under_the_topic_names_of_the_graph_are_not_matched(self) -> None:
-        self.assertTrue(self.whole(self.run_beside_strangers("--partition", "*")))
+        self.assertTrue(self.whole(self.run_beside_strangers("--partition", "*")[0]))
 
     def whole(self, run: Any) -> bool:
         self.assertNotIn("samples", " ".join(run.run["warnings"]))
@@ -54,8 +56,15 @@ class Strangers(CommandTest):
     def test_samples_of_spies_are_left_out_and_counted(self) -> None:
         # Their samples may displace the run's own in a reader's history, so the loss equations need
         # not hold.
-        run = self.run_beside_strangers("--spy")
-        self.assertIn("samples of other programs", " ".join(run.run["warnings"]))
+        run, written = self.run_beside_strangers("--spy")
+        counted: Any = re.search(r"(\d+) samples of other programs", " ".join(run.run["warnings"]))
+        self.assertIsNotNone(counted, run.run["warnings"])
+        self.assertIn(int(counted[1]), range(1, written + 1))
+        (jobs,) = run.jobs().values()
+        own, ran = {(j.task, j.sequence) for j in jobs}, [j for j in jobs if j.outcome == "ran"]
+        parents = {j.parent for j in ran if j.kind == "subscription"}
+        self.assertGreater(len(parents), 100)
+        self.assertEqual(parents - own, set(), "jobs of samples that no job of this run published")
 
     def test_a_reader_that_stops_holds_nobody_up(self) -> None:
         reader = self.strange("--topic", "FrontLidarDriver", "--spy", "--read")

@@ -28,7 +28,7 @@ nodes:
   - {subscription: image, execution_time_ms: 1}
 """
 SWEEP = "command: simulate\nfixed: {graph: sequences, executor: rm-ro, duration: 1}\naxes: {load: [20, 40]}\n"
-LEVELS = "executor,source,load,holds,why\nrm-ro,simulated,20,1,\nrm-ro,simulated,40,0,losses\n"
+LEVELS = "executor,source,load,holds,capacity,why\nrm-ro,simulated,20,1,1,\nrm-ro,simulated,40,0,0,losses\n"
 FIGURES = [
     {"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "time_ns", "values": [50, 40, 60]}
 ]

@@ -129,8 +129,10 @@ LatencyQuantiles real_latencies(const CsvReader& row) {
           row.number<double>("hot_path_max_ms")};
 }
 
-bool medians_agree(const LatencyQuantiles& measured, const LatencyQuantiles& simulated, double tolerance) {
-  return std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50;
+MedianComparison compare_medians(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
+                                 double tolerance) {
+  return {measured.p50 == 0 ? kNoValue : 100 * (simulated.p50 / measured.p50 - 1),
+          std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50};
 }
 
 }  // namespace hotpath

@@ -129,9 +129,9 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
     const WorstCaseTimes times(tasks.set);
     // The six outputs of a hyperperiod (600 ms) differ: whole hyperperiods are counted.
     const SimulatedOutcome p = predict(graph, tasks, executor, times, options, 1200ms);
-    AutowareValidation v{label, real_latencies(row), latency_quantiles(p.latencies_ms.at(0))};
-    v.agrees =
-        medians_agree(v.measured_ms, v.simulated_ms, executor.entry->traits.many_workers ? 0.10 : 0.05);
+    AutowareValidation v{label, real_latencies(row), latency_quantiles(p.latencies_ms.at(0)), {}};
+    v.median =
+        compare_medians(v.measured_ms, v.simulated_ms, executor.entry->traits.many_workers ? 0.10 : 0.05);
     all.push_back(std::move(v));
   }
   return all;

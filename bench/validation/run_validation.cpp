@@ -96,8 +96,8 @@ class ValidatedRun {
         {}};
     const std::vector<double> measured = latencies_ms(trace);
     if (!measured.empty()) {
-      v.latencies = {latency_quantiles(measured), latency_quantiles(latencies_ms(simulated)), {}, {}, false};
-      v.latencies->agrees = medians_agree(v.latencies->measured_ms, v.latencies->simulated_ms, 0.05);
+      v.latencies = {latency_quantiles(measured), latency_quantiles(latencies_ms(simulated)), {}, {}, {}};
+      v.latencies->median = compare_medians(v.latencies->measured_ms, v.latencies->simulated_ms, 0.05);
       add_real_latencies(*v.latencies, trace.executor, tasks.set);
     } else if (executor.entry != nullptr) {
       v.golden = against_golden(reference_, graph.name, schedule, *executor.entry);

@@ -79,8 +79,13 @@ LatencyQuantiles latency_quantiles(std::vector<double> samples_ms);
 /// The latencies in a row of rclcpp_autoware_phases.csv.
 LatencyQuantiles real_latencies(const CsvReader& row);
 
-/// Whether two medians agree within `tolerance`, a share of the measured one.
-bool medians_agree(const LatencyQuantiles& measured, const LatencyQuantiles& simulated, double tolerance);
+/// The simulated median compared with the measured one.
+struct MedianComparison {
+  double differs_percent = kNoValue;  ///< Of the measured median; kNoValue if this is 0.
+  bool agrees = false;                ///< Within a tolerance.
+};
+MedianComparison compare_medians(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
+                                 double tolerance);
 
 /// The simulator compared with the real stack, job by job, for one task set under one executor.
 struct GoldenValidation {
@@ -118,7 +123,7 @@ std::vector<TimersOnlyValidation> validate_timers_only(const std::filesystem::pa
 struct AutowareValidation {
   std::string executor;  ///< As the reference names it.
   LatencyQuantiles measured_ms, simulated_ms;
-  bool agrees = false;  ///< The medians agree within 5 %, with several workers 10 %.
+  MedianComparison median;  ///< Agrees within 5 %, with several workers 10 %.
 };
 
 /// Validates all rows of REFERENCE/rclcpp_autoware_phases.csv.
@@ -144,7 +149,7 @@ struct RunLatencies {
   /// Only for Autoware at the same load: latencies of the real stack, largest difference of phases.
   std::optional<LatencyQuantiles> real_ms;
   std::optional<double> phases_differ_ms;
-  bool agrees = false;  ///< The medians of run and simulation agree.
+  MedianComparison median;  ///< Of run and simulation.
 };
 
 /// One executor and repetition of a stored run, live or simulated, compared with a simulation of

@@ -16,10 +16,11 @@ static HOTPATH_JSON_FIELDS(TimersOnlyRanges, imu_lost_percent, response_authors_
                            response_authors_p99_ms);
 static HOTPATH_JSON_FIELDS(TimersOnlyValidation, set, executor, measured, simulated, agrees);
 static HOTPATH_JSON_FIELDS(LatencyQuantiles, n, p10, p50, p90, p99, max);
-static HOTPATH_JSON_FIELDS(AutowareValidation, executor, measured_ms, simulated_ms, agrees);
+static HOTPATH_JSON_FIELDS(MedianComparison, differs_percent, agrees);
+static HOTPATH_JSON_FIELDS(AutowareValidation, executor, measured_ms, simulated_ms, median);
 static HOTPATH_JSON_FIELDS(RunAgainstGolden, set, phases_differ_ms, real_busy_percent, run_busy_percent,
                            comparison, phases_file);
-static HOTPATH_JSON_FIELDS(RunLatencies, measured_ms, simulated_ms, real_ms, phases_differ_ms, agrees);
+static HOTPATH_JSON_FIELDS(RunLatencies, measured_ms, simulated_ms, real_ms, phases_differ_ms, median);
 static HOTPATH_JSON_FIELDS(RunValidation, run, executor, repetition, costs_us, comparison, latencies, golden);
 HOTPATH_JSON_FIELDS(Validation, golden, timers_only, autoware, runs);
 

@@ -5,12 +5,11 @@
 // (default 1) preemptions or spurious wake-ups: all interleavings, or the first
 // HOTPATH_INTERLEAVINGS (default 2000). Then it runs the same number of random interleavings,
 // alternating between two longer runs. The invariants of simulated schedules must hold for each,
-// and no thread may sleep while work waits for it. HOTPATH_RELIABILITY names a folder for the
-// counts, interleavings.json.
+// and no thread may sleep while work waits for it. The counts are properties of the test program;
+// tools/interleavings.py publishes them.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <random>
 
 #include "controlled_run.hpp"
@@ -173,18 +172,20 @@ TEST(BrokenExecutor, ThatIgnoresASharedGroupIsDetected) {
   EXPECT_EQ(explored.defect.rfind("its group is busy", 0), 0u) << explored.defect;
 }
 
-class Publish final : public testing::Environment {
+class Counts final : public testing::Environment {
   void TearDown() override {
-    const char* folder = std::getenv("HOTPATH_RELIABILITY");
-    if (folder == nullptr) return;
-    std::ofstream(std::string(folder) + "/interleavings.json")
-        << "{\n  \"preemptions\": " << number("HOTPATH_PREEMPTIONS", 1)
-        << ",\n  \"systematic\": " << total_systematic << ",\n  \"complete\": " << complete
-        << ",\n  \"random\": " << total_random << ",\n  \"lost_and_found\": " << lost_and_found
-        << ",\n  \"executors\": " << executors().size() << "\n}\n";
+    const auto record = [](const char* name, std::uint64_t count) {
+      testing::Test::RecordProperty(name, std::to_string(count));
+    };
+    record("preemptions", number("HOTPATH_PREEMPTIONS", 1));
+    record("systematic", total_systematic);
+    record("complete", complete);
+    record("random", total_random);
+    record("lost_and_found", lost_and_found);
+    record("executors", executors().size());
   }
 };
-const auto* const publish = testing::AddGlobalTestEnvironment(new Publish);
+const auto* const counts = testing::AddGlobalTestEnvironment(new Counts);
 
 }  // namespace
 }  // namespace hotpath::test

@@ -13,7 +13,7 @@ from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import gate as judge
 from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key
 from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
-from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference
+from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference, percent_of
 from hotpath_report.tables import read_json, read_table, text_table, write_output
 
 COMPARED = (0.5, 0.99, 1.0)
@@ -43,20 +43,20 @@ def compare(old: dict[Key, Samples], new: dict[Key, Samples]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def drop_rates(folder: Path) -> pd.Series:
+def drop_rates(folder: Path) -> dict[Key, float]:
     """Dropped timestamps in percent, by study, source, setting, executor and group of timers."""
     path = folder / "data" / TIMERS_FILE
     if not path.exists():
-        return pd.Series(dtype=float)
+        return {}
     rows = sides.with_keys(read_table(path).rename(columns=IN_FRAMES), "")
     sums = rows.groupby(KEYS[1:])[["skipped", "reached"]].sum()
-    return (100 * sums["skipped"] / sums["reached"]).dropna()
+    return {key: percent_of(skipped, reached) for key, skipped, reached in sums.itertuples() if reached}
 
 
 def other_differences(old: Path, new: Path) -> Iterator[str]:
     """Sentences about differences in drop rates, verdicts and modes."""
     before, after = drop_rates(old), drop_rates(new)
-    for key in before.index.intersection(after.index):
+    for key in sorted(before.keys() & after.keys()):
         if abs(after[key] - before[key]) >= TOLD_DROP_POINTS:
             yield f"dropped jobs, {' '.join(key)}: {before[key]:.2f} % before, {after[key]:.2f} % now"
     if all((folder / "claims.json").exists() for folder in (old, new)):

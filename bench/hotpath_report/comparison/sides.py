@@ -66,11 +66,14 @@ def losses(folder: Path) -> dict[Key, dict[int, float]]:
         return found
     for part in parts_of(folder) or [folder]:
         run = Run(part)
-        jobs = run.counted(read_table(run.jobs_file(), ["executor", "repetition", "outcome"]))
-        lost = jobs["outcome"].isin(["skipped", "overwritten"])
-        for (executor, r), count in lost.groupby([jobs["executor"], jobs["repetition"]]).sum().items():
-            key = ("lost", run["graph.name"], run.source, f"{run['load_percent']:g} %", str(executor), "")
-            found.setdefault(key, {})[first_seed(run) + int(r)] = float(count)
+        for executor in run.summary():
+            name, load = executor["executor"], f"{run['load_percent']:g} %"
+            of = found.setdefault(("lost", run["graph.name"], run.source, load, name, ""), {})
+            if "losses" not in executor:
+                older = "an older version wrote it"
+                raise InputError(f"{part / 'summary.json'}: {older}; run `hotpath summarize {part}`")
+            for r in executor["losses"]:
+                of[first_seed(run) + r["repetition"]] = r["skipped"] + r["overwritten"]
     return found
 
 

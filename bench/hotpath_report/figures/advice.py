@@ -33,9 +33,10 @@ def draw(folder: str) -> None:
     axes.set_xlim(0, 1.05 * worst)
     marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
     style.add_key(figure, [*marks, style.patch("95 % interval", facecolor=INK, alpha=0.45)], 4)
+    cores = "one core" if advice["cores"] == 1 else f"{advice['cores']} cores"
     subtitle = (
         f"{advice['chain']} of {advice['graph']}, best first by {advice['objective']}; "
-        f"{advice['draws']} draws of {advice['seconds']:g} s, {advice['cores']} cores"
+        f"{advice['draws']} draws of {advice['seconds']:g} s, {cores}"
     )
     style.add_title(figure, "Predicted latency of each executor", subtitle)
     style.save(figure, folder, "advice")

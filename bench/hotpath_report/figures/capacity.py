@@ -14,32 +14,24 @@ from hotpath_report.tables import read_table
 ANALYSIS = "analysis"
 
 
-def carried(rows: pd.DataFrame, over: str) -> float | None:
-    """The highest passing level below the first failing level."""
-    fails = rows[rows["holds"] == 0][over]
-    held = rows[(rows["holds"] == 1) & (rows[over] < (fails.min() if len(fails) else float("inf")))][over]
-    return float(held.max()) if len(held) else None
-
-
 def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
     """Bar: capacity; dots: passing levels; crosses: failing levels; triangle: analysis."""
     measured = rows[rows["source"] != ANALYSIS]
-    capacity, colour = carried(measured, over), style.colour_of(executor)
-    if capacity is not None:
+    colour = style.colour_of(executor)
+    for capacity in measured[measured["capacity"] == 1][over]:
         axes.barh(y, capacity, height=0.5, color=colour, alpha=0.3, linewidth=0)
         style.note(axes, f"{capacity:g}", (capacity, y - 0.33), (0, 0), ha="right")
     for holds, look in ((1, {"color": colour, "marker": "o"}), (0, {"color": WARNING, "marker": "x"})):
         levels = measured[measured["holds"] == holds][over]
         axes.plot(levels, [y] * len(levels), linestyle="", markersize=4, **look)
-    bound = carried(rows[rows["source"] == ANALYSIS], over)
-    if bound is not None:
+    for bound in rows[(rows["source"] == ANALYSIS) & (rows["capacity"] == 1)][over]:
         axes.plot([bound], [y + 0.36], marker="^", color=INK, markersize=6, linestyle="")
 
 
 def draw(folder: str) -> None:
     """Writes capacity.svg and capacity.png. Raises InputError."""
     path = Path(folder) / "levels.csv"
-    rows = read_table(path, ["executor", "source", "holds"])
+    rows = read_table(path, ["executor", "source", "holds", "capacity"])
     if rows.empty:
         raise InputError(f"{path}: no rows, there is nothing to draw")
     over = rows.columns[2]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gantt chart of part of a trace: one row per task."""
+"""Gantt chart of part of a trace: a row per task; jobs have the colour of their chain."""
 
+import itertools
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,12 @@ MARKS: dict[str, dict[str, Any]] = {
 }
 MARK_OF = {"skipped": "skipped timestamp", "overwritten": "overwritten sample"}  # by outcome
 
+# Colours of chains, the first one as in pictures of graphs and in RViz.
+CHAINS = ("#C62828", SERIES[0], SERIES[2], SERIES[5])
+OTHER_TASKS = "other tasks"
+
 Interval = tuple[float, float]  # ms
+Chains = Mapping[str, Sequence[str]]  # tasks by name of the chain
 
 
 class Window:
@@ -40,6 +47,7 @@ class Window:
             run["platform.cores"] if run.simulated or run.recorded else len(run.facts.get("cpus", []))
         ) == 1
         self.displaced = self.displacements() if one_core and self.timer_thread else {}
+        self.has_releases = bool(self.timer_thread and (self.jobs["kind"] == "timer").any())
 
     def read(self, repetition: int) -> pd.DataFrame:
         """The rows of jobs.csv. Raises InputError if there are none or too many."""
@@ -90,7 +98,41 @@ class Window:
         return sorted(found, key=lambda task: order.index(task) if task in order else len(order))
 
 
-def colour_of(worker: int) -> str:
+def paint(windows: Sequence[Window], chains: Chains) -> dict[str, str]:
+    """Sets the column `colour` of all jobs; returns the colours by name. Jobs have the colour of
+    their task's first chain if one thread ran them all, otherwise of their thread."""
+    chain_of = {task: name for name, tasks in reversed(chains.items()) for task in tasks}
+    threads: dict[str, str] = {}
+    one_thread = True
+    for window in windows:
+        workers = sorted(window.jobs[window.jobs["start"].notna()]["worker"].unique())
+        one_thread &= len(workers) <= 1
+        threads |= {window.run.worker_name(w, window.timer_thread): thread_colour(w) for w in workers}
+        window.jobs["colour"] = window.jobs["worker"].map(thread_colour)
+    if not (one_thread and chain_of):
+        return threads
+    colours = dict(zip(chains, itertools.cycle(CHAINS)))
+    for window in windows:
+        window.jobs["colour"] = window.jobs["task"].map(chain_of).map(colours).fillna(FAINT)
+    return {f"chain {name}": colour for name, colour in colours.items()} | {OTHER_TASKS: FAINT}
+
+
+def rows_of(windows: Sequence[Window], chains: Chains) -> list[str]:
+    """The rows of each chart, from the column `row` of the jobs, which it sets. Several charts have
+    a row for each task of a chain, by its first start, and one for all other tasks."""
+    members = {task for tasks in chains.values() for task in tasks}
+    if len(windows) == 1 or not members:
+        for window in windows:
+            window.jobs["row"] = window.jobs["task"]
+        return list(dict.fromkeys(task for window in windows for task in window.tasks()))
+    jobs = pd.concat(window.jobs for window in windows)
+    first = jobs[jobs["task"].isin(members)].groupby("task", sort=False)["start"].min()
+    for window in windows:
+        window.jobs["row"] = window.jobs["task"].where(window.jobs["task"].isin(members), OTHER_TASKS)
+    return [*first.sort_values(kind="stable").index, OTHER_TASKS]
+
+
+def thread_colour(worker: int) -> str:
     """The colour of a worker's bars."""
     return SERIES[worker % len(SERIES)]
 
@@ -101,37 +143,38 @@ def draw_spans(axes: Axes, spans: list[Interval], y: float, **look: Any) -> None
 
 
 def draw_job(axes: Axes, window: Window, job: Any, y: float) -> None:
-    """Draws waiting time, execution and displacement of a job."""
-    if np.isnan(job.start):
-        return
-    colour = colour_of(job.worker)
+    """Draws execution and displacement of a job."""
     finish = window.end if np.isnan(job.finish) else job.finish
-    axes.hlines(y, job.released, job.start, color=FAINT, linewidth=1, linestyle=(0, (1, 1.5)), zorder=2)
     if finish - job.start < (window.end - window.begin) / 2000:
-        axes.vlines(job.start, y - BAR / 2, y + BAR / 2, color=colour, linewidth=1.4, zorder=3)
+        axes.vlines(job.start, y - BAR / 2, y + BAR / 2, color=job.colour, linewidth=1.4, zorder=3)
     else:
-        draw_spans(axes, [(job.start, finish)], y, facecolor=colour, alpha=0.85, linewidth=0, zorder=3)
-    look = {"facecolor": "white", "edgecolor": colour, "hatch": "/////", "linewidth": 0.5, "zorder": 3.5}
+        draw_spans(axes, [(job.start, finish)], y, facecolor=job.colour, alpha=0.85, linewidth=0, zorder=3)
+    look = {"facecolor": "white", "edgecolor": job.colour, "hatch": "/////", "linewidth": 0.5, "zorder": 3.5}
     draw_spans(axes, window.displaced.get(job.Index, []), y, **look)
     if window.late[job.Index]:
         axes.plot(finish, y, linestyle="", **MARKS["deadline missed"])
 
 
-def draw_row(axes: Axes, window: Window, task: str, y: float) -> None:
-    """Draws the jobs of one task; release arrows point up."""
+def draw_row(axes: Axes, window: Window, row: str, y: float) -> None:
+    """Draws the jobs of a row; release arrows point up, dotted lines wait. The row of other tasks
+    has no room for releases."""
     arrow = dict(arrowstyle="-|>", color=INK, linewidth=0.9, mutation_scale=7, shrinkA=0, shrinkB=0)
-    for job in window.jobs[window.jobs["task"] == task].itertuples():
+    dotted = {"color": FAINT, "linewidth": 1, "linestyle": (0, (1, 1.5)), "zorder": 2}
+    for job in window.jobs[window.jobs["row"] == row].itertuples():
         if job.outcome in MARK_OF:
             axes.plot(job.timestamp, y, linestyle="", **MARKS[MARK_OF[job.outcome]])
-        elif job.outcome != "empty":
+        elif job.outcome != "empty" and row != OTHER_TASKS:
             ends = (job.released, y - ARROW), (job.released, y + BAR / 2)
             axes.annotate("", *ends, zorder=4, annotation_clip=True, arrowprops=arrow)
+            if not np.isnan(job.start):
+                axes.hlines(y, job.released, job.start, **dotted)
+        if not np.isnan(job.start):
             draw_job(axes, window, job, y)
 
 
 def draw_releaser(axes: Axes, window: Window, y: float) -> str:
     """Draws the releases of a separate releaser thread. Returns the row's label."""
-    colour = colour_of(TIMER_MANAGEMENT)
+    colour = thread_colour(TIMER_MANAGEMENT)
     if window.release_slots:
         look = {"facecolor": colour, "edgecolor": colour, "linewidth": 0.8, "zorder": 3}
         draw_spans(axes, window.release_slots, y, **look)
@@ -141,34 +184,36 @@ def draw_releaser(axes: Axes, window: Window, y: float) -> str:
     return "releases of timers"
 
 
-def add_key(figure: Any, window: Window) -> None:
-    """Adds the legend: colours of workers, and the marks used."""
-    handles: list[Any] = []
-    for worker in sorted(window.jobs[window.jobs["start"].notna()]["worker"].unique()):
-        name = window.run.worker_name(worker, window.timer_thread)
-        handles.append(style.patch(name, facecolor=colour_of(worker), alpha=0.85))
+def add_key(figure: Any, windows: Sequence[Window], colours: dict[str, str]) -> None:
+    """Adds the legend: colours of jobs, and the marks used."""
+    handles = [style.patch(name, facecolor=colour, alpha=0.85) for name, colour in colours.items()]
     handles.append(style.dot("release", style.glyph("↑"), markersize=9))
-    if window.displaced:
+    if any(window.displaced for window in windows):
         handles.append(style.patch("displaced", facecolor="white", edgecolor=SERIES[0], hatch="/////"))
-    found = {MARK_OF.get(outcome) for outcome in window.jobs["outcome"]}
-    if window.late.any():
+    found = {MARK_OF.get(outcome) for window in windows for outcome in window.jobs["outcome"]}
+    if any(window.late.any() for window in windows):
         found.add("deadline missed")
     handles += [style.dot(name, **look) for name, look in MARKS.items() if name in found]
     style.add_key(figure, handles, 8)
 
 
-def draw(run: Run, executor: str, repetition: int, part: Interval, path: Path, option: str) -> None:
-    """Writes the chart as .svg and .png; `option` named the file, if any. Raises InputError."""
-    window = Window(run, executor, repetition, part)
-    labels = window.tasks()
-    releaser = window.timer_thread and (window.jobs["kind"] == "timer").any()
-    figure, (axes,) = style.new_figure(13.5, 0.7 + 0.34 * (len(labels) + releaser))
-    for y, task in enumerate(labels):
-        draw_row(axes, window, task, y)
-    if releaser:
-        labels.append(draw_releaser(axes, window, len(labels)))
-    label = "time since the epoch of the run (ms)"
-    style.rows_of_labels(axes, labels, xlim=part, xlabel=label)
-    add_key(figure, window)
-    style.add_title(figure, f"Timeline of {executor}", run.what_ran(), run.partial)
+def draw(windows: Sequence[Window], chains: Chains, path: Path, option: str) -> None:
+    """Writes a chart per window, one below the other, as .svg and .png; `option` named the file, if
+    any. `chains`: the tasks of each chain. Raises InputError."""
+    colours, run = paint(windows, chains), windows[0].run
+    rows = rows_of(windows, chains)
+    height = len(rows) + any(window.has_releases for window in windows)
+    figure, panels = style.new_figure(13.5, 0.7 + 0.34 * height, len(windows))
+    for axes, window in zip(panels, windows):
+        for y, row in enumerate(rows):
+            draw_row(axes, window, row, y)
+        releases = [draw_releaser(axes, window, len(rows))] if window.has_releases else []
+        style.rows_of_labels(axes, rows + releases, xlim=(window.begin, window.end))
+        axes.set_ylim(height - 0.45, None)  # the same scale in all charts
+        if len(windows) > 1:
+            axes.set_title(window.executor)
+    panels[-1].set_xlabel("time since the epoch of the run (ms)")
+    add_key(figure, windows, colours)
+    names = " and ".join(window.executor for window in windows)
+    style.add_title(figure, f"Timeline of {names}", run.what_ran(), run.partial)
     style.save(figure, path.parent, path.stem, option)

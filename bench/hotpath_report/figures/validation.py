@@ -94,9 +94,8 @@ def draw_latencies(axes: Axes, entries: list[Entry], title: str, sides: Sequence
                 place = y + LATENCY_HEIGHT * ((number + 0.5) / len(sides) - 0.5)
                 span(axes, q["p10"], q["p90"], place, colour)
                 axes.plot(q["p50"], place, "|", color=INK, markersize=10, markeredgewidth=2.2, zorder=4)
-        measured, simulated = entry["measured_ms"]["p50"], entry["simulated_ms"]["p50"]
-        differs = f"  {100 * (simulated / measured - 1):+.1f} %" if measured and simulated else ""
-        labels.append(run_name(entry) + differs)
+        percent = entry["median"]["differs_percent"]
+        labels.append(run_name(entry) + ("" if percent is None else f"  {percent:+.1f} %"))
     label = "hot-path latency (ms): 10th to 90th percentile, median"
     style.rows_of_labels(axes, labels, title=title, xlabel=label, xlim=(0, None))
 

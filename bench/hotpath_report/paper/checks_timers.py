@@ -12,7 +12,7 @@ from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import LIMITS, Finding
 from hotpath_report.paper.reference import REAL
-from hotpath_report.statistics import rank_test
+from hotpath_report.statistics import percent_of, rank_test
 
 WITH_COST = "timers_with_release_cost"
 
@@ -36,7 +36,7 @@ def losses(
     short = f"{rows['lost'].sum()} of {rows['jobs'].sum()}"
     text = f"{short} jobs {word}"
     of_set = rows.groupby(["setting", "executor"])[["lost", "jobs"]].sum()
-    largest_percent = (100 * of_set["lost"] / of_set["jobs"]).max()
+    largest_percent = max(map(percent_of, of_set["lost"], of_set["jobs"]))
     if source == "live" and largest_percent > 0:
         noisy = [key in evidence.marked for key in zip(rows["setting"], rows["executor"], rows["repetition"])]
         text += f", {rows['lost'][noisy].sum()} of them in repetitions marked as noisy"
@@ -127,7 +127,7 @@ def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding:
     sums = [
         rows[["deadline_overruns", "ran"]].sum() for rows in on_all_sets(evidence, source, executor, "imu")
     ]
-    late = sum(100 * n > LIMITS.tolerated_percent * of for n, of in sums)
+    late = sum(percent_of(n, of) > LIMITS.tolerated_percent for n, of in sums)
     overruns, jobs = (" / ".join(f"{n:.0f}" for n in numbers) for numbers in zip(*sums))
     return Finding(f.graded(late, len(sums)), f"{overruns} of {jobs} jobs", overruns)
 

@@ -14,7 +14,7 @@ from hotpath_report.paper.checks_timers import WITH_COST
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import need
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Samples
+from hotpath_report.statistics import Samples, percent_of
 
 SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
 IN_TABLES = {"setting": "utilisation_percent"}
@@ -48,7 +48,7 @@ def dropped_jobs(evidence: Evidence, width: float) -> Drawing:
     figure = timers.drops(runs, SETS, width)
     keys = ["source", "setting", "executor", "task"]
     table = runs.counts.groupby(keys, as_index=False)[["reached", "skipped"]].sum()
-    table["dropped_percent"] = 100 * table["skipped"] / table["reached"]
+    table["dropped_percent"] = list(map(percent_of, table["skipped"], table["reached"]))
     return Drawing(figure, table.rename(columns=IN_TABLES | {"skipped": "dropped"}))
 
 

@@ -32,11 +32,8 @@ def slow_percent(run: dict[str, Any], summary: dict[str, Any]) -> float | None:
     speeds = [e["processor_speed"] for e in summary.get("executors", []) if "processor_speed" in e]
     if not any(speed["observed"] for speed in speeds):
         return None
-    periods = [p for speed in speeds for r in speed["slow"] for p in r["periods"]]
-    slow_s: dict[int, float] = {}
-    for p in periods:
-        slow_s[p["cpu"]] = slow_s.get(p["cpu"], 0) + p["until_s"] - p["from_s"]
-    return min(100.0, 100 * max(slow_s.values(), default=0) / run["duration_s"])
+    slow_s = max((r["slow_s"] for speed in speeds for r in speed["slow"]), default=0)
+    return min(100.0, 100 * slow_s / run["duration_s"])
 
 
 def noise_of(run: dict[str, Any], summary: dict[str, Any], others_percent: float) -> dict[str, Any]:

@@ -2,11 +2,11 @@
 """Measurements of the real ROS 2 stack on the same workloads (reference_system/ros2_reference)."""
 
 import json
+from pathlib import Path
 
 import pandas as pd
 
 from hotpath_report.hotpath_command import PACKAGE, executor_named, output_of
-from hotpath_report.paper.cells import UTILISATIONS
 
 REAL = "real"  # the source of its rows
 FOLDERS = tuple(
@@ -16,7 +16,7 @@ FOLDERS = tuple(
 # Executor names there and here. The fork gives all subscriptions one top priority (rule `first`).
 WORDS = {"singlethreaded": "default", "staticsinglethreaded": "static", "multithreaded": "multi"}
 WORDS |= {"events_re": "events-re"}
-TRACED = "events-re"  # only in the golden traces
+COUNTED_IN_TRACES = "events-re"  # the longer runs lack it
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
 
 
@@ -24,6 +24,14 @@ def our_name(executor: str) -> str:
     """The registry's name for an executor; there, release-only executors lack the suffix `-ro`."""
     name = WORDS.get(executor, executor)
     return name if executor_named(name) else f"{name}-ro"
+
+
+def traced_timers(path: Path) -> pd.DataFrame:
+    """The timers of a golden trace timers_only_PERCENT.EXECUTOR.csv."""
+    graph, executor = path.stem.split(".")
+    timers = pd.DataFrame(json.loads(output_of("summarize", "--golden", path))["tasks"])
+    worst = [response["max"] for response in timers["response_ms"]]
+    return timers.assign(setting=int(graph.split("_")[-1]), executor=executor, response_max_ms=worst)
 
 
 class Reference:
@@ -36,13 +44,13 @@ class Reference:
             return
         names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
         timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
-        tables = [timers.assign(executor=timers["executor"].map(our_name))]
-        for percent in UTILISATIONS:
-            path = folder / "traces" / f"timers_only_{percent}.{TRACED}.csv"
-            traced = pd.DataFrame(json.loads(output_of("summarize", "--golden", path))["tasks"])
-            worst = traced["response_authors_ms"].map(lambda values: values["max"])
-            tables.append(traced.assign(setting=percent, executor=TRACED, response_max_ms=worst))
-        timers = pd.concat(tables, ignore_index=True)
+        timers["executor"] = timers["executor"].map(our_name)
+        traced = pd.concat(map(traced_timers, sorted((folder / "traces").glob("timers_only_*.csv"))))
+        counted = pd.concat([timers, traced[traced["executor"] == COUNTED_IN_TRACES]], ignore_index=True)
+        # The authors' programs measure another response time, see the reference's README.
+        counted = counted.drop(columns="response_max_ms")
+        keys = ["setting", "executor", "task"]
+        timers = counted.merge(traced[[*keys, "response_max_ms"]], on=keys, how="left")
         timers["ran"] = timers["reached"] - timers["skipped"]
         self.timers = timers.assign(study="timers", source=REAL, repetition=0)
         autoware = pd.read_csv(folder / "rclcpp_autoware.csv")

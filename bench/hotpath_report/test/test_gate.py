@@ -3,6 +3,7 @@
 
 import contextlib
 import io
+import json
 import os
 import subprocess
 import sys
@@ -18,9 +19,11 @@ import numpy as np
 from hotpath_report import hotpath_command
 from hotpath_report.__main__ import main
 from hotpath_report.errors import InputError
+from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import junit, markdown, power, verdict
 from hotpath_report.comparison.judgement import judge
 from hotpath_report.statistics import Samples
+from hotpath_report.tables import read_table
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 EXECUTORS = ("default", "static", "events-ro", "rm-ro")
@@ -207,13 +210,33 @@ class Simulations(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (1, ""))
         self.assertIn("80 % to 84 %", done.stdout)
 
-    def test_a_run_without_jobs_is_named_with_a_remedy(self) -> None:
-        without = self.simulate(more=("--no-trace",))
-        for words in ((self.simulate(), without), (without, self.simulate())):
+    def test_needs_no_jobs(self) -> None:
+        with_jobs, without = (
+            Path(self.simulate(load=140, more=more)) for more in ((), ("--no-trace", "--max-backlog=1000000"))
+        )
+        outcomes = read_table(with_jobs / "jobs.csv", ["executor", "repetition", "outcome"])
+        lost = outcomes[outcomes["outcome"].isin(["skipped", "overwritten"])]
+        counts = lost.groupby(["executor", "repetition"]).size()
+        self.assertGreater(counts.sum(), 10)
+        for folder in (with_jobs, without):
+            for (*_, executor, _), of_repetition in sides.losses(folder).items():
+                expected = {1 + r: counts.get((executor, r), 0) for r in range(5)}
+                self.assertEqual(of_repetition, expected)
+        code, out, err = self.gate(self.simulate(), self.simulate(more=("--no-trace",)))
+        self.assertEqual((code, err), (0, ""), out)
+
+    def test_a_summary_of_an_older_version_is_named_with_a_remedy(self) -> None:
+        older = Path(self.simulate(more=("--threads=2",)))
+        summary = json.loads((older / "summary.json").read_text())
+        for executor in summary["executors"]:
+            del executor["losses"]
+        (older / "summary.json").write_text(json.dumps(summary))
+        for words in ((self.simulate(), str(older)), (str(older), self.simulate())):
             code, out, err = self.gate(*words)
             self.assertEqual((code, out), (2, ""))
-            self.assertIn(f"{without}/jobs.csv: the run kept no jobs (--no-trace)", err)
-            self.assertRegex(err, r"repeat it: hotpath simulate (?!.*--no-trace)")
+            self.assertIn(f"{older}/summary.json: an older version wrote it", err)
+        hotpath_command.output_of("summarize", older)
+        self.assertEqual(self.gate(self.simulate(), str(older))[0], 0)
 
     def test_raises_no_warning(self) -> None:
         words = ["compare-results", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"]

@@ -7,11 +7,12 @@ import unittest
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
+from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures import capacity, sweep
 from hotpath_report.figures.sweep_table import Table
-from hotpath_report.tables import read_table
 
 COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
 COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_overruns"
@@ -68,13 +69,13 @@ class SweepFigures(unittest.TestCase):
         with self.assertRaisesRegex(InputError, "no numeric axis"):
             sweep.draw(str(self.folder))
 
-    def test_capacity_is_the_level_below_the_first_failure(self) -> None:
-        lines = ["executor,source,load,holds,why"]
-        lines += [f"rm-ro,simulated,{load},{int(load != 30)}," for load in (10, 20, 30, 40)] + [
-            "rm-ro,analysis,10,1,"
-        ]
+    def test_capacity_is_drawn_as_a_bar(self) -> None:
+        lines = ["executor,source,load,holds,capacity,why"]
+        lines += [f"rm-ro,simulated,{load},{int(load != 30)},{int(load == 20)}," for load in (10, 20, 30, 40)]
+        lines += ["rm-ro,analysis,10,1,1,"]
         (self.folder / "levels.csv").write_text("\n".join(lines) + "\n")
-        capacity.draw(str(self.folder))
-        rows = read_table(self.folder / "levels.csv")
-        self.assertEqual(capacity.carried(rows[rows["source"] == "simulated"], "load"), 20)
-        self.assertTrue((self.folder / "capacity.png").exists())
+        with patch.object(style, "save") as save:
+            capacity.draw(str(self.folder))
+        (axes,) = save.call_args[0][0].axes
+        self.assertEqual([bar.get_width() for bar in axes.patches], [20])
+        self.assertEqual([text.get_text() for text in axes.texts], ["20"])
