@@ -199,6 +199,7 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              GraphOrder order = any_order(s.graph.set);
              order.by_deadline = true;
+             order.timers_behind_equals = s.scheduling.ties == Ties::lifo;
              order.releases_first = releases_first(s, overheads);
              const GraphBusyWindow by_deadline(topology, order, overheads);
              bound_graph(topology, TighterPaths(by_deadline, in_any_order), out);

@@ -5,9 +5,8 @@
 #include <functional>
 #include <limits>
 
-#include "busy_level.hpp"
+#include "busy_query.hpp"
 #include "hotpath/analysis/exact.hpp"
-#include "job_counts.hpp"
 
 namespace hotpath {
 
@@ -23,7 +22,6 @@ constexpr std::size_t kMostKnownNodes = 1'000'000;
 constexpr std::int64_t kEndless = std::int64_t{1} << 60;
 /// With more steps than this, several steps of a deadline are combined.
 constexpr std::size_t kMaxDeadlineSteps = 32;
-constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
 
 /// Number of jobs of one timer, released from 0 on, with deadlines up to `deadline`.
 std::int64_t urgent_jobs(const BusyLevel::Timers& timer, std::int64_t deadline) {
@@ -36,36 +34,6 @@ std::int64_t urgent_jobs(const BusyLevel::Timers& timer, std::int64_t deadline) 
 GraphOrder any_order(const TaskSet& set) {
   return {std::vector<std::int64_t>(set.size(), 0), false, false, false};
 }
-
-/// A search in the windows of a level.
-struct GraphBusyWindow::Query {
-  std::shared_ptr<const BusyLevel> level;
-  Blocker blocker;
-  TaskId root = kNoTask, target = kNoTask;  ///< kNoTask: the window itself.
-  bool works = true;                        ///< Whether the target's job completes its join, if it has one.
-  bool later_root_jobs = true;           ///< Whether later jobs of `root` than the analysed one may precede.
-  std::int64_t root_jobs = 0;            ///< Number of jobs of `root` up to the analysed one.
-  bool closed = true;                    ///< Whether jobs released at the end of an interval count.
-  std::optional<std::int64_t> deadline;  ///< Relative to the window's start; later deadlines do not precede.
-  /// Argument of work(): the level's rank, then the number of jobs of each of its timers.
-  std::vector<std::int64_t> timers;
-};
-
-/// A range of timestamps of a root, relative to the window's start, and the longest job with a
-/// later deadline that may have started before.
-struct GraphBusyWindow::DeadlineStep {
-  std::int64_t first, last;
-  Blocker blocker;
-  std::int64_t end;  ///< When all jobs with these or earlier deadlines are done.
-};
-
-/// Reusable state of work().
-struct GraphBusyWindow::Counting {
-  explicit Counting(std::size_t nodes) : change(nodes) {}
-  KnownCounts known;
-  JobChange change;
-  const JobCounts* all = nullptr;  ///< The counts to which `change` applies.
-};
 
 GraphBusyWindow::GraphBusyWindow(const GraphTopology& topology, GraphOrder order,
                                  const GraphOverheads& overheads)
@@ -109,10 +77,10 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
   return own ? std::min(largest, *own) : largest;
 }
 
-/// Largest rank of the tasks on any path from `root` to `to`.
-std::int64_t GraphBusyWindow::largest_rank(TaskId root, TaskId to) const {
+/// Largest rank of the tasks on any path from `root` to `to`, with or without that of `root`.
+std::int64_t GraphBusyWindow::largest_rank(TaskId root, TaskId to, bool with_root) const {
   std::vector<std::int64_t> largest(topology_.size(), kNoRank);
-  largest[root] = order_.rank[root];
+  largest[root] = with_root ? order_.rank[root] : kNoRank + 1;
   for (const TaskId id : topology_.order()) {
     for (const TaskId p : topology_.publishers(id)) {
       if (largest[p] != kNoRank) largest[id] = std::max({largest[id], largest[p], order_.rank[id]});
@@ -188,6 +156,7 @@ std::int64_t GraphBusyWindow::work_of_jobs(const Query& q) const {
       if (in.inside(fed)) change.add(in.node_of[fed], 1);
     }
   }
+  for (const std::size_t node : q.left_out) change.add(node, -1);
   if (q.root != kNoTask) {
     const std::size_t timers = in.timers_of[q.root];
     const std::int64_t jobs = q.timers[timers + 1];
@@ -238,14 +207,17 @@ std::int64_t GraphBusyWindow::own_work(const Query& q) const {
   return waits ? overheads_.job : job_work(q.target);
 }
 
+/// The end of work that begins at `start`. Releases interrupt it.
+std::int64_t GraphBusyWindow::end_after(std::int64_t start, std::int64_t own_work) const {
+  const std::int64_t work = add(subtract(start, releases_work(start)), own_work);
+  return *exact::least_fixed_point(add(start, own_work),
+                                   [&](std::int64_t t) { return add(work, releases_work(t)); });
+}
+
 /// Time from a timestamp `released` after the window's start to the end of the target's job that
 /// begins at `start`.
 std::int64_t GraphBusyWindow::response_to(const Query& q, std::int64_t start, std::int64_t released) const {
-  // Releases also interrupt the job itself.
-  const std::int64_t work = add(subtract(start, releases_work(start)), own_work(q));
-  const std::int64_t finish = *exact::least_fixed_point(
-      add(start, own_work(q)), [&](std::int64_t t) { return add(work, releases_work(t)); });
-  return add(subtract(finish, released), overheads_.lateness);
+  return add(subtract(end_after(start, own_work(q)), released), overheads_.lateness);
 }
 
 /// The longest job that may have started with a deadline later than `deadline` after the window's

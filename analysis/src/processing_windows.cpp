@@ -115,6 +115,16 @@ std::optional<std::int64_t> ProcessingWindows::until_start(TaskId root, TaskId t
   return until_finish(root, to);  // a waiting job may start after a working job of its join
 }
 
+std::optional<std::int64_t> ProcessingWindows::start_to_finish(TaskId root, TaskId to) const {
+  const std::vector<std::int64_t>& end = ends(root);
+  return add(job_work(root), end[to] - end[root]);
+}
+
+std::optional<std::int64_t> ProcessingWindows::start_to_start(TaskId root, TaskId to) const {
+  if (root == to) return 0;
+  return *start_to_finish(root, to) - (job_work(to) - overheads_.job);
+}
+
 std::optional<std::int64_t> ProcessingWindows::response(TaskId subscription) const {
   std::int64_t largest = 0;
   for (const TaskId p : topology_.publishers(subscription)) largest = std::max(largest, hop(p, subscription));

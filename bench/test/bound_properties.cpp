@@ -179,6 +179,10 @@ class BoundCase {
     for (std::size_t c = 0; c < b.chains.size(); ++c) {
       if (b.chains[c] && exact.chains[c]) {
         compare(method, graph_.chains[c].name, exact.chains[c]->latency, b.chains[c]->latency);
+        if (b.chains[c]->hot_path && exact.chains[c]->hot_path) {
+          compare(method + ", hot path", graph_.chains[c].name, *exact.chains[c]->hot_path,
+                  *b.chains[c]->hot_path);
+        }
       }
     }
   }

@@ -60,7 +60,8 @@ class Repetition:
             return {job.task: job}
         found = {}
         for contributor in self.fused.get((job.task, job.sequence), [job]):
-            found.update(self.sources(self.started[contributor.parent]))
+            for task, source in self.sources(self.started[contributor.parent]).items():
+                found[task] = min(found.get(task, source), source, key=lambda s: s.sequence)
         return found
 
     def chain_rows(self, warm_up: Any) -> list[Any]:

@@ -3,7 +3,10 @@
 // have several holders. Checks counts, never durations.
 #include <gtest/gtest.h>
 
+#include <map>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/live/clock.hpp"
@@ -111,6 +114,51 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
     for (const ChainObservation& o : live.observations) EXPECT_EQ(o.sources_seen, 1U);
     for (const TaskAccount& account : live.accounts) EXPECT_TRUE(account.balanced());
   }
+}
+
+/// By output of fusion F: the oldest job of S in it, recomputed from the jobs in their order on one
+/// thread. F joins S with cyclic node N, which reads S.
+std::vector<std::uint64_t> oldest_sources(const Live& live) {
+  std::vector<JobRecord> jobs = live.trace.jobs;
+  std::erase_if(jobs, [](const JobRecord& r) { return r.outcome != Outcome::ran; });
+  std::ranges::stable_sort(jobs, {}, &JobRecord::start);
+  std::optional<std::uint64_t> read, by_s, by_n;  // jobs of S in the slots of N and of F
+  std::map<std::uint64_t, std::optional<std::uint64_t>> sent;
+  std::vector<std::uint64_t> oldest;
+  bool has_n = false;
+  for (const JobRecord& r : jobs) {
+    const std::string& task = live.tasks.set[r.job.task].name;
+    if (task == "N/S") read = r.job.parent.sequence;
+    if (task == "N") sent[r.job.sequence] = std::exchange(read, std::nullopt);
+    if (task == "F/S") by_s = r.job.parent.sequence;
+    if (task == "F/N") by_n = sent.at(r.job.parent.sequence), has_n = true;
+    if (!by_s || !has_n) continue;
+    oldest.push_back(std::min(*by_s, by_n.value_or(*by_s)));
+    by_s.reset(), has_n = false;
+  }
+  return oldest;
+}
+
+TEST(LiveHistory, KeepsTheOldestJobOfASourceThatArrivesByTwoPaths) {
+  const auto node = [](const char* name, NodeType type, std::vector<Input> inputs) {
+    Node n;
+    n.name = name;
+    n.type = type;
+    n.inputs = std::move(inputs);
+    n.outputs = {name};
+    if (type != NodeType::fusion) n.period = n.deadline = std::chrono::milliseconds(10);
+    return n;
+  };
+  const Input s{"S", 1, std::nullopt}, n{"N", 1, std::nullopt};
+  Graph g;
+  g.nodes = {node("S", NodeType::sensor, {}), node("N", NodeType::cyclic, {s}),
+             node("F", NodeType::fusion, {s, n})};
+  g.chains = {{"c", {"S", "F"}, {"S"}, "F"}};
+  const Live live = run(g, "events-ro", TransportKind::intra_process);
+  std::vector<std::uint64_t> oldest;
+  for (const ChainObservation& o : live.observations) oldest.push_back(o.source_sequence[0]);
+  EXPECT_GT(oldest.size(), 0U);
+  EXPECT_EQ(oldest, oldest_sources(live));
 }
 
 }  // namespace

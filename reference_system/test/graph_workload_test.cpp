@@ -115,6 +115,22 @@ TEST(GraphWorkload, FusionWorksWhenItHasBothAndItsNewestInputsWin) {
   EXPECT_EQ(s.chains[1].dropped, 2U);
 }
 
+TEST(GraphWorkload, AgeCountsFromTheOldestJobOfASourceThatArrivesByTwoPaths) {
+  // The job of N at 399 ms reads S's of 300 ms and ends at 401 ms; F then has S's of 400 ms as well.
+  Graph g;
+  g.nodes = {sensor("S", 100ms), worker("N", NodeType::cyclic, {"S"}, 2ms),
+             worker("F", NodeType::fusion, {"S", "N"}, 2ms)};
+  g.nodes[1].period = g.nodes[1].deadline = 400ms;
+  g.chains = {{"chain", {"S", "N", "F"}, {"S"}, "F"}};
+  for (const bool swapped : {false, true}) {
+    if (swapped) std::swap(g.nodes[2].inputs[0], g.nodes[2].inputs[1]);
+    const Simulated s = simulate_graph(g, "rm-ro", 500ms, {0ms, 0ms, 399ms});
+    ASSERT_EQ(s.chains.size(), 1U);
+    EXPECT_EQ(s.chains[0].end_to_end_latency, 103ms);
+    EXPECT_EQ(s.chains[0].hot_path_latency, 101ms);
+  }
+}
+
 TEST(GraphWorkload, CyclicNodeStoresAndPublishesEveryCycle) {
   Graph g;
   g.nodes = {sensor("S", 40ms), worker("B", NodeType::cyclic, {"S"}, 5ms),

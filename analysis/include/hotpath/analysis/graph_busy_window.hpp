@@ -19,7 +19,8 @@ struct BusyLevel;
 struct GraphOrder {
   std::vector<std::int64_t> rank;  ///< By task.
   /// A timer's job never precedes a pending job of its own or a smaller rank that was released
-  /// before it. Otherwise jobs of one rank run in any order.
+  /// before it. Otherwise jobs of one rank run in any order. By deadline: among jobs of one
+  /// deadline, subscriptions precede timers, and timers follow each other by id.
   bool timers_behind_equals = false;
   /// At the same instant, releases happen before the executor decides.
   bool releases_first = false;
@@ -43,6 +44,11 @@ class GraphBusyWindow : public PathBounds {
 
   std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const override;
+  bool overtakes(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> precedence(TaskId first, TaskId to, TaskId root) const override;
+  std::int64_t lateness() const override { return overheads_.lateness; }
   std::optional<std::int64_t> response(TaskId subscription) const override;
   PathParts parts(TaskId root, TaskId to) const override;
 
@@ -52,7 +58,7 @@ class GraphBusyWindow : public PathBounds {
   struct DeadlineStep;
 
   std::shared_ptr<const BusyLevel> level(std::int64_t rank) const;
-  std::int64_t largest_rank(TaskId root, TaskId to) const;
+  std::int64_t largest_rank(TaskId root, TaskId to, bool with_root = true) const;
   std::int64_t job_work(TaskId id) const;
   std::int64_t releases_work(std::int64_t t) const;
   std::int64_t arrivals(std::int64_t period, std::int64_t t, bool closed) const;
@@ -67,8 +73,11 @@ class GraphBusyWindow : public PathBounds {
   const std::optional<std::vector<DeadlineStep>>& deadline_steps(TaskId root) const;
   std::vector<std::int64_t> deadline_starts(TaskId root, std::int64_t until) const;
   Query query(TaskId root, const DeadlineStep& step) const;
+  std::vector<TaskId> left_behind(TaskId root, TaskId to) const;
+  std::optional<Query> query_from_start(TaskId root, TaskId to) const;
   std::int64_t own_work(const Query& query) const;
   bool window_ends_by(const Query& query, std::int64_t next) const;
+  std::int64_t end_after(std::int64_t start, std::int64_t own_work) const;
   std::int64_t response_to(const Query& query, std::int64_t start, std::int64_t released) const;
   PathParts parts_of(const Query& query) const;
   std::optional<std::int64_t> bound(Query& query, std::vector<std::int64_t>& starts, PathParts* parts) const;

@@ -38,6 +38,20 @@ class PathBounds {
   [[nodiscard]] virtual std::optional<std::int64_t> until_start(TaskId root, TaskId to) const = 0;
   /// Until that job finishes its work.
   [[nodiscard]] virtual std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const = 0;
+  /// From the start of a job of `root` to the start of the resulting job of `to`, which completes
+  /// its join, if any.
+  [[nodiscard]] virtual std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const = 0;
+  /// From the start of a job of `root` to the end of the resulting job of `to`.
+  [[nodiscard]] virtual std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const = 0;
+  /// Whether no job that is pending at the start of a job of `root` runs before the end of the
+  /// resulting job of `to`.
+  [[nodiscard]] virtual bool overtakes(TaskId root, TaskId to) const = 0;
+  /// A job of `first` whose timestamp is at least this long before the timestamp of a job of `root`
+  /// leads to a job of `to` that starts before that job of `root` starts. std::nullopt: none known.
+  [[nodiscard]] virtual std::optional<std::int64_t> precedence(TaskId first, TaskId to,
+                                                               TaskId root) const = 0;
+  /// Longest time from a timestamp until the executor sees its job.
+  [[nodiscard]] virtual std::int64_t lateness() const = 0;
   /// The components of until_finish(), if it has a value.
   [[nodiscard]] virtual PathParts parts(TaskId root, TaskId to) const = 0;
   /// From the publication of a sample until the job of `subscription` that takes it finishes.
@@ -59,6 +73,19 @@ class TighterPaths : public PathBounds {
     const auto a = a_.until_finish(root, to), b = b_.until_finish(root, to);
     return a && (!b || *a <= *b) ? a_.parts(root, to) : b_.parts(root, to);
   }
+  std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const override {
+    return tighter(a_.start_to_start(root, to), b_.start_to_start(root, to));
+  }
+  std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const override {
+    return tighter(a_.start_to_finish(root, to), b_.start_to_finish(root, to));
+  }
+  bool overtakes(TaskId root, TaskId to) const override {
+    return a_.overtakes(root, to) || b_.overtakes(root, to);
+  }
+  std::optional<std::int64_t> precedence(TaskId first, TaskId to, TaskId root) const override {
+    return tighter(a_.precedence(first, to, root), b_.precedence(first, to, root));
+  }
+  std::int64_t lateness() const override { return std::max(a_.lateness(), b_.lateness()); }
   std::optional<std::int64_t> response(TaskId subscription) const override {
     return tighter(a_.response(subscription), b_.response(subscription));
   }

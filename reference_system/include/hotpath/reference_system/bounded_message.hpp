@@ -27,6 +27,8 @@ class BoundedHistory {
 
   [[nodiscard]] const HistoryEntry* begin() const { return entries_.data(); }
   [[nodiscard]] const HistoryEntry* end() const { return entries_.data() + size_; }
+  [[nodiscard]] HistoryEntry* begin() { return entries_.data(); }
+  [[nodiscard]] HistoryEntry* end() { return entries_.data() + size_; }
   [[nodiscard]] std::size_t size() const { return size_; }
   void reserve(std::size_t) {}
   void clear() { size_ = 0; }

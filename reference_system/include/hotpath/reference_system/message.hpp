@@ -48,18 +48,20 @@ class Message4kbHistory {
     m.size(m.size() + 1);
   }
 
-  /// Appends the entries of nodes that `into` does not contain yet, in order: the first occurrence
-  /// of a name wins.
+  /// Adds the entries of `from`. Of two jobs of one node the one that started first stays, at its
+  /// place in `into`: an age counts from the oldest source job in the data.
   static void merge(Message& into, const Message& from) {
     const std::size_t before = into.size();
     std::size_t size = before;
-    for (std::size_t i = 0; i < from.size() && size < kCapacity; ++i) {
+    for (std::size_t i = 0; i < from.size(); ++i) {
       const auto& entry = from.stats()[i];
-      bool known = false;
-      for (std::size_t k = 0; k < before && !known; ++k) {
-        known = into.stats()[k].node_name() == entry.node_name();
+      std::size_t known = 0;
+      while (known < before && into.stats()[known].node_name() != entry.node_name()) ++known;
+      if (known == before) {
+        if (size < kCapacity) into.stats()[size++] = entry;
+      } else if (entry.timestamp() < into.stats()[known].timestamp()) {
+        into.stats()[known] = entry;
       }
-      if (!known) into.stats()[size++] = entry;
     }
     into.size(size);
   }

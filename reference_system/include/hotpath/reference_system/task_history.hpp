@@ -33,14 +33,19 @@ class TaskHistory {
     m.publication(publication);
   }
 
-  /// Appends the entries of tasks that `into` does not contain yet, in order: the first occurrence
-  /// wins.
+  /// Adds the entries of `from`. Of two jobs of one task the older one stays, at its place in
+  /// `into`: an age counts from the oldest source job in the data.
   static void merge(Message& into, const Message& from) {
     auto& entries = into.history();
     const auto before = static_cast<std::ptrdiff_t>(entries.size());
     for (const auto& entry : from.history()) {
       const auto same = [&](const auto& e) { return task_of(e) == task_of(entry); };
-      if (std::none_of(entries.begin(), entries.begin() + before, same)) entries.push_back(entry);
+      const auto known = std::find_if(entries.begin(), entries.begin() + before, same);
+      if (known == entries.begin() + before) {
+        entries.push_back(entry);
+      } else if (stat_of(entry).sequence < stat_of(*known).sequence) {
+        *known = entry;
+      }
     }
   }
 

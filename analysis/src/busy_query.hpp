@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "busy_level.hpp"
+#include "hotpath/analysis/graph_busy_window.hpp"
+#include "job_counts.hpp"
+
+namespace hotpath {
+
+/// Smaller than the rank of any task.
+inline constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
+
+/// A search in the windows of a level.
+struct GraphBusyWindow::Query {
+  std::shared_ptr<const BusyLevel> level;
+  Blocker blocker;
+  TaskId root = kNoTask, target = kNoTask;  ///< kNoTask: the window itself.
+  bool works = true;                        ///< Whether the target's job completes its join, if it has one.
+  bool later_root_jobs = true;           ///< Whether later jobs of `root` than the analysed one may precede.
+  std::int64_t root_jobs = 0;            ///< Number of jobs of `root` up to the analysed one.
+  bool closed = true;                    ///< Whether jobs released at the end of an interval count.
+  std::optional<std::int64_t> deadline;  ///< Relative to the window's start; later deadlines do not precede.
+  std::vector<std::size_t> left_out;     ///< Nodes of the level, each with one job that does not count.
+  /// Argument of work(): the level's rank, then the number of jobs of each of its timers.
+  std::vector<std::int64_t> timers;
+};
+
+/// A range of timestamps of a root, relative to the window's start, and the longest job with a
+/// later deadline that may have started before.
+struct GraphBusyWindow::DeadlineStep {
+  std::int64_t first, last;
+  Blocker blocker;
+  std::int64_t end;  ///< When all jobs with these or earlier deadlines are done.
+};
+
+/// Reusable state of work().
+struct GraphBusyWindow::Counting {
+  explicit Counting(std::size_t nodes) : change(nodes) {}
+  KnownCounts known;
+  JobChange change;
+  const JobCounts* all = nullptr;  ///< The counts to which `change` applies.
+};
+
+}  // namespace hotpath
