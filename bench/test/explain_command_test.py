@@ -46,7 +46,8 @@ class Explain(CommandTest):
         self.accepted("export", "ctf", "run", "--output", "traces")
         chain = ("--chain", "FrontLidarDriver:ObjectCollisionEstimator")
         self.accepted("import", "ctf", "traces/default-0", *chain, "--output", "imported")
-        self.check_outputs("imported")
+        self.check_outputs("imported/run")
+        self.check_outputs("imported/simulated")
 
     def test_a_live_run(self) -> None:
         live = ("--transport", "intra_process", "--load", 20, "--cpu-time")
