@@ -113,12 +113,12 @@ Account::Waiting Account::waiting(const Seen& seen, std::size_t step, const JobR
                      : std::max(job.job.release, job.job.timestamp);
   w.arrival = std::clamp(w.arrival, std::min(job.job.timestamp, job.start), job.start);
   w.snapshot = job.job.release;
-  for (const Seen& other : window_.of_task(job.job.task)) {
-    if (other.order >= seen.order || other.record.job.sequence > job.job.sequence) continue;
-    if (other.record.finish <= w.arrival) continue;
-    w.older = &other.record;
-    w.snapshot = other.record.job.release;
-    break;
+  const std::deque<Seen>& own = window_.of_task(job.job.task);
+  for (auto other = own.rbegin(); other != own.rend() && other->record.finish > w.arrival; ++other) {
+    const JobRecord& r = other->record;
+    if (other->order >= seen.order || r.start < w.arrival || r.job.sequence > job.job.sequence) continue;
+    w.older = &r;
+    w.snapshot = r.job.release;
   }
   return w;
 }
@@ -156,15 +156,14 @@ void Account::behind_on_core(const Waiting& w, const JobRecord& other, Duration 
   if (w.before != nullptr && ref == w.before->job.ref()) return add(Cause::running, w.step - 1, length);
   if (ref.task == w.job.job.task) return add(Cause::older_sample, w.step, length, ref);
   // A snapshot holds one sample of a subscription: this one waits until the next poll.
-  const bool after_older = wait_set && w.older != nullptr && w.older->start >= w.arrival &&
-                           other.start >= w.older->start && other.start < w.job.job.release;
+  const bool after_older =
+      wait_set && w.older != nullptr && other.start >= w.older->start && other.start < w.job.job.release;
   if (after_older) return add(Cause::older_sample, w.step, length, ref, Rule::snapshot_order);
   const Rule by = rule(w, other);
-  const bool too_early = wait_set && by == Rule::none;
-  add(too_early ? Cause::snapshot : Cause::executor, w.step, length, ref, by);
+  add(by == Rule::earlier_snapshot ? Cause::snapshot : Cause::executor, w.step, length, ref, by);
 }
 
-/// Why the executor ran `first` before the waiting job; none: it was in an earlier snapshot.
+/// Why the executor ran `first` before the waiting job.
 Rule Account::rule(const Waiting& w, const JobRecord& first) const {
   const ExecutorTraits& traits = w.executor.traits;
   if (first.start < w.arrival) {
@@ -174,7 +173,7 @@ Rule Account::rule(const Waiting& w, const JobRecord& first) const {
   const TaskKind kind = system_.task(first.job.task).kind, own = system_.task(w.job.job.task).kind;
   if (traits.family == Family::wait_set) {
     if (system_.kind() == RunKind::recorded) return Rule::recorded;  // traces do not tell the snapshots
-    if (first.start < w.snapshot) return Rule::none;
+    if (first.start < w.snapshot) return Rule::earlier_snapshot;
     if (kind == own || traits.runs_first != kind) return Rule::snapshot_order;
     return kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;
   }

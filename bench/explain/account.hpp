@@ -46,7 +46,7 @@ class Account {
     const JobRecord* before;
     Time arrival{};            ///< When the executor could know of the job.
     Time snapshot{};           ///< Wait sets: the poll that found it, or the older sample.
-    const JobRecord* older{};  ///< The first older job of its task that was not done at the arrival.
+    const JobRecord* older{};  ///< The first older job of its task that started after the arrival.
   };
 
   [[nodiscard]] std::vector<Held> displaced(const JobRecord& job, Time since, Time from, Time to) const;

@@ -45,9 +45,10 @@ std::string listed(const std::vector<Item>& items, std::size_t most, auto&& text
   return list;
 }
 
-std::string shares(const std::vector<Item>& items, double whole) {
-  return listed(items, kCauses,
-                [&](const Item& i) { return concat(ms(i.ms), " (", percent(i.ms, whole), ") ", i.text); });
+std::string shares(const std::vector<Item>& items, double whole, const char* joint = " for ") {
+  return listed(items, kCauses, [&](const Item& i) {
+    return concat(ms(i.ms), " (", percent(i.ms, whole), ")", joint, i.text);
+  });
 }
 
 /// The causes with their times, as `value` gives them.
@@ -194,30 +195,34 @@ std::vector<std::string> sentences(const Subject& subject, const Explanation& e)
 std::vector<std::string> sentences(const Subject& subject, const Overview& o) {
   const double mean = o.all.mean_ms(o.all.latency), median = o.middle.mean_ms(o.middle.latency);
   const double tail = o.tail.mean_ms(o.tail.latency);
+  const TaskSet& set = subject.set;
   const std::string what =
       subject.chain.empty() ? concat("responses of ", subject.task) : concat("outputs of ", subject.chain);
   std::vector<std::string> all = {concat(
       "The ", o.all.outputs, " ", what, " under ", subject.executor, " take ", ms(mean), " on average: ",
       shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean), ".")};
-  const std::string longest = longest_waits(subject.set, o.all);
+  const std::string longest = longest_waits(set, o.all);
   if (!longest.empty()) all.push_back(concat("The longest waits are, on average, ", longest, "."));
-  std::vector<Item> items;
-  for (const auto& [key, sum] : o.tail.behind) {
-    items.push_back({o.tail.mean_ms(key) - o.middle.mean_ms(key),
-                     concat("waiting behind ", subject.set[key.task].name, " (", because(key), ")")});
-  }
-  for (const Cause cause :
-       {Cause::running, Cause::join, Cause::overhead, Cause::delivery, Cause::withheld, Cause::unexplained}) {
-    items.push_back({o.tail.mean_ms(cause) - o.middle.mean_ms(cause), phrase(cause)});
-  }
-  items = largest(std::move(items));
-  if (tail <= median || items.empty()) {
+  const std::vector<Item> grown =
+      causes([&](Cause cause) { return o.tail.mean_ms(cause) - o.middle.mean_ms(cause); });
+  if (tail <= median || grown.empty()) {
     all.push_back("No output takes longer than the median.");
-  } else {
-    all.push_back(concat("Of the worst ", percent(kTail, 1), " (", o.tail.outputs, " of ", o.all.outputs,
-                         " outputs, on average ", ms(tail), "), ", percent(items.front().ms, tail - median),
-                         " of the excess over the median (", ms(median), ") is ", items.front().text, "."));
+    return all;
   }
+  std::vector<Item> jobs;
+  for (const auto& [key, sum] : o.tail.behind) {
+    const double excess = o.tail.mean_ms(key) - o.middle.mean_ms(key);
+    jobs.push_back({excess, concat(set[key.task].name, " (", because(key), ")")});
+  }
+  jobs = largest(std::move(jobs));
+  const double excess = tail - median;
+  all.push_back(concat(
+      "Of the worst ", percent(kTail, 1), " (", o.tail.outputs, " of ", o.all.outputs,
+      " outputs, on average ", ms(tail), "), ", percent(grown.front().ms, excess),
+      " of the excess over the median (", ms(median), ") is ", grown.front().text,
+      jobs.empty() ? ""
+                   : concat("; ", percent(jobs.front().ms, excess), " is waiting behind ", jobs.front().text),
+      "."));
   return all;
 }
 
@@ -235,8 +240,8 @@ std::vector<std::string> sentences(const Subject& a, const Subject& b, const Com
   std::vector<std::string> all = {
       concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
              ms(std::min(of_a, of_b)), " instead of ", ms(std::max(of_a, of_b)), " (", outputs, ")."),
-      concat("It saves ", shares(saved, gain),
-             added.empty() ? "" : concat(", and adds ", shares(added, gain)), ".")};
+      concat("It saves ", shares(saved, gain, " of "),
+             added.empty() ? "" : concat(", and adds ", shares(added, gain, " of ")), ".")};
   std::map<TaskId, double> by_task;
   for (const auto& [behind, sum] : more.behind) by_task[behind.task] += more.mean_ms(behind);
   for (const auto& [behind, sum] : less.behind) by_task[behind.task] -= less.mean_ms(behind);

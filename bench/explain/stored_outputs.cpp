@@ -167,6 +167,7 @@ void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer:
   });
   if (current) explainer.end();
   subject_.missing = explainer.missing();
+  if (subject_.missing == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
 }
 
 }  // namespace hotpath::explain

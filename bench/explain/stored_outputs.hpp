@@ -26,7 +26,7 @@ class StoredOutputs {
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
   [[nodiscard]] const StoredRun& run() const { return run_; }
-  /// Explains these outputs.
+  /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
   void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
 
  private:

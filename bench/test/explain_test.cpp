@@ -234,7 +234,7 @@ TEST(Explain, TimersGoBeforeSubscriptions) {
   EXPECT_THAT(parts,
               ElementsAre("running 1", "executor 2 behind b: timers before subscriptions", "running 3"));
   first(graph, "static", &parts);
-  EXPECT_THAT(parts, ElementsAre("running 1", "running 3", "snapshot 2 behind b"));
+  EXPECT_THAT(parts, ElementsAre("running 1", "running 3", "snapshot 2 behind b: in an earlier snapshot"));
 }
 
 TEST(Explain, ASnapshotIsTakenTooEarly) {
@@ -243,7 +243,8 @@ TEST(Explain, ASnapshotIsTakenTooEarly) {
                                {"a"}, "sink");
   std::vector<std::string> parts;
   first(graph, "default", &parts);
-  EXPECT_THAT(parts, ElementsAre("running 1", "snapshot 2 behind b", "snapshot 4 behind c", "running 3"));
+  EXPECT_THAT(parts, ElementsAre("running 1", "snapshot 2 behind b: in an earlier snapshot",
+                                 "snapshot 4 behind c: in an earlier snapshot", "running 3"));
 }
 
 TEST(Explain, AnEventWaitsForEarlierOnesAndARateForHigherOnes) {
@@ -383,8 +384,8 @@ TEST(Overviews, SeparateTheTail) {
   EXPECT_EQ(overview.tail.outputs, 2U);
   EXPECT_THAT(
       sentences({set, "default", "chain", "", 0}, overview),
-      Contains(HasSubstr("100 % of the excess over the median (10.0 ms) is waiting behind slow (earlier "
-                         "event (FIFO))")));
+      Contains(HasSubstr("100 % of the excess over the median (10.0 ms) is waiting for the executor; 100 % "
+                         "is waiting behind slow (earlier event (FIFO))")));
 }
 
 TEST(Comparisons, PairOutputsOfTheSameSourceJob) {

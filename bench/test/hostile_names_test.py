@@ -123,7 +123,9 @@ class HostileNames(CommandTest):
         self.assertIn("Self-check:", out)
         self.printed("graph", "imported/graph.yaml", codes=(0,))
         task = json.loads((self.folder / "imported" / "run" / "run.json").read_text())["tasks"][0]["task"]
-        self.assertIn("finished", self.printed("explain", "imported/run", "--task", task, "--worst", codes=(0,))[1])
+        self.assertIn(
+            "finished", self.printed("explain", "imported/run", "--task", task, "--worst", codes=(0,))[1]
+        )
         del self.environment["HOTPATH_FIGURES"]
         shutil.rmtree(self.folder / "imported")
         self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))

@@ -390,7 +390,8 @@ class Contradictions(OptionTest):
         for words in ("simulate --executors , --output x", "compare --executors a,,b", "run --stack ,",
                       "bench --only a,",
                       "simulate --deployments ,a", "capacity --require ,", "analyze autoware --chain ,",
-                      "analyze autoware --executors ,", "explain run --executor ,", "experiment waters --utilisations 0.5,"):  # fmt: skip
+                      "analyze autoware --executors ,", "explain run --executor ,",
+                      "experiment waters --utilisations 0.5,"):  # fmt: skip
             with self.subTest(words=words):
                 code, _, _, err = self.outcome(words, {})
                 self.assertEqual(code, 2, err)
