@@ -9,6 +9,7 @@
 
 #include "advise/advice_report.hpp"
 #include "advise/ranking.hpp"
+#include "explain/simulated_difference.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
@@ -87,7 +88,7 @@ class Adviser {
   void run() {
     check_output_folder(output_folder(options_, graph_));
     const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options());
-    Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}};
+    Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}};
     std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);
     for (Prediction& p : predictions) {
       if (p.overload.empty() && !graph_.chains.empty()) add_bound(p, graph_.chains[objective_.chain].name);
@@ -102,6 +103,7 @@ class Adviser {
     advice.asked_draws = draws();
     advice.seconds = options_.duration_s;
     if (advice.best != nullptr && interrupted() == 0) doubt(advice);
+    if (interrupted() == 0) explain_gain(advice);
     write(advice);
   }
 
@@ -187,6 +189,19 @@ class Adviser {
       doubt.same_first = doubt.same_first && std::ranges::count(before, name) > 0;
     }
     return doubt;
+  }
+
+  /// Explains the difference between the current and the recommended executor in the first draw.
+  void explain_gain(Advice& advice) const {
+    const Prediction *const now = advice.now, *const best = advice.best;
+    if (best == nullptr || best == now || !now->overload.empty() || graph_.chains.empty()) return;
+    const Candidate &a = *now->candidate, &b = *best->candidate;
+    const SimulatedDraw of_a = simulate_draw(a, options_, 0), of_b = simulate_draw(b, options_, 0);
+    const auto run = [](const Candidate& c, const SimulatedDraw& d) {
+      return explain::SimulatedRun{c.name, c.spec, c.graph, d.tasks, *d.times, d.repetition.trace};
+    };
+    advice.causes =
+        explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(objective_.chain));
   }
 
   /// Writes the recommended executors as files and returns the first.

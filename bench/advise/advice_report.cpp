@@ -95,6 +95,7 @@ void write_ranking(std::ostream& out, const Advice& advice) {
   for (const Doubt& doubt : advice.doubts) {
     out << "With " << doubt.assumption << ": " << joined(doubt.values) << ".\n";
   }
+  if (!advice.causes.empty()) out << "\n" << joined(advice.causes, "\n") << "\n";
   if (!advice.change.empty()) out << "\nChange: " << advice.change << "\n";
 }
 
@@ -109,6 +110,7 @@ json advice_json(const Advice& advice) {
       {"now", advice.now->candidate->name},
       {"recommended", advice.best == nullptr ? json() : json(advice.best->candidate->name)},
       {"sentences", sentences(advice)},
+      {"causes", advice.causes},
       {"change", advice.change},
       {"chain",
        advice.graph.chains.empty() ? json() : json(advice.graph.chains[advice.objective.chain].name)}};

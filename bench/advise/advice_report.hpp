@@ -28,6 +28,9 @@ struct Advice {
   std::uint32_t draws = 0, asked_draws = 0;
   double seconds = 0;  ///< Of each draw, without warm-up.
   std::vector<Doubt> doubts;
+  /// Why the recommended executor is faster than today's along the objective's chain, in the first
+  /// draw; empty: there is no difference to explain.
+  std::vector<std::string> causes;
   std::string change;  ///< The file of the recommended change; empty: none is needed.
 };
 

@@ -76,25 +76,21 @@ class Draws {
 
   Drawn simulate(const Candidate& candidate, std::uint32_t d) const {
     Drawn drawn;
-    GraphTasks tasks = candidate.tasks;
-    const CommonOptions& o = options_.common;
-    set_phases(tasks.set, phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
-    const std::vector<MeasuredChain> chains = measured_chains(candidate.graph, candidate.tasks);
-    const auto times = execution_times_of(candidate.graph, candidate.tasks, o.seed + d);
-    SimulationPlan plan{candidate.spec, candidate.graph, tasks, chains, *times};
-    plan.warm_up = seconds(o.warm_up_s);
-    plan.duration = seconds(o.duration_s);
+    SimulatedDraw simulated;
     try {
-      drawn.repetition = simulate_repetition(plan);
+      simulated = simulate_draw(candidate, options_.common, d);
     } catch (const SimulationError& error) {
       drawn.overload = error.what();
       return drawn;
     }
+    drawn.repetition = std::move(simulated.repetition);
     Trace& trace = drawn.repetition.trace;
     trace.repetition = d;
-    drawn.totals = std::make_unique<RunTotals>(candidate.tasks.set, chains, Time{} + plan.warm_up, trace.end);
+    drawn.totals =
+        std::make_unique<RunTotals>(candidate.tasks.set, measured_chains(candidate.graph, candidate.tasks),
+                                    Time{} + seconds(options_.common.warm_up_s), trace.end);
     for (const JobRecord& r : trace.jobs) drawn.totals->ended(r);
-    drawn.work = work_of(trace, *times);
+    drawn.work = work_of(trace, *simulated.times);
     std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
     return drawn;
   }
@@ -120,6 +116,17 @@ class Draws {
 };
 
 }  // namespace
+
+SimulatedDraw simulate_draw(const Candidate& candidate, const CommonOptions& o, std::uint32_t d) {
+  SimulatedDraw drawn{candidate.tasks, execution_times_of(candidate.graph, candidate.tasks, o.seed + d), {}};
+  set_phases(drawn.tasks.set, phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
+  const std::vector<MeasuredChain> chains = measured_chains(candidate.graph, candidate.tasks);
+  SimulationPlan plan{candidate.spec, candidate.graph, drawn.tasks, chains, *drawn.times};
+  plan.warm_up = seconds(o.warm_up_s);
+  plan.duration = seconds(o.duration_s);
+  drawn.repetition = simulate_repetition(plan);
+  return drawn;
+}
 
 std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const PredictionOptions& options,
                                 const std::function<void(std::uint32_t)>& progress) {

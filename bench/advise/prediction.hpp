@@ -2,11 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "advise/candidates.hpp"
+#include "hotpath/core/workload.hpp"
 #include "results/summary.hpp"
 #include "setup/run_setup.hpp"
 
@@ -38,6 +40,16 @@ struct Prediction {
 [[nodiscard]] std::vector<Prediction> predict(const std::vector<Candidate>& candidates,
                                               const PredictionOptions& options,
                                               const std::function<void(std::uint32_t)>& progress);
+
+/// One simulation of a candidate, with its jobs.
+struct SimulatedDraw {
+  GraphTasks tasks;  ///< With the phases of the draw.
+  std::unique_ptr<ExecutionTimes> times;
+  Repetition repetition;
+};
+/// Draw `d` of a candidate. Throws SimulationError if it cannot keep up.
+[[nodiscard]] SimulatedDraw simulate_draw(const Candidate& candidate, const CommonOptions& options,
+                                          std::uint32_t d);
 
 /// Adds the tightest bound of the chain for any phases, if a method covers the candidate.
 void add_bound(Prediction& prediction, const std::string& chain);

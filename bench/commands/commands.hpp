@@ -32,6 +32,7 @@ void add_analyze_command(CLI::App& app);
 void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOptions&)>& run);
 void add_advise_command(CLI::App& app);
 void add_experiment_command(CLI::App& app);
+void add_explain_command(CLI::App& app);
 void add_machine_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_summarize_command(CLI::App& app);

@@ -128,14 +128,14 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   using namespace hotpath;
   const std::initializer_list<void (*)(CLI::App&)> commands = {
-      add_run_command,     add_compare_command,         add_simulate_command,
-      add_sweep_command,   add_capacity_command,        add_timeline_command,
-      add_replay_command,  add_validate_command,        add_list_command,
-      add_graph_command,   add_analyze_command,         add_experiment_command,
-      add_machine_command, add_bench_command,           add_summarize_command,
-      add_report_command,  add_compare_results_command, add_advise_command,
-      add_import_command,  add_export_command,          add_recover_command,
-      add_check_command};
+      add_run_command,        add_compare_command,  add_simulate_command,
+      add_sweep_command,      add_capacity_command, add_timeline_command,
+      add_explain_command,    add_replay_command,   add_validate_command,
+      add_list_command,       add_graph_command,    add_analyze_command,
+      add_experiment_command, add_machine_command,  add_bench_command,
+      add_summarize_command,  add_report_command,   add_compare_results_command,
+      add_advise_command,     add_import_command,   add_export_command,
+      add_recover_command,    add_check_command};
   for (const auto add : commands) add(app);
   try {
     app.parse(argc, argv);

@@ -34,7 +34,8 @@ class Advise(CommandTest):
         self.assertLess(rows["rm-ro"]["p99_ms"]["value"], rows["default"]["p99_ms"]["value"])
         self.assertGreater(rows["rm-ro"]["bound_ms"], rows["rm-ro"]["worst_ms"]["value"])
         self.assertEqual(len(advice["sentences"]), 3)
-        for sentence in advice["sentences"]:
+        self.assertRegex(advice["causes"][0], r"is faster than default by \d")
+        for sentence in advice["sentences"] + advice["causes"]:
             self.assertIn(sentence, out)
         self.assertEqual(
             [d["assumption"] for d in advice["doubts"]], ["execution times 20 % longer", "one more core"]

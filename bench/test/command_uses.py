@@ -22,6 +22,7 @@ USES = {
     "simulate": (("--executors", "default,rm-ro", "--duration", 1, "--warm-up", 0, "--output", "stored"),
                  "stored/summary.json"),
     "timeline": (("stored", "--perfetto", "trace.json"), "trace.json"),
+    "explain": (("stored", "--executor", "default,rm-ro"), ">is faster than"),
     "check": (("stored",), ">one job per thread at a time"),
     "summarize": (("stored", "--responses", "responses.csv"), "responses.csv"),
     "recover": (("killed",), "killed/summary.json"),

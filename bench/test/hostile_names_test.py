@@ -59,6 +59,7 @@ class HostileNames(CommandTest):
             ("import", "ctf", NAME), ("import", "caret", NAME), ("export", "ctf", NAME),
             ("advise", NAME), ("advise", "--for", NAME), ("analyze", NAME), ("analyze", "--trace", NAME),
             ("capacity", "--require", NAME), ("capacity", "--executors", NAME), ("timeline", LINES),
+            ("explain", NAME), ("explain", LINES, NAME),
         ):  # fmt: skip
             with self.subTest(words=words):
                 _, _, err = self.printed(*words, codes=(1, 2))
@@ -102,6 +103,7 @@ class HostileNames(CommandTest):
         run = self.stored_run()
         self.assertIn("script", self.printed("summarize", run, codes=(0,))[1])
         self.printed("check", run, codes=(0,))
+        self.printed("explain", run, codes=(0,))
         self.assertIn("has no task", self.printed("validate", run, "--output", "v", codes=(2,))[2])
         self.printed("report", run, codes=(0,))
         self.printed("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
@@ -120,6 +122,10 @@ class HostileNames(CommandTest):
         _, out, _ = self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertIn("Self-check:", out)
         self.printed("graph", "imported/graph.yaml", codes=(0,))
+        task = json.loads((self.folder / "imported" / "run" / "run.json").read_text())["tasks"][0]["task"]
+        self.assertIn(
+            "finished", self.printed("explain", "imported/run", "--task", task, "--worst", codes=(0,))[1]
+        )
         del self.environment["HOTPATH_FIGURES"]
         shutil.rmtree(self.folder / "imported")
         self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))

@@ -140,6 +140,19 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--csv": Changes({"--csv": "rows.csv", "--perfetto": None}),
         },
     ),
+    "explain": (
+        {"RUN": "{run}"},
+        {
+            "--executor": Changes({"--executor": "rm-ro"}),
+            "--repetition": Changes({"--repetition": 1}),
+            "--chain": Changes({"--chain": "lane_detection"}, {"RUN": "{chains}"}),
+            "--task": Changes({"--task": "RearLidarDriver"}),
+            "--worst": Changes({"--worst": True}),
+            "--quantile": Changes({"--quantile": 0.9}),
+            "--sequence": Changes({"--sequence": 5}),
+            "--json": Changes({"--json": "explained.json"}),
+        },
+    ),
     "replay": (
         {"RUN": "{run}"},
         {"--live": Elsewhere("replay does nothing without it", "live_test.py")} | {
@@ -241,6 +254,7 @@ class EveryOptionCounts(OptionTest):
     def setUpClass(cls) -> None:
         super().setUpClass()
         runs = {
+            "chains": ("--graph", "sequences", "--executors", "default"),
             "run": ("--executors", "default,rm-ro", "--repetitions", 3, "--phases", "random", "--seed", 5),
             "timers": (
                 "--graph",
@@ -337,6 +351,8 @@ class Contradictions(OptionTest):
             ("bench --compare a b --repetitions 3", ("--compare", "--repetitions")),
             ("bench --quick --repetitions 3", ("--quick", "--repetitions")),
             ("summarize run --golden x", ("RUN", "--golden")),
+            ("explain run --worst --sequence 3", ("--worst", "--sequence")),
+            ("explain run --chain a --task b", ("--chain", "--task")),
             ("capacity --over load --load 50", ("--over", "--load")),
             ("capacity --over copies --from 1 --to 2000", ("--over", "--copies", "1000")),
             ("capacity --over rate --from 0", ("--over", "--rate")),
@@ -374,7 +390,8 @@ class Contradictions(OptionTest):
         for words in ("simulate --executors , --output x", "compare --executors a,,b", "run --stack ,",
                       "bench --only a,",
                       "simulate --deployments ,a", "capacity --require ,", "analyze autoware --chain ,",
-                      "analyze autoware --executors ,", "experiment waters --utilisations 0.5,"):  # fmt: skip
+                      "analyze autoware --executors ,", "explain run --executor ,",
+                      "experiment waters --utilisations 0.5,"):  # fmt: skip
             with self.subTest(words=words):
                 code, _, _, err = self.outcome(words, {})
                 self.assertEqual(code, 2, err)

@@ -34,12 +34,13 @@ READERS = {
     "run/run.json": [
         "summarize {d}",
         "check {d}",
+        "explain {d}",
         "recover {d}",
         "export ctf {d} --output exported",
         "validate {d} --output v",
     ],
-    "run/jobs.csv": ["summarize {d}", "check {d}", "export ctf {d} --output exported"],
-    "run/chains.csv": ["summarize {d}"],
+    "run/jobs.csv": ["summarize {d}", "check {d}", "explain {d}", "export ctf {d} --output exported"],
+    "run/chains.csv": ["summarize {d}", "explain {d}"],
     "graph.yaml": [
         "graph {f}",
         "simulate --graph {f} --duration 1 --output r",

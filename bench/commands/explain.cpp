@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/explain.hpp"
+
+#include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
+
+namespace hotpath {
+
+void add_explain_command(CLI::App& app) {
+  auto [command, o] = add_command<explain::ExplainOptions>(
+      app, "explain", "Account for the latency of a stored run's outputs, cause by cause",
+      "hotpath explain runs/first --executor rm-ro --worst", explain::explain);
+  command.add_option("RUN", o.run, "Folder of a live, simulated or imported run")
+      ->type_name("FOLDER")
+      ->required();
+  command.add_option("OTHER", o.other, "A second run, to explain why one is faster")->type_name("FOLDER");
+  add_list(command, "--executor", o.executors, "NAMES",
+           "Executor of the run; by default its first. Two, separated by\n"
+           "a comma, to explain why one is faster");
+  add_number(command, "--repetition", o.repetition, {0, 1e9}, "N", "Repetition of the run; by default all");
+  add_text(command, "--chain", o.chain, "NAME", "Chain; by default the graph's first");
+  add_text(command, "--task", o.task, "NAME", "Explain response times of this task instead")
+      ->excludes("--chain");
+  command.add_flag("--worst", o.worst, "Explain only the output with the largest latency");
+  add_number(command, "--quantile", o.quantile, {0, 1}, "Q", "Explain only the output at this quantile")
+      ->excludes("--worst");
+  add_number(command, "--sequence", o.sequence, kAnySeed, "N",
+             "Explain only this output: the sequence of the sink's job, or\nwith --task of the task's")
+      ->excludes("--worst")
+      ->excludes("--quantile");
+  add_output_file(command, "--json", o.json, "Write JSON, by default to standard output")
+      ->expected(0, 1)
+      ->default_str("-");
+}
+
+}  // namespace hotpath

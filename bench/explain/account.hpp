@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "explain/causes.hpp"
+#include "explain/job_window.hpp"
+#include "explain/system.hpp"
+#include "hotpath/core/workload.hpp"
+#include "results/processor_speed.hpp"
+
+namespace hotpath::explain {
+
+/// What is known of one repetition besides its jobs.
+struct RepetitionFacts {
+  const ExecutionTimes* times = nullptr;  ///< Simulated: of every job that works; nullptr: not known.
+  std::vector<SlowPeriod> slow = {};      ///< Live: when a processor was slow.
+};
+
+/// Divides intervals of a latency among causes. Every call accounts for all of its interval.
+class Account {
+ public:
+  Account(const System& system, const JobWindow& window, const RepetitionFacts& facts)
+      : system_(system), window_(window), facts_(facts) {}
+
+  /// The job `step` of the path runs in [from, to).
+  void run(const JobRecord& job, std::size_t step, Time from, Time to);
+  /// It waits from `from` to its start; until `before`, its predecessor on the path, has finished,
+  /// that job runs on the path.
+  void wait(const Seen& job, std::size_t step, Time from, const JobRecord* before);
+  /// All of an interval.
+  void add(Cause cause, std::size_t step, Duration length, JobRef behind = {}, Rule rule = Rule::none);
+
+  [[nodiscard]] std::vector<Part> take() { return std::move(parts_); }
+
+ private:
+  struct Held {
+    Time from, to;
+    JobRef by;
+  };
+  /// A job that waits.
+  struct Waiting {
+    const JobRecord& job;
+    std::size_t step;
+    const ServingExecutor& executor;
+    const JobRecord* before;
+    Time arrival{};            ///< When the executor could know of the job.
+    Time snapshot{};           ///< Wait sets: the poll that found it, or the older sample.
+    const JobRecord* older{};  ///< The first older job of its task that started after the arrival.
+  };
+
+  [[nodiscard]] std::vector<Held> displaced(const JobRecord& job, Time since, Time from, Time to) const;
+  [[nodiscard]] bool shares_core(const JobRecord& other, const JobRecord& job) const;
+  [[nodiscard]] Waiting waiting(const Seen& job, std::size_t step, const JobRecord* before) const;
+  [[nodiscard]] Rule rule(const Waiting& w, const JobRecord& first) const;
+  void behind(const Waiting& w, const JobRecord& other, Time from, Time to);
+  void behind_on_core(const Waiting& w, const JobRecord& other, Duration length);
+  void gap(const Waiting& w, Time from, Time to);
+  void gap_on_core(const Waiting& w, Time from, Time to);
+  void idle(const Waiting& w, Time from, Time to);
+  [[nodiscard]] Duration slowed(const JobRecord& job, Time from, Time to) const;
+
+  const System& system_;
+  const JobWindow& window_;
+  const RepetitionFacts& facts_;
+  std::vector<Part> parts_;
+};
+
+}  // namespace hotpath::explain

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "explain/stored_outputs.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "hotpath/core/csv.hpp"
+#include "hotpath/core/suggestion.hpp"
+#include "program/errors.hpp"
+#include "program/json_fields.hpp"
+#include "program/text.hpp"
+#include "results/measures.hpp"
+#include "results/stored_summary.hpp"
+#include "simulated/repetition.hpp"
+
+namespace hotpath::explain {
+
+namespace {
+
+/// The executor of the run with this label, or the first.
+std::string executor_of(const StoredRun& run, const std::string& label) {
+  if (run.executors().empty()) run.fail("it has no executors");
+  if (label.empty()) return run.executors().front();
+  if (std::ranges::count(run.executors(), label) == 0) {
+    run.fail(concat("it has no executor ", label, "; ", suggest(label, run.executors())));
+  }
+  return label;
+}
+
+void check_tasks(const StoredRun& run, const TaskSet& graph) {
+  const auto name = [](const Task& task) { return task.name; };
+  if (std::ranges::equal(run.tasks().tasks, graph.tasks, {}, name, name)) return;
+  run.fail("its tasks are not those of its graph, which has changed since; run it again");
+}
+
+}  // namespace
+
+StoredOutputs::StoredOutputs(const StoredRun& run, const std::string& executor, const ExplainOptions& options)
+    : run_(run),
+      system_(run.check([&] { return stored_system(run); })),
+      executor_(executor_of(run, executor)),
+      repetition_(options.repetition),
+      subject_{system_.tasks.set, executor_, "", "", 0} {
+  check_tasks(run, system_.tasks.set);
+  if (repetition_) static_cast<void>(run.run(executor_, *repetition_));  // throws if it did not run
+  explained_.emplace(run.check([&] {
+    return System(system_.executor(executor_), system_.graph, system_.tasks, run.record().kind,
+                  std::max(1U, run.record().cores()));
+  }));
+  choose_target(options);
+  target_.chain ? read_chains() : read_responses();
+  std::ranges::sort(outputs_);
+  if (outputs_.empty()) {
+    run.fail(concat("it has no ",
+                    target_.chain ? "output of " + subject_.chain : "counted job of " + subject_.task,
+                    " under ", executor_, "; take another executor or repetition, or a longer run"));
+  }
+}
+
+void StoredOutputs::choose_target(const ExplainOptions& options) {
+  if (!options.task.empty()) {
+    const auto& tasks = system_.tasks.set.tasks;
+    const auto task = std::ranges::find(tasks, options.task, &Task::name);
+    if (task == tasks.end()) {
+      std::vector<std::string> names;
+      for (const Task& t : tasks) names.push_back(t.name);
+      throw UsageError(concat("--task: there is no task ", options.task, "; ", suggest(options.task, names)));
+    }
+    target_.task = static_cast<TaskId>(task - tasks.begin());
+    subject_.task = options.task;
+    return;
+  }
+  if (system_.graph.chains.empty()) run_.fail("its graph has no chain; name a task with --task");
+  std::vector<std::string> names;
+  for (const Chain& chain : system_.graph.chains) names.push_back(chain.name);
+  subject_.chain = options.chain.empty() ? names.front() : options.chain;
+  const auto chain = std::ranges::find(names, subject_.chain);
+  if (chain == names.end()) {
+    throw UsageError(
+        concat("--chain: there is no chain ", options.chain, "; ", suggest(options.chain, names)));
+  }
+  target_.chain = static_cast<std::uint32_t>(chain - names.begin());
+}
+
+bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition) const {
+  return executor == executor_ && (!repetition_ || repetition == *repetition_) &&
+         !run_.replaced(executor_, repetition);
+}
+
+void StoredOutputs::read_chains() {
+  std::ifstream in = run_.open("chains.csv");
+  const std::string file = (run_.folder() / "chains.csv").string();
+  for_each_chain(in, file, [&](const ChainRow& row) {
+    if (row.chain != subject_.chain || !selected(row.executor, row.repetition)) return;
+    if (row.record.hot_path_latency < Duration{}) {
+      throw InputError(file, static_cast<std::int64_t>(row.line), "the latency is negative",
+                       "restore the original file");
+    }
+    outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency});
+  });
+}
+
+void StoredOutputs::read_responses() {
+  for_each_record(run_, [&](const JobRow& row) {
+    const JobRecord& r = row.record;
+    if (r.job.task != target_.task || !selected(row.executor, row.repetition)) return;
+    if (!counts(r, Time{} + run_.warm_up())) return;
+    outputs_.push_back({row.repetition, r.job.sequence, response_time(r)});
+  });
+}
+
+std::vector<SlowPeriod> StoredOutputs::slow_periods(std::uint32_t repetition) const {
+  std::vector<SlowPeriod> slow;
+  if (!run_.record().tells_processor_speed() || !std::filesystem::exists(run_.folder() / "summary.json"))
+    return slow;
+  std::ifstream in = run_.open("summary.json");
+  const auto read = [&] {
+    const nlohmann::json summary = parse_shallow(in);
+    for (const nlohmann::json& executor : summary.at("executors")) {
+      if (executor.at("executor") != executor_ || !executor.contains("processor_speed")) continue;
+      for (const nlohmann::json& of : executor.at("processor_speed").at("slow")) {
+        if (of.at("repetition") != repetition) continue;
+        for (const nlohmann::json& p : of.at("periods")) {
+          const auto instant = [&](const char* key) {
+            return from_ms(number_up_to(to_ms(kLongest) / 1000, p, key) * 1000);
+          };
+          slow.push_back(
+              {p.at("cpu").get<int>(), instant("from_s"), instant("until_s"), p.at("factor").get<double>()});
+        }
+      }
+    }
+  };
+  run_.check(read, "summary.json");
+  return slow;
+}
+
+RepetitionFacts StoredOutputs::facts_of(std::uint32_t repetition,
+                                        std::unique_ptr<ExecutionTimes>& times) const {
+  RepetitionFacts facts;
+  if (system_.simulated && parse<ExecutionTimeModel>(system_.execution_times)) {
+    times = execution_times_of(system_.graph, system_.tasks, system_.options.seed + repetition);
+    facts.times = times.get();
+  }
+  facts.slow = slow_periods(repetition);
+  return facts;
+}
+
+void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
+  Explainer explainer(*explained_, target_, outputs, "explain " + run_.folder().string(), use);
+  std::unique_ptr<ExecutionTimes> times;
+  std::optional<std::uint32_t> current;
+  for_each_record(run_, [&](const JobRow& row) {
+    if (!selected(row.executor, row.repetition)) return;
+    if (current != row.repetition) {
+      if (current) explainer.end();
+      explainer.begin(row.repetition, facts_of(row.repetition, times));
+      current = row.repetition;
+    }
+    if (started(row.record) && row.record.start < explainer.last_start()) {
+      throw InputError((run_.folder() / "jobs.csv").string(), static_cast<std::int64_t>(row.line),
+                       "the job is not in the order of starts", "keep the order of the rows");
+    }
+    explainer.add(row.record);
+  });
+  if (current) explainer.end();
+  subject_.missing = explainer.missing();
+  if (subject_.missing == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
+}
+
+}  // namespace hotpath::explain

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "explain/explain.hpp"
+#include "explain/explain_report.hpp"
+#include "explain/explainer.hpp"
+#include "setup/stored_system.hpp"
+
+namespace hotpath::explain {
+
+/// The outputs of a stored run under one executor that the options select.
+class StoredOutputs {
+ public:
+  /// `executor` empty: the first of the run. Throws UsageError, InputError.
+  StoredOutputs(const StoredRun& run, const std::string& executor, const ExplainOptions& options);
+  StoredOutputs(const StoredOutputs&) = delete;
+  StoredOutputs& operator=(const StoredOutputs&) = delete;
+
+  /// By repetition and sequence; not empty.
+  [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
+  [[nodiscard]] const Subject& subject() const { return subject_; }
+  [[nodiscard]] const StoredRun& run() const { return run_; }
+  /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
+  void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
+
+ private:
+  void choose_target(const ExplainOptions& options);
+  [[nodiscard]] bool selected(std::string_view executor, std::uint32_t repetition) const;
+  void read_chains();
+  void read_responses();
+  [[nodiscard]] RepetitionFacts facts_of(std::uint32_t repetition,
+                                         std::unique_ptr<ExecutionTimes>& times) const;
+  [[nodiscard]] std::vector<SlowPeriod> slow_periods(std::uint32_t repetition) const;
+
+  const StoredRun& run_;
+  const StoredSystem system_;
+  const std::string executor_;
+  const std::optional<std::uint32_t> repetition_;
+  std::optional<System> explained_;
+  Target target_;
+  Subject subject_;
+  std::vector<Output> outputs_;
+};
+
+}  // namespace hotpath::explain

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "hotpath/core/platform.hpp"
+#include "hotpath/core/priority_order.hpp"
+#include "hotpath/core/registry.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "results/run_record.hpp"
+#include "setup/executor_spec.hpp"
+
+namespace hotpath::explain {
+
+/// An executor, as far as its decisions need to be named.
+struct ServingExecutor {
+  ExecutorTraits traits;
+  std::optional<PriorityOrder> order;  ///< Priority events queues.
+  bool many_threads = false;           ///< Several threads run its jobs.
+  /// Simulated: the longest time from one job to the next that dispatch, wait, wake-up and releases
+  /// can take. std::nullopt: not known.
+  std::optional<Duration> most_overhead;
+};
+
+/// What an explanation needs to know of a graph under one executor or deployment.
+class System {
+ public:
+  /// `cores` of the machine. `tasks` must outlive the object. Throws as SimulatedSystem does.
+  System(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks, RunKind kind, unsigned cores);
+
+  [[nodiscard]] const GraphTasks& tasks() const { return tasks_; }
+  [[nodiscard]] const Task& task(TaskId id) const { return tasks_.set[id]; }
+  [[nodiscard]] const std::vector<ChainIndex>& chains() const { return chains_; }
+  [[nodiscard]] const ServingExecutor& executor_of(TaskId id) const { return executors_[executor_of_[id]]; }
+  [[nodiscard]] RunKind kind() const { return kind_; }
+  [[nodiscard]] bool wall_clock_work() const { return wall_clock_work_; }
+  /// From publication to arrival; simulated.
+  [[nodiscard]] Duration delivery() const { return delivery_; }
+  /// Number of cores on which a worker may run; simulated.
+  [[nodiscard]] unsigned cores_of(std::size_t worker) const;
+  /// Whether a job on `other` that started at `other_start` keeps `worker`, busy since `since`, from
+  /// the core that they share. With equal priorities, the job that started later has the core.
+  [[nodiscard]] bool outranks(std::size_t other, Time other_start, std::size_t worker, Time since) const;
+  /// Whether the tasks' jobs never overlap, because they share a callback group.
+  [[nodiscard]] bool share_group(TaskId a, TaskId b) const;
+
+ private:
+  const GraphTasks& tasks_;
+  const RunKind kind_;
+  const unsigned cores_;
+  const Duration delivery_;
+  const bool wall_clock_work_;
+  const std::vector<ChainIndex> chains_;
+  std::vector<ServingExecutor> executors_;
+  std::vector<std::uint32_t> executor_of_;  // by task
+  std::vector<SimulatedThread> threads_;    // by worker; simulated
+};
+
+}  // namespace hotpath::explain

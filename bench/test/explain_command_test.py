@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath explain` for simulated, live and imported runs: the causes of every output sum to its
+measured latency, and what cannot be explained is refused."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from hotpath_command import CommandTest, RunFolder
+
+BRIEF = ("--duration", 1, "--warm-up", 0)
+
+
+class Explain(CommandTest):
+    def explained(self, *arguments: object) -> Any:
+        return json.loads(self.accepted("explain", *arguments, "--json"))
+
+    def check_outputs(self, folder: str | Path) -> None:
+        """All outputs of the first executor, together and one by one."""
+        run = RunFolder(self.folder / folder)
+        executor = run.run["executors"][0]
+        chain = run.run["chains"][0]
+        rows = [row for row in run.chains().get((executor, 0), []) if row[0] == chain]
+        self.assertGreater(len(rows), 0)
+        together = self.explained(folder, "--executor", executor, "--repetition", 0)
+        self.assertEqual((together["not_explained"], together["all"]["outputs"]), (0, len(rows)))
+        self.assertEqual(together["all"]["latency_ns"], sum(latency for _, _, latency, _ in rows))
+        self.assertEqual(sum(together["all"]["causes_ns"].values()), together["all"]["latency_ns"])
+        for _, sequence, latency, _ in rows[:10]:
+            one = self.explained(folder, "--executor", executor, "--sequence", sequence, "--repetition", 0)
+            self.assertEqual((one["latency_ns"], one["complete"]), (latency, True))
+            self.assertEqual(sum(part["ns"] for part in one["parts"]), latency)
+            self.assertEqual(sum(one["causes_ns"].values()), latency)
+            jobs = {(j.task, j.sequence): j for j in run.jobs()[executor, 0] if j.start is not None}
+            path = [jobs[step["task"], step["sequence"]] for step in one["path"]]
+            self.assertEqual(path[-1].start - path[0].start, latency)
+
+    def test_a_simulated_run_and_its_import(self) -> None:
+        self.accepted("simulate", "--executors", "default,rm-ro", *BRIEF, "--output", "run")
+        self.check_outputs("run")
+        worst = self.explained("run", "--worst")
+        self.assertEqual(worst["causes_ns"]["unexplained"], 0)
+        self.assertEqual(self.explained("run", "--quantile", 1)["latency_ns"], worst["latency_ns"])
+        self.accepted("explain", "run", "--worst", "--json", "worst.json")
+        self.assertEqual(json.loads((self.folder / "worst.json").read_text()), worst)
+        self.accepted("export", "ctf", "run", "--output", "traces")
+        chain = ("--chain", "FrontLidarDriver:ObjectCollisionEstimator")
+        self.accepted("import", "ctf", "traces/default-0", *chain, "--output", "imported")
+        self.check_outputs("imported/run")
+        self.check_outputs("imported/simulated")
+
+    def test_a_live_run(self) -> None:
+        live = ("--transport", "intra_process", "--load", 20, "--cpu-time")
+        self.accepted("run", "--executor", "default", *live, *BRIEF, "--output", "live")
+        self.check_outputs("live")
+
+    def test_a_task(self) -> None:
+        self.accepted(
+            "simulate", "--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF, "--output", "run"
+        )
+        run = RunFolder(self.folder / "run")
+        task = run.jobs()["rm-ro", 0][-1].task
+        jobs = [j for j in run.jobs()["rm-ro", 0] if j.task == task and j.outcome == "ran"]
+        all_jobs = self.explained("run", "--task", task)["all"]
+        self.assertEqual(all_jobs["latency_ns"], sum(j.finish - j.timestamp for j in jobs))
+        self.assertEqual(sum(all_jobs["causes_ns"].values()), all_jobs["latency_ns"])
+        self.assertIn("finished", self.accepted("explain", "run", "--task", task, "--worst"))
+        code, _, err = self.command("explain", "run")
+        self.assertEqual(code, 2)
+        self.assertIn("--task", err)
+
+    def test_two_executors_and_two_runs(self) -> None:
+        for name, executors in (("both", "default,rm-ro"), ("a", "default"), ("b", "rm-ro")):
+            self.accepted("simulate", "--executors", executors, *BRIEF, "--output", name)
+        one_run = self.explained("both", "--executor", "default,rm-ro")
+        self.assertTrue(one_run["paired"])
+        for side in "ab":
+            self.assertEqual(sum(one_run[side]["causes_ns"].values()), one_run[side]["latency_ns"])
+        self.assertEqual(self.explained("a", "b"), one_run)
+        self.accepted(
+            "simulate", "--executors", "rm-ro", "--seed", 7, "--phases", "random", *BRIEF, "--output", "c"
+        )
+        self.assertFalse(self.explained("a", "c")["paired"])
+
+    def test_refusals(self) -> None:
+        self.accepted("simulate", "--executors", "default", *BRIEF, "--output", "run")
+        self.accepted(
+            "simulate", "--graph", "sequences", "--executors", "default", *BRIEF, "--output", "other"
+        )
+        for words, part in (
+            (("run", "--executor", "rm-ro"), "no executor rm-ro"),
+            (("run", "--executor", "default,default"), "the same"),
+            (("run", "--executor", "a,b,c"), "--executor"),
+            (("run", "--chain", "hot"), "hot_path"),
+            (("run", "--task", "RearLidar"), "RearLidarDriver"),
+            (("run", "--sequence", 100000), "--sequence"),
+            (("run", "--repetition", 3), "repetition 3"),
+            (("run", "other"), "different tasks"),
+            (("run", "run", "--worst"), "--worst"),
+            (("run", "--worst", "--quantile", 0.5), "--worst"),
+            (("run", "--chain", "hot_path", "--task", "RearLidarDriver"), "--chain"),
+        ):
+            with self.subTest(words=words):
+                code, _, err = self.command("explain", *words)
+                self.assertEqual((code, len(err.splitlines())), (2, 1), err)
+                self.assertIn(part, err)
+
+    def test_rows_out_of_order_are_refused(self) -> None:
+        self.accepted("simulate", "--executors", "default", *BRIEF, "--output", "run")
+        file = self.folder / "run" / "jobs.csv"
+        header, first, *rows = file.read_text().splitlines(keepends=True)
+        file.write_text("".join([header, *rows, first]))
+        code, _, err = self.command("explain", "run")
+        self.assertEqual(code, 2)
+        self.assertRegex(err, r"jobs\.csv:\d+: .*order of starts")

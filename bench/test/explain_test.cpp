@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: Apache-2.0
+// The causes of a latency: they sum to it for every output of every graph under every executor, and
+// known schedules have known causes.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "explain/explain_report.hpp"
+#include "explain/explainer.hpp"
+#include "hotpath/core/simulator.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "hotpath/reference_system/phases.hpp"
+#include "results/measures.hpp"
+#include "setup/run_setup.hpp"
+#include "simulated/repetition.hpp"
+
+namespace hotpath::explain {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// A simulated run.
+class Simulated {
+ public:
+  Simulated(Graph graph, const ExecutorSpec& spec, Phases phases, Duration length = 1s)
+      : graph_(std::move(graph)), spec_(spec), tasks_(make_tasks(graph_)) {
+    set_phases(tasks_.set, make_phases(graph_, tasks_, phases));
+    times_ = execution_times_of(graph_, tasks_, 1);
+    const std::vector<MeasuredChain> chains = measured_chains(graph_, tasks_);
+    SimulationPlan plan{spec_, graph_, tasks_, chains, *times_};
+    plan.duration = length;
+    trace_ = simulate_repetition(plan).trace;
+  }
+
+  const GraphTasks& tasks() const { return tasks_; }
+  const Graph& graph() const { return graph_; }
+
+  std::vector<Explanation> chain(std::uint32_t chain) const {
+    std::vector<Output> outputs;
+    for (const ChainRecord& r : trace_.chains) {
+      if (r.chain == chain) outputs.push_back({0, r.sequence, r.hot_path_latency});
+    }
+    return explained({chain, kNoTask}, outputs);
+  }
+  std::vector<Explanation> task(TaskId task) const {
+    std::vector<Output> outputs;
+    for (const JobRecord& r : trace_.jobs) {
+      if (r.job.task == task && counts(r, Time{})) outputs.push_back({0, r.job.sequence, response_time(r)});
+    }
+    return explained({std::nullopt, task}, outputs);
+  }
+
+ private:
+  std::vector<Explanation> explained(Target target, std::vector<Output> outputs) const {
+    const System system(spec_, graph_, tasks_, RunKind::simulated, graph_.platform.cores);
+    std::ranges::sort(outputs);
+    std::vector<Explanation> all;
+    Explainer explainer(system, target, outputs, "test", [&](const Explanation& e) { all.push_back(e); });
+    explainer.begin(0, {times_.get(), {}});
+    for (const JobRecord& r : trace_.jobs) explainer.add(r);
+    explainer.end();
+    EXPECT_EQ(all.size(), outputs.size());
+    EXPECT_EQ(explainer.missing(), 0U);
+    return all;
+  }
+
+  Graph graph_;
+  ExecutorSpec spec_;
+  GraphTasks tasks_;
+  std::unique_ptr<ExecutionTimes> times_;
+  Trace trace_;
+};
+
+Duration time_of(const Explanation& e, Cause cause) { return causes_of(e)[static_cast<std::size_t>(cause)]; }
+
+/// Checks one explanation; `exact`: one thread, so every cause is known.
+void check(const Simulated& run, const Explanation& e, bool exact) {
+  Duration sum{};
+  for (const Part& part : e.parts) {
+    ASSERT_GT(part.length, Duration{});
+    ASSERT_LT(part.step, e.path.size());
+    sum += part.length;
+  }
+  ASSERT_EQ(sum, e.latency);
+  ASSERT_TRUE(e.complete);
+  if (!exact) return;
+  const auto& set = run.tasks().set;
+  ASSERT_EQ(time_of(e, Cause::unexplained), Duration{})
+      << set[e.path.back().job.task].name << " " << e.path.back().job.sequence;
+  ASSERT_EQ(time_of(e, Cause::displaced), Duration{});
+  ASSERT_EQ(time_of(e, Cause::withheld), Duration{});
+}
+
+void check_all(const Simulated& run, bool exact) {
+  for (std::uint32_t c = 0; c < run.graph().chains.size(); ++c) {
+    for (const Explanation& e : run.chain(c)) {
+      ASSERT_NO_FATAL_FAILURE(check(run, e, exact)) << run.graph().chains[c].name;
+    }
+  }
+  for (TaskId id = 0; id < run.tasks().set.size(); ++id) {
+    for (const Explanation& e : run.task(id)) {
+      ASSERT_NO_FATAL_FAILURE(check(run, e, exact)) << run.tasks().set[id].name;
+    }
+  }
+}
+
+Graph with_costs(Graph graph) {
+  graph.platform.release_cost = 30us;
+  graph.platform.pass_cost = 5us;
+  graph.platform.dispatch_cost = 20us;
+  graph.platform.wait_cost = 41us;
+  graph.platform.wait_cost_per_entity = 150ns;
+  graph.platform.wake_up = 190us;
+  graph.platform.delivery_delay = 100us;
+  return graph;
+}
+
+std::vector<Graph> all_graphs() {
+  std::vector<Graph> graphs;
+  for (const GraphListing& listing : list_graphs()) {
+    if (listing.error.empty()) graphs.push_back(load_graph(find_graph(listing.name)));
+  }
+  return graphs;
+}
+
+Phases phases_of(const Graph& graph) {
+  return graph.has_callbacks() ? Phases::synchronous : Phases::creation;
+}
+
+TEST(Explain, CausesSumToTheLatencyUnderEveryExecutor) {
+  const std::vector<Graph> graphs = all_graphs();
+  ASSERT_GT(graphs.size(), 5U);
+  std::size_t runs = 0;
+  for (const Graph& plain : graphs) {
+    for (const bool costs : {false, true}) {
+      for (const unsigned cores : {1U, 2U}) {
+        Graph graph = costs ? with_costs(plain) : plain;
+        graph.platform.cores = cores;
+        for (const ExecutorEntry& entry : executors()) {
+          SCOPED_TRACE(plain.name + " " + std::string(entry.name) + (costs ? " with costs" : ""));
+          const ExecutorSpec spec = parse_executor(std::string(entry.name), SchedulerOptions{.workers = 3});
+          try {
+            const Simulated run(graph, spec, phases_of(graph), 400ms);
+            const bool one_thread = worker_count(entry, spec.scheduler) == 1;
+            ASSERT_NO_FATAL_FAILURE(check_all(run, one_thread));
+            ++runs;
+          } catch (const SimulationError&) {
+            // An overload under this executor.
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(runs, 300U);
+}
+
+TEST(Explain, CausesSumToTheLatencyInEveryDeployment) {
+  for (const char* name : {"autoware", "many_to_many", "callbacks"}) {
+    for (const bool costs : {false, true}) {
+      Graph graph = load_graph(find_graph(name));
+      if (costs) graph = with_costs(graph);
+      graph.platform.cores = 2;
+      for (const DeploymentPreset& preset : deployment_presets()) {
+        SCOPED_TRACE(std::string(name) + " " + std::string(preset.name));
+        const ExecutorSpec spec = deploy(std::string(preset.name), graph, make_tasks(graph), {});
+        const Simulated run(graph, spec, phases_of(graph), 400ms);
+        ASSERT_NO_FATAL_FAILURE(check_all(run, false));
+      }
+    }
+  }
+}
+
+/// A timer with a period of 100 ms, if not given otherwise.
+Node timer(const std::string& name, Duration work, Duration period = 100ms, Duration phase = 0ms) {
+  Node node;
+  node.name = name;
+  node.type = NodeType::sensor;
+  node.period = node.deadline = period;
+  node.phase = phase;
+  node.outputs = {name};
+  node.execution_time = node.best_case_execution_time = work;
+  return node;
+}
+Node follower(const std::string& name, std::vector<std::string> inputs, Duration work,
+              std::uint32_t depth = 1) {
+  Node node;
+  node.name = name;
+  node.type = inputs.size() > 1 ? NodeType::fusion : NodeType::transform;
+  for (const std::string& input : inputs) node.inputs.push_back({input, depth, std::nullopt});
+  node.outputs = {name};
+  node.execution_time = node.best_case_execution_time = work;
+  return node;
+}
+Graph graph_of(std::vector<Node> nodes, std::vector<std::string> sources, const std::string& sink) {
+  Graph graph;
+  graph.name = "test";
+  Chain chain{"chain", {}, std::move(sources), sink};
+  for (const Node& node : nodes) chain.nodes.push_back(node.name);
+  graph.nodes = std::move(nodes);
+  graph.chains = {chain};
+  return graph;
+}
+
+/// The parts as text: cause, time in ms, job behind which it waited, rule.
+std::vector<std::string> texts(const Simulated& run, const Explanation& e) {
+  std::vector<std::string> all;
+  for (const Part& part : e.parts) {
+    std::string text = std::string(to_string(part.cause)) + " " + std::to_string(part.length / 1ms);
+    if (part.behind.task != kNoTask) text += " behind " + run.tasks().set[part.behind.task].name;
+    if (part.rule != Rule::none) text += std::string(": ") + to_string(part.rule);
+    all.push_back(text);
+  }
+  return all;
+}
+
+Explanation first(const Graph& graph, const std::string& executor, std::vector<std::string>* parts) {
+  const Simulated run(graph, parse_executor(executor, {}), Phases::given, 95ms);
+  const std::vector<Explanation> all = run.chain(0);
+  EXPECT_EQ(all.size(), 1U);
+  *parts = texts(run, all.front());
+  return all.front();
+}
+
+TEST(Explain, TimersGoBeforeSubscriptions) {
+  const Graph graph = graph_of(
+      {timer("a", 1ms), timer("b", 2ms, 100ms, 1ms), follower("f", {"a"}, 3ms), follower("sink", {"f"}, 1ms)},
+      {"a"}, "sink");
+  std::vector<std::string> parts;
+  first(graph, "default", &parts);
+  EXPECT_THAT(parts,
+              ElementsAre("running 1", "executor 2 behind b: timers before subscriptions", "running 3"));
+  first(graph, "static", &parts);
+  EXPECT_THAT(parts, ElementsAre("running 1", "running 3", "snapshot 2 behind b: in an earlier snapshot"));
+}
+
+TEST(Explain, ASnapshotIsTakenTooEarly) {
+  const Graph graph = graph_of({timer("a", 1ms), timer("b", 2ms), timer("c", 4ms), follower("f", {"a"}, 3ms),
+                                follower("sink", {"f"}, 1ms)},
+                               {"a"}, "sink");
+  std::vector<std::string> parts;
+  first(graph, "default", &parts);
+  EXPECT_THAT(parts, ElementsAre("running 1", "snapshot 2 behind b: in an earlier snapshot",
+                                 "snapshot 4 behind c: in an earlier snapshot", "running 3"));
+}
+
+TEST(Explain, AnEventWaitsForEarlierOnesAndARateForHigherOnes) {
+  const Graph graph = graph_of(
+      {timer("a", 1ms), timer("b", 2ms, 50ms), follower("f", {"a"}, 3ms), follower("sink", {"f"}, 1ms)},
+      {"a"}, "sink");
+  std::vector<std::string> parts;
+  first(graph, "events-ro", &parts);
+  EXPECT_THAT(parts, ElementsAre("running 1", "executor 2 behind b: earlier event (FIFO)", "running 3"));
+  Graph late = graph;
+  late.nodes[1].phase = 1ms;
+  first(late, "rm-ro", &parts);
+  EXPECT_THAT(parts, ElementsAre("running 1", "executor 2 behind b: higher priority", "running 3"));
+  first(late, "edf-ro", &parts);
+  EXPECT_THAT(parts, ElementsAre("running 1", "executor 2 behind b: earlier deadline", "running 3"));
+}
+
+TEST(Explain, AFusionWaitsForItsOtherInput) {
+  const Graph graph = graph_of(
+      {timer("late", 1ms, 100ms, 10ms), timer("early", 9ms, 100ms, 0ms), follower("slow", {"early"}, 20ms),
+       follower("fusion", {"late", "slow"}, 2ms), follower("sink", {"fusion"}, 1ms)},
+      {"late", "early"}, "sink");
+  Graph two_cores = graph;
+  two_cores.platform.cores = 2;
+  std::vector<std::string> parts;
+  first(two_cores, "multi:2", &parts);
+  // `slow` runs from 9 to 29 ms, `late` from 10 to 11 ms.
+  EXPECT_THAT(parts, ElementsAre("running 1", "join 18", "running 2"));
+}
+
+TEST(Explain, AnOlderSampleIsServedFirst) {
+  const Graph graph = graph_of(
+      {timer("a", 1ms, 10ms), follower("f", {"a"}, 8ms, 10), timer("b", 25ms, 100ms, 5ms)}, {"a"}, "f");
+  const Simulated run(graph, parse_executor("events-ro", {}), Phases::given, 95ms);
+  std::vector<std::string> all;
+  for (const Explanation& e : run.task(1)) {
+    for (const std::string& text : texts(run, e)) all.push_back(text);
+  }
+  EXPECT_THAT(all, Contains("older_sample 8 behind f/a"));
+}
+
+TEST(Explain, AnotherThreadDisplacesTheJob) {
+  const Graph graph = graph_of({timer("a", 1ms), follower("f", {"a"}, 10ms), timer("b", 3ms, 100ms, 4ms),
+                                follower("sink", {"f"}, 1ms)},
+                               {"a"}, "sink");
+  std::vector<std::string> parts;
+  const Explanation e = first(graph, "rm-re", &parts);
+  EXPECT_THAT(parts, ElementsAre("running 1", "running 10", "displaced 3 behind b"));
+  EXPECT_EQ(e.latency, 14ms);
+}
+
+TEST(Explain, CostsOfThePlatformAreNamed) {
+  Graph graph =
+      graph_of({timer("a", 1ms), follower("f", {"a"}, 3ms), follower("sink", {"f"}, 1ms)}, {"a"}, "sink");
+  graph.platform.delivery_delay = 2ms;
+  graph.platform.dispatch_cost = 1ms;
+  std::vector<std::string> parts;
+  first(graph, "rm-ro", &parts);
+  EXPECT_THAT(parts,
+              ElementsAre("running 1", "delivery 2", "overhead 1", "running 3", "delivery 2", "overhead 1"));
+}
+
+TEST(Explain, TheReleasesOfTheTimerThreadDisplaceAJob) {
+  Graph graph = graph_of(
+      {timer("a", 1ms), follower("f", {"a"}, 3ms), timer("b", 1ms, 100ms, 3ms), follower("sink", {"f"}, 1ms)},
+      {"a"}, "sink");
+  graph.platform.release_cost = 1ms;
+  std::vector<std::string> parts;
+  first(graph, "rm-ro", &parts);
+  EXPECT_THAT(parts, Contains("displaced 1"));
+}
+
+TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
+  // The job that the sink waited for is taken out of the trace.
+  const Graph graph =
+      graph_of({timer("a", 1ms), timer("b", 2ms, 100ms, 1ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
+  const GraphTasks tasks = make_tasks(graph);
+  const ExecutorSpec spec = parse_executor("default", {});
+  const System system(spec, graph, tasks, RunKind::simulated, 1);
+  std::vector<Explanation> all;
+  Explainer explainer(system, {0, kNoTask}, {{0, 0, 3ms}}, "test",
+                      [&](const Explanation& e) { all.push_back(e); });
+  explainer.begin(0, {});
+  JobRecord a, sink;
+  a.job.task = 0;
+  a.start = Time{};
+  a.finish = Time{1ms};
+  sink.job.task = 2;
+  sink.job.timestamp = sink.job.release = Time{1ms};
+  sink.job.parent = {0, 0};
+  sink.start = Time{3ms};
+  sink.finish = Time{4ms};
+  explainer.add(a);
+  explainer.add(sink);
+  explainer.end();
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_EQ(time_of(all[0], Cause::running), 1ms);
+  EXPECT_EQ(time_of(all[0], Cause::unexplained), 2ms);
+}
+
+TEST(Explain, TheProcessorIsWithheld) {
+  const Graph graph = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
+  const GraphTasks tasks = make_tasks(graph);
+  const System system(parse_executor("default", {}), graph, tasks, RunKind::live, 1);
+  const auto withheld = [&](Duration cpu_time, std::vector<SlowPeriod> slow) {
+    Duration found{};
+    Explainer explainer(system, {std::nullopt, 0}, {{0, 0, 10ms}}, "test",
+                        [&](const Explanation& e) { found = time_of(e, Cause::withheld); });
+    explainer.begin(0, {nullptr, std::move(slow)});
+    JobRecord job;
+    job.job.task = 0;
+    job.finish = Time{10ms};
+    job.cpu_time = cpu_time;
+    job.cpu = 1;
+    explainer.add(job);
+    explainer.end();
+    return found;
+  };
+  EXPECT_EQ(withheld(7ms, {}), 3ms);
+  EXPECT_EQ(withheld(Duration(-1), {{1, 0ms, 8ms, 2.0}}), 4ms);
+  EXPECT_EQ(withheld(Duration(-1), {{0, 0ms, 8ms, 2.0}}), 0ms);
+}
+
+TEST(Overviews, SeparateTheTail) {
+  std::vector<Output> outputs;
+  for (std::uint64_t i = 0; i < 200; ++i) outputs.push_back({0, i, i < 198 ? 10ms : 30ms});
+  Overview overview(outputs);
+  TaskSet set;
+  set.tasks.emplace_back().name = "slow";
+  for (const Output& output : outputs) {
+    Explanation e{0, output.latency, {{}}, true, {{Cause::running, Rule::none, {}, 0, 10ms}}};
+    if (output.latency > 10ms) e.parts.push_back({Cause::executor, Rule::fifo, {0, 7}, 0, 20ms});
+    overview.add(e);
+  }
+  EXPECT_EQ(overview.all.outputs, 200U);
+  EXPECT_EQ(overview.middle.outputs, 198U);
+  EXPECT_EQ(overview.tail.outputs, 2U);
+  EXPECT_THAT(
+      sentences({set, "default", "chain", "", 0}, overview),
+      Contains(HasSubstr("100 % of the excess over the median (10.0 ms) is waiting for the executor; 100 % "
+                         "is waiting behind slow (earlier event (FIFO))")));
+}
+
+TEST(Comparisons, PairOutputsOfTheSameSourceJob) {
+  const auto side = [](std::uint64_t first, Duration latency) {
+    ComparedOutputs outputs;
+    for (std::uint64_t i = first; i < first + 10; ++i) {
+      JobRecord source;
+      source.job.task = 0;
+      source.job.sequence = i;
+      outputs.add({0, latency, {source}, true, {{Cause::running, Rule::none, {}, 0, latency}}});
+    }
+    return outputs;
+  };
+  const Comparison paired = compare(side(0, 5ms), side(2, 3ms), true);
+  EXPECT_TRUE(paired.paired);
+  EXPECT_EQ(paired.a.outputs, 8U);
+  EXPECT_EQ(paired.a.latency, 40ms);
+  EXPECT_EQ(paired.b.latency, 24ms);
+  EXPECT_FALSE(compare(side(0, 5ms), side(9, 3ms), true).paired);
+  EXPECT_FALSE(compare(side(0, 5ms), side(0, 3ms), false).paired);
+}
+
+}  // namespace
+}  // namespace hotpath::explain
