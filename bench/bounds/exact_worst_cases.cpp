@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 
 namespace hotpath {
@@ -35,21 +34,56 @@ class WorstCases final : public ExplorationObserver {
   [[nodiscard]] const std::vector<bool>& tracked() const { return tracked_; }
   [[nodiscard]] std::vector<ChainObservation>* observations() { return &observations_; }
 
-  void ended(const JobRecord& record, const ExploredInstant& instant) override {
+  void ended(const JobRecord& record, ExploredInstant& instant) override {
     if (record.outcome != Outcome::ran || !is_of_timer(record.job)) return;
-    std::optional<std::int64_t>& worst = bounds_.tasks[record.job.task];
-    worst = std::max(worst.value_or(0), (instant.latest() - record.job.timestamp).count());
+    const TaskId task = record.job.task;
+    if (raise(bounds_.tasks[task], (instant.latest() - record.job.timestamp).count())) {
+      instant.keep_latest(task);
+    }
   }
 
-  void published(const ExploredInstant& instant) override {
+  void published(ExploredInstant& instant) override {
     for (const ChainObservation& observation : observations_) add(observation, instant);
     observations_.clear();
   }
 
+  /// Slots of witnesses: response times by task, then of each chain its age and its hot path.
+  [[nodiscard]] std::size_t witnesses() const { return tasks_.set.size() + 2 * chains_.size(); }
+
+  [[nodiscard]] std::vector<ReachedWorstCase> reached(std::vector<std::optional<Witness>> witnesses) const {
+    std::vector<ReachedWorstCase> all;
+    for (std::uint32_t slot = 0; slot < witnesses.size(); ++slot) {
+      if (!witnesses[slot]) continue;
+      ReachedWorstCase& worst = all.emplace_back();
+      worst.witness = std::move(*witnesses[slot]);
+      worst.kind = "task";
+      worst.number = slot;
+      if (slot < tasks_.set.size()) {
+        worst.value_ns = *bounds_.tasks[slot];
+        continue;
+      }
+      worst.number = (slot - tasks_.set.size()) / 2;
+      const ChainAge& age = *bounds_.chains[worst.number];
+      const bool hot_path = slot_of_hot_path(worst.number) == slot;
+      worst.kind = hot_path ? "hot_path" : "chain";
+      worst.value_ns = hot_path ? *age.hot_path : age.latency;
+    }
+    return all;
+  }
+
  private:
-  void add(const ChainObservation& observation, const ExploredInstant& instant) {
+  static bool raise(std::optional<std::int64_t>& worst, std::int64_t value) {
+    if (worst && value <= *worst) return false;
+    worst = value;
+    return true;
+  }
+  [[nodiscard]] std::size_t slot_of_age(std::size_t chain) const { return tasks_.set.size() + 2 * chain; }
+  [[nodiscard]] std::size_t slot_of_hot_path(std::size_t chain) const { return slot_of_age(chain) + 1; }
+
+  void add(const ChainObservation& observation, ExploredInstant& instant) {
     const std::vector<TaskId>& sources = chains_[observation.chain].sources;
     Time oldest = kNever;
+    JobRef latest_source;
     Duration hot_path = Duration::max();
     for (std::size_t i = 0; i < sources.size(); ++i) {
       if ((observation.sources_seen >> i & 1U) == 0) continue;
@@ -57,15 +91,21 @@ class WorstCases final : public ExplorationObserver {
       const auto sequence = static_cast<std::int64_t>(observation.source_sequence[i]);
       oldest = std::min(oldest, Time{} + timer.phase + timer.period * sequence);
       // One thread ran one source's job after the other: the latest is the same in all schedules.
-      hot_path = std::min(
-          hot_path, instant.longest_between({sources[i], observation.source_sequence[i]}, observation.sink));
+      const JobRef source{sources[i], observation.source_sequence[i]};
+      const Duration since = instant.longest_between(source, observation.sink);
+      if (since >= hot_path) continue;
+      hot_path = since;
+      latest_source = source;
     }
     if (oldest == kNever) return;
     std::optional<ChainAge>& worst = bounds_.chains[observation.chain];
+    std::optional<std::int64_t> age = worst ? std::optional(worst->latency) : std::nullopt;
     if (!worst) worst.emplace();
-    worst->latency = std::max(worst->latency, (instant.latest() - oldest).count());
-    worst->response = worst->latency;
-    worst->hot_path = std::max(worst->hot_path.value_or(0), hot_path.count());
+    if (raise(age, (instant.latest() - oldest).count())) instant.keep_latest(slot_of_age(observation.chain));
+    worst->latency = worst->response = *age;
+    if (raise(worst->hot_path, hot_path.count())) {
+      instant.keep_longest(slot_of_hot_path(observation.chain), latest_source, observation.sink);
+    }
     worst->sink = observation.sink.task;
   }
 
@@ -79,7 +119,8 @@ class WorstCases final : public ExplorationObserver {
 }  // namespace
 
 GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
-                              const SchedulerOptions& scheduling, std::size_t max_states) {
+                              const SchedulerOptions& scheduling, std::size_t max_states,
+                              std::vector<ReachedWorstCase>* reached) {
   GraphBounds bounds;
   bounds.method = "exploration: exact for these phases";
   try {
@@ -90,7 +131,10 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
     options.platform = make_platform(graph, executor);
     options.tracked = worst.tracked();
     options.max_states = max_states;
-    explore(tasks.set, *executor.make(tasks.set, scheduling), workload, options, worst);
+    if (reached != nullptr) options.witnesses = worst.witnesses();
+    ExplorationResult result =
+        explore(tasks.set, *executor.make(tasks.set, scheduling), workload, options, worst);
+    if (reached != nullptr) *reached = worst.reached(std::move(result.witnesses));
   } catch (const ExplorationRefused& error) {
     bounds = {};
     bounds.method = "exploration: exact for these phases";

@@ -24,9 +24,12 @@ void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOp
   add_choice(command, "--phases", o.known_phases, "Bounds for these timer phases only; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
-  command.add_flag("--exact", o.exact,
-                   "Also compute the exact worst cases of one executor thread for\n"
-                   "known phases: timers, ages and hot paths of chains");
+  auto* exact = command.add_flag("--exact", o.exact,
+                                 "Also compute the exact worst cases of one executor thread for\n"
+                                 "known phases: timers, ages and hot paths of chains");
+  add_text(command, "--witness", o.witness, "FOLDER",
+           "For each exact worst case, store a simulated run that reaches\nit below this folder")
+      ->needs(exact);
   add_entity_order_option(command, o);
   auto* trace = add_text(command, "--trace", o.trace, "RUN",
                          "Folder of a run of this graph, to compare with the bounds");

@@ -9,6 +9,7 @@
 #include "bounds/bound_report.hpp"
 #include "bounds/bounds.hpp"
 #include "bounds/exact_worst_cases.hpp"
+#include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/memory_limit.hpp"
@@ -34,6 +35,12 @@ class Analysis {
       take_over_run();
     }
     if (!options.page.empty()) check_output_folder(options.page, "bounds.json", "--page");
+    if (!options.witness.empty()) {
+      check_output_folder(options.witness, "", "--witness");
+      if (!options.known_phases && options.phases_of.empty()) {
+        throw UsageError("--witness: worst cases are exact for known phases; give --phases or --phases-of");
+      }
+    }
     if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     if (!trace_) graph_ = graph_to_run(options_);
     const GraphPlatform platform = graph_.platform;
@@ -152,11 +159,13 @@ class Analysis {
     bool any = false;
     const BoundedSystem system = bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system);
+    GraphTasks tasks = tasks_;
+    tasks.set = callbacks.set;
+    std::vector<ReachedWorstCase> reached;
     if (options_.exact) {
-      GraphTasks tasks = tasks_;
-      tasks.set = callbacks.set;
       all.push_back(callbacks.phases_known
-                        ? exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, kMostStates)
+                        ? exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, kMostStates,
+                                            options_.witness.empty() ? nullptr : &reached)
                         : exact_bounds(system));
     }
     for (const GraphBounds& bounds : all) {
@@ -172,6 +181,9 @@ class Analysis {
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n" << refusals;
     if (any && options_.exact && !all.back().refusal.empty()) {
       out_ << all.back().method << ": " << all.back().refusal << "\n";
+    }
+    if (!options_.witness.empty()) {
+      write_witnesses(reached, graph_, tasks, executor, options_, options_.witness, out_);
     }
   }
 

@@ -275,6 +275,57 @@ class AnalyzeTest(CommandTest):
             out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertRegex(out.partition("exploration: exact")[2], why)
 
+    def test_a_witness_reaches_the_exact_worst_case(self) -> None:
+        nodes = [SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 3), FUSION.format("F", "A", "B", 5)]
+        nodes.append(
+            "{name: C, type: callbacks, callbacks: [{timer: t, period_ms: 60, "
+            "execution_time_ms: {min: 1, max: 9}}, {subscription: F, execution_time_ms: 1}]}"
+        )
+        graph, folder, table = self.graph(*nodes, chain="A B F"), self.folder / "w", self.folder / "w.csv"
+        exact = ("analyze", graph, "--executors", "rm-ro:fifo", "--exact", "--csv", table, "--witness")
+        self.accepted(*exact, folder, "--phases", "synchronous")
+        with table.open(encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if "exact" in row["method"] and row["bound_ns"]]
+        names = {"task": "response", "chain": "age", "hot_path": "hot_path"}
+        self.assertEqual({row["kind"] for row in rows}, set(names))
+        for row in rows:
+            run = folder / "rm-ro:fifo" / f"{names[row['kind']]}_{row['name'].replace('/', '_')}"
+            worst = int(row["bound_ns"])
+            jobs, chains = self.jobs_and_chains(run)
+            responses = [
+                int(j["finish_ns"]) - int(j["timestamp_ns"]) for j in jobs if j["task"] == row["name"]
+            ]
+            latency = {"chain": "end_to_end_latency_ns", "hot_path": "hot_path_latency_ns"}.get(row["kind"])
+            reached = [int(c[latency]) for c in chains] if latency else responses
+            self.assertEqual(max(reached), worst, row)
+            again = self.folder / f"again_{run.name}"
+            self.accepted(*json.loads((run / "run.json").read_text())["command"], "--output", again)
+            for file in ("jobs.csv", "chains.csv"):
+                self.assertEqual((again / file).read_bytes(), (run / file).read_bytes())
+            self.assertIn("a valid schedule", self.accepted("check", run))
+        self.accepted("timeline", folder / "rm-ro:fifo" / "age_chain")
+        code, _, err = self.command(*exact, self.folder / "w2")
+        self.assertEqual(code, 2)
+        self.assertIn("give --phases or --phases-of", err)
+
+    @staticmethod
+    def jobs_and_chains(run: Path) -> list[list[dict[str, str]]]:
+        """The rows of jobs that ran, and of chains."""
+        rows = []
+        for name in ("jobs.csv", "chains.csv"):
+            with (run / name).open(encoding="utf-8") as file:
+                rows.append([row for row in csv.DictReader(file) if row.get("outcome", "ran") == "ran"])
+        return rows
+
+    def test_a_listed_execution_time_is_checked(self) -> None:
+        graph, times = self.graph(SENSOR.format("A", 20, 2)), self.folder / "times.csv"
+        for row, why in (("B,0,1", "the graph has no task B"), ("A,0,-1", "is negative"), ("A,x,1", "whole")):
+            times.write_text(f"task,sequence,execution_time_ns\n{row}\n")
+            options = ("--executors", "rm-ro", "--execution-times", f"listed:{times}")
+            code, _, err = self.command("simulate", "--graph", graph, *options)
+            self.assertEqual(code, 2)
+            self.assertRegex(err, f"times.csv:2: .*{why}")
+
     def test_a_run_is_compared_with_bounds_for_what_ran(self) -> None:
         graph = self.graph(SENSOR.format("A", 20, 5), SENSOR.format("B", 30, 5))
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=2)
