@@ -4,6 +4,9 @@
 #include <algorithm>
 
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "program/interrupt.hpp"
+#include "program/memory_limit.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -15,19 +18,16 @@ class WorstCases final : public ExplorationObserver {
   WorstCases(const Graph& graph, const GraphTasks& tasks, GraphBounds& bounds)
       : tasks_(tasks), chains_(index_chains(graph, tasks)), bounds_(bounds) {
     bounds_.tasks.resize(tasks.set.size());
-    bounds_.chains.resize(chains_.size());
-    bounds_.no_chain_bound.assign(chains_.size(), "no data of its sources ever reach its sink");
     tracked_.resize(tasks.set.size());
-    for (std::size_t c = 0; c < chains_.size(); ++c) {
-      for (const TaskId source : chains_[c].sources) {
-        if (tasks.set[source].kind != TaskKind::timer) {
-          bounds_.no_chain_bound[c] = tasks.set[source].name + " begins it and is no timer";
-          chains_[c].sources.clear();
-          break;
-        }
-        tracked_[source] = true;
-      }
-      for (const TaskId sink : chains_[c].sink_tasks) tracked_[sink] = true;
+    const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
+    for (const ChainIndex& chain : chains_) {
+      row_.push_back(kNoRow);
+      if (!std::ranges::all_of(chain.sources, is_timer)) continue;  // begins inside other chains
+      row_.back() = bounds_.chains.size();
+      bounds_.chains.emplace_back();
+      bounds_.no_chain_bound.emplace_back("no data of its sources ever reach its sink");
+      for (const TaskId source : chain.sources) tracked_[source] = true;
+      for (const TaskId sink : chain.sink_tasks) tracked_[sink] = true;
     }
   }
 
@@ -63,7 +63,7 @@ class WorstCases final : public ExplorationObserver {
         continue;
       }
       worst.number = (slot - tasks_.set.size()) / 2;
-      const ChainAge& age = *bounds_.chains[worst.number];
+      const ChainAge& age = *bounds_.chains[row_[worst.number]];
       const bool hot_path = slot_of_hot_path(worst.number) == slot;
       worst.kind = hot_path ? "hot_path" : "chain";
       worst.value_ns = hot_path ? *age.hot_path : age.latency;
@@ -81,6 +81,7 @@ class WorstCases final : public ExplorationObserver {
   [[nodiscard]] std::size_t slot_of_hot_path(std::size_t chain) const { return slot_of_age(chain) + 1; }
 
   void add(const ChainObservation& observation, ExploredInstant& instant) {
+    if (row_[observation.chain] == kNoRow) return;
     const std::vector<TaskId>& sources = chains_[observation.chain].sources;
     Time oldest = kNever;
     JobRef latest_source;
@@ -98,7 +99,7 @@ class WorstCases final : public ExplorationObserver {
       latest_source = source;
     }
     if (oldest == kNever) return;
-    std::optional<ChainAge>& worst = bounds_.chains[observation.chain];
+    std::optional<ChainAge>& worst = bounds_.chains[row_[observation.chain]];
     std::optional<std::int64_t> age = worst ? std::optional(worst->latency) : std::nullopt;
     if (!worst) worst.emplace();
     if (raise(age, (instant.latest() - oldest).count())) instant.keep_latest(slot_of_age(observation.chain));
@@ -109,12 +110,23 @@ class WorstCases final : public ExplorationObserver {
     worst->sink = observation.sink.task;
   }
 
+  static constexpr std::size_t kNoRow = ~std::size_t{0};
+
   const GraphTasks& tasks_;
-  std::vector<ChainIndex> chains_;
+  const std::vector<ChainIndex> chains_;
+  std::vector<std::size_t> row_;  // of bounds_, by chain
   GraphBounds& bounds_;
   std::vector<bool> tracked_;
   std::vector<ChainObservation> observations_;
 };
+
+/// Why an exploration has to end.
+std::string why_to_stop() {
+  static const std::uint64_t most = memory_limit() / 2;
+  if (interrupted() != 0) return "it was interrupted";
+  if (memory_in_use() <= most) return "";
+  return text("its states take more than half of the memory (%.1f GB)", static_cast<double>(most) / 1e9);
+}
 
 }  // namespace
 
@@ -122,7 +134,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
                               const SchedulerOptions& scheduling, std::size_t max_states,
                               std::vector<ReachedWorstCase>* reached) {
   GraphBounds bounds;
-  bounds.method = "exploration: exact for these phases";
+  bounds.method = kExactMethod;
   try {
     WorstCases worst(graph, tasks, bounds);
     const WorstCaseTimes times(tasks.set);
@@ -131,13 +143,14 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
     options.platform = make_platform(graph, executor);
     options.tracked = worst.tracked();
     options.max_states = max_states;
+    options.stop = why_to_stop;
     if (reached != nullptr) options.witnesses = worst.witnesses();
     ExplorationResult result =
         explore(tasks.set, *executor.make(tasks.set, scheduling), workload, options, worst);
     if (reached != nullptr) *reached = worst.reached(std::move(result.witnesses));
   } catch (const ExplorationRefused& error) {
     bounds = {};
-    bounds.method = "exploration: exact for these phases";
+    bounds.method = kExactMethod;
     bounds.refusal = error.what();
   }
   return bounds;

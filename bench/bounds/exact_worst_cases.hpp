@@ -10,6 +10,9 @@
 
 namespace hotpath {
 
+/// GraphBounds::method.
+inline constexpr const char* kExactMethod = "exploration: exact for these phases";
+
 /// A worst case, and a schedule that reaches it.
 struct ReachedWorstCase {
   std::string kind;          ///< As in the table of bounds: `task`, `chain` or `hot_path`.
@@ -20,8 +23,9 @@ struct ReachedWorstCase {
 
 /// The exact worst cases of one executor thread for the phases that `tasks` has and any execution times
 /// between the best and the worst case of each task: response times of timers, and age of data and hot-path
-/// latency of chains that begin in timers (executor/src/core/exploration.cpp). `max_states` bounds time and
-/// memory. A refusal says what is not covered. `reached`, if given, gets a witness of each.
+/// latency of chains that begin in timers (executor/src/core/exploration.cpp). A refusal says what is not
+/// covered, or what ended the exploration: `max_states`, half of the memory, or a signal. `reached`, if
+/// given, gets a witness of each.
 [[nodiscard]] GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks,
                                             const ExecutorEntry& executor, const SchedulerOptions& scheduling,
                                             std::size_t max_states,

@@ -4,13 +4,16 @@ reported."""
 
 import csv
 import json
+import signal
+import subprocess
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest
+from hotpath_command import HOTPATH, CommandTest
 
 SENSOR = "{{name: {0}, type: sensor, period_ms: {1}, execution_time_ms: {2}}}"
 TRANSFORM = "{{name: {0}, type: transform, input: {1}, execution_time_ms: {2}}}"
+RANGE = "{{name: {0}, type: callbacks, callbacks: " "[{{timer: t, period_ms: {1}, execution_time_ms: {2}}}]}}"
 FUSION = "{{name: {0}, type: fusion, inputs: [{1}, {2}], execution_time_ms: {3}}}"
 
 
@@ -307,6 +310,36 @@ class AnalyzeTest(CommandTest):
         code, _, err = self.command(*exact, self.folder / "w2")
         self.assertEqual(code, 2)
         self.assertIn("give --phases or --phases-of", err)
+
+    def test_exact_values_have_a_limit_of_states(self) -> None:
+        few = self.graph(RANGE.format("A", 20, "{min: 1, max: 8}"), RANGE.format("B", 30, "{min: 1, max: 9}"))
+        known = ("--executors", "default", "--phases", "synchronous")
+        self.assertIn("exploration: exact for these phases", self.accepted("analyze", few, *known))
+        self.assertNotIn("xact", self.accepted("analyze", few, *known[:2]))
+        unknown = self.accepted("analyze", few, *known[:2], "--exact")
+        self.assertIn("No exact values: worst cases are exact for known phases only", unknown)
+        for periods, why in (
+            ((10.000019, 7.919), "there are more than 50000 states; --exact allows more"),
+            ((9.999991, 9.999973, 8.999993), "no common multiple of their periods below 36 years"),
+        ):
+            nodes = [RANGE.format(f"N{p}".replace(".", "_"), p, "{min: 0.1, max: 2}") for p in periods]
+            out = self.accepted("analyze", self.graph(*nodes), *known)
+            self.assertIn("processing windows", out)
+            self.assertRegex(out, "No exact values: .*" + why)
+
+    def test_an_interrupt_leaves_the_bounds(self) -> None:
+        nodes = [RANGE.format("A", 10.000019, "{min: 0.1, max: 2}"), RANGE.format("B", 7.919, 1)]
+        command = (HOTPATH, "analyze", self.graph(*nodes), "--executors", "default,rm-ro")
+        process = subprocess.Popen(
+            (*command, "--phases", "synchronous", "--exact"), stdout=subprocess.PIPE, text=True
+        )
+        stat = Path(f"/proc/{process.pid}/stat")
+        self.wait_for(lambda: int(stat.read_text().rpartition(")")[2].split()[11]) > 50, "it does not work")
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 128 + signal.SIGINT)
+        self.assertEqual(out.count("No exact values: it was interrupted"), 2)
+        self.assertIn("processing windows", out)
 
     @staticmethod
     def jobs_and_chains(run: Path) -> list[list[dict[str, str]]]:

@@ -59,6 +59,10 @@ class Exploration final : public JobSink, public ExploredInstant {
       if (++expanded_ > options_.max_states) {
         throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states");
       }
+      constexpr std::size_t kStatesBetweenStops = 64;
+      if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
+        if (const std::string why = options_.stop(); !why.empty()) throw ExplorationRefused(why);
+      }
       keep_ends(*state, place);
       expand(std::move(*state));
     }

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -47,6 +49,7 @@ struct ExplorationOptions {
   Platform platform;
   std::vector<bool> tracked;  ///< By task: its jobs' starts matter to longest_between(). Empty: none does.
   std::size_t max_states = 100'000;
+  std::function<std::string()> stop = nullptr;  ///< Asked now and then: why to give up; empty: go on.
   std::size_t witnesses = 0;  ///< Slots for schedules; with any, it needs several times the memory.
 };
 
