@@ -3,8 +3,10 @@
 
 #include <algorithm>
 
-#include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "program/interrupt.hpp"
+#include "program/memory_limit.hpp"
+#include "program/text.hpp"
 
 namespace hotpath {
 
@@ -16,40 +18,73 @@ class WorstCases final : public ExplorationObserver {
   WorstCases(const Graph& graph, const GraphTasks& tasks, GraphBounds& bounds)
       : tasks_(tasks), chains_(index_chains(graph, tasks)), bounds_(bounds) {
     bounds_.tasks.resize(tasks.set.size());
-    bounds_.chains.resize(chains_.size());
-    bounds_.no_chain_bound.assign(chains_.size(), "no data of its sources ever reach its sink");
     tracked_.resize(tasks.set.size());
-    for (std::size_t c = 0; c < chains_.size(); ++c) {
-      for (const TaskId source : chains_[c].sources) {
-        if (tasks.set[source].kind != TaskKind::timer) {
-          bounds_.no_chain_bound[c] = tasks.set[source].name + " begins it and is no timer";
-          chains_[c].sources.clear();
-          break;
-        }
-        tracked_[source] = true;
-      }
-      for (const TaskId sink : chains_[c].sink_tasks) tracked_[sink] = true;
+    const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
+    for (const ChainIndex& chain : chains_) {
+      row_.push_back(kNoRow);
+      if (!std::ranges::all_of(chain.sources, is_timer)) continue;  // begins inside other chains
+      row_.back() = bounds_.chains.size();
+      bounds_.chains.emplace_back();
+      bounds_.no_chain_bound.emplace_back("no data of its sources ever reach its sink");
+      for (const TaskId source : chain.sources) tracked_[source] = true;
+      for (const TaskId sink : chain.sink_tasks) tracked_[sink] = true;
     }
   }
 
   [[nodiscard]] const std::vector<bool>& tracked() const { return tracked_; }
   [[nodiscard]] std::vector<ChainObservation>* observations() { return &observations_; }
 
-  void ended(const JobRecord& record, const ExploredInstant& instant) override {
+  void ended(const JobRecord& record, ExploredInstant& instant) override {
     if (record.outcome != Outcome::ran || !is_of_timer(record.job)) return;
-    std::optional<std::int64_t>& worst = bounds_.tasks[record.job.task];
-    worst = std::max(worst.value_or(0), (instant.latest() - record.job.timestamp).count());
+    const TaskId task = record.job.task;
+    if (raise(bounds_.tasks[task], (instant.latest() - record.job.timestamp).count())) {
+      instant.keep_latest(task);
+    }
   }
 
-  void published(const ExploredInstant& instant) override {
+  void published(ExploredInstant& instant) override {
     for (const ChainObservation& observation : observations_) add(observation, instant);
     observations_.clear();
   }
 
+  /// Slots of witnesses: response times by task, then of each chain its age and its hot path.
+  [[nodiscard]] std::size_t witnesses() const { return tasks_.set.size() + 2 * chains_.size(); }
+
+  [[nodiscard]] std::vector<ReachedWorstCase> reached(std::vector<std::optional<Witness>> witnesses) const {
+    std::vector<ReachedWorstCase> all;
+    for (std::uint32_t slot = 0; slot < witnesses.size(); ++slot) {
+      if (!witnesses[slot]) continue;
+      ReachedWorstCase& worst = all.emplace_back();
+      worst.witness = std::move(*witnesses[slot]);
+      worst.kind = "task";
+      worst.number = slot;
+      if (slot < tasks_.set.size()) {
+        worst.value_ns = *bounds_.tasks[slot];
+        continue;
+      }
+      worst.number = (slot - tasks_.set.size()) / 2;
+      const ChainAge& age = *bounds_.chains[row_[worst.number]];
+      const bool hot_path = slot_of_hot_path(worst.number) == slot;
+      worst.kind = hot_path ? "hot_path" : "chain";
+      worst.value_ns = hot_path ? *age.hot_path : age.latency;
+    }
+    return all;
+  }
+
  private:
-  void add(const ChainObservation& observation, const ExploredInstant& instant) {
+  static bool raise(std::optional<std::int64_t>& worst, std::int64_t value) {
+    if (worst && value <= *worst) return false;
+    worst = value;
+    return true;
+  }
+  [[nodiscard]] std::size_t slot_of_age(std::size_t chain) const { return tasks_.set.size() + 2 * chain; }
+  [[nodiscard]] std::size_t slot_of_hot_path(std::size_t chain) const { return slot_of_age(chain) + 1; }
+
+  void add(const ChainObservation& observation, ExploredInstant& instant) {
+    if (row_[observation.chain] == kNoRow) return;
     const std::vector<TaskId>& sources = chains_[observation.chain].sources;
     Time oldest = kNever;
+    JobRef latest_source;
     Duration hot_path = Duration::max();
     for (std::size_t i = 0; i < sources.size(); ++i) {
       if ((observation.sources_seen >> i & 1U) == 0) continue;
@@ -57,31 +92,49 @@ class WorstCases final : public ExplorationObserver {
       const auto sequence = static_cast<std::int64_t>(observation.source_sequence[i]);
       oldest = std::min(oldest, Time{} + timer.phase + timer.period * sequence);
       // One thread ran one source's job after the other: the latest is the same in all schedules.
-      hot_path = std::min(
-          hot_path, instant.longest_between({sources[i], observation.source_sequence[i]}, observation.sink));
+      const JobRef source{sources[i], observation.source_sequence[i]};
+      const Duration since = instant.longest_between(source, observation.sink);
+      if (since >= hot_path) continue;
+      hot_path = since;
+      latest_source = source;
     }
     if (oldest == kNever) return;
-    std::optional<ChainAge>& worst = bounds_.chains[observation.chain];
+    std::optional<ChainAge>& worst = bounds_.chains[row_[observation.chain]];
+    std::optional<std::int64_t> age = worst ? std::optional(worst->latency) : std::nullopt;
     if (!worst) worst.emplace();
-    worst->latency = std::max(worst->latency, (instant.latest() - oldest).count());
-    worst->response = worst->latency;
-    worst->hot_path = std::max(worst->hot_path.value_or(0), hot_path.count());
+    if (raise(age, (instant.latest() - oldest).count())) instant.keep_latest(slot_of_age(observation.chain));
+    worst->latency = worst->response = *age;
+    if (raise(worst->hot_path, hot_path.count())) {
+      instant.keep_longest(slot_of_hot_path(observation.chain), latest_source, observation.sink);
+    }
     worst->sink = observation.sink.task;
   }
 
+  static constexpr std::size_t kNoRow = ~std::size_t{0};
+
   const GraphTasks& tasks_;
-  std::vector<ChainIndex> chains_;
+  const std::vector<ChainIndex> chains_;
+  std::vector<std::size_t> row_;  // of bounds_, by chain
   GraphBounds& bounds_;
   std::vector<bool> tracked_;
   std::vector<ChainObservation> observations_;
 };
 
+/// Why an exploration has to end.
+std::string why_to_stop() {
+  static const std::uint64_t most = memory_limit() / 2;
+  if (interrupted() != 0) return "it was interrupted";
+  if (memory_in_use() <= most) return "";
+  return text("its states take more than half of the memory (%.1f GB)", static_cast<double>(most) / 1e9);
+}
+
 }  // namespace
 
 GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
-                              const SchedulerOptions& scheduling, std::size_t max_states) {
+                              const SchedulerOptions& scheduling, std::size_t max_states,
+                              std::vector<ReachedWorstCase>* reached) {
   GraphBounds bounds;
-  bounds.method = "exploration: exact for these phases";
+  bounds.method = kExactMethod;
   try {
     WorstCases worst(graph, tasks, bounds);
     const WorstCaseTimes times(tasks.set);
@@ -90,10 +143,14 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
     options.platform = make_platform(graph, executor);
     options.tracked = worst.tracked();
     options.max_states = max_states;
-    explore(tasks.set, *executor.make(tasks.set, scheduling), workload, options, worst);
+    options.stop = why_to_stop;
+    if (reached != nullptr) options.witnesses = worst.witnesses();
+    ExplorationResult result =
+        explore(tasks.set, *executor.make(tasks.set, scheduling), workload, options, worst);
+    if (reached != nullptr) *reached = worst.reached(std::move(result.witnesses));
   } catch (const ExplorationRefused& error) {
     bounds = {};
-    bounds.method = "exploration: exact for these phases";
+    bounds.method = kExactMethod;
     bounds.refusal = error.what();
   }
   return bounds;

@@ -1,17 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "hotpath/analysis/graph_bounds.hpp"
+#include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath {
 
+/// GraphBounds::method.
+inline constexpr const char* kExactMethod = "exploration: exact for these phases";
+
+/// A worst case, and a schedule that reaches it.
+struct ReachedWorstCase {
+  std::string kind;          ///< As in the table of bounds: `task`, `chain` or `hot_path`.
+  std::uint32_t number = 0;  ///< Of the task, or of the chain in the graph.
+  std::int64_t value_ns = 0;
+  Witness witness;
+};
+
 /// The exact worst cases of one executor thread for the phases that `tasks` has and any execution times
 /// between the best and the worst case of each task: response times of timers, and age of data and hot-path
-/// latency of chains that begin in timers (executor/src/core/exploration.cpp). `max_states` bounds time and
-/// memory. A refusal says what is not covered.
+/// latency of chains that begin in timers (executor/src/core/exploration.cpp). A refusal says what is not
+/// covered, or what ended the exploration: `max_states`, half of the memory, or a signal. `reached`, if
+/// given, gets a witness of each.
 [[nodiscard]] GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks,
                                             const ExecutorEntry& executor, const SchedulerOptions& scheduling,
-                                            std::size_t max_states);
+                                            std::size_t max_states,
+                                            std::vector<ReachedWorstCase>* reached = nullptr);
 
 }  // namespace hotpath

@@ -4,11 +4,15 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "guarantees/analyze.hpp"
+#include "program/interrupt.hpp"
 
 namespace hotpath {
 
 void add_analyze_command(CLI::App& app) {
-  add_analyze_command(app, [](const AnalyzeOptions& options) { analyze(options, std::cout); });
+  add_analyze_command(app, [](const AnalyzeOptions& options) {
+    catch_interrupts();
+    analyze(options, std::cout);
+  });
 }
 
 void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOptions&)>& run) {
@@ -25,8 +29,11 @@ void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOp
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
   command.add_flag("--exact", o.exact,
-                   "Also compute the exact worst cases of one executor thread for\n"
-                   "known phases: timers, ages and hot paths of chains");
+                   "Allow more time and memory for the exact worst cases, which known\n"
+                   "phases have under executors with one thread that runs jobs: a\n"
+                   "million states instead of up to 50000");
+  add_text(command, "--witness", o.witness, "FOLDER",
+           "For each exact worst case, store a simulated run that reaches\nit below this folder");
   add_entity_order_option(command, o);
   auto* trace = add_text(command, "--trace", o.trace, "RUN",
                          "Folder of a run of this graph, to compare with the bounds");
@@ -41,7 +48,7 @@ void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOp
   exclude(command, "--delta-us", {"--release-cost-us"});
   // The run determines these options; a chain has neither a CSV table nor a page.
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
-  exclude(command, "--chain", {"--exact", "--csv", "--page"});
+  exclude(command, "--chain", {"--exact", "--witness", "--csv", "--page"});
 }
 
 }  // namespace hotpath

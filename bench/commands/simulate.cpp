@@ -42,12 +42,14 @@ void add_simulate_options(CLI::App& simulate, SimulateOptions& o) {
   add_number(simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
              "Queued jobs above which the system counts as overloaded; by\ndefault 100 per task");
   add_platform_options(simulate, o);
-  add_text(simulate, "--execution-times", o.execution_times, "worst|uniform|measured|replayed|replay:RUN",
+  add_text(simulate, "--execution-times", o.execution_times,
+           "worst|uniform|measured|replayed|replay:RUN|listed:FILE",
            "worst: the graph's worst case; uniform: random between best\n"
            "and worst case; measured: random among the graph's measured\n"
            "values, otherwise uniform; replayed: the measured values in\n"
            "recorded order; replay:RUN: the times of a stored run of the\n"
-           "same executors and graph; by default as in the graph");
+           "same executors and graph; listed:FILE: a CSV file with columns\n"
+           "task,sequence,execution_time_ns; by default as in the graph");
   add_threads_option(simulate, o.threads)->group("Results");
 }
 

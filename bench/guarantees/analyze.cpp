@@ -9,6 +9,7 @@
 #include "bounds/bound_report.hpp"
 #include "bounds/bounds.hpp"
 #include "bounds/exact_worst_cases.hpp"
+#include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/memory_limit.hpp"
@@ -24,7 +25,10 @@ namespace hotpath {
 
 namespace {
 
-constexpr std::size_t kMostStates = 1'000'000;
+// Limits of the exact worst cases. A state takes time in proportion to the tasks: without --exact, those
+// of one executor take less than a second.
+constexpr std::size_t kMostStates = 1'000'000, kMostStatesByDefault = 50'000;
+constexpr std::size_t kMostTaskStatesByDefault = 1'000'000;
 
 class Analysis {
  public:
@@ -34,6 +38,12 @@ class Analysis {
       take_over_run();
     }
     if (!options.page.empty()) check_output_folder(options.page, "bounds.json", "--page");
+    if (!options.witness.empty()) {
+      check_output_folder(options.witness, "", "--witness");
+      if (!options.known_phases && options.phases_of.empty()) {
+        throw UsageError("--witness: worst cases are exact for known phases; give --phases or --phases-of");
+      }
+    }
     if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     if (!trace_) graph_ = graph_to_run(options_);
     const GraphPlatform platform = graph_.platform;
@@ -152,13 +162,10 @@ class Analysis {
     bool any = false;
     const BoundedSystem system = bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system);
-    if (options_.exact) {
-      GraphTasks tasks = tasks_;
-      tasks.set = callbacks.set;
-      all.push_back(callbacks.phases_known
-                        ? exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, kMostStates)
-                        : exact_bounds(system));
-    }
+    GraphTasks tasks = tasks_;
+    tasks.set = callbacks.set;
+    std::vector<ReachedWorstCase> reached;
+    if (callbacks.phases_known || options_.exact) all.push_back(exact(callbacks, tasks, executor, reached));
     for (const GraphBounds& bounds : all) {
       if (!bounds.refusal.empty()) {
         refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";
@@ -170,9 +177,29 @@ class Analysis {
       any = true;
     }
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n" << refusals;
-    if (any && options_.exact && !all.back().refusal.empty()) {
-      out_ << all.back().method << ": " << all.back().refusal << "\n";
+    if (any && all.back().method == kExactMethod && !all.back().refusal.empty()) {
+      out_ << "No exact values: " << all.back().refusal << "\n";
     }
+    if (!options_.witness.empty()) {
+      write_witnesses(reached, graph_, tasks, executor, options_, options_.witness, out_);
+    }
+  }
+
+  GraphBounds exact(const CallbackGraph& callbacks, const GraphTasks& tasks, const ExecutorSpec& executor,
+                    std::vector<ReachedWorstCase>& reached) const {
+    if (!callbacks.phases_known) {
+      GraphBounds none;
+      none.method = kExactMethod;
+      none.refusal = "worst cases are exact for known phases only; give --phases or --phases-of";
+      return none;
+    }
+    const std::size_t limit =
+        options_.exact ? kMostStates
+                       : std::min(kMostStatesByDefault, kMostTaskStatesByDefault / tasks.set.size());
+    GraphBounds bounds = exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, limit,
+                                           options_.witness.empty() ? nullptr : &reached);
+    if (!options_.exact && bounds.refusal.ends_with(" states")) bounds.refusal += "; --exact allows more";
+    return bounds;
   }
 
   void bound_chain(const ExecutorSpec& executor) {

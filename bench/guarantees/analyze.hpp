@@ -12,7 +12,7 @@ namespace hotpath {
 
 /// A graph or a stored run, the phases for which its bounds hold, and where they go.
 struct AnalyzeOptions : CommonOptions, PlatformOptions {
-  std::string trace, csv, page, phases_of;
+  std::string trace, csv, page, phases_of, witness;
   std::optional<Phases> known_phases;
   std::vector<std::string> chain;
   std::optional<double> delta_us;

@@ -71,6 +71,13 @@ std::uint64_t memory_limit() {
   return least;
 }
 
+std::uint64_t memory_in_use() {
+  std::ifstream in("/proc/self/statm");
+  std::uint64_t size = 0, resident = 0;
+  in >> size >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
 void check_memory(double bytes, const std::string& option, const std::string& what,
                   const std::string& remedy) {
   const auto available = static_cast<double>(memory_limit());

@@ -11,6 +11,9 @@ namespace hotpath {
 /// `ulimit -v` or `ulimit -d` limits it.
 [[nodiscard]] std::uint64_t memory_limit();
 
+/// Bytes of memory that this process uses; 0: unknown.
+[[nodiscard]] std::uint64_t memory_in_use();
+
 /// The smallest limit of the cgroups in `proc_cgroup`, a text like /proc/self/cgroup, and of their
 /// parents; `root` is their mount point. The largest number without a limit.
 [[nodiscard]] std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup,

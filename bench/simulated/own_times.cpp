@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "hotpath/core/csv.hpp"
 #include "hotpath/core/events_scheduler.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
@@ -110,6 +111,25 @@ std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const Graph
       tasks.set, working_jobs(tasks, with_own_times(measured, run.record().cores(), raised)));
 }
 
+std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set) {
+  CsvReader rows(std::filesystem::path(file), CsvLayout::by_hand);
+  rows.require_header(kListedColumns);
+  std::map<std::string, TaskId, std::less<>> ids;
+  for (TaskId id = 0; id < set.size(); ++id) ids[set[id].name] = id;
+  Trace trace;
+  while (rows.next()) {
+    const auto id = ids.find(rows.text(0));
+    if (id == ids.end()) rows.fail(concat("the graph has no task ", rows.text(0)), "give task names");
+    JobRecord& record = trace.jobs.emplace_back();
+    record.job.task = id->second;
+    record.job.sequence = rows.number<std::uint64_t>(1);
+    const Duration time = rows.nanoseconds(2);
+    if (time < Duration{}) rows.fail("the execution time is negative", "give 0 or more");
+    record.finish = Time{} + time;
+  }
+  return std::make_unique<ReplayedTimes>(set, trace);
+}
+
 std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSystem& system,
                                             const GraphTasks& tasks, const std::string& executor,
                                             std::uint32_t repetition) {
@@ -123,6 +143,11 @@ std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSy
       replayed.load(tasks.set);
       return replayed_times(replayed, tasks, executor, repetition);
     }
+  }
+  const std::string& listed = system.execution_times;
+  if (system.simulated && listed.starts_with(kListed) &&
+      std::filesystem::exists(listed.substr(kListed.size()))) {
+    return listed_times(listed.substr(kListed.size()), tasks.set);
   }
   return replayed_times(run, tasks, executor, repetition);
 }

@@ -65,7 +65,19 @@ class SimulatedRun {
     for (const std::string& sentence : idle_options(options_, executors_)) {
       std::cerr << "note: " << sentence << "\n";
     }
-    write(summary());
+    const Summary all = summary();
+    RunFolder folder(output_folder(options_, graph_));
+    store(all, folder);
+    folder.show([&] {
+      write_table(std::cout, all);
+      const bool chains = !graph_.chains.empty();
+      if (chains || !options_.no_trace) draw_figure(chains ? "hot-path" : "timers-only", folder.path());
+    });
+  }
+
+  void store() {
+    RunFolder folder(output_folder(options_, graph_));
+    store(summary(), folder);
   }
 
  private:
@@ -82,9 +94,9 @@ class SimulatedRun {
     if (times.starts_with(kReplay)) {
       replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + std::string(kReplay));
       replayed_->load(tasks_.set);
-    } else if (!parse<ExecutionTimeModel>(times)) {
+    } else if (!times.starts_with(kListed) && !parse<ExecutionTimeModel>(times)) {
       throw UsageError("--execution-times: `" + times +
-                       "` is not worst, uniform, measured, replayed or replay:RUN");
+                       "` is not worst, uniform, measured, replayed, replay:RUN or listed:FILE");
     }
     for (const ExecutorSpec& e : executors_) {
       runs_.push_back({e.label, std::vector<Repetition>(options_.repetitions)});
@@ -119,6 +131,9 @@ class SimulatedRun {
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
     if (replayed_) return replayed_times(*replayed_, tasks_, executor(i).label, repetition(i));
+    if (const std::string name = execution_times_name(); name.starts_with(kListed)) {
+      return listed_times(name.substr(kListed.size()), tasks_.set);
+    }
     return execution_times_of(graph_, tasks_, options_.seed + repetition(i));
   }
 
@@ -160,8 +175,7 @@ class SimulatedRun {
     return record;
   }
 
-  void write(const Summary& summary) {
-    RunFolder folder(output_folder(options_, graph_));
+  void store(const Summary& summary, RunFolder& folder) {
     RunRecord record = describe();
     folder.write("run.json", json(record));
     for (const Simulation& s : simulations_) {
@@ -169,11 +183,6 @@ class SimulatedRun {
       record.runs.push_back(record_of(s.tasks.set, counting_.chains, *s.repetition));
     }
     folder.close(record, json(summary));
-    folder.show([&] {
-      write_table(std::cout, summary);
-      const bool chains = !graph_.chains.empty();
-      if (chains || !options_.no_trace) draw_figure(chains ? "hot-path" : "timers-only", folder.path());
-    });
   }
 
   SimulateOptions options_;
@@ -190,6 +199,8 @@ class SimulatedRun {
 }  // namespace
 
 void run_simulated(const SimulateOptions& options) { SimulatedRun(options).run(); }
+
+void store_simulation(const SimulateOptions& options) { SimulatedRun(options).store(); }
 
 Summary summary_of_simulation(const SimulateOptions& options) { return SimulatedRun(options).summary(); }
 

@@ -21,6 +21,9 @@ struct SimulateOptions : CommonOptions, PlatformOptions {
 /// nothing.
 void run_simulated(const SimulateOptions& options);
 
+/// run_simulated() without table and figure.
+void store_simulation(const SimulateOptions& options);
+
 /// The summary of run_simulated(), without writing or printing. Throws as run_simulated().
 [[nodiscard]] Summary summary_of_simulation(const SimulateOptions& options);
 

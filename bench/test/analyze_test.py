@@ -4,13 +4,16 @@ reported."""
 
 import csv
 import json
+import signal
+import subprocess
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest
+from hotpath_command import HOTPATH, CommandTest
 
 SENSOR = "{{name: {0}, type: sensor, period_ms: {1}, execution_time_ms: {2}}}"
 TRANSFORM = "{{name: {0}, type: transform, input: {1}, execution_time_ms: {2}}}"
+RANGE = "{{name: {0}, type: callbacks, callbacks: " "[{{timer: t, period_ms: {1}, execution_time_ms: {2}}}]}}"
 FUSION = "{{name: {0}, type: fusion, inputs: [{1}, {2}], execution_time_ms: {3}}}"
 
 
@@ -274,6 +277,87 @@ class AnalyzeTest(CommandTest):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
             out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertRegex(out.partition("exploration: exact")[2], why)
+
+    def test_a_witness_reaches_the_exact_worst_case(self) -> None:
+        nodes = [SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 3), FUSION.format("F", "A", "B", 5)]
+        nodes.append(
+            "{name: C, type: callbacks, callbacks: [{timer: t, period_ms: 60, "
+            "execution_time_ms: {min: 1, max: 9}}, {subscription: F, execution_time_ms: 1}]}"
+        )
+        graph, folder, table = self.graph(*nodes, chain="A B F"), self.folder / "w", self.folder / "w.csv"
+        exact = ("analyze", graph, "--executors", "rm-ro:fifo", "--exact", "--csv", table, "--witness")
+        self.accepted(*exact, folder, "--phases", "synchronous")
+        with table.open(encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if "exact" in row["method"] and row["bound_ns"]]
+        names = {"task": "response", "chain": "age", "hot_path": "hot_path"}
+        self.assertEqual({row["kind"] for row in rows}, set(names))
+        for row in rows:
+            run = folder / "rm-ro:fifo" / f"{names[row['kind']]}_{row['name'].replace('/', '_')}"
+            worst = int(row["bound_ns"])
+            jobs, chains = self.jobs_and_chains(run)
+            responses = [
+                int(j["finish_ns"]) - int(j["timestamp_ns"]) for j in jobs if j["task"] == row["name"]
+            ]
+            latency = {"chain": "end_to_end_latency_ns", "hot_path": "hot_path_latency_ns"}.get(row["kind"])
+            reached = [int(c[latency]) for c in chains] if latency else responses
+            self.assertEqual(max(reached), worst, row)
+            again = self.folder / f"again_{run.name}"
+            self.accepted(*json.loads((run / "run.json").read_text())["command"], "--output", again)
+            for file in ("jobs.csv", "chains.csv"):
+                self.assertEqual((again / file).read_bytes(), (run / file).read_bytes())
+            self.assertIn("a valid schedule", self.accepted("check", run))
+        self.accepted("timeline", folder / "rm-ro:fifo" / "age_chain")
+        code, _, err = self.command(*exact, self.folder / "w2")
+        self.assertEqual(code, 2)
+        self.assertIn("give --phases or --phases-of", err)
+
+    def test_exact_values_have_a_limit_of_states(self) -> None:
+        few = self.graph(RANGE.format("A", 20, "{min: 1, max: 8}"), RANGE.format("B", 30, "{min: 1, max: 9}"))
+        known = ("--executors", "default", "--phases", "synchronous")
+        self.assertIn("exploration: exact for these phases", self.accepted("analyze", few, *known))
+        self.assertNotIn("xact", self.accepted("analyze", few, *known[:2]))
+        unknown = self.accepted("analyze", few, *known[:2], "--exact")
+        self.assertIn("No exact values: worst cases are exact for known phases only", unknown)
+        for periods, why in (
+            ((10.000019, 7.919), "there are more than 50000 states; --exact allows more"),
+            ((9.999991, 9.999973, 8.999993), "no common multiple of their periods below 36 years"),
+        ):
+            nodes = [RANGE.format(f"N{p}".replace(".", "_"), p, "{min: 0.1, max: 2}") for p in periods]
+            out = self.accepted("analyze", self.graph(*nodes), *known)
+            self.assertIn("processing windows", out)
+            self.assertRegex(out, "No exact values: .*" + why)
+
+    def test_an_interrupt_leaves_the_bounds(self) -> None:
+        nodes = [RANGE.format("A", 10.000019, "{min: 0.1, max: 2}"), RANGE.format("B", 7.919, 1)]
+        command = (HOTPATH, "analyze", self.graph(*nodes), "--executors", "default,rm-ro")
+        process = subprocess.Popen(
+            (*command, "--phases", "synchronous", "--exact"), stdout=subprocess.PIPE, text=True
+        )
+        stat = Path(f"/proc/{process.pid}/stat")
+        self.wait_for(lambda: int(stat.read_text().rpartition(")")[2].split()[11]) > 50, "it does not work")
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 128 + signal.SIGINT)
+        self.assertEqual(out.count("No exact values: it was interrupted"), 2)
+        self.assertIn("processing windows", out)
+
+    @staticmethod
+    def jobs_and_chains(run: Path) -> list[list[dict[str, str]]]:
+        """The rows of jobs that ran, and of chains."""
+        rows = []
+        for name in ("jobs.csv", "chains.csv"):
+            with (run / name).open(encoding="utf-8") as file:
+                rows.append([row for row in csv.DictReader(file) if row.get("outcome", "ran") == "ran"])
+        return rows
+
+    def test_a_listed_execution_time_is_checked(self) -> None:
+        graph, times = self.graph(SENSOR.format("A", 20, 2)), self.folder / "times.csv"
+        for row, why in (("B,0,1", "the graph has no task B"), ("A,0,-1", "is negative"), ("A,x,1", "whole")):
+            times.write_text(f"task,sequence,execution_time_ns\n{row}\n")
+            options = ("--executors", "rm-ro", "--execution-times", f"listed:{times}")
+            code, _, err = self.command("simulate", "--graph", graph, *options)
+            self.assertEqual(code, 2)
+            self.assertRegex(err, f"times.csv:2: .*{why}")
 
     def test_a_run_is_compared_with_bounds_for_what_ran(self) -> None:
         graph = self.graph(SENSOR.format("A", 20, 5), SENSOR.format("B", 30, 5))

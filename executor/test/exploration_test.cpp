@@ -16,17 +16,44 @@ using Worst = std::map<TaskId, Duration>;  // response time by timer
 
 class WorstResponses final : public ExplorationObserver {
  public:
-  void ended(const JobRecord& record, const ExploredInstant& instant) override {
+  void ended(const JobRecord& record, ExploredInstant& instant) override {
     if (record.outcome != Outcome::ran || !is_of_timer(record.job)) return;
-    Duration& worst = worst_[record.job.task];
-    worst = std::max(worst, instant.latest() - record.job.timestamp);
+    const Duration response = instant.latest() - record.job.timestamp;
+    const auto [worst, is_first] = worst_.try_emplace(record.job.task, response);
+    if (!is_first && response <= worst->second) return;
+    worst->second = response;
+    instant.keep_latest(record.job.task);
   }
-  void published(const ExploredInstant&) override {}
+  void published(ExploredInstant&) override {}
   [[nodiscard]] const Worst& worst() const { return worst_; }
 
  private:
   Worst worst_;
 };
+
+void take_worst(const Trace& trace, Worst& worst) {
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome != Outcome::ran || !is_of_timer(r.job)) continue;
+    worst[r.job.task] = std::max(worst[r.job.task], r.finish - r.job.timestamp);
+  }
+}
+
+/// Expects that a simulation with the execution times of each timer's witness reaches its worst case.
+void expect_reached(const Worst& worst, const std::vector<std::optional<Witness>>& witnesses,
+                    const TaskSet& set, const std::string& executor, const SchedulerOptions& scheduling,
+                    const Platform& platform) {
+  for (const auto& [timer, response] : worst) {
+    ASSERT_TRUE(witnesses[timer]);
+    const WitnessTimes times(set, *witnesses[timer]);
+    PublishingWorkload workload(times);
+    SimulationOptions options;
+    options.platform = platform;
+    options.duration = witnesses[timer]->instant - Time{} + 1ns;
+    Worst reached;
+    take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), reached);
+    EXPECT_EQ(reached[timer], response) << executor << ", task " << timer;
+  }
+}
 
 Worst explored(const TaskSet& set, const std::string& executor, const Platform& platform = {}) {
   SchedulerOptions scheduling;
@@ -35,7 +62,10 @@ Worst explored(const TaskSet& set, const std::string& executor, const Platform& 
   WorstResponses worst;
   ExplorationOptions options;
   options.platform = platform;
-  explore(set, *find_executor(executor)->make(set, scheduling), PublishingWorkload(times), options, worst);
+  options.witnesses = set.size();
+  const ExplorationResult result = explore(set, *find_executor(executor)->make(set, scheduling),
+                                           PublishingWorkload(times), options, worst);
+  expect_reached(worst.worst(), result.witnesses, set, executor, scheduling, platform);
   return worst.worst();
 }
 
@@ -74,11 +104,7 @@ Worst enumerated(const TaskSet& set, const std::string& executor, Duration durat
     SimulationOptions options;
     options.platform = platform;
     options.duration = duration;
-    const Trace trace = simulate_trace(set, *find_executor(executor), scheduling, workload, options);
-    for (const JobRecord& r : trace.jobs) {
-      if (r.outcome != Outcome::ran || !is_of_timer(r.job)) continue;
-      worst[r.job.task] = std::max(worst[r.job.task], r.finish - r.job.timestamp);
-    }
+    take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), worst);
   } while (times.next());
   return worst;
 }

@@ -10,68 +10,15 @@
 #include <string>
 #include <utility>
 
-#include "simulation.hpp"
-#include "zone.hpp"
+#include "explored_paths.hpp"
+#include "explored_state.hpp"
 
 namespace hotpath {
 
 namespace {
 
-using Step = SimulatedWorkers::Step;
-
-constexpr Worker kExecutor = 0;
 constexpr Worker kTimers = 1;  // if there is one
 constexpr Time kBeforeAll{Duration(-1)};
-
-/// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
-enum Coordinate : std::size_t {
-  kConstant,
-  kNow,    ///< The instant at hand.
-  kEnd,    ///< Of the executor thread's step.
-  kSlice,  ///< End of the executor thread's time slice.
-  kStarts  ///< From here on: the starts of State::starts.
-};
-
-struct State {
-  std::unique_ptr<Scheduler> scheduler;
-  std::unique_ptr<Workload> workload;
-  std::unique_ptr<Simulation> simulation;
-  Zone zone{kStarts};
-  std::vector<JobRef> starts;
-  Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
-  std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
-
-  [[nodiscard]] SimulatedWorkers::State& executor() { return simulation->workers()[kExecutor]; }
-  [[nodiscard]] const SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
-  /// Whether the thread is within a step that takes time, with or without a core.
-  [[nodiscard]] bool busy() const {
-    return executor().step == Step::run || executor().step == Step::dispatch ||
-           executor().step == Step::release;
-  }
-  [[nodiscard]] State copy() const {
-    State copied;
-    copied.scheduler = scheduler->clone();
-    copied.workload = workload->clone();
-    copied.simulation = simulation->copy(*copied.scheduler, *copied.workload);
-    copied.zone = zone;
-    copied.starts = starts;
-    copied.from = from;
-    copied.end_there = end_there;
-    return copied;
-  }
-  [[nodiscard]] std::size_t start_of(JobRef job) const {
-    const auto place = std::find(starts.begin(), starts.end(), job);
-    return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());
-  }
-};
-
-/// A state that was met, by what it holds relative to its hyperperiod.
-struct Met {
-  Zone zone;
-  std::vector<std::size_t> coordinates;  ///< Of the state's zone, in the order of `zone`.
-  std::int64_t origin = 0;
-  std::unique_ptr<State> state;  ///< Not yet expanded.
-};
 
 std::int64_t hyperperiod(const TaskSet& set) {
   std::int64_t all = 1;
@@ -89,10 +36,12 @@ std::int64_t hyperperiod(const TaskSet& set) {
 class Exploration final : public JobSink, public ExploredInstant {
  public:
   Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
-      : set_(set), options_(options), observer_(observer), hyperperiod_(hyperperiod(set)) {}
+      : set_(set), options_(options), observer_(observer), hyperperiod_(hyperperiod(set)) {
+    kept_.resize(options.witnesses);
+  }
 
-  std::size_t run(const Scheduler& scheduler, const Workload& workload) {
-    State first;
+  ExplorationResult run(const Scheduler& scheduler, const Workload& workload) {
+    ExploredState first;
     first.scheduler = scheduler.clone();
     first.workload = workload.clone();
     if (!first.scheduler || !first.workload) {
@@ -106,13 +55,22 @@ class Exploration final : public JobSink, public ExploredInstant {
       pending_.pop();
       Met& met = met_[place];
       if (!met.state) continue;
-      const std::unique_ptr<State> state = std::move(met.state);
+      const std::unique_ptr<ExploredState> state = std::move(met.state);
       if (++expanded_ > options_.max_states) {
         throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states");
       }
+      constexpr std::size_t kStatesBetweenStops = 64;
+      if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
+        if (const std::string why = options_.stop(); !why.empty()) throw ExplorationRefused(why);
+      }
+      keep_ends(*state, place);
       expand(std::move(*state));
     }
-    return expanded_;
+    ExplorationResult result{expanded_, {}};
+    for (const auto& edge : kept_) {
+      result.witnesses.push_back(edge ? std::optional(paths_.witness(*edge)) : std::nullopt);
+    }
+    return result;
   }
 
  private:
@@ -134,7 +92,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  void prepare(State& state) {
+  void prepare(ExploredState& state) {
     SimulationOptions options;
     options.platform = options_.platform;
     options.duration = kLongestInstant;
@@ -155,7 +113,7 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   // What happens at one instant of `state`, at which kNow is set: between before() and after().
 
-  void before(State& state, bool step_ends) {
+  void before(ExploredState& state, bool step_ends) {
     current_ = &state;
     step_ends_ = step_ends || !state.busy();
     unsettled_ = false;
@@ -188,7 +146,47 @@ class Exploration final : public JobSink, public ExploredInstant {
     return Duration(current_->zone.most(b, a));
   }
 
-  void after(State& state) {
+  void keep_latest(std::size_t slot) override { keep(slot, kConstant, kNow, -current_->zone.highest(kNow)); }
+
+  void keep_longest(std::size_t slot, JobRef earlier, JobRef later) override {
+    keep(slot, current_->start_of(earlier), current_->start_of(later),
+         -longest_between(earlier, later).count());
+  }
+
+  /// Keeps a schedule with x_a - x_b <= bound.
+  void keep(std::size_t slot, std::size_t a, std::size_t b, std::int64_t bound) {
+    if (slot >= kept_.size()) return;
+    Zone zone = current_->zone;
+    [[maybe_unused]] const bool any = zone.limit(a, b, bound);
+    assert(any && "a bound that no schedule reaches");
+    kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, kEnd};
+  }
+
+  /// The ends of the step and of the slice are replaced on the way to the next states, which witnesses need.
+  void keep_ends(ExploredState& state, std::size_t place) {
+    if (kept_.empty()) return;
+    from_ = {place, met_[place].coordinates, met_[place].origin};
+    for (const std::size_t end : {kEnd, kSlice}) {
+      const std::size_t copy = state.zone.grow();
+      state.zone.assign(copy, end, 0, 0);
+      std::replace(from_.coordinates.begin(), from_.coordinates.end(), std::size_t{end}, copy);
+      state.starts.push_back({kNoTask, end});
+    }
+  }
+
+  void keep_way(const ExploredState& state, std::size_t place, const std::vector<std::size_t>& coordinates,
+                std::int64_t origin) {
+    if (kept_.empty()) return;
+    const SimulatedWorkers::State& executor = state.executor();
+    paths_.add({state.zone,
+                from_,
+                {place, coordinates, origin},
+                kNow,
+                executor.step == ExploredState::Step::run ? std::optional(executor.job.task) : std::nullopt,
+                kEnd});
+  }
+
+  void after(ExploredState& state) {
     settle();
     Zone& zone = state.zone;
     const SimulatedWorkers::State& executor = state.executor();
@@ -199,7 +197,8 @@ class Exploration final : public JobSink, public ExploredInstant {
       if (step_ends_) {
         const Task& task = set_[executor.job.task];
         // The workload took the longest time.
-        const std::int64_t spread = executor.step == Step::run ? (task.wcet - task.bcet).count() : 0;
+        const std::int64_t spread =
+            executor.step == ExploredState::Step::run ? (task.wcet - task.bcet).count() : 0;
         zone.assign(kEnd, kNow, end - now - spread, end - now);
       } else if (end != state.end_there) {
         zone.assign(kEnd, kEnd, end - state.end_there,
@@ -214,7 +213,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     const SimulatedWorkers& workers = state.simulation->workers();
     for (Worker w = 0; w < workers.size() && !zone.fixed(kNow); ++w) {
       const SimulatedWorkers::State& worker = workers[w];
-      if (worker.step != Step::asleep || worker.until == kNever) continue;
+      if (worker.step != ExploredState::Step::asleep || worker.until == kNever) continue;
       if (worker.wake_at != kNever && worker.until == worker.wake_at + options_.platform.wake_up_latency)
         continue;
       throw ExplorationRefused("wake-ups at instants that depend on execution times are not explored");
@@ -222,7 +221,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// The next instant at which something happens besides the executor thread's own.
-  static Time next_of_others(State& state) {
+  static Time next_of_others(ExploredState& state) {
     SimulatedWorkers::State& executor = state.executor();
     if (!state.busy() || !executor.on_core) return state.simulation->next_instant();
     const Time until = std::exchange(executor.until, kNever);
@@ -234,13 +233,14 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
-  [[nodiscard]] bool slice_matters(const State& state) const {
+  [[nodiscard]] bool slice_matters(const ExploredState& state) const {
     if (!slices_) return false;
     const SimulatedWorkers::State& timers = state.simulation->workers()[kTimers];
-    return !timers.on_core && timers.step != Step::asleep && timers.step != Step::blocked;
+    return !timers.on_core && timers.step != ExploredState::Step::asleep &&
+           timers.step != ExploredState::Step::blocked;
   }
 
-  void expand(State state) {
+  void expand(ExploredState state) {
     for (;;) {
       const Time others = next_of_others(state);
       if (!state.busy() || !state.executor().on_core) {
@@ -260,7 +260,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// Everything that can happen next, at `others` or before it, and before `change`.
-  void expand_until(const State& state, Time others, Time change) {
+  void expand_until(const ExploredState& state, Time others, Time change) {
     std::vector<std::size_t> uncertain = {kEnd};
     if (slice_matters(state)) uncertain.push_back(kSlice);
     const bool with_others = others <= change && others != kNever;
@@ -291,8 +291,8 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// What happens at kNow in the schedules of `zone`, of which the simulation follows one.
-  void branch(const State& state, Zone zone, bool step_ends) {
-    State next = state.copy();
+  void branch(const ExploredState& state, Zone zone, bool step_ends) {
+    ExploredState next = state.copy();
     const std::vector<std::int64_t> point = zone.point(kNow);
     next.zone = std::move(zone);
     next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
@@ -314,7 +314,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     return limit == kNever || zone.limit(kNow, kConstant, ns - 1);
   }
 
-  void happen(State state, Time instant, bool step_ends) {
+  void happen(ExploredState state, Time instant, bool step_ends) {
     before(state, step_ends);
     state.simulation->advance(instant);
     after(state);
@@ -323,7 +323,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       // A slice that is over already ends now.
       Zone over = state.zone;
       if (over.limit(kSlice, kNow, -1)) {
-        State other = state.copy();
+        ExploredState other = state.copy();
         over.assign(kSlice, kNow, 0, 0);
         other.zone = std::move(over);
         go_on(std::move(other), goes_on);
@@ -334,9 +334,11 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// While the same step goes on there is nothing to be joined with.
-  void go_on(State state, bool same_step) { same_step ? expand(std::move(state)) : enter(std::move(state)); }
+  void go_on(ExploredState state, bool same_step) {
+    same_step ? expand(std::move(state)) : enter(std::move(state));
+  }
 
-  void enter(State state) {
+  void enter(ExploredState state) {
     const Time first_call = state.scheduler->next_change(kBeforeAll);
     const std::int64_t origin =
         first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
@@ -348,7 +350,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     if (state.busy()) coordinates.push_back(kEnd);
     if (slices_ && state.executor().on_core) coordinates.push_back(kSlice);
     const SimulatedWorkers::State& executor = state.executor();
-    if (executor.step == Step::run) add_start(state, executor.job.ref(), coordinates);
+    if (executor.step == ExploredState::Step::run) add_start(state, executor.job.ref(), coordinates);
     for (const JobRef& job : words.data()) add_start(state, job, coordinates);
 
     Zone zone = state.zone.select(coordinates);
@@ -362,20 +364,22 @@ class Exploration final : public JobSink, public ExploredInstant {
       if (!met.state) continue;
       std::optional<Zone> joined = Zone::joined(met.zone, zone);
       if (!joined) continue;
+      keep_way(state, place, coordinates, origin);
       met.zone = std::move(*joined);
       met.state->from = std::min(met.state->from, state.from + Duration(met.origin - origin));
       take_over_zone(met);
       pending_.emplace(earliest(met), place);
       return;
     }
+    keep_way(state, met_.size(), coordinates, origin);
     same.push_back(met_.size());
     met_.push_back(
-        {std::move(zone), std::move(coordinates), origin, std::make_unique<State>(std::move(state))});
+        {std::move(zone), std::move(coordinates), origin, std::make_unique<ExploredState>(std::move(state))});
     forget_other_starts(met_.back());
     pending_.emplace(earliest(met_.back()), met_.size() - 1);
   }
 
-  void add_start(const State& state, JobRef job, std::vector<std::size_t>& coordinates) const {
+  void add_start(const ExploredState& state, JobRef job, std::vector<std::size_t>& coordinates) const {
     const std::size_t start = state.start_of(job);
     if (start == kConstant) return;
     if (std::find(coordinates.begin(), coordinates.end(), start) == coordinates.end()) {
@@ -385,7 +389,7 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   /// Only the starts that `coordinates` names still matter.
   static void forget_other_starts(Met& met) {
-    State& state = *met.state;
+    ExploredState& state = *met.state;
     std::vector<JobRef> starts;
     for (std::size_t& coordinate : met.coordinates) {
       if (coordinate < kStarts) continue;
@@ -407,7 +411,7 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   /// When something happens next in the state.
   static std::int64_t earliest(Met& met) {
-    const State& state = *met.state;
+    const ExploredState& state = *met.state;
     const bool uncertain = state.busy() && state.executor().on_core;
     return uncertain ? state.zone.lowest(kEnd) : (next_of_others(*met.state) - Time{}).count();
   }
@@ -425,16 +429,21 @@ class Exploration final : public JobSink, public ExploredInstant {
   using Pending = std::pair<std::int64_t, std::size_t>;                  // earliest, place in met_
   std::priority_queue<Pending, std::vector<Pending>, std::greater<>> pending_;
 
+  // For witnesses:
+  ExploredPaths paths_;
+  std::vector<std::optional<ExploredPaths::Edge>> kept_;  // by slot
+  ExploredPaths::End from_;                               // the state that is expanded
+
   // While something happens:
-  State* current_ = nullptr;
+  ExploredState* current_ = nullptr;
   bool step_ends_ = false, unsettled_ = false;
   Time slice_before_{};
 };
 
 }  // namespace
 
-std::size_t explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
-                    const ExplorationOptions& options, ExplorationObserver& observer) {
+ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
+                          const ExplorationOptions& options, ExplorationObserver& observer) {
   try {
     return Exploration(set, options, observer).run(scheduler, workload);
   } catch (const SimulationError& error) {

@@ -2,7 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
@@ -25,6 +29,10 @@ class ExploredInstant {
   /// jobs of ExplorationOptions::tracked; `later` ends at this instant, and a message in the system has data
   /// of `earlier`.
   [[nodiscard]] virtual Duration longest_between(JobRef earlier, JobRef later) const = 0;
+  /// Makes the schedule in which it comes last, or in which longest_between() is reached, the witness of
+  /// `slot`, below ExplorationOptions::witnesses; otherwise without effect.
+  virtual void keep_latest(std::size_t slot) = 0;
+  virtual void keep_longest(std::size_t slot, JobRef earlier, JobRef later) = 0;
 };
 
 class ExplorationObserver {
@@ -32,15 +40,50 @@ class ExplorationObserver {
   virtual ~ExplorationObserver() = default;
   /// What became of a job, as JobSink::ended() is told. Of the instants in `record`, only the timestamp of a
   /// timer's job is that of all schedules.
-  virtual void ended(const JobRecord& record, const ExploredInstant& instant) = 0;
+  virtual void ended(const JobRecord& record, ExploredInstant& instant) = 0;
   /// The workload's finish() of the job that ended last is done.
-  virtual void published(const ExploredInstant& instant) = 0;
+  virtual void published(ExploredInstant& instant) = 0;
 };
 
 struct ExplorationOptions {
   Platform platform;
   std::vector<bool> tracked;  ///< By task: its jobs' starts matter to longest_between(). Empty: none does.
   std::size_t max_states = 100'000;
+  std::function<std::string()> stop = nullptr;  ///< Asked now and then: why to give up; empty: go on.
+  std::size_t witnesses = 0;  ///< Slots for schedules; with any, it needs several times the memory.
+};
+
+/// One of the explored schedules, up to an instant. Only its execution times are free; all else follows.
+struct Witness {
+  /// Of the jobs that take time, in the order of their starts.
+  std::vector<std::pair<TaskId, Duration>> jobs;
+  Time instant{};
+};
+
+/// The execution times of a witness, for one simulation of the explored system; later jobs take the worst
+/// case.
+class WitnessTimes final : public ExecutionTimes {
+ public:
+  struct Given {
+    JobRef job;
+    Duration time;
+  };
+  /// The arguments must outlive it.
+  WitnessTimes(const TaskSet& set, const Witness& witness) : set_(set), witness_(witness) {}
+  /// A job is asked for when it starts. Throws std::logic_error if the simulated system is another one.
+  [[nodiscard]] Duration of(const Job& job) const override;
+  /// The times of the witness, by job.
+  [[nodiscard]] const std::vector<Given>& given() const { return given_; }
+
+ private:
+  const TaskSet& set_;
+  const Witness& witness_;
+  mutable std::vector<Given> given_;
+};
+
+struct ExplorationResult {
+  std::size_t states = 0;
+  std::vector<std::optional<Witness>> witnesses;  ///< By slot.
 };
 
 /// Meets every schedule of `set` for the phases that it has and any execution times between `bcet` and
@@ -54,9 +97,9 @@ struct ExplorationOptions {
 /// states that are equal but for their zones are joined where the union is a zone. (After Nasri and
 /// Brandenburg 2017, "An Exact and Sustainable Analysis of Non-Preemptive Scheduling".)
 ///
-/// `scheduler` and `workload` must have a clone(). `workload` takes the longest execution times. Returns the
-/// number of states. Throws ExplorationRefused.
-std::size_t explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
-                    const ExplorationOptions& options, ExplorationObserver& observer);
+/// `scheduler` and `workload` must have a clone(). `workload` takes the longest execution times. Throws
+/// ExplorationRefused.
+ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
+                          const ExplorationOptions& options, ExplorationObserver& observer);
 
 }  // namespace hotpath

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guarantees/witnesses.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <ostream>
+
+#include "hotpath/reference_system/graph_writer.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
+#include "program/whole_file.hpp"
+#include "results/measures.hpp"
+#include "results/run_record.hpp"
+#include "simulated/own_times.hpp"
+#include "simulated/repetition.hpp"
+#include "simulated/simulated_run.hpp"
+
+namespace hotpath {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kShortestRun_ms = 100;  // of `simulate`
+
+std::string in_ms(Duration d) {
+  return text("%lld.%06lld", static_cast<long long>(d.count() / 1'000'000),
+              static_cast<long long>(d.count() % 1'000'000));
+}
+
+/// Keeps what a file may be called everywhere.
+std::string file_name(std::string name) {
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '.' && c != ':'; }, '_');
+  return name;
+}
+
+class Witnesses {
+ public:
+  Witnesses(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+            const CommonOptions& options, const fs::path& folder, std::ostream& out)
+      : graph_(graph),
+        tasks_(tasks),
+        executor_(executor),
+        chains_(measured_chains(graph, tasks)),
+        folder_(folder / file_name(executor.label)),
+        out_(out) {
+    create_folder(folder_, "--witness");
+    const fs::path graph_file = folder_ / "graph.yaml";
+    write_graph(graph_file, graph);
+    std::string phases = "task,first_release_ms\n", order;
+    for (const Task& task : tasks.set.tasks) {
+      if (task.kind == TaskKind::timer) phases += task.name + "," + in_ms(task.phase) + "\n";
+    }
+    write("phases.csv", phases);
+    for (const TaskId id : executor.scheduler.entity_order) order += tasks.set[id].name + "\n";
+    if (!order.empty()) write("entity_order.txt", order);
+    simulation_.graph = graph_file;
+    simulation_.executors = {executor.label};
+    simulation_.rule = options.rule;
+    simulation_.ties = options.ties;
+    simulation_.entity_order = order.empty() ? "creation" : (folder_ / "entity_order.txt").string();
+    simulation_.phases_file = folder_ / "phases.csv";
+    simulation_.warm_up_s = 0;
+    simulation_.threads = 1;
+  }
+
+  void add(const ReachedWorstCase& worst) {
+    const WitnessTimes times(tasks_.set, worst.witness);
+    const std::string quantity = worst.kind == "task"       ? "response_"
+                                 : worst.kind == "hot_path" ? "hot_path_"
+                                                            : "age_";
+    const std::string& subject =
+        worst.kind == "task" ? tasks_.set[worst.number].name : graph_.chains[worst.number].name;
+    std::string name = file_name(quantity + subject);
+    while (fs::exists(folder_ / name)) name += "_";
+    const std::int64_t ms =
+        std::max<std::int64_t>(kShortestRun_ms, (worst.witness.instant - Time{}).count() / 1'000'000 + 1);
+    SimulationPlan plan{executor_, graph_, tasks_, chains_, times};
+    plan.duration = std::chrono::milliseconds(ms);
+    if (const std::int64_t reached = largest(simulate_repetition(plan), worst); reached != worst.value_ns) {
+      throw RunError(concat("the schedule for the ", quantity, subject, " of ", worst.value_ns, " ns under ",
+                            executor_.label, " gives ", reached, " ns. Please report the graph ",
+                            folder_ / "graph.yaml"));
+    }
+    std::string list(kListedColumns);
+    for (const auto& [job, time] : times.given()) {
+      list += concat("\n", tasks_.set[job.task].name, ",", job.sequence, ",", time.count());
+    }
+    write(name + ".csv", list + "\n");
+    store(name, static_cast<double>(ms) / 1000);
+    out_ << "Witness: " << in_ms(Duration(worst.value_ns)) << " ms, " << (folder_ / name).string() << "\n";
+  }
+
+ private:
+  void write(const std::string& name, const std::string& content) const {
+    write_whole_file(folder_ / name, "--witness", content);
+  }
+
+  static std::int64_t largest(const Repetition& repetition, const ReachedWorstCase& worst) {
+    Duration largest{-1};
+    for (const JobRecord& r : repetition.trace.jobs) {
+      if (worst.kind != "task" || r.outcome != Outcome::ran || r.job.task != worst.number) continue;
+      largest = std::max(largest, response_time(r));
+    }
+    for (const ChainRecord& c : repetition.trace.chains) {
+      if (worst.kind == "task" || c.chain != worst.number) continue;
+      largest = std::max(largest, worst.kind == "chain" ? c.end_to_end_latency : c.hot_path_latency);
+    }
+    return largest.count();
+  }
+
+  void store(const std::string& name, double seconds) {
+    SimulateOptions o = simulation_;
+    o.execution_times = std::string(kListed) + (folder_ / (name + ".csv")).string();
+    o.duration_s = seconds;
+    o.output = folder_ / name;
+    o.command = {"simulate",
+                 "--graph=" + o.graph,
+                 "--executors=" + o.executors.front(),
+                 "--phases-file=" + o.phases_file,
+                 "--execution-times=" + *o.execution_times,
+                 text("--duration=%.3f", seconds),
+                 "--warm-up=0"};
+    if (o.rule != SubscriptionRule::inherit) o.command.push_back("--rule=" + std::string(to_string(o.rule)));
+    if (o.ties != Ties::lifo) o.command.push_back("--ties=" + std::string(to_string(o.ties)));
+    if (o.entity_order != "creation") o.command.push_back("--entity-order=" + o.entity_order);
+    store_simulation(o);
+  }
+
+  const Graph& graph_;
+  const GraphTasks& tasks_;
+  const ExecutorSpec& executor_;
+  const std::vector<MeasuredChain> chains_;
+  const fs::path folder_;
+  std::ostream& out_;
+  SimulateOptions simulation_;
+};
+
+}  // namespace
+
+void write_witnesses(const std::vector<ReachedWorstCase>& worst_cases, const Graph& graph,
+                     const GraphTasks& tasks, const ExecutorSpec& executor, const CommonOptions& options,
+                     const fs::path& folder, std::ostream& out) {
+  Witnesses witnesses(graph, tasks, executor, options, folder, out);
+  for (const ReachedWorstCase& worst : worst_cases) witnesses.add(worst);
+}
+
+}  // namespace hotpath

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "hotpath/core/exploration.hpp"
+#include "zone.hpp"
+
+namespace hotpath {
+
+/// How an exploration came to its states, to find a schedule that leads to one of them.
+class ExploredPaths {
+ public:
+  static constexpr std::size_t kNowhere = ~std::size_t{0};  ///< Before the first state.
+
+  /// A state, and which coordinates of a zone are those of the state.
+  struct End {
+    std::size_t state = kNowhere;
+    std::vector<std::size_t> coordinates;
+    std::int64_t origin = 0;  ///< Of the zone's instants in the state.
+  };
+
+  /// What leads from one state to the next, or to an instant that was to be kept.
+  struct Edge {
+    Zone zone;  ///< Of all schedules that go this way, with the coordinates of both states.
+    End from, to;
+    std::size_t instant = 0;       ///< Coordinate: when the next state begins.
+    std::optional<TaskId> starts;  ///< The job that starts there and takes time.
+    std::size_t finish = 0;        ///< Coordinate: when that job ends.
+  };
+
+  void add(Edge edge) {
+    if (edges_.size() <= edge.to.state) edges_.resize(edge.to.state + 1);
+    edges_[edge.to.state].push_back(std::move(edge));
+  }
+
+  /// A schedule of the last edge's zone, from its beginning.
+  [[nodiscard]] Witness witness(const Edge& last) const;
+
+ private:
+  struct Step {
+    const Edge* edge;
+    std::vector<std::int64_t> point;  ///< Of its zone.
+  };
+
+  /// The first edge that leads to the state at this point of the next edge's zone. It was there before the
+  /// next edge, so that a path ends.
+  [[nodiscard]] Step edge_to(const End& end, const std::vector<std::int64_t>& point) const;
+
+  std::deque<std::vector<Edge>> edges_;  // by the state to which they lead
+};
+
+}  // namespace hotpath

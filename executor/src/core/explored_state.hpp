@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "simulation.hpp"
+#include "zone.hpp"
+
+namespace hotpath {
+
+/// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
+enum Coordinate : std::size_t {
+  kConstant,
+  kNow,    ///< The instant at hand.
+  kEnd,    ///< Of the executor thread's step.
+  kSlice,  ///< End of the executor thread's time slice.
+  kStarts  ///< From here on: the starts of ExploredState::starts.
+};
+
+struct ExploredState {
+  using Step = SimulatedWorkers::Step;
+  static constexpr Worker kExecutor = 0;
+
+  std::unique_ptr<Scheduler> scheduler;
+  std::unique_ptr<Workload> workload;
+  std::unique_ptr<Simulation> simulation;
+  Zone zone{kStarts};
+  std::vector<JobRef> starts;
+  Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
+  std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
+
+  [[nodiscard]] SimulatedWorkers::State& executor() { return simulation->workers()[kExecutor]; }
+  [[nodiscard]] const SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
+  /// Whether the thread is within a step that takes time, with or without a core.
+  [[nodiscard]] bool busy() const {
+    return executor().step == Step::run || executor().step == Step::dispatch ||
+           executor().step == Step::release;
+  }
+  [[nodiscard]] ExploredState copy() const {
+    ExploredState copied;
+    copied.scheduler = scheduler->clone();
+    copied.workload = workload->clone();
+    copied.simulation = simulation->copy(*copied.scheduler, *copied.workload);
+    copied.zone = zone;
+    copied.starts = starts;
+    copied.from = from;
+    copied.end_there = end_there;
+    return copied;
+  }
+  [[nodiscard]] std::size_t start_of(JobRef job) const {
+    const auto place = std::find(starts.begin(), starts.end(), job);
+    return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());
+  }
+};
+
+/// An ExploredState that was met, by what it holds relative to its hyperperiod.
+struct Met {
+  Zone zone;
+  std::vector<std::size_t> coordinates;  ///< Of the state's zone, in the order of `zone`.
+  std::int64_t origin = 0;
+  std::unique_ptr<ExploredState> state;  ///< Not yet expanded.
+};
+
+}  // namespace hotpath
