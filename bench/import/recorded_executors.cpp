@@ -12,20 +12,6 @@ namespace hotpath {
 
 namespace {
 
-/// Threads joined into executors (union-find).
-class Groups {
- public:
-  explicit Groups(std::size_t threads) : parent_(threads) { std::iota(parent_.begin(), parent_.end(), 0U); }
-  std::uint32_t find(std::uint32_t t) {
-    while (parent_[t] != t) t = parent_[t] = parent_[parent_[t]];
-    return t;
-  }
-  void join(std::uint32_t a, std::uint32_t b) { parent_[find(b)] = find(a); }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 bool counts(const tracing::System& system, std::uint32_t c) {
   const tracing::Callback& callback = system.callbacks[c];
   const bool is_task =
@@ -88,12 +74,17 @@ void find_candidates(const tracing::System& system, const std::vector<ThreadUse>
 }  // namespace
 
 RecordedExecutors recorded_executors(const tracing::System& system, const std::string& given) {
-  Groups groups(system.threads.size());
+  // By thread: threads of one executor have one number.
+  std::vector<std::uint32_t> executor_of(system.threads.size());
+  std::iota(executor_of.begin(), executor_of.end(), 0U);
+  const auto join = [&](std::uint32_t a, std::uint32_t b) {
+    std::ranges::replace(executor_of, std::uint32_t{executor_of[b]}, std::uint32_t{executor_of[a]});
+  };
   const std::vector<ThreadUse> uses = uses_of(system);
   for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
     if (!counts(system, c)) continue;
     const auto& threads = system.callbacks[c].threads;
-    for (const auto& [thread, jobs] : threads) groups.join(threads.begin()->first, thread);
+    for (const auto& [thread, jobs] : threads) join(threads.begin()->first, thread);
   }
   // Release-and-execute: a thread with timers only serves the same nodes as another thread.
   for (std::uint32_t a = 0; a < uses.size(); ++a) {
@@ -101,7 +92,7 @@ RecordedExecutors recorded_executors(const tracing::System& system, const std::s
       const bool apart = uses[a].timers && !uses[a].others && uses[b].others && !uses[b].timers;
       if (!apart || system.threads[a].waits + system.threads[b].waits > 0) continue;
       if (std::ranges::any_of(uses[a].nodes, [&](std::uint32_t n) { return uses[b].nodes.contains(n); }))
-        groups.join(b, a);
+        join(b, a);
     }
   }
   RecordedExecutors result;
@@ -109,7 +100,7 @@ RecordedExecutors recorded_executors(const tracing::System& system, const std::s
   for (std::uint32_t t = 0; t < system.threads.size(); ++t) {
     if (uses[t].nodes.empty()) continue;
     const auto [at, is_new] =
-        index.try_emplace(groups.find(t), static_cast<std::uint32_t>(result.executors.size()));
+        index.try_emplace(executor_of[t], static_cast<std::uint32_t>(result.executors.size()));
     if (is_new) {
       // Processes of different containers may have threads with equal ids.
       const tracing::Thread& first = system.threads[t];
@@ -127,7 +118,7 @@ RecordedExecutors recorded_executors(const tracing::System& system, const std::s
   }
   for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
     const bool ran = counts(system, c);
-    result.of_callback.push_back(ran ? index.at(groups.find(system.callbacks[c].threads.begin()->first))
+    result.of_callback.push_back(ran ? index.at(executor_of[system.callbacks[c].threads.begin()->first])
                                      : kNone);
   }
   return result;

@@ -67,7 +67,8 @@ void Assembler::take(const Event& e, std::uint32_t subscription, std::uint64_t s
   thread.taken = stranger(subscription, std::min(source, e.at));
 }
 
-void Assembler::hold(ThreadState& thread, std::uint32_t subscription, std::deque<Unread>::iterator sample) {
+void Assembler::hold(ThreadState& thread, std::uint32_t subscription,
+                     const std::deque<Unread>::iterator& sample) {
   thread.taken_by = subscription;
   thread.taken = sample->sample;
   callback_states_[subscription].unread.erase(sample);

@@ -101,7 +101,7 @@ class Assembler {
   void take(const Event& e, std::uint32_t subscription, std::uint64_t source_ns);
   void enqueue(const Event& e);
   void dequeue(const Event& e);
-  void hold(ThreadState& thread, std::uint32_t subscription, std::deque<Unread>::iterator sample);
+  void hold(ThreadState& thread, std::uint32_t subscription, const std::deque<Unread>::iterator& sample);
   /// A sample without a traced publication.
   Sample stranger(std::uint32_t subscription, Time published);
   std::uint32_t subscription_behind(Handle buffer) const;
