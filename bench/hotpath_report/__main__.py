@@ -17,59 +17,56 @@ from hotpath_report.shown_text import PrintableStream, printable
 EXIT_FAILED, EXIT_WRONG_USE = 1, 2
 LONGEST_MESSAGE = 4000
 
+Arguments = dict[str, dict[str, Any]]  # of a command: name and options of add_argument()
+RUNS: Arguments = {
+    "folders": {"metavar": "RUN", "nargs": "+", "help": "run folders, live or simulated"},
+    "--output": {"metavar": "DIR", "help": "output folder (default: the first RUN)"},
+}
+FOLDER: Arguments = {"folder": {"metavar": "FOLDER"}}
+OPTIONS: Arguments = {"options": {"metavar": "OPTIONS", "help": "JSON from `hotpath`"}}
+COMPARISON: Arguments = {
+    "old": {"metavar": "OLD"},
+    "new": {"metavar": "NEW"},
+    "--csv": {"metavar": "FILE", "help": "write the table to this file as well"},
+    "--gate": {"action": "store_true", "help": "exit with code 1 if anything became worse"},
+    "--across-loads": {"action": "store_true", "help": "allow runs of different loads"},
+    "--junit": {"metavar": "FILE", "help": "with --gate: write a report as junit"},
+    "--markdown": {"metavar": "FILE", "help": "with --gate: write a report as markdown"},
+}
+HOT_PATH = "hot-path latency of each executor, for runs of one graph"
+TIMERS = "dropped jobs and response times of timers-only graphs"
+REPORT = "page about runs, or about a published reproduction"
+# The function that runs each command, what it does, and its arguments.
+COMMANDS: dict[str, tuple[str, str, Arguments]] = {
+    "hot-path": ("figures.hot_path:draw_runs", HOT_PATH, RUNS),
+    "timers-only": ("figures.timers:draw_runs", TIMERS, RUNS),
+    "report": ("report:write", REPORT, RUNS),
+    "timeline": ("trace_events:show", "chart or Perfetto trace of `hotpath timeline`", OPTIONS),
+    "validate": ("pages.text:tell_validation", "print and draw `hotpath validate`", FOLDER),
+    "import-page": ("pages.text:write_import", "page of `hotpath import ctf`", FOLDER),
+    "guarantees": ("pages.guarantees:write", "page of `hotpath analyze`", FOLDER),
+    "capacity": ("figures.capacity:draw", "levels of `hotpath capacity`", FOLDER),
+    "sweep": ("figures.sweep:draw", "lines and maps of `hotpath sweep`", FOLDER),
+    "advice": ("figures.advice:draw", "predictions of `hotpath advise`", FOLDER),
+    "waters": ("figures.waters:draw", "reduction of bounds on WATERS task sets", FOLDER),
+    "bench": ("bench_suite:bench", "run the programs of `hotpath bench`, or compare", OPTIONS),
+    "bench-report": ("pages.bench_report:write", "report of `hotpath bench`", FOLDER),
+    "compare-results": ("comparison.compare:compare_results", "differences beyond noise", COMPARISON),
+}
 
-def add_commands(commands: Any) -> None:
-    """Adds a parser for each command; its default `call` names the function that runs it."""
 
-    def add(name: str, call: str, about: str, **folders: Any) -> argparse.ArgumentParser:
-        parser: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
-        for folder, options in folders.items():
-            parser.add_argument(folder, **({"metavar": folder.upper()} | options))
-        parser.set_defaults(call=call)
-        return parser
-
-    runs = {"metavar": "RUN", "nargs": "+", "help": "run folders, live or simulated"}
-    output: Any = {"metavar": "DIR", "help": "output folder (default: the first RUN)"}
-    for name, call, about in (
-        (
-            "hot-path",
-            "figures.hot_path:draw_runs",
-            "hot-path latency of each executor, for runs of one graph",
-        ),
-        ("timers-only", "figures.timers:draw_runs", "dropped jobs and response times of timers-only graphs"),
-        ("report", "report:write", "page about runs, or about a published reproduction"),
-    ):
-        add(name, call, about, folders=runs).add_argument("--output", **output)
-    add(
-        "timeline",
-        "trace_events:show",
-        "chart or Perfetto trace; OPTIONS: JSON from `hotpath timeline`",
-        options={},
-    )
-    add(
-        "validate", "pages.text:tell_validation", "print and draw the result of `hotpath validate`", folder={}
-    )
-    add("import-page", "pages.text:write_import", "page of `hotpath import ctf`", folder={})
-    add("guarantees", "pages.guarantees:write", "page of `hotpath analyze`", folder={})
-    add("capacity", "figures.capacity:draw", "levels of `hotpath capacity`", folder={})
-    add("sweep", "figures.sweep:draw", "lines and maps of `hotpath sweep`", folder={})
-    add("advice", "figures.advice:draw", "predictions of `hotpath advise`", folder={})
-    add("waters", "figures.waters:draw", "reduction of end-to-end bounds on WATERS task sets", folder={})
-    add(
-        "bench",
-        "bench_suite:bench",
-        "run the benchmark programs; OPTIONS: JSON from `hotpath bench`",
-        options={},
-    )
-    add("bench-report", "pages.bench_report:write", "report of `hotpath bench`", folder={})
-    compare = add(
-        "compare-results", "comparison.compare:compare_results", "differences beyond noise", old={}, new={}
-    )
-    compare.add_argument("--csv", metavar="FILE", help="write the table to this file as well")
-    compare.add_argument("--gate", action="store_true", help="exit with code 1 if anything became worse")
-    compare.add_argument("--across-loads", action="store_true", help="allow runs of different loads")
-    for form in ("junit", "markdown"):
-        compare.add_argument(f"--{form}", metavar="FILE", help=f"with --gate: write a report as {form}")
+def command_parser() -> argparse.ArgumentParser:
+    """Parser of all commands; `call` in its result names the function."""
+    parser = argparse.ArgumentParser(prog="hotpath_report", description=__doc__)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    for name, (call, about, arguments) in COMMANDS.items():
+        command = commands.add_parser(name, help=about, description=about)
+        command.set_defaults(call=call)
+        for argument, options in arguments.items():
+            command.add_argument(argument, **options)
+    reproduce = "reproduce the paper's evaluation; see reproduce --help"
+    commands.add_parser("reproduce", help=reproduce, add_help=False)
+    return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -81,17 +78,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(arguments: Sequence[str]) -> int:
     """Runs one command without filtering its output."""
-    parser = argparse.ArgumentParser(prog="hotpath_report", description=__doc__)
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    add_commands(commands)
-    commands.add_parser(
-        "reproduce", help="reproduce the paper's evaluation; see reproduce --help", add_help=False
-    )
     try:
         if arguments[:1] == ["reproduce"]:  # own options and exit codes
             return int(load("paper.reproduce").reproduce(arguments[1:]))
-        options = vars(parser.parse_args(arguments))
-        options.pop("command")
+        options = vars(command_parser().parse_args(arguments))
         module, name = options.pop("call").split(":")
         code = getattr(load(module), name)(**options) or 0
         sys.stdout.flush()

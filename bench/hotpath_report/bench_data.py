@@ -11,6 +11,7 @@ from hotpath_report.errors import InputError
 from hotpath_report.statistics import median
 from hotpath_report.tables import read_json
 
+Key = tuple[str, str]  # benchmark and metric
 Spec = dict[str, Any]  # a table of bench.toml
 SPEC: Spec = tomllib.loads(Path(__file__).with_name("bench.toml").read_text(encoding="utf-8"))
 
@@ -30,8 +31,9 @@ class Bench:
         path = self.folder / "bench.json"
         self.facts: dict[str, Any] = read_json(path, "hotpath bench")
         try:
-            self.values: dict[tuple[str, str], list[float]] = {
-                (f["benchmark"], f["metric"]): f["values"] for f in self.facts["figures"]
+            figures = self.facts["figures"]
+            self.values: dict[Key, list[float]] = {
+                (f["benchmark"], f["metric"]): f["values"] for f in figures
             }
             self.complexities = {c["benchmark"]: c for c in self.facts["complexities"]}
             self.machine = self.facts["machine"]

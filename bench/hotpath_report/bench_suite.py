@@ -126,14 +126,7 @@ def run_hot_path(program: Path, output: Path, options: dict[str, Any], values: B
 def new_folder(name: str) -> Path:
     """The folder of the results, with raw/ in it. Raises InputError."""
     folder = Path(name or time.strftime("runs/%Y%m%d-%H%M%S-bench"))
-    try:
-        if folder.is_dir() and any(folder.iterdir()):
-            raise InputError(
-                f"--output: the folder {folder} holds files already; name a new folder, or empty it"
-            )
-        make_folder(folder / "raw")
-    except OSError as error:
-        raise InputError(f"--output: {folder} cannot be created ({error.strerror}); name another") from None
+    make_folder(folder / "raw")
     return folder
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hotpath_report.bench_data import Bench, Key
 from hotpath_report.errors import InputError
 from hotpath_report.statistics import Estimate, Pairing, Samples, Scale, growth
 from hotpath_report.tables import read_json, text_table
@@ -29,8 +30,6 @@ LEAST_REPETITIONS = 3
 ALARM_RATE = 0.01
 ROUNDING = 1e-9
 NOT_COMPARABLE = "not comparable"  # too few repetitions, or values that have no ratio
-
-Key = tuple[str, str]  # benchmark and metric
 
 
 class BenchValues:
@@ -82,16 +81,6 @@ class BenchValues:
         return {"figures": figures, "complexities": list(self.complexities.values()), "errors": self.errors}
 
 
-def figures_of(folder: str) -> dict[Key, list[float]]:
-    """The figures of a folder. Raises InputError."""
-    path = Path(folder) / "bench.json"
-    content = read_json(path, "hotpath bench")
-    try:
-        return {(f["benchmark"], f["metric"]): f["values"] for f in content["figures"]}
-    except (KeyError, TypeError) as error:
-        raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
-
-
 def change(before: list[float], after: list[float]) -> tuple[Estimate | None, str]:
     """The ratio of geometric means, after / before, with its 95 % interval, and the verdict of the quality gate's
     test (statistics.growth), two-sided."""
@@ -109,7 +98,7 @@ def change(before: list[float], after: list[float]) -> tuple[Estimate | None, st
 def compare(before: str, after: str) -> int:
     """Prints a line for each value that both folders have, those beyond noise first and the largest effects first among
     them, and a count; the exit code. Raises InputError."""
-    old, new = figures_of(before), figures_of(after)
+    old, new = Bench(before).values, Bench(after).values
     rows: list[tuple[float, list[str]]] = []
     for key in sorted(old.keys() & new.keys()):
         found, verdict = change(old[key], new[key])

@@ -1,23 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Client of the C++ statistics library. The library resamples whole repetitions, because the
+"""Statistics, computed by the C++ library. It resamples whole repetitions, because the
 samples of one repetition are not independent. A single live repetition is split into blocks of
 consecutive samples; a single exact repetition stays whole."""
 
 import bisect
 import ctypes
 import enum
-import functools
 import math
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hotpath_report import hotpath_command
-from hotpath_report.errors import RunError
+from hotpath_report.native import library
 
 CONFIDENCE_PERCENT, RESAMPLES = 95, 2000  # of the C++ library
 BLOCKS = 20
@@ -26,39 +22,6 @@ PERCENTILES = {0.5: "p50", 0.9: "p90", 0.99: "p99", 0.999: "p99.9", 1.0: "max"}
 
 Values = NDArray[np.float64]
 _Result = ctypes.c_double * 3
-
-
-@functools.cache
-def library() -> ctypes.CDLL:
-    """libhotpath_statistics.so: $HOTPATH_STATISTICS, beside the program, or in ../lib."""
-    folder = hotpath_command.program().resolve().parent
-    name = "libhotpath_statistics.so"
-    places = [Path(os.environ.get("HOTPATH_STATISTICS", folder / name)), folder.parent / "lib" / name]
-    path = next((p for p in places if p.exists()), None)
-    if path is None:
-        raise RunError(f"{places[0]} is missing; build it with launch_scripts/build.sh")
-    loaded = ctypes.CDLL(str(path))
-    loaded.hotpath_samples_new.restype = ctypes.c_void_p
-    loaded.hotpath_samples_new.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t]
-    loaded.hotpath_samples_delete.argtypes = [ctypes.c_void_p]
-    loaded.hotpath_percent_of.restype = ctypes.c_double
-    loaded.hotpath_percent_of.argtypes = [ctypes.c_uint64, ctypes.c_uint64]
-    loaded.hotpath_mean.restype = ctypes.c_double
-    loaded.hotpath_mean.argtypes = [ctypes.c_void_p]
-    loaded.hotpath_quantile_estimate.argtypes = [ctypes.c_void_p, ctypes.c_double, _Result]
-    two = [ctypes.c_void_p, ctypes.c_void_p]
-    loaded.hotpath_quantile_ratio.argtypes = [*two, ctypes.c_double, ctypes.c_double, _Result]
-    loaded.hotpath_quantile_difference.argtypes = [*two, ctypes.c_double, _Result]
-    loaded.hotpath_cliffs_delta.argtypes = [*two, _Result]
-    loaded.hotpath_rank_test.restype = ctypes.c_double
-    loaded.hotpath_rank_test.argtypes = two
-    points = [ctypes.c_void_p] * 3
-    loaded.hotpath_fit_line.argtypes = [*points, ctypes.c_size_t, ctypes.c_double * 2]
-    side = [ctypes.c_void_p, ctypes.c_size_t]
-    kinds = [ctypes.c_int] * 2 + [ctypes.c_double] * 2
-    loaded.hotpath_growth.argtypes = [*side, *side, *kinds, ctypes.c_double * len(fields(Growth))]
-    loaded.hotpath_holm.argtypes = side
-    return loaded
 
 
 @dataclass(frozen=True)

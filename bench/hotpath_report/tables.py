@@ -1,23 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads and writes CSV and JSON, with errors that name file and line; text tables."""
 
-import contextlib
-import errno
 import gzip
 import io
-import itertools
 import json
 import os
 import stat
 import sys
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import pandas as pd
 
-from hotpath_report.errors import READ, InputError
+from hotpath_report.errors import READ, InputError, RunError
+from hotpath_report.native import library
 from hotpath_report.shown_text import printable, printable_content
 
 NS_PER_MS = 1e6
@@ -88,102 +86,43 @@ def read_table(
     return frame
 
 
-MOST_LINKS = 40  # limit of Linux
-Created = TypeVar("Created")
+def call_writer(function: str, *arguments: str | Path | bytes | int) -> str:
+    """Calls a function of bench/program/files_c.cpp; returns its message, empty if it succeeded."""
+    values = [os.fsencode(a) if isinstance(a, (str, Path)) else a for a in arguments]
+    failure: bytes | None = getattr(library(), f"hotpath_{function}")(*values)
+    return os.fsdecode(failure or b"")
 
 
-def new_part(path: Path, create: Callable[[Path], Created]) -> tuple[Path, Created]:
-    """Creates a file or folder beside `path` under a unique hidden name."""
-    for number in itertools.count():
-        part = path.with_name(f".{path.name[:50]}.{os.getpid()}-{number}.part")
-        with contextlib.suppress(FileExistsError):
-            return part, create(part)
-    raise AssertionError
-
-
-def create_file(path: Path) -> int:
-    """Creates a new file; never follows a link."""
-    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
-
-
-def take_over_permissions(descriptor: int, replaced: Path) -> None:
-    """Copies owner and permissions of the file that will be replaced, if there is one."""
-    with contextlib.suppress(OSError):  # no such file, or the owner cannot be set
-        old = os.lstat(replaced)
-        if stat.S_ISREG(old.st_mode):
-            os.fchown(descriptor, old.st_uid, old.st_gid)
-            os.fchmod(descriptor, stat.S_IMODE(old.st_mode))
+def encoded(content: str | bytes) -> tuple[bytes, int]:
+    """The content as UTF-8, and its size in bytes."""
+    data = content.encode() if isinstance(content, str) else content
+    return data, len(data)
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Replaces a file, or a link, by a complete new file and syncs it."""
-    part, descriptor = new_part(path, create_file)
-    try:
-        with open(descriptor, "wb") as file:
-            take_over_permissions(descriptor, path)
-            file.write(content.encode() if isinstance(content, str) else content)
-        name_durably(part, path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-
-
-def descriptor_of(path: Path) -> int | None:
-    """The descriptor that a path in /proc/self/fd names, if any."""
-    is_one = path.name.isdigit() and path.parent.resolve() == Path("/proc/self/fd").resolve()
-    return int(path.name) if is_one else None
+    """Replaces a file, or a link, by a complete new file and syncs it. Raises RunError."""
+    if failure := call_writer("write_file", path, *encoded(content)):
+        raise RunError(failure)
 
 
 def write_output(path: Path, option: str, content: str | bytes) -> None:
     """Writes the file that the user named in `option`. Unlike write_file(), it follows symbolic
     links and writes into devices and FIFOs. Raises InputError."""
-    try:
-        target = path
-        for _ in range(MOST_LINKS):
-            if descriptor_of(target) is not None or not target.is_symlink():
-                break
-            target = target.parent / os.readlink(target)
-        descriptor = descriptor_of(target)
-        if descriptor is None and (target.is_file() or not target.exists()):
-            if target.exists() and not os.access(target, os.W_OK, effective_ids=True):
-                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-            write_file(target, content)
-            return
-        sys.stdout.flush()  # earlier output comes first
-        in_place = os.O_WRONLY | os.O_NOCTTY | os.O_CLOEXEC
-        with open(os.open(target, in_place) if descriptor is None else os.dup(descriptor), "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
-    except OSError as error:
-        raise InputError(
-            f"{option}: {path} cannot be written ({error.strerror}); name another place"
-        ) from None
-
-
-def await_disk(path: Path) -> None:
-    """Syncs a file's content or a folder's entries to disk."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    except OSError as error:
-        if error.errno != errno.EINVAL:  # file systems without sync
-            raise
-    finally:
-        os.close(descriptor)
-
-
-def name_durably(part: Path, path: Path) -> None:
-    """Syncs `part`, renames it to `path` and syncs the folder."""
-    await_disk(part)
-    os.replace(part, path)
-    await_disk(path.parent)
+    sys.stdout.flush()  # earlier output comes first
+    if failure := call_writer("write_output", path, option, *encoded(content)):
+        raise InputError(failure)
 
 
 def make_folder(folder: Path) -> None:
-    """Creates a folder with its parents and syncs their entries."""
-    if not folder.is_dir():
-        make_folder(folder.parent)
-        folder.mkdir(exist_ok=True)
-        await_disk(folder.parent)
+    """Creates a folder with its parents and syncs their entries. Raises InputError."""
+    if failure := call_writer("make_folder", folder):
+        raise InputError(failure)
+
+
+def name_durably(part: Path, path: Path) -> None:
+    """Syncs `part`, renames it to `path` and syncs the folder. Raises RunError."""
+    if failure := call_writer("name_durably", part, path):
+        raise RunError(failure)
 
 
 def write_json(path: Path, value: Any) -> None:

@@ -37,8 +37,8 @@ class BenchCommand(CommandTest):
         shutil.copy(shutil.which(real) or real, self.programs / "hotpath")
         self.addCleanup(setattr, hotpath_command, "HOTPATH", real)
         hotpath_command.HOTPATH = str(self.programs / "hotpath")
-        statistics = Path(shutil.which(real) or real).with_name("libhotpath_statistics.so")
-        self.environment["HOTPATH_STATISTICS"] = str(statistics)
+        statistics = Path(shutil.which(real) or real).with_name("libhotpath_python.so")
+        self.environment["HOTPATH_LIBRARY"] = str(statistics)
 
     def stand_in(self, name: str, body: str) -> None:
         path = self.programs / f"bench_{name}"
@@ -52,7 +52,8 @@ class BenchCommand(CommandTest):
         path = self.folder / name
         path.mkdir()
         figures = [{"benchmark": "decide", "metric": "time_ns", "values": values}]
-        (path / "bench.json").write_text(json.dumps({"figures": figures, "complexities": [], "errors": []}))
+        facts = {"figures": figures, "complexities": [], "errors": [], "machine": {}}
+        (path / "bench.json").write_text(json.dumps(facts))
         return path
 
     def assert_refused(self, *arguments: object, code: int = 2, words: Iterable[Any] = ()) -> None:

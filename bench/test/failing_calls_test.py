@@ -88,7 +88,7 @@ class Run:
         environment = dict(os.environ, LD_PRELOAD=LIBRARY, HOTPATH_CALLS=str(calls))
         # Figures are slow: Python starts only if starting it is the fault, and then finds no
         # statistics library.
-        environment["HOTPATH_STATISTICS"] = str(folder / "missing.so")
+        environment["HOTPATH_LIBRARY"] = str(folder / "missing.so")
         if fault and kind_of(fault) != "posix_spawnp":
             environment["HOTPATH_FIGURES"] = "none"
         if fault:

@@ -300,7 +300,7 @@ class Machine(FaultTest):
 
     def test_figure_that_cannot_be_drawn(self) -> None:
         del self.environment["HOTPATH_FIGURES"]
-        self.environment["HOTPATH_STATISTICS"] = str(self.folder / "missing.so")
+        self.environment["HOTPATH_LIBRARY"] = str(self.folder / "missing.so")
         output = self.folder / "run"
         code, _, err = self.command("run", "--load", 1, "--duration", 1, "--warm-up", 0, "--output", output)
         self.assertEqual(code, 0)

@@ -72,9 +72,13 @@ PYTHON_READERS = {
         "compare-results {d} {d}",
         "hot-path {d} --output p",
     ],
-    "run/summary.json": ["timers-only {d} --output p", "report {d} --output p"],
+    "run/summary.json": [
+        "timers-only {d} --output p",
+        "report {d} --output p",
+        "compare-results {d} {d} --gate",
+    ],
     "run/chains.csv": ["hot-path {d} --output p", "report {d} --output p"],
-    "run/jobs.csv": ["timeline {d}", "compare-results {d} {d} --gate"],
+    "run/jobs.csv": ["timeline {d}"],
     "bench/bench.json": ["bench-report {d}", "bench --compare {d}"],
     "swept/table.csv": ["sweep {d}"],
     "capacity/levels.csv": ["capacity {d}"],
@@ -238,8 +242,8 @@ class Readers(CommandTest):
         program = self.folder / "hotpath"
         program.write_text("#!/bin/sh\necho $$ >%s\nexec sleep 60\n" % (self.folder / "started"))
         program.chmod(0o755)
-        library = Path(HOTPATH).with_name("libhotpath_statistics.so")
-        environment = {**self.environment, "HOTPATH": str(program), "HOTPATH_STATISTICS": str(library)}
+        library = Path(HOTPATH).with_name("libhotpath_python.so")
+        environment = {**self.environment, "HOTPATH": str(program), "HOTPATH_LIBRARY": str(library)}
         report = subprocess.Popen(
             ["/usr/bin/python3", "-I", "-B", BENCH, "report", self.inputs / "run"],
             env=environment, start_new_session=True,

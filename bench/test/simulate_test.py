@@ -3,6 +3,7 @@
 use."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -255,10 +256,43 @@ class Timeline(SimulateTest):
             for mark in [*marks, "release"]:
                 self.assertIn(f"<!-- {mark} -->", svg.read_text())
 
+    def chart(self, *arguments: object) -> tuple[set[str], str]:
+        """The texts in a chart from 1000 to 1200 ms, and what the command noted."""
+        svg = self.folder / "chart.svg"
+        code, _, err = self.command("timeline", *arguments, "--from", 1000, "--to", 1200, "--svg", svg)
+        self.assertEqual(code, 0, err)
+        return set(re.findall("<!-- (.*) -->", svg.read_text())), err
+
+    def test_charts_of_two_executors_show_the_hot_path_on_one_axis(self) -> None:
+        del self.environment["HOTPATH_FIGURES"]
+        run = self.simulate("--executors", "default,rm-ro,multi", "--cores", 2, *BRIEF)
+        texts, err = self.chart(run.path, "--executor", "default", "--executor", "rm-ro")
+        path = {"RearLidarDriver", "ObjectCollisionEstimator/EuclideanClusterDetector"}
+        self.assertLess({"default", "rm-ro", "chain hot_path", "other tasks", *path}, texts, err)
+        self.assertFalse(texts & {"MPCController/BehaviorPlanner", "executor thread"})
+        texts, _ = self.chart(run.path, "--executor", "default")
+        self.assertLess({"chain hot_path", "MPCController/BehaviorPlanner", *path}, texts)
+        # Subscriptions finish after the deadlines that they inherit, which are no deadlines of theirs.
+        self.assertNotIn("deadline missed", texts)
+        self.assertLess({"worker 0", "worker 1"}, self.chart(run.path, "--executor", "multi")[0])
+
+    def test_a_chart_needs_no_graph(self) -> None:
+        del self.environment["HOTPATH_FIGURES"]
+        graph = self.write("chain.yaml", TINY_CHAIN % 4)
+        run = self.simulate("--graph", graph, "--executors", "default", *BRIEF)
+        self.assertLess({"other tasks"}, self.chart(run.path)[0])
+        graph.unlink()
+        texts, err = self.chart(run.path)
+        self.assertIn("note: the chart does not show chains: ", err)
+        self.assertIn("worker 0", texts)
+
     def test_wrong_use(self) -> None:
         run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
         file = self.folder / "x.json"
+        two = ("--executor", "default", "--executor", "default")
         for arguments, part in (
+            ((run.path, *two, "--perfetto", file), "--csv and --perfetto take one executor"),
+            ((run.path, *two, "--csv", file), "--csv and --perfetto take one executor"),
             ((run.path, "--executor", "rm-ro", "--perfetto", file), "default (repetition 0)"),
             ((run.path, "--repetition", 3, "--perfetto", file), "repetition 3"),
             ((run.path, "--from", 5, "--to", 4), "--to must lie after --from"),

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from hotpath_report.errors import RunError
-from hotpath_report.tables import new_part, read_json, write_file
+from hotpath_report.tables import read_json, write_file
 
 # Without the cells (gigabytes of jobs.csv) and report.html (written by `hotpath report` from these
 # files).
@@ -35,7 +35,8 @@ def publish(output: Path, destination: Path) -> None:
     """Publishes `output` as `destination`, with README.md beside it. Raises RunError."""
     destination = destination.resolve()
     destination.parent.mkdir(parents=True, exist_ok=True)
-    part, _ = new_part(destination, Path.mkdir)
+    part, old = (destination.with_name(f".{destination.name}.{os.getpid()}.{end}") for end in ("part", "old"))
+    part.mkdir()
     try:
         for name in PUBLISHED:
             if (output / name).is_dir():
@@ -47,7 +48,6 @@ def publish(output: Path, destination: Path) -> None:
             raise RunError(
                 f"--publish: {size:.0f} MB exceed the limit of {LARGEST_MB} MB; nothing was copied"
             )
-        old, _ = new_part(destination, Path.mkdir)
         if destination.exists():
             os.replace(destination, old)
         os.replace(part, destination)

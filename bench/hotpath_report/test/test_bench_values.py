@@ -37,7 +37,8 @@ class BenchTest(unittest.TestCase):
     def stored(self, name: str, figures: Any) -> str:
         (self.folder / name).mkdir()
         rows = [{"benchmark": b, "metric": "time_ns", "values": v} for b, v in figures.items()]
-        (self.folder / name / "bench.json").write_text(json.dumps({"figures": rows}))
+        facts = {"figures": rows, "complexities": [], "machine": {}}
+        (self.folder / name / "bench.json").write_text(json.dumps(facts))
         return str(self.folder / name)
 
 

@@ -91,8 +91,8 @@ class FigureTest(unittest.TestCase):
         program, stand_in = Path(shutil.which(HOTPATH) or HOTPATH), self.folder / "hotpath"
         stand_in.write_text(STAND_IN.format(program), encoding="utf-8")
         stand_in.chmod(0o755)
-        library = program.with_name("libhotpath_statistics.so")
-        environment = {"HOTPATH_STATISTICS": str(library), **os.environ}
+        library = program.with_name("libhotpath_python.so")
+        environment = {"HOTPATH_LIBRARY": str(library), **os.environ}
         return environment | {"HOTPATH": str(stand_in)}
 
     def call(self, command: Any, *arguments: object) -> Any:
@@ -216,7 +216,7 @@ class HotPath(FigureTest):
         self.write_run()
         self.write("taken", "")
         result = self.call("hot-path", self.folder, "--output", self.folder / "taken")
-        self.assert_refused(result, "cannot write", code=1)
+        self.assert_refused(result, "taken cannot be created")
 
     def test_live_and_simulated_runs_share_a_figure(self) -> None:
         runs = []
