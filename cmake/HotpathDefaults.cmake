@@ -11,6 +11,14 @@ endif()
 # Line tables are enough for profiles and backtraces; a debug build keeps everything.
 add_compile_options($<$<CONFIG:RelWithDebInfo>:-g1>)
 option(HOTPATH_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
+# The linker gold compares the source lines (-g1) of functions with the same name; the compiler sees
+# one file at a time. Only an unoptimised build without unity has a symbol for each function.
+set(HOTPATH_ONE_DEFINITION_FLAGS -g1 -fuse-ld=gold -Wl,--detect-odr-violations -Wl,--fatal-warnings)
+option(HOTPATH_ONE_DEFINITION "Reject different definitions of one name; for builds with -O0" OFF)
+if(HOTPATH_ONE_DEFINITION)
+  add_compile_options(-g1)
+  add_link_options(${HOTPATH_ONE_DEFINITION_FLAGS})
+endif()
 option(BUILD_TESTING "Build the tests" ON)
 option(HOTPATH_FUZZ "Build the fuzz targets: needs clang, and the flags of the preset `fuzz`" OFF)
 # The transport fastdds and everything that publishes over it. Off where Fast DDS or its generator

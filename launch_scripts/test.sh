@@ -11,10 +11,11 @@ launch_scripts/format.sh --check
 echo "== build"
 launch_scripts/build.sh -DBUILD_TESTING=ON -DHOTPATH_WARNINGS_AS_ERRORS=ON
 echo "== colcon, debug build"
-# Like the preset `debug`, but without debug information: assertions, no optimisation, no unity
-# build. Only this build finds missing includes and two types with the same name.
+# Like the preset `debug`, but with line tables only: assertions, no optimisation, no unity build.
+# Only this build finds missing includes and two types with the same name.
 launch_scripts/colcon_build.sh --bench-target hotpath \
-  -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0
+  -DBUILD_TESTING=OFF -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O0 \
+  -DHOTPATH_ONE_DEFINITION=ON
 echo "== commands of the debug build"
 HOTPATH=$PWD/build_colcon/hotpath_bench/hotpath /usr/bin/python3 -B -m pytest bench/test/commands_test.py
 echo "== tests"
