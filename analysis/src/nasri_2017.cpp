@@ -45,13 +45,8 @@ class Exploration {
     std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
       return std::pair(jobs[a].arrival_min, rank[a]) < std::pair(jobs[b].arrival_min, rank[b]);
     });
-    std::vector<std::uint32_t> place(jobs.size());
     for (const std::size_t i : order_) {
-      place[i] = static_cast<std::uint32_t>(jobs_.size());
-      jobs_.push_back({jobs[i], rank[i], std::nullopt});
-    }
-    for (std::size_t i = 0; i < jobs.size(); ++i) {
-      if (jobs[i].predecessor) jobs_[place[i]].predecessor = place[*jobs[i].predecessor];
+      jobs_.push_back({jobs[i], rank[i]});
     }
     finish_.resize(jobs.size(), {kNoTime, std::numeric_limits<std::int64_t>::min()});
   }
@@ -96,16 +91,7 @@ class Exploration {
   struct RankedJob {
     SagJob job;
     std::uint32_t rank;
-    std::optional<std::uint32_t> predecessor;  // position in the same order
   };
-
-  /// A job with a predecessor has arrived when the processor becomes available, or not at all.
-  std::int64_t arrival_min(const RankedJob& j, const State& s) const {
-    return j.predecessor ? s.earliest : j.job.arrival_min;
-  }
-  std::int64_t arrival_max(const RankedJob& j, const State& s) const {
-    return j.predecessor ? s.earliest : j.job.arrival_max;
-  }
 
   /// Section IV of Nasri and Brandenburg: the jobs that can start next, and when.
   void expand(const State& s, std::vector<State>& successors) {
@@ -115,8 +101,8 @@ class Exploration {
     for (std::uint32_t i = s.finished.first_missing(); i < jobs_.size(); ++i) {
       const RankedJob& j = jobs_[i];
       if (j.job.arrival_min > std::max(s.latest, certain)) break;
-      if (s.finished.contains(i) || (j.predecessor && !s.finished.contains(*j.predecessor))) continue;
-      certain = std::min(certain, arrival_max(j, s));
+      if (s.finished.contains(i)) continue;
+      certain = std::min(certain, j.job.arrival_max);
       candidates_.push_back(i);
     }
     const std::int64_t latest_idle = std::max(s.latest, certain);
@@ -125,10 +111,10 @@ class Exploration {
     std::int64_t higher_arrived = kNoTime;  // when some higher-priority job has certainly arrived
     for (const std::uint32_t i : candidates_) {
       const SagJob& j = jobs_[i].job;
-      const std::int64_t earliest_start = std::max(s.earliest, arrival_min(jobs_[i], s));
+      const std::int64_t earliest_start = std::max(s.earliest, j.arrival_min);
       const std::int64_t latest_start =
           std::min(latest_idle, higher_arrived == kNoTime ? kNoTime : higher_arrived - 1);
-      higher_arrived = std::min(higher_arrived, arrival_max(jobs_[i], s));
+      higher_arrived = std::min(higher_arrived, j.arrival_max);
       if (earliest_start > latest_start) continue;
       State next{s.finished, exact::add(earliest_start, j.cost_min), exact::add(latest_start, j.cost_max)};
       next.finished.insert(i);
@@ -171,10 +157,6 @@ SagResult nasri_2017(const std::vector<SagJob>& jobs, const SagLimits& limits) {
     if (j.arrival_min < 0 || j.arrival_min > j.arrival_max || j.cost_min < 0 || j.cost_min > j.cost_max) {
       throw AnalysisError("nasri_2017: job " + std::to_string(j.job) + " of task " + std::to_string(j.task) +
                           " must have 0 <= arrival min <= arrival max and 0 <= cost min <= cost max");
-    }
-    if (j.predecessor && *j.predecessor >= jobs.size()) {
-      throw AnalysisError("nasri_2017: the predecessor of job " + std::to_string(j.job) + " of task " +
-                          std::to_string(j.task) + " does not exist; give the position of a job");
     }
   }
   return Exploration(jobs, limits).run();

@@ -5,7 +5,9 @@
 
 #include "hotpath/analysis/nasri_2017.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
+#include "hotpath/core/exploration.hpp"
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/core/registry.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath {
@@ -147,22 +149,65 @@ TEST(SagJobs, AUtilisationAboveOneIsRefused) {
   EXPECT_THROW(sag_jobs(full, SagPolicy::edf), AnalysisError);
 }
 
-TEST(Nasri2017, SuccessorsArriveWhenTheirPredecessorsEnd) {
-  // tau 1: a timer and its subscription (0 before 1, both ahead of tau 2); tau 2 arrives at 1.
-  std::vector<SagJob> jobs = {{.task = 0, .arrival_max = 0, .cost_min = 1, .cost_max = 2, .deadline = 99},
-                              {.task = 1, .cost_min = 3, .cost_max = 3, .deadline = 99, .predecessor = 0},
-                              {.task = 2,
-                               .arrival_min = 1,
-                               .arrival_max = 1,
-                               .cost_min = 1,
-                               .cost_max = 1,
-                               .deadline = 99,
-                               .priority = 5}};
-  const SagResult result = nasri_2017(jobs);
-  EXPECT_EQ(result.finish[1].earliest, 4);
-  EXPECT_EQ(result.finish[1].latest, 5);
-  EXPECT_EQ(result.finish[2].earliest, 5);
-  EXPECT_EQ(result.finish[2].latest, 6);
+/// The worst response times by the exploration of whole graphs, for the phases of the tasks.
+class ExploredResponses final : public ExplorationObserver {
+ public:
+  ExploredResponses(const PeriodicTasks& tasks, const std::string& executor) : worst(tasks.size()) {
+    TaskSet set;
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      Task& t = set.tasks.emplace_back();
+      t.name = std::to_string(i);
+      t.period = Duration(tasks[i].period);
+      t.phase = Duration(tasks[i].phase);
+      t.deadline = Duration(tasks[i].deadline);
+      t.wcet = Duration(tasks[i].wcet);
+      t.bcet = Duration(tasks[i].bcet);
+      t.priority = static_cast<std::int64_t>(i);
+    }
+    const WorstCaseTimes times(set);
+    explore(set, *find_executor(executor)->make(set, {}), PublishingWorkload(times), {}, *this);
+  }
+
+  void ended(const JobRecord& record, ExploredInstant& instant) override {
+    std::optional<std::int64_t>& largest = worst[record.job.task];
+    largest = std::max(largest.value_or(0), (instant.latest() - record.job.timestamp).count());
+  }
+  void published(ExploredInstant&) override {}
+
+  ResponseTimes worst;
+};
+
+TEST(Exploration, GivesTheSameForThePaperTaskSets) {
+  for (const int utilisation : {60, 90}) {
+    for (const bool shorter_runs : {false, true}) {
+      const PeriodicTasks tasks = in_microseconds(utilisation, shorter_runs);
+      const std::vector<SagJob> jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
+      EXPECT_EQ(ExploredResponses(tasks, "fp-ro").worst,
+                sag_response_times(jobs, nasri_2017(jobs), tasks.size()))
+          << utilisation;
+    }
+  }
+}
+
+TEST(Exploration, GivesTheSameForRandomTasks) {
+  RandomStream random(4, {0});
+  int compared = 0;
+  for (int set = 0; set < 300; ++set) {
+    RandomSet parameters;
+    parameters.phases = set % 2 == 1;
+    parameters.shorter_runs = set % 4 >= 2;
+    const PeriodicTasks tasks = random_tasks(random, parameters);
+    if (utilisation(tasks) > 1) continue;
+    for (const auto& [policy, executor] :
+         {std::pair(SagPolicy::fixed_priority, "fp-ro"), std::pair(SagPolicy::edf, "edf-ro")}) {
+      const std::vector<SagJob> jobs = sag_jobs(tasks, policy);
+      ASSERT_EQ(ExploredResponses(tasks, executor).worst,
+                sag_response_times(jobs, nasri_2017(jobs), tasks.size()))
+          << executor << as_graph(tasks);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 100);
 }
 
 TEST(SagCsv, RoundTrip) {

@@ -68,7 +68,7 @@ class AnalyzeTest(CommandTest):
         rows: dict = {}
         with table.open(encoding="utf-8") as file:
             for row in csv.DictReader(file):
-                if not row["bound_ns"]:
+                if not row["bound_ns"] or row["kind"] == "hot_path":
                     continue
                 bound = int(row["bound_ns"]) / 1e6
                 observed = int(row["observed_ns"]) / 1e6 if row["observed_ns"] else 0.0
@@ -303,8 +303,8 @@ class AnalyzeTest(CommandTest):
             self.assertEqual(max(reached), worst, row)
             again = self.folder / f"again_{run.name}"
             self.accepted(*json.loads((run / "run.json").read_text())["command"], "--output", again)
-            for file in ("jobs.csv", "chains.csv"):
-                self.assertEqual((again / file).read_bytes(), (run / file).read_bytes())
+            for stored in ("jobs.csv", "chains.csv"):
+                self.assertEqual((again / stored).read_bytes(), (run / stored).read_bytes())
             self.assertIn("a valid schedule", self.accepted("check", run))
         self.accepted("timeline", folder / "rm-ro:fifo" / "age_chain")
         code, _, err = self.command(*exact, self.folder / "w2")

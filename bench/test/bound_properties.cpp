@@ -121,15 +121,13 @@ class BoundCase {
     callbacks_ = callback_graph(graph_, tasks_, phases_known_);
     const BoundedSystem system = bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
-    if (!phases_known_ || also_covers_ != 0) {
-      all.push_back(exact_bounds(system, also_covers_));
-      return all;
-    }
+    if (!phases_known_) return all;
     constexpr std::size_t kMostStates = 20'000;
     const bool with_witnesses = seed_ % 4 == 0;
     all.push_back(exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler, kMostStates,
                                     with_witnesses ? &reached_ : nullptr));
     exact_ = all.back().refusal.empty() ? std::optional(all.size() - 1) : std::nullopt;
+    statistics().asked(executor_.label + ", exact", !exact_);
     return all;
   }
 

@@ -109,7 +109,8 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--phases": Changes({"--phases": "synchronous"}, {"--chain": "IMU,FrontCamera"}),
             "--phases-of": Changes({"--phases-of": "{timers}"}, {"--chain": "IMU,FrontCamera"}),
             "--cores": Changes({"--cores": 2}, {"--timer-thread": "equal"}),
-            "--exact": Changes({"--exact": True}, {"--phases": "synchronous"}),
+            "--exact": Changes({"--exact": True}),  # says which phases it needs
+            "--witness": Changes({"--witness": "worst"}, {"--phases": "synchronous"}),
             "--entity-order": Changes({"--entity-order": "reverse"}, {"GRAPH": "sequences"}),
             "--trace": Changes({"--trace": "{timers}"}),
             "--strict": Elsewhere("a live run must exceed a bound", "analyze_test.py"),

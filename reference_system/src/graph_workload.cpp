@@ -59,19 +59,26 @@ GraphWorkload::GraphWorkload(const Graph& graph, const GraphTasks& tasks, const 
     : tasks_(tasks),
       times_(times),
       observations_(observations),
-      chains_(index_chains(graph, tasks)),
-      ends_(tasks.set.size()),
+      structure_(structure_of(graph, tasks)),
       unread_(tasks.set.size()) {
-  for (const Node& node : graph.nodes) nodes_.emplace_back(node, kHistory);
-  for (std::uint32_t c = 0; c < chains_.size(); ++c) {
-    for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
+  for (const Node& node : graph.nodes) nodes_.push_back(std::make_shared<Logic>(node, kHistory));
+}
+
+std::shared_ptr<const GraphWorkload::Structure> GraphWorkload::structure_of(const Graph& graph,
+                                                                            const GraphTasks& tasks) {
+  auto all = std::make_shared<Structure>();
+  all->chains = index_chains(graph, tasks);
+  all->ends.resize(tasks.set.size());
+  for (std::uint32_t c = 0; c < all->chains.size(); ++c) {
+    for (const TaskId id : all->chains[c].sink_tasks) all->ends[id].push_back(c);
   }
-  sources_ = sources_of_chains(tasks, chains_);
-  sources_of_nodes_.resize(graph.nodes.size());
+  all->sources = sources_of_chains(tasks, all->chains);
+  all->sources_of_nodes.resize(graph.nodes.size());
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    std::vector<TaskId>& all = sources_of_nodes_[tasks.origin[id].node];
-    all.insert(all.end(), sources_[id].begin(), sources_[id].end());
+    std::vector<TaskId>& of_node = all->sources_of_nodes[tasks.origin[id].node];
+    of_node.insert(of_node.end(), all->sources[id].begin(), all->sources[id].end());
   }
+  return all;
 }
 
 void GraphWorkload::describe(const SimulatedSample& sample, const std::vector<TaskId>& sources,
@@ -88,22 +95,23 @@ void GraphWorkload::describe(const SimulatedSample& sample, const std::vector<Ta
 
 void GraphWorkload::describe(StateWords& words) const {
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
-    nodes_[node].visit_state(
+    nodes_[node]->visit_state(
         [&](std::uint32_t number) { words.add(number); },
-        [&](const SimulatedSample& sample) { describe(sample, sources_of_nodes_[node], words); });
+        [&](const SimulatedSample& sample) { describe(sample, structure_->sources_of_nodes[node], words); });
   }
   for (TaskId id = 0; id < unread_.size(); ++id) {
     for (const Unread& unread : unread_[id]) {
       words.add(id);
-      describe(unread.sample, sources_[id], words);
+      describe(unread.sample, structure_->sources[id], words);
     }
   }
   for (std::size_t i = 0; i < busy_; ++i) {
     const Activation<SimulatedMessages>& job = running_[i];
     words.add(job.ref.task);
     words.add(job.works ? 1 : 0);
-    describe(job.own, sources_[job.ref.task], words);
-    for (const SimulatedSample& sample : job.taken) describe(sample, sources_[job.ref.task], words);
+    describe(job.own, structure_->sources[job.ref.task], words);
+    for (const SimulatedSample& sample : job.taken)
+      describe(sample, structure_->sources[job.ref.task], words);
     for (const auto& message : job.messages) words.add(message.publication);
   }
 }
@@ -114,7 +122,7 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   Activation<SimulatedMessages>& running = running_[busy_++];
   SimulatedSample sample;
   if (origin.input) sample = take(job.task, job.sequence);
-  nodes_[origin.node].start(origin.callback, job.ref(), std::move(sample), now, running);
+  node_of(job.task).start(origin.callback, job.ref(), std::move(sample), now, running);
   return running.works ? times_.of(job) : Duration{};
 }
 
@@ -133,10 +141,11 @@ std::span<const TaskId> GraphWorkload::complete(const Task& task, Activation<Sim
   const std::size_t publications = tasks_.readers[id].size();
   if (publications == 0 && job.own) observe(*job.own, job);
   reached_.clear();
+  Logic& node = node_of(id);
   for (std::size_t i = 0; i < job.messages.size(); ++i) {
     SimulatedMessage& message = pool_->take();
     SimulatedSample sample(*pool_, message);
-    nodes_[tasks_.origin[id].node].finish(job, i, message);
+    node.finish(job, i, message);
     observe(message, job);
     const std::vector<TaskId>& readers = tasks_.readers[id][job.messages[i].publication];
     if (readers.empty()) continue;
@@ -174,7 +183,7 @@ SimulatedSample GraphWorkload::take(TaskId subscription, std::uint64_t sequence)
 
 void GraphWorkload::observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job) {
   if (observations_ == nullptr) return;
-  observe_chains(kHistory, message, chains_, ends_[job.ref.task], job,
+  observe_chains(kHistory, message, structure_->chains, structure_->ends[job.ref.task], job,
                  [this](const ChainObservation& observation) { observations_->push_back(observation); });
 }
 

@@ -249,18 +249,30 @@ class Exploration final : public JobSink, public ExploredInstant {
         return happen(std::move(state), others, false);
       }
       const Time change = state.scheduler->next_change(state.from);
-      expand_until(state, others, change);
-      if (others <= change) return;
+      const std::vector<Branch> branches = branches_until(state, others, change);
       // What is left ends at or after the timestamp, from which on decisions are other ones.
       const std::int64_t from = (change - Time{}).count();
-      if (!state.zone.limit(kConstant, kEnd, -from)) return;
-      if (slice_matters(state) && !state.zone.limit(kConstant, kSlice, -from)) return;
+      const bool goes_on = others > change && state.zone.limit(kConstant, kEnd, -from) &&
+                           (!slice_matters(state) || state.zone.limit(kConstant, kSlice, -from));
+      for (const Branch& branch : branches) {
+        const bool needed_again = goes_on || &branch != &branches.back();
+        follow(branch, needed_again ? state.copy() : std::move(state));
+      }
+      if (!goes_on) return;
       state.from = change;
     }
   }
 
+  /// Schedules in which the same happens next.
+  struct Branch {
+    Zone zone;
+    bool step_ends;
+  };
+
   /// Everything that can happen next, at `others` or before it, and before `change`.
-  void expand_until(const ExploredState& state, Time others, Time change) {
+  [[nodiscard]] std::vector<Branch> branches_until(const ExploredState& state, Time others,
+                                                   Time change) const {
+    std::vector<Branch> branches;
     std::vector<std::size_t> uncertain = {kEnd};
     if (slice_matters(state)) uncertain.push_back(kSlice);
     const bool with_others = others <= change && others != kNever;
@@ -280,25 +292,25 @@ class Exploration final : public JobSink, public ExploredInstant {
       if (!comes_first(zone, uncertain, subset, at_others, others, change)) continue;
       const bool ends = (subset & 1U) != 0;
       if (!slices_ || slice_matters(state)) {
-        branch(state, std::move(zone), ends);
+        branches.push_back({std::move(zone), ends});
         continue;
       }
       // A timer thread that becomes ready now gets the core at once if the time slice is over.
       Zone over = zone;
-      if (over.limit(kSlice, kNow, 0)) branch(state, std::move(over), ends);
-      if (zone.limit(kNow, kSlice, -1)) branch(state, std::move(zone), ends);
+      if (over.limit(kSlice, kNow, 0)) branches.push_back({std::move(over), ends});
+      if (zone.limit(kNow, kSlice, -1)) branches.push_back({std::move(zone), ends});
     }
+    return branches;
   }
 
-  /// What happens at kNow in the schedules of `zone`, of which the simulation follows one.
-  void branch(const ExploredState& state, Zone zone, bool step_ends) {
-    ExploredState next = state.copy();
-    const std::vector<std::int64_t> point = zone.point(kNow);
-    next.zone = std::move(zone);
+  /// What happens at kNow in the schedules of the branch, of which the simulation follows one.
+  void follow(const Branch& branch, ExploredState next) {
+    const std::vector<std::int64_t> point = branch.zone.point(kNow);
+    next.zone = branch.zone;
     next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
     next.end_there = point[kEnd];
     if (slices_) next.executor().slice_end = Time{} + Duration(point[kSlice]);
-    happen(std::move(next), Time{} + Duration(point[kNow]), step_ends);
+    happen(std::move(next), Time{} + Duration(point[kNow]), branch.step_ends);
   }
 
   /// Keeps the points at which those of `subset` happen at kNow, and all else later.

@@ -64,11 +64,6 @@ enum class Assumption : std::uint32_t {
 [[nodiscard]] std::vector<GraphBounds> graph_bounds(const BoundedSystem& system,
                                                     std::uint32_t also_covers = 0);
 
-/// The exact worst case of timers, and of chains along sequences of subscriptions, for the phases
-/// of `system.graph`: by the schedule-abstraction graph (Nasri 2017) with one predecessor per job.
-/// Subscriptions have no separate bounds.
-[[nodiscard]] GraphBounds exact_bounds(const BoundedSystem& system, std::uint32_t also_covers = 0);
-
 /// Bound on the end-to-end latency of a chain of timers, each of which reads the last output of the
 /// previous one: the largest reaction time and data age.
 struct TimerChainBound {

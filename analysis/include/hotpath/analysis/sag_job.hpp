@@ -2,7 +2,6 @@
 #pragma once
 
 #include <iosfwd>
-#include <optional>
 
 #include "hotpath/analysis/periodic_task.hpp"
 
@@ -16,9 +15,6 @@ struct SagJob {
   std::int64_t cost_min = 0, cost_max = 0;
   std::int64_t deadline = 0;  ///< Absolute.
   std::int64_t priority = 0;  ///< Smaller first; ties by task, then job.
-  /// Position of the predecessor, whose end is this job's arrival; `arrival_min` and `arrival_max`
-  /// then hold those of the first job of that sequence.
-  std::optional<std::size_t> predecessor = std::nullopt;
 };
 
 enum class SagPolicy : std::uint8_t { fixed_priority, edf };

@@ -68,18 +68,33 @@ class GraphWorkload final : public Workload {
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
   void describe(const SimulatedSample& sample, const std::vector<TaskId>& sources, StateWords& words) const;
 
+  using Logic = NodeLogic<SimulatedMessages>;
+
+  /// What no job changes, shared by copies.
+  struct Structure {
+    std::vector<ChainIndex> chains;
+    std::vector<std::vector<std::uint32_t>> ends;  ///< By task: chains.
+    std::vector<std::vector<TaskId>> sources;      ///< By task: of chains whose sinks its data can reach.
+    std::vector<std::vector<TaskId>> sources_of_nodes;
+  };
+
+  static std::shared_ptr<const Structure> structure_of(const Graph& graph, const GraphTasks& tasks);
+  /// The node of a task, to be changed: no longer shared with copies.
+  Logic& node_of(TaskId task) {
+    std::shared_ptr<Logic>& node = nodes_[tasks_.origin[task].node];
+    if (node.use_count() > 1) node = std::make_shared<Logic>(*node);
+    return *node;
+  }
+
   static const SimulatedHistory kHistory;
 
   const GraphTasks& tasks_;
   const ExecutionTimes& times_;
   std::vector<ChainObservation>* const observations_;
-  const std::vector<ChainIndex> chains_;
+  const std::shared_ptr<const Structure> structure_;
   // Declared before everything that holds messages.
   std::shared_ptr<SimulatedMessagePool> pool_ = std::make_shared<SimulatedMessagePool>();
-  std::deque<NodeLogic<SimulatedMessages>> nodes_;
-  std::vector<std::vector<std::uint32_t>> ends_;  // by task: chains
-  std::vector<std::vector<TaskId>> sources_;      // by task: of chains whose sinks its data can reach
-  std::vector<std::vector<TaskId>> sources_of_nodes_;
+  std::vector<std::shared_ptr<Logic>> nodes_;
   std::vector<std::vector<Unread>> unread_;             // by subscription, oldest first; at most its depth
   std::vector<Activation<SimulatedMessages>> running_;  // the first busy_; the others are clear
   std::size_t busy_ = 0;
