@@ -104,6 +104,8 @@ class Ages {
     /// Its age if the next job of its own root, released meanwhile, starts: as long as that job may
     /// take, and without that time. Both std::nullopt: not known.
     Delay until_next, until_next_release;
+    TaskId input;
+    bool joined;  ///< At a join; else the job reads it at its end.
   };
 
   /// The data that waited for the jobs of `id` which lead back to `root`.
@@ -138,7 +140,7 @@ class Ages {
       // The sample was the newest of its input, so the next one came later.
       const std::int64_t newest = subtract(gap(input, &Ages::start), least);
       std::int64_t apart = add(stored, std::min(longest, newest));
-      Waited data{};
+      Waited data{0, {}, {}, input, joined};
       if (topology_.alone(from, input)) {
         const std::int64_t next = next_timestamp(from);
         apart = std::min(apart, subtract(add(next, stored), least));
@@ -243,7 +245,29 @@ class Ages {
     const CallbackGraph::DataChain alone{chain_.name, {root}, chain_.sinks};
     const Delay own = Ages(topology_, paths_, alone).message_delay(root, to);
     if (own > Delay(0)) return by_age;
-    return std::min(by_age, since_start(&PathBounds::start_to_start, root, to));
+    std::int64_t least = std::min(by_age, since_start(&PathBounds::start_to_start, root, to));
+    for (const TaskId other : chain_.sources) {
+      if (other == root) continue;
+      const CallbackGraph::DataChain others{chain_.name, {other}, chain_.sinks};
+      const auto join = Ages(topology_, paths_, others).only_join(root, to);
+      if (!join || !topology_.alone(other, join->first)) continue;
+      const auto later = paths_.later_start_to_start(root, to, other, join->first, join->second);
+      if (later) least = std::min(least, *later);
+    }
+    return least;
+  }
+
+  /// If data waits for the path at a single input of a join, that input, and the input by which the
+  /// path completes the join.
+  std::optional<Pair> only_join(TaskId root, TaskId to) {
+    std::optional<Pair> only;
+    for (const TaskId id : tasks_between(root, to)) {
+      for (const Waited& data : waited(root, id)) {
+        if (only || !data.joined) return std::nullopt;
+        only = Pair{data.input, id};
+      }
+    }
+    return only;
   }
 
   std::int64_t since_start(Bound bound, TaskId root, TaskId to) const {

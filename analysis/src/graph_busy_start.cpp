@@ -25,27 +25,38 @@ std::optional<std::int64_t> GraphBusyWindow::precedence(TaskId first, TaskId to,
   return std::max(visible, add(later, first < root ? 0 : 1));
 }
 
+/// The tasks from `root` to `to`, both included; empty if there are several paths.
+std::vector<TaskId> GraphBusyWindow::only_path(TaskId root, TaskId to) const {
+  std::vector<TaskId> path = {to};
+  while (path.back() != root) {
+    TaskId before = kNoTask;
+    for (const TaskId p : topology_.publishers(path.back())) {
+      if (!std::ranges::binary_search(topology_.roots(p), root)) continue;
+      if (before != kNoTask) return {};
+      before = p;
+    }
+    path.push_back(before);
+  }
+  std::ranges::reverse(path);
+  return path;
+}
+
 /// The tasks that a job of the only path from `root` to `to` activates, and that run behind the path:
 /// among equals the last one activated goes first (docs/analysis.md, "Hot path"). Empty if there are
 /// several paths, or if a rank on the path is larger than one before.
 std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
   if (!order_.timers_behind_equals) return {};
+  const std::vector<TaskId> path = only_path(root, to);
   std::vector<TaskId> behind;
-  for (TaskId id = to; id != root;) {
-    TaskId before = kNoTask;
-    for (const TaskId p : topology_.publishers(id)) {
-      if (!std::ranges::binary_search(topology_.roots(p), root)) continue;
-      if (before != kNoTask) return {};
-      before = p;
-    }
-    if (order_.rank[before] < order_.rank[id]) return {};
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const std::int64_t rank = order_.rank[path[i]];
+    if (order_.rank[path[i - 1]] < rank) return {};
     bool earlier = true;
-    for (const TaskId fed : topology_.set()[before].feeds) {
-      if (fed == id) earlier = false;
-      const std::int64_t later_rank = order_.rank[fed] - order_.rank[id];
-      if (fed != id && (later_rank > 0 || (later_rank == 0 && earlier))) behind.push_back(fed);
+    for (const TaskId fed : topology_.set()[path[i - 1]].feeds) {
+      if (fed == path[i]) earlier = false;
+      const bool yields = order_.rank[fed] > rank || (order_.rank[fed] == rank && earlier);
+      if (fed != path[i] && yields) behind.push_back(fed);
     }
-    id = before;
   }
   return behind;
 }
@@ -78,6 +89,32 @@ std::optional<std::int64_t> GraphBusyWindow::start_to_start(TaskId root, TaskId 
   }
   const auto finish = until_finish(root, to);
   return finish ? std::optional(subtract(*finish, topology_.set()[to].bcet.count())) : std::nullopt;
+}
+
+std::optional<std::int64_t> GraphBusyWindow::later_start_to_start(TaskId root, TaskId to, TaskId other,
+                                                                  TaskId input, TaskId meets) const {
+  const std::vector<TaskId> path = only_path(root, to);
+  const auto join = std::ranges::find(path, meets);
+  auto all = query_from_start(root, to);
+  // Jobs of `other` overtake the path on their way to `input`, and none starts behind the join.
+  const auto precedes = [&](TaskId id) { return order_.rank[other] <= order_.rank[id]; };
+  if (order_.by_deadline || !all || join == path.end() || !all->level->inside(other) ||
+      !overtakes(other, input) || std::any_of(join + 1, path.end(), precedes)) {
+    return std::nullopt;
+  }
+  Query none = *all;  // Case 1: no job of `other` starts before the join is complete.
+  none.root = other;
+  none.later_root_jobs = false;
+  const auto whole = end_of_work(*all, 0), without = end_of_work(none, 0);
+  if (!whole || !without) return std::nullopt;
+  // Case 2: some job does, behind the job of `root`; behind the next one, too, if that one starts at
+  // the same instant.
+  std::int64_t before = job_work(root);
+  if (before == 0 && !all->closed && topology_.set()[root].feeds.size() == 1) {
+    if (path[1] == meets) return end_after(*without, overheads_.job);
+    if (topology_.join_of(path[1]) == nullptr) before = job_work(path[1]);
+  }
+  return std::max(end_after(*without, overheads_.job), subtract(end_after(*whole, overheads_.job), before));
 }
 
 std::optional<std::int64_t> GraphBusyWindow::start_to_finish(TaskId root, TaskId to) const {

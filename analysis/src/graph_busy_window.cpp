@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 
 #include "busy_query.hpp"
 #include "hotpath/analysis/exact.hpp"

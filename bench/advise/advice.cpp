@@ -91,7 +91,7 @@ class Adviser {
     Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}};
     std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);
     for (Prediction& p : predictions) {
-      if (p.overload.empty() && !graph_.chains.empty()) add_bound(p, graph_.chains[objective_.chain].name);
+      if (p.overload.empty()) add_bound(p, objective_);
     }
     advice.ranked = ranked(predictions, objective_);
     advice.now = &*std::ranges::find_if(

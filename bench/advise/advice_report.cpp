@@ -50,7 +50,7 @@ TextTable ranking_table(const Advice& advice) {
                          ", best first by ", advice.objective.text),
                   {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
                    lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
-                   "cores\nused", "bound\nend to end"});
+                   "cores\nused", concat("bound\n", bounded_latency(advice.objective))});
   for (const Prediction* p : advice.ranked) {
     if (!p->overload.empty()) continue;
     TextTable::Cell median = "", p99 = "", worst = "";
@@ -131,6 +131,7 @@ json advice_json(const Advice& advice) {
       row["cores_used"] = p->cores_used;
       row["bound_ms"] = p->bound_ms ? json(*p->bound_ms) : json();
       row["bound_method"] = p->bound_method;
+      row["bound_of"] = bounded_latency(advice.objective);
       if (!advice.graph.chains.empty()) {
         const LatencySummary& l = latency(advice, *p);
         row["median_ms"] = json_of(l.quantiles.p50, l.p50);

@@ -37,6 +37,9 @@ struct Advice {
 /// `21.4 ms`, or another objective's value with its unit.
 [[nodiscard]] std::string value_text(const Objective& objective, const Prediction& prediction);
 
+/// The latency that Prediction::bound_ms bounds.
+[[nodiscard]] const char* bounded_latency(const Objective& objective);
+
 void write_ranking(std::ostream& out, const Advice& advice);
 /// Three sentences: the recommendation and its gain, the confidence in it, its cost.
 [[nodiscard]] std::vector<std::string> sentences(const Advice& advice);

@@ -4,8 +4,7 @@
 #include <chrono>
 #include <utility>
 
-#include "bounds/bounds.hpp"
-#include "hotpath/analysis/analysis_error.hpp"
+#include "bounds/guarantees.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "program/interrupt.hpp"
 #include "program/parallel.hpp"
@@ -133,24 +132,19 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
   return Draws(candidates, options).run(progress);
 }
 
-void add_bound(Prediction& prediction, const std::string& chain) {
+void add_bound(Prediction& prediction, const Objective& objective) {
   const Candidate& candidate = *prediction.candidate;
-  if (candidate.spec.deployment) return;  // the analyses cover one executor
-  try {
-    const CallbackGraph callbacks = callback_graph(candidate.graph, candidate.tasks, false);
-    for (const GraphBounds& bounds : graph_bounds(
-             bounded_system(candidate.graph, callbacks, *candidate.spec.entry, candidate.spec.scheduler))) {
-      for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
-        if (callbacks.chains[c].name != chain || !bounds.chains[c]) continue;
-        const double ms = to_ms(Duration(bounds.chains[c]->latency));
-        if (prediction.bound_ms && *prediction.bound_ms <= ms) continue;
-        prediction.bound_ms = ms;
-        prediction.bound_method = bounds.method;
-      }
-    }
-  } catch (const AnalysisError&) {
-    // No method covers the rules by which some node publishes.
-  }
+  // The analyses cover one executor.
+  if (candidate.spec.deployment || candidate.graph.chains.empty()) return;
+  const auto all =
+      guarantees(candidate.graph, candidate.tasks, *candidate.spec.entry, candidate.spec.scheduler);
+  if (!all) return;
+  const ChainGuarantee* chain = all->chain(candidate.graph.chains[objective.chain].name);
+  if (chain == nullptr) return;
+  const auto& bound = objective.kind == Objective::Kind::latency ? chain->hot_path : chain->age;
+  if (!bound) return;
+  prediction.bound_ms = to_ms(Duration(bound->ns));
+  prediction.bound_method = bound->method;
 }
 
 RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "advise/candidates.hpp"
+#include "advise/objective.hpp"
 #include "hotpath/core/workload.hpp"
 #include "results/summary.hpp"
 #include "setup/run_setup.hpp"
@@ -25,11 +26,13 @@ struct PredictionOptions {
 /// The result of one candidate's simulations.
 struct Prediction {
   const Candidate* candidate = nullptr;
-  std::vector<Repetition> draws;   ///< Without jobs.
-  ExecutorSummary summary;         ///< Of all draws, with intervals over them.
-  double cores_used = 0;           ///< Mean work of the jobs that ran.
-  std::string overload;            ///< Why there is no summary; empty: there is one.
-  std::optional<double> bound_ms;  ///< End-to-end bound of the objective's chain for any phases.
+  std::vector<Repetition> draws;  ///< Without jobs.
+  ExecutorSummary summary;        ///< Of all draws, with intervals over them.
+  double cores_used = 0;          ///< Mean work of the jobs that ran.
+  std::string overload;           ///< Why there is no summary; empty: there is one.
+  /// Bound of the objective's chain for any phases: of the hot-path latency if the objective is that
+  /// latency, else of the end-to-end latency.
+  std::optional<double> bound_ms;
   std::string bound_method;
 };
 
@@ -51,8 +54,8 @@ struct SimulatedDraw {
 [[nodiscard]] SimulatedDraw simulate_draw(const Candidate& candidate, const CommonOptions& options,
                                           std::uint32_t d);
 
-/// Adds the tightest bound of the chain for any phases, if a method covers the candidate.
-void add_bound(Prediction& prediction, const std::string& chain);
+/// Adds the tightest bound of the objective's chain, if a method covers the candidate.
+void add_bound(Prediction& prediction, const Objective& objective);
 
 /// The chain's latencies in ms by draw.
 [[nodiscard]] RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain);

@@ -54,9 +54,11 @@ std::string second_sentence(const Advice& advice) {
                    : *distinct ? ", a difference beyond noise"
                                : ", a difference within noise");
   }
-  text += best.bound_ms ? concat("; theory guarantees ", fixed(*best.bound_ms, 1), " ms end to end (",
-                                 best.bound_method, ")")
-                        : "; theory gives no bound";
+  text += best.bound_ms
+              ? concat("; theory guarantees ", fixed(*best.bound_ms, 1), " ms ",
+                       advice.objective.kind == Objective::Kind::latency ? "on the hot path" : "end to end",
+                       " (", best.bound_method, ")")
+              : "; theory gives no bound";
   return text + ".";
 }
 
@@ -81,6 +83,10 @@ std::string third_sentence(const Advice& advice) {
 }
 
 }  // namespace
+
+const char* bounded_latency(const Objective& objective) {
+  return objective.kind == Objective::Kind::latency ? "hot path" : "end to end";
+}
 
 std::string value_text(const Objective& objective, const Prediction& p) {
   const Score value = score(objective, p.summary);

@@ -6,9 +6,8 @@
 #include <filesystem>
 #include <iostream>
 
-#include "bounds/bounds.hpp"
+#include "bounds/guarantees.hpp"
 #include "commands/option_helpers.hpp"
-#include "hotpath/analysis/analysis_error.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
@@ -148,8 +147,8 @@ class CapacitySearch {
     return summary;
   }
 
-  /// The largest level at which the bounds meet the deadlines and the required latency. Sample
-  /// losses are not considered: no method bounds them.
+  /// The largest level at which the bounds meet the deadlines and the required hot-path latency.
+  /// Sample losses are not considered: no method bounds them.
   std::optional<Capacity> analyse(const std::string& name) const {
     bool any = false;
     const auto failure = [&](double level) {
@@ -157,36 +156,26 @@ class CapacitySearch {
       Graph graph = graph_to_run(options);
       options.apply_to(graph.platform);
       const GraphTasks tasks = make_tasks(graph);
-      const CallbackGraph callbacks = callback_graph(graph, tasks, false);
       const ExecutorSpec spec = executors_to_run(options, graph, tasks).front();
-      const std::vector<GraphBounds> bounds =
-          graph_bounds(bounded_system(graph, callbacks, *spec.entry, spec.scheduler));
-      any = any || std::ranges::any_of(bounds, [](const GraphBounds& b) { return b.refusal.empty(); });
-      return refusal(bounds, tasks.set, graph.chains.size());
+      const auto guaranteed = guarantees(graph, tasks, *spec.entry, spec.scheduler);
+      any = any || guaranteed;
+      return guaranteed ? failure_of(*guaranteed, tasks.set, graph) : "no method covers it";
     };
-    try {
-      const Capacity capacity = find_capacity(levels_, options_.coarse, failure);
-      return any ? std::optional(capacity) : std::nullopt;
-    } catch (const AnalysisError&) {  // nodes that no method covers
-      return std::nullopt;
-    }
+    const Capacity capacity = find_capacity(levels_, options_.coarse, failure);
+    return any ? std::optional(capacity) : std::nullopt;
   }
 
-  std::string refusal(const std::vector<GraphBounds>& bounds, const TaskSet& set, std::size_t chains) const {
-    const auto any = [&](auto accepts) { return std::ranges::any_of(bounds, accepts); };
+  std::string failure_of(const Guarantees& guaranteed, const TaskSet& set, const Graph& graph) const {
     for (TaskId id = 0; id < set.size(); ++id) {
-      if (set[id].kind != TaskKind::timer) continue;
-      if (!any([&](const GraphBounds& b) {
-            return !b.tasks.empty() && b.tasks[id] && Duration(*b.tasks[id]) <= set[id].deadline;
-          }))
-        return "no bound of " + set[id].name + " within its deadline";
+      const auto& bound = guaranteed.tasks[id];
+      if (set[id].kind != TaskKind::timer || (bound && Duration(bound->ns) <= set[id].deadline)) continue;
+      return "no bound of " + set[id].name + " within its deadline";
     }
-    for (std::size_t c = 0; required_.latency_ms && c < chains; ++c) {
-      if (!any([&](const GraphBounds& b) {
-            return !b.chains.empty() && b.chains[c] &&
-                   to_ms(Duration(b.chains[c]->latency)) <= *required_.latency_ms;
-          }))
-        return "no bound of a chain within the latency";
+    for (std::size_t c = 0; required_.latency_ms && c < graph.chains.size(); ++c) {
+      const ChainGuarantee* chain = guaranteed.chain(graph.chains[c].name);
+      const bool bounded = chain != nullptr && chain->hot_path;
+      if (!bounded || to_ms(Duration(chain->hot_path->ns)) > *required_.latency_ms)
+        return "no bound of " + graph.chains[c].name + " within the latency";
     }
     return "";
   }

@@ -22,10 +22,15 @@ EXPLANATION = (
 )
 
 
+#: What follows a name, by kind: a chain has two latencies.
+LATENCIES = {"task": "", "chain": ", end to end", "hot_path": ", hot path"}
+
+
 def tightest(rows: pd.DataFrame) -> pd.DataFrame:
-    """The row with the smallest bound of each task and chain, including rows without a bound."""
+    """The row with the smallest bound of each task and latency, including rows without a bound."""
     ordered = rows.sort_values("bound_ns", na_position="last", kind="stable")
-    return ordered.drop_duplicates(["kind", "name"]).sort_index()
+    best = ordered.drop_duplicates(["kind", "name"]).sort_index()
+    return best.assign(name=best["name"] + best["kind"].map(LATENCIES))
 
 
 def draw(rows: pd.DataFrame, executor: str, width: float) -> Drawing:
@@ -68,7 +73,7 @@ def write(folder: str) -> None:
     for executor, of_executor in rows.groupby("executor", sort=False):
         name, best = str(executor), tightest(of_executor)
         figure_name = "".join(c if c.isalnum() else "_" for c in name)
-        title = f"{name}: worst-case response times and ages of data"
+        title = f"{name}: worst-case response times and latencies"
         made = make_figure(figure_name, title, partial(draw, best, name), [])
         refused = [[r["method"], r["why"]] for r in found["refused"] if r["executor"] == name]
         tables = [table(best), Table("Not applied", ["method", "why"], refused, folded=True)]

@@ -13,7 +13,7 @@ namespace hotpath {
 struct ChainAge {
   /// Finish of the sink's job minus timestamp of the oldest source job in its data.
   std::int64_t latency = 0;
-  /// Part of `latency`: from the last timer's timestamp to the sink's finish.
+  /// Part of `latency`: at most from the last timer's timestamp to the sink's finish.
   std::int64_t response = 0;
   /// The rest: time for which the oldest data waited for other inputs of joins and for cycles.
   std::int64_t waiting = 0;
@@ -21,7 +21,8 @@ struct ChainAge {
   TaskId sink = kNoTask;
   TaskId waited_at = kNoTask;  ///< Last task at which the oldest data waited; kNoTask if it never waited.
   PathParts parts;             ///< Of `response`.
-  /// Start of the sink's job minus the latest start of a source job in its data; none: not bounded.
+  /// Bound on the start of the sink's job minus the latest start of a source job in its data.
+  /// std::nullopt: not bounded.
   std::optional<std::int64_t> hot_path = {};
 };
 

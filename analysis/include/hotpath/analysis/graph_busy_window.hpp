@@ -46,6 +46,8 @@ class GraphBusyWindow : public PathBounds {
   std::optional<std::int64_t> until_finish(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const override;
+  std::optional<std::int64_t> later_start_to_start(TaskId root, TaskId to, TaskId other, TaskId input,
+                                                   TaskId meets) const override;
   bool overtakes(TaskId root, TaskId to) const override;
   std::optional<std::int64_t> precedence(TaskId first, TaskId to, TaskId root) const override;
   std::int64_t lateness() const override { return overheads_.lateness; }
@@ -73,6 +75,7 @@ class GraphBusyWindow : public PathBounds {
   const std::optional<std::vector<DeadlineStep>>& deadline_steps(TaskId root) const;
   std::vector<std::int64_t> deadline_starts(TaskId root, std::int64_t until) const;
   Query query(TaskId root, const DeadlineStep& step) const;
+  std::vector<TaskId> only_path(TaskId root, TaskId to) const;
   std::vector<TaskId> left_behind(TaskId root, TaskId to) const;
   std::optional<Query> query_from_start(TaskId root, TaskId to) const;
   std::int64_t own_work(const Query& query) const;

@@ -41,6 +41,12 @@ class PathBounds {
   /// From the start of a job of `root` to the start of the resulting job of `to`, which completes
   /// its join, if any.
   [[nodiscard]] virtual std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const = 0;
+  /// The same from the later of two starts: of the job of `root`, and of the last job of `other`
+  /// whose data waits at `input` for the path to complete the join of `input` by a job of `meets`.
+  /// std::nullopt: not known.
+  [[nodiscard]] virtual std::optional<std::int64_t> later_start_to_start(TaskId root, TaskId to, TaskId other,
+                                                                         TaskId input,
+                                                                         TaskId meets) const = 0;
   /// From the start of a job of `root` to the end of the resulting job of `to`.
   [[nodiscard]] virtual std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const = 0;
   /// Whether no job that is pending at the start of a job of `root` runs before the end of the
@@ -75,6 +81,11 @@ class TighterPaths : public PathBounds {
   }
   std::optional<std::int64_t> start_to_start(TaskId root, TaskId to) const override {
     return tighter(a_.start_to_start(root, to), b_.start_to_start(root, to));
+  }
+  std::optional<std::int64_t> later_start_to_start(TaskId root, TaskId to, TaskId other, TaskId input,
+                                                   TaskId meets) const override {
+    return tighter(a_.later_start_to_start(root, to, other, input, meets),
+                   b_.later_start_to_start(root, to, other, input, meets));
   }
   std::optional<std::int64_t> start_to_finish(TaskId root, TaskId to) const override {
     return tighter(a_.start_to_finish(root, to), b_.start_to_finish(root, to));

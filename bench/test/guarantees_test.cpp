@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// What theory guarantees for graphs whose worst cases can be worked out by hand.
+#include "bounds/guarantees.hpp"
+
+#include <gtest/gtest.h>
+
+#include "bounds/bounds.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/phases.hpp"
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+
+SchedulerOptions with_rule(SubscriptionRule rule) {
+  SchedulerOptions options;
+  options.rule = rule;
+  return options;
+}
+
+const ChainGuarantee hot_path_of_autoware(const char* executor, SubscriptionRule rule) {
+  const Graph graph = load_graph(find_graph("autoware"));
+  const auto all = guarantees(graph, make_tasks(graph), *find_executor(executor), with_rule(rule));
+  return all.value().chains.at(0);
+}
+
+TEST(Guarantees, OnlyTheFourJobsBehindTheLaterDriverCountWhereNothingMayComeBetween) {
+  for (const auto& [executor, rule] :
+       {std::pair("fp-ro", SubscriptionRule::inherit), std::pair("fp-ro", SubscriptionRule::first),
+        std::pair("rm-ro", SubscriptionRule::first)}) {
+    EXPECT_EQ(Duration(hot_path_of_autoware(executor, rule).hot_path.value().ns), 16'800us) << executor;
+  }
+}
+
+TEST(Guarantees, FasterTimersComeBetweenUnderRateMonotonicOrder) {
+  // Six more jobs: of the timers with 25 and 60 ms, and of what they and the other driver activate.
+  EXPECT_EQ(Duration(hot_path_of_autoware("rm-ro", SubscriptionRule::inherit).hot_path.value().ns), 42ms);
+}
+
+TEST(Guarantees, AgeOfDataThatWaitedCountsOneWorstCase) {
+  const ChainGuarantee rate_monotonic = hot_path_of_autoware("rm-ro", SubscriptionRule::inherit);
+  EXPECT_LE(Duration(rate_monotonic.age.value().ns), 200'500us);  // 150.4 ms are reached
+  EXPECT_LE(Duration(hot_path_of_autoware("fp-ro", SubscriptionRule::inherit).age.value().ns), 189'300us);
+  EXPECT_LE(Duration(hot_path_of_autoware("edf-ro", SubscriptionRule::inherit).age.value().ns), 201'800us);
+  EXPECT_LT(Duration(hot_path_of_autoware("default", SubscriptionRule::inherit).age.value().ns), 566ms);
+}
+
+TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
+  // Both sensors every 100 ms, Q 3 ms behind P: each job of Q completes the join.
+  Graph graph;
+  for (const char* name : {"P", "Q"}) {
+    Node& node = graph.nodes.emplace_back();
+    node.name = name;
+    node.type = NodeType::sensor;
+    node.outputs = {name};
+    node.period = node.deadline = 100ms;
+  }
+  Node& fusion = graph.nodes.emplace_back();
+  fusion.name = "F";
+  fusion.type = NodeType::fusion;
+  fusion.inputs = {{"P", 1, std::nullopt}, {"Q", 1, std::nullopt}};
+  fusion.outputs = {"F"};
+  fusion.execution_time = fusion.best_case_execution_time = 2ms;
+  graph.chains = {{"c", {"P", "Q", "F"}, {"P", "Q"}, "F"}};
+  GraphTasks tasks = make_tasks(graph);
+  const auto age = [&](Duration phase_of_q) {
+    tasks.set.tasks[1].phase = phase_of_q;
+    const CallbackGraph callbacks = callback_graph(graph, tasks, true);
+    const auto all = graph_bounds(bounded_system(graph, callbacks, *find_executor("rm-ro"), {}));
+    std::optional<std::int64_t> least;
+    for (const GraphBounds& bounds : all) {
+      if (bounds.chains.empty() || !bounds.chains[0]) continue;
+      least = std::min(least.value_or(bounds.chains[0]->latency), bounds.chains[0]->latency);
+    }
+    return Duration(least.value());
+  };
+  EXPECT_EQ(age(3ms), 5ms);
+  EXPECT_EQ(age(60ms), 62ms);
+  EXPECT_EQ(age(0ms), 2ms);
+}
+
+}  // namespace
+}  // namespace hotpath
