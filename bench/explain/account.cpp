@@ -18,35 +18,35 @@ void Account::add(Cause cause, std::size_t step, Duration length, JobRef behind,
   parts_.push_back({cause, rule, behind, step, length});
 }
 
-void Account::run(const JobRecord& job, std::size_t step, Time from, Time to) {
-  if (to <= from) return;
+/// How a thread that had a job to run in [from, to) spent this time.
+Account::Spent Account::spent(const JobRecord& job, Time from, Time to) const {
+  Spent spent{to - from, {}, {}};
   const bool whole = job.outcome == Outcome::ran && from == job.start && to == job.finish;
   // The time for which the thread had no processor, where the execution time is known.
   std::optional<Duration> off;
-  if (whole && job.cpu_time >= Duration{}) off = to - from - job.cpu_time;
-  if (whole && facts_.times != nullptr) off = to - from - facts_.times->of(job.job);
-  if (off) off = std::max(*off, Duration{});
-  Duration left = to - from, displaced_time{};
-  std::vector<Part> parts;
+  if (whole && job.cpu_time >= Duration{}) off = std::max(Duration{}, to - from - job.cpu_time);
+  if (whole && facts_.times != nullptr) off = std::max(Duration{}, to - from - facts_.times->of(job.job));
   for (const Held& held : displaced(job, job.start, from, to)) {
     // Jobs that work until an instant of the clock are not prolonged by time without a processor.
     if (!off && system_.wall_clock_work()) break;
-    const Duration length = off ? std::min(held.to - held.from, *off - displaced_time) : held.to - held.from;
-    displaced_time += length;
-    parts.push_back({Cause::displaced, Rule::none, held.by, step, length});
+    const Duration length = off ? std::min(held.to - held.from, *off) : held.to - held.from;
+    if (off) *off -= length;
+    spent.displaced.emplace_back(held.by, length);
+    spent.on_core -= length;
   }
-  left -= displaced_time;
-  Duration withheld{};
-  if (off && *off > displaced_time) {
-    const Cause cause = system_.kind() == RunKind::simulated ? Cause::displaced : Cause::withheld;
-    withheld = *off - displaced_time;
-    parts.push_back({cause, Rule::none, {}, step, withheld});
-  } else if (!off) {
-    withheld = std::min(slowed(job, from, to), left);
-    parts.push_back({Cause::withheld, Rule::none, {}, step, withheld});
-  }
-  add(Cause::running, step, left - withheld);
-  for (const Part& part : parts) add(part.cause, step, part.length, part.behind);
+  const bool simulated = system_.kind() == RunKind::simulated;
+  if (off && simulated) spent.displaced.emplace_back(JobRef{}, *off);  // by releases of the timer thread
+  spent.withheld = simulated ? Duration{} : off.value_or(std::min(slowed(job, from, to), spent.on_core));
+  spent.on_core -= off.value_or(spent.withheld);
+  return spent;
+}
+
+void Account::run(const JobRecord& job, std::size_t step, Time from, Time to) {
+  if (to <= from) return;
+  const Spent spent = this->spent(job, from, to);
+  add(Cause::running, step, spent.on_core);
+  for (const auto& [by, length] : spent.displaced) add(Cause::displaced, step, length, by);
+  add(Cause::withheld, step, spent.withheld);
 }
 
 /// The time that a slow processor added.
@@ -139,15 +139,10 @@ void Account::wait(const Seen& job, std::size_t step, Time from, const JobRecord
 }
 
 void Account::behind(const Waiting& w, const JobRecord& other, Time from, Time to) {
-  Time done = from;
-  if (!system_.wall_clock_work()) {
-    for (const Held& held : displaced(other, other.start, from, to)) {
-      behind_on_core(w, other, held.from - done);
-      add(Cause::displaced, w.step, held.to - held.from, held.by);
-      done = held.to;
-    }
-  }
-  behind_on_core(w, other, to - done);
+  const Spent spent = this->spent(other, from, to);
+  behind_on_core(w, other, spent.on_core);
+  for (const auto& [by, length] : spent.displaced) add(Cause::displaced, w.step, length, by);
+  add(Cause::withheld, w.step, spent.withheld, other.job.ref());
 }
 
 void Account::behind_on_core(const Waiting& w, const JobRecord& other, Duration length) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "explain/causes.hpp"
@@ -38,6 +39,11 @@ class Account {
     Time from, to;
     JobRef by;
   };
+  struct Spent {
+    Duration on_core;
+    std::vector<std::pair<JobRef, Duration>> displaced;  ///< By job; without a task: by the timer thread.
+    Duration withheld;
+  };
   /// A job that waits.
   struct Waiting {
     const JobRecord& job;
@@ -49,6 +55,7 @@ class Account {
     const JobRecord* older{};  ///< The first older job of its task that started after the arrival.
   };
 
+  [[nodiscard]] Spent spent(const JobRecord& job, Time from, Time to) const;
   [[nodiscard]] std::vector<Held> displaced(const JobRecord& job, Time since, Time from, Time to) const;
   [[nodiscard]] bool shares_core(const JobRecord& other, const JobRecord& job) const;
   [[nodiscard]] Waiting waiting(const Seen& job, std::size_t step, const JobRecord* before) const;

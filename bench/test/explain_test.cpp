@@ -368,6 +368,33 @@ TEST(Explain, TheProcessorIsWithheld) {
   EXPECT_EQ(withheld(Duration(-1), {{0, 0ms, 8ms, 2.0}}), 0ms);
 }
 
+TEST(Explain, TheProcessorIsWithheldFromAJobThatWentFirst) {
+  const Graph graph = graph_of({timer("a", 10ms), timer("b", 10ms)}, {"a"}, "b");
+  const GraphTasks tasks = make_tasks(graph);
+  const System system(parse_executor("default", {}), graph, tasks, RunKind::live, 1);
+  std::vector<Part> parts;
+  Explainer explainer(system, {std::nullopt, 1}, {{0, 0, 11ms}}, "test",
+                      [&](const Explanation& e) { parts = e.parts; });
+  explainer.begin(0, {});
+  JobRecord job;
+  job.job.task = 0;
+  job.finish = Time{10ms};
+  job.cpu_time = 4ms;
+  explainer.add(job);
+  job.job.task = 1;
+  job.start = Time{10ms};
+  job.finish = Time{11ms};
+  job.cpu_time = 1ms;
+  explainer.add(job);
+  explainer.end();
+  ASSERT_EQ(parts.size(), 3U);
+  EXPECT_EQ(parts[0].length, 4ms);
+  EXPECT_EQ(parts[1].cause, Cause::withheld);
+  EXPECT_EQ(parts[1].length, 6ms);
+  EXPECT_EQ(parts[1].behind, (JobRef{0, 0}));
+  EXPECT_EQ(parts[2].cause, Cause::running);
+}
+
 TEST(Overviews, SeparateTheTail) {
   std::vector<Output> outputs;
   for (std::uint64_t i = 0; i < 200; ++i) outputs.push_back({0, i, i < 198 ? 10ms : 30ms});
