@@ -4,6 +4,7 @@
 // until the next call on this thread, or null.
 #include <exception>
 
+#include "program/errors.hpp"
 #include "program/whole_file.hpp"
 
 namespace {
@@ -44,7 +45,7 @@ const char* hotpath_make_folder(const char* path) {
 const char* hotpath_name_durably(const char* part, const char* path) {
   return message_of([&] {
     if (const std::error_code error = hotpath::name_durably(part, path)) {
-      throw std::filesystem::filesystem_error("cannot be renamed", part, path, error);
+      throw hotpath::RunError(std::string(path) + " cannot be written (" + error.message() + ")");
     }
   });
 }

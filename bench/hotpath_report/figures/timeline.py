@@ -156,8 +156,8 @@ def draw_job(axes: Axes, window: Window, job: Any, y: float) -> None:
 
 
 def draw_row(axes: Axes, window: Window, row: str, y: float) -> None:
-    """Draws the jobs of a row; release arrows point up, dotted lines wait. The row of other tasks
-    has no room for releases."""
+    """Draws the jobs of a row; arrows mark releases, dotted lines waiting jobs. The row of other
+    tasks has no room for them."""
     arrow = dict(arrowstyle="-|>", color=INK, linewidth=0.9, mutation_scale=7, shrinkA=0, shrinkB=0)
     dotted = {"color": FAINT, "linewidth": 1, "linestyle": (0, (1, 1.5)), "zorder": 2}
     for job in window.jobs[window.jobs["row"] == row].itertuples():
