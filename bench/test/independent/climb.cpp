@@ -17,6 +17,10 @@ namespace {
 
 /// Execution times of a task repeat after so many jobs.
 constexpr std::size_t kTimes = 16;
+/// Steps after which a climb starts anew.
+constexpr int kClimb = 500;
+/// Prints intermediate figures after so many graphs.
+constexpr std::uint64_t kReported = 100;
 
 /// A point of the search.
 struct Point {
@@ -143,7 +147,9 @@ class Search {
       Climb climb(graph, executor, seed);
       for (const Bound& b : all) {
         const bool wanted = b.executor == label && (!chains_only || b.kind != "task");
-        if (wanted && b.value > 0) climb.maximise({b.kind, b.name}, steps_);
+        if (!wanted || b.value == 0) continue;
+        for (int left = steps_; left > 0; left -= kClimb)
+          climb.maximise({b.kind, b.name}, std::min(left, kClimb));
       }
       for (const Bound& b : all) {
         if (b.executor == label && (!chains_only || b.kind != "task")) judge(graph, file, b, climb);
@@ -152,7 +158,8 @@ class Search {
   }
 
   void print() const {
-    std::cout << "executor, method: median of found / bound (number) of timers, subscriptions, chains\n";
+    std::cout << std::fixed << std::setprecision(2)
+              << "executor, method: median of found / bound (number) of timers, subscriptions, chains\n";
     for (const auto& [key, tightness] : tightness_) {
       std::cout << key << ":";
       for (const std::vector<double>* values :
@@ -160,7 +167,7 @@ class Search {
         std::cout << "  " << median(*values) << " (" << values->size() << ")";
       std::cout << "\n";
     }
-    std::cout << bounds << " bounds, " << violations << " exceeded\n";
+    std::cout << bounds << " bounds, " << violations << " exceeded" << std::endl;
   }
 
  private:
@@ -209,9 +216,9 @@ int run(const std::vector<std::string>& arguments) {
       const std::string file = arguments[1] + "/" + std::to_string(seed) + ".yaml";
       write_random_graph(seed, file);
       search.climb(file, seed, false);
+      if ((seed + 1 - first) % kReported == 0) search.print();
     }
   }
-  std::cout << std::fixed << std::setprecision(2);
   search.print();
   return search.violations == 0 ? 0 : 1;
 }
