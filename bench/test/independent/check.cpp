@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compares hotpath with the independent simulator on random graphs: every job and latency of
+// `hotpath simulate`, and the bounds of `hotpath analyze`. Plants errors in the simulator and expects
+// the comparison to find each.
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <set>
+
+#include "generator.hpp"
+#include "hotpath_program.hpp"
+
+namespace independent {
+
+namespace {
+
+/// End of a simulation, no multiple of the grids on which events of most graphs lie.
+constexpr Nanoseconds kUntil = 650'050'001;
+const std::string kDuration = "0.650050001";
+constexpr std::size_t kMostShown = 20;
+constexpr int kFaults = static_cast<int>(Fault::count);
+
+/// A schedule in comparable form: jobs that ran in their order; sorted losses and latencies.
+using Row = std::array<std::int64_t, 10>;
+using Rows = std::array<std::vector<Row>, 2>;
+
+struct Counts {
+  std::size_t graphs = 0, schedules = 0, jobs = 0, losses = 0, outputs = 0, duplicates = 0;
+  std::size_t bounds = 0, exact = 0, not_explored = 0, differences = 0;
+};
+
+class Check {
+ public:
+  Check(std::string hotpath, std::string folder) : hotpath_(std::move(hotpath)), folder_(std::move(folder)) {}
+
+  const Counts& counts() const { return counts_; }
+  bool found(int fault) const { return found_[static_cast<std::size_t>(fault)]; }
+
+  void check(std::uint64_t seed) {
+    file_ = folder_ + "/" + std::to_string(seed) + ".yaml";
+    write_random_graph(seed, file_);
+    graph_ = read_graph(file_);
+    const Nanoseconds dispatch = seed % 3 == 0 ? 37'000 : 0;
+    options_ = " --phases given --timer-thread raised --dispatch-cost-us " + std::to_string(dispatch / 1000);
+    const std::string run = folder_ + "/run";
+    std::filesystem::remove_all(run);
+    if (!run_command(hotpath_ + " simulate --graph " + file_ + options_ +
+                         " --execution-times uniform --seed " + std::to_string(seed) +
+                         " --warm-up 0 --duration " + kDuration + " --threads 1 --executors " +
+                         joined(kExecutors) + " --output " + run,
+                     folder_ + "/simulate.txt")) {
+      differ("hotpath rejects the graph, see simulate.txt");
+      return;
+    }
+    const StoredRun stored = read_run(graph_, run);
+    learn_times(stored);
+    const std::vector<Bound> bounds = analyzed(kExecutors[seed % kExecutors.size()]);
+    ++counts_.graphs;
+    Conditions conditions{{}, kUntil, dispatch};
+    for (const Task& task : graph_.tasks) conditions.phases.push_back(task.phase);
+    for (const std::string& label : kExecutors) compare(label, stored.at(label), bounds, conditions);
+  }
+
+ private:
+  void compare(const std::string& label, const Result& stored, const std::vector<Bound>& bounds,
+               const Conditions& conditions) {
+    const Draw draw = [this](int task, std::int64_t sequence) { return time(task, sequence); };
+    Executor executor(label);
+    const Result result = simulate(graph_, executor, conditions, draw);
+    duplicates_.clear();
+    for (const Output& o : result.outputs) {
+      if (o.duplicates) duplicates_.insert({o.chain, o.sequence});
+    }
+    count(result);
+    const Rows rows = comparable(result), expected = comparable(stored);
+    for (const std::size_t part : {0, 1}) {
+      const auto [mine, theirs] = std::ranges::mismatch(rows[part], expected[part]);
+      if (mine == rows[part].end() && theirs == expected[part].end()) continue;
+      differ(label + ": " + shown(mine, rows[part].end()) +
+             "\n    hotpath: " + shown(theirs, expected[part].end()));
+    }
+    compare_bounds(label, bounds, result);
+    for (int f = 1; f < kFaults && rows == expected; ++f) {
+      executor.fault = static_cast<Fault>(f);
+      if (!found(f))
+        found_[static_cast<std::size_t>(f)] =
+            comparable(simulate(graph_, executor, conditions, draw)) != expected;
+    }
+  }
+
+  /// The execution times that hotpath drew: the same under every executor.
+  void learn_times(const StoredRun& stored) {
+    times_.assign(graph_.tasks.size(), {});
+    for (const auto& [label, result] : stored) {
+      for (const Job& job : result.jobs) {
+        auto& times = times_[static_cast<std::size_t>(job.task)];
+        if (job.outcome != Outcome::ran) continue;
+        const auto index = static_cast<std::size_t>(job.sequence);
+        if (times.size() <= index) times.resize(index + 1, 0);
+        times[index] = std::max(times[index], job.finish - job.start);
+      }
+    }
+  }
+
+  Nanoseconds time(int task, std::int64_t sequence) const {
+    const Task& t = graph_.tasks[static_cast<std::size_t>(task)];
+    const auto& times = times_[static_cast<std::size_t>(task)];
+    const auto index = static_cast<std::size_t>(sequence);
+    return index < times.size() ? std::clamp(times[index], t.best, t.worst) : t.worst;
+  }
+
+  std::vector<Bound> analyzed(const std::string& explored) {
+    const std::string csv = folder_ + "/bounds.csv",
+                      command = hotpath_ + " analyze " + file_ + options_ + " --csv " + csv;
+    std::filesystem::remove(csv);
+    run_command(command + " --executors " + joined(kExecutors), folder_ + "/analyze.txt");
+    std::vector<Bound> bounds = read_bounds(csv);
+    // The exploration of some graphs has too many states, so it gets a second of the processor.
+    if (!run_command("ulimit -t 1; " + command + " --exact --executors " + explored,
+                     folder_ + "/exact.txt")) {
+      ++counts_.not_explored;
+      return bounds;
+    }
+    for (const Bound& b : read_bounds(csv)) {
+      if (b.exact) bounds.push_back(b);
+    }
+    return bounds;
+  }
+
+  /// Simulated <= exact <= every bound.
+  void compare_bounds(const std::string& executor, const std::vector<Bound>& bounds, const Result& result) {
+    const auto all = largest(graph_, result, true), without_duplicates = largest(graph_, result, false);
+    std::map<Target, Nanoseconds> exact;
+    for (const Bound& b : bounds) {
+      if (b.executor != executor) continue;
+      ++(b.exact ? counts_.exact : counts_.bounds);
+      if (b.exact) exact[{b.kind, b.name}] = b.value;
+      const auto& observed = b.exact ? without_duplicates : all;
+      const auto value = observed.find({b.kind, b.name});
+      if (value != observed.end() && value->second > b.value)
+        differ(executor + ": " + b.kind + " " + b.name + ": " + std::to_string(value->second) +
+               " ns exceeds " + std::to_string(b.value) + " by " + b.method);
+    }
+    for (const Bound& b : bounds) {
+      const auto value = exact.find({b.kind, b.name});
+      if (b.executor == executor && value != exact.end() && value->second > b.value)
+        differ(executor + ": " + b.kind + " " + b.name + ": the exact value exceeds the bound by " +
+               b.method);
+    }
+  }
+
+  Rows comparable(const Result& result) const {
+    Rows rows;
+    for (const Job& j : result.jobs) {
+      const auto outcome = static_cast<std::int64_t>(j.outcome);
+      if (j.outcome == Outcome::ran || j.outcome == Outcome::running) {
+        rows[0].push_back({outcome, j.task, j.sequence, j.timestamp, j.release, j.start, j.deadline, j.parent,
+                           j.parent_sequence, j.outcome == Outcome::ran ? j.finish : 0});
+      } else if (j.outcome == Outcome::empty) {
+        rows[1].push_back({outcome, j.task, j.start});
+      } else {
+        rows[1].push_back({outcome, j.task, j.sequence, j.timestamp, j.parent, j.parent_sequence});
+      }
+    }
+    for (const Output& o : result.outputs) {
+      const bool known = !duplicates_.contains({o.chain, o.sequence});
+      rows[1].push_back({100, o.chain, o.sequence, known ? o.hot_path : 0, known ? o.end_to_end : 0});
+    }
+    std::ranges::sort(rows[1]);
+    return rows;
+  }
+
+  std::string shown(std::vector<Row>::const_iterator row, std::vector<Row>::const_iterator end) const {
+    if (row == end) return "nothing";
+    const bool latency = (*row)[0] == 100;
+    const auto subject = static_cast<std::size_t>((*row)[1]);
+    const std::vector<std::string> outcomes = {"ran", "running", "skipped", "overwritten", "empty"};
+    std::string text = latency
+                           ? "latency " + graph_.chains[subject].name
+                           : outcomes[static_cast<std::size_t>((*row)[0])] + " " + graph_.tasks[subject].name;
+    for (std::size_t i = 2; i < row->size(); ++i) text += " " + std::to_string((*row)[i]);
+    return text;
+  }
+
+  void differ(const std::string& what) {
+    if (counts_.differences++ < kMostShown) std::cout << file_ << ": " << what << "\n";
+  }
+
+  void count(const Result& result) {
+    ++counts_.schedules;
+    counts_.outputs += result.outputs.size();
+    counts_.duplicates += duplicates_.size();
+    for (const Job& job : result.jobs) ++(job.outcome == Outcome::ran ? counts_.jobs : counts_.losses);
+  }
+
+  std::string hotpath_, folder_, file_, options_;
+  Graph graph_;
+  std::vector<std::vector<Nanoseconds>> times_;        ///< Drawn execution times by task and sequence.
+  std::set<std::pair<int, std::int64_t>> duplicates_;  ///< Outputs with several jobs of one source.
+  Counts counts_;
+  std::array<bool, static_cast<std::size_t>(kFaults)> found_{};
+};
+
+int run(const std::vector<std::string>& arguments) {
+  if (arguments.size() != 4) {
+    std::cerr << "usage: independent_check HOTPATH FOLDER FIRST_SEED GRAPHS\n";
+    return 2;
+  }
+  std::filesystem::create_directories(arguments[1]);
+  Check check(arguments[0], arguments[1]);
+  const std::uint64_t first = std::stoull(arguments[2]), graphs = std::stoull(arguments[3]);
+  for (std::uint64_t seed = first; seed < first + graphs; ++seed) check.check(seed);
+  const Counts& c = check.counts();
+  std::cout << c.graphs << " graphs, " << c.schedules << " schedules, " << c.jobs << " jobs, " << c.losses
+            << " losses and empty events, " << c.outputs << " latencies (" << c.duplicates
+            << " with duplicates), " << c.bounds << " bounds, " << c.exact << " exact values ("
+            << c.not_explored << " graphs not explored): " << c.differences << " differences\n";
+  int missed = 0;
+  for (int f = 1; f < kFaults; ++f) {
+    if (check.found(f)) continue;
+    ++missed;
+    std::cout << "planted error " << f << " was not found\n";
+  }
+  return c.differences == 0 && missed == 0 && c.exact > c.graphs ? 0 : 1;
+}
+
+}  // namespace
+
+}  // namespace independent
+
+int main(int count, char** arguments) { return independent::run({arguments + 1, arguments + count}); }
