@@ -34,7 +34,8 @@ class BoundedHistory {
   void clear() { size_ = 0; }
   HistoryEntry& emplace_back() { return entries_[size_ < kCapacity ? size_++ : kCapacity - 1]; }
   void erase(const HistoryEntry* entry) {
-    std::copy(entry + 1, end(), entries_.data() + (entry - begin()));
+    HistoryEntry* const place = begin() + (entry - begin());
+    std::copy(place + 1, end(), place);
     --size_;
   }
   void push_back(const HistoryEntry& entry) {
