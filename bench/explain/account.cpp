@@ -123,19 +123,18 @@ Account::Waiting Account::waiting(const Seen& seen, std::size_t step, const JobR
   return w;
 }
 
-void Account::wait(const Seen& job, std::size_t step, Time from, const JobRecord* before) {
+void Account::wait(const Seen& job, std::size_t step, Time from, Time to, const JobRecord* before) {
   const Waiting w = waiting(job, step, before);
   Time done = from;
-  for (const Seen* other : window_.overlapping(job.record.worker, from, job.record.start)) {
+  for (const Seen* other : window_.overlapping(job.record.worker, from, to)) {
     if (other->order == job.order) continue;
-    const Time begin = std::max(done, other->record.start),
-               end = std::min(other->record.finish, job.record.start);
-    if (end <= begin) continue;
-    gap(w, done, begin);
+    const Time begin = std::max(done, other->record.start), end = std::min(other->record.finish, to);
+    if (end < begin) continue;
+    gap(w, done, begin);  // also before a job that took no time: its dispatch did
     behind(w, other->record, begin, end);
     done = end;
   }
-  gap(w, done, job.record.start);
+  gap(w, done, to);
 }
 
 void Account::behind(const Waiting& w, const JobRecord& other, Time from, Time to) {

@@ -26,9 +26,9 @@ class Account {
 
   /// The job `step` of the path runs in [from, to).
   void run(const JobRecord& job, std::size_t step, Time from, Time to);
-  /// It waits from `from` to its start; until `before`, its predecessor on the path, has finished,
-  /// that job runs on the path.
-  void wait(const Seen& job, std::size_t step, Time from, const JobRecord* before);
+  /// It waits in [from, to), before its start; until `before`, its predecessor on the path, has
+  /// finished, that job runs on the path.
+  void wait(const Seen& job, std::size_t step, Time from, Time to, const JobRecord* before);
   /// All of an interval.
   void add(Cause cause, std::size_t step, Duration length, JobRef behind = {}, Rule rule = Rule::none);
 

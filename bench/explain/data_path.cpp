@@ -35,7 +35,7 @@ std::vector<const Seen*> DataPath::of_triggers(const Seen& sink, Time begin) con
 bool DataPath::reach(const Seen& job, Samples samples, TaskId reader) {
   const Time start = job.record.start;
   if (start < source_start_ || visited_.size() >= kMostJobs) return false;
-  if (!visited_.insert(job.order).second) return false;
+  if (!visited_.emplace(job.order, samples == Samples::own).second) return false;
   const bool is_source = std::ranges::count(chain_->sources, job.record.job.task) > 0;
   bool reached = is_source && start == source_start_;
   if (!reached) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "explain/job_window.hpp"
@@ -34,8 +35,8 @@ class DataPath {
   const JobWindow& window_;
   const ChainIndex* chain_ = nullptr;
   Time source_start_{};
-  std::set<std::uint64_t> visited_;  // by Seen::order
-  std::vector<const Seen*> path_;    // from the source on
+  std::set<std::pair<std::uint64_t, bool>> visited_;  // Seen::order; whether only its own sample counts
+  std::vector<const Seen*> path_;                     // from the source on
 };
 
 }  // namespace hotpath::explain

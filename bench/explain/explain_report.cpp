@@ -134,7 +134,7 @@ void note_missing(std::ostream& out, const Subject& subject) {
   if (subject.missing == 0) return;
   out << "\n"
       << subject.missing << " outputs under " << subject.executor
-      << " are not explained: the trace lacks their jobs.\n";
+      << " are not explained: the trace lacks their jobs, or their data is younger than the sink's job.\n";
 }
 
 json causes_json(const CauseTimes& times) {

@@ -2,10 +2,16 @@
 #include "explain/explainer.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <functional>
 #include <utility>
 
 namespace hotpath::explain {
+
+namespace {
+
+auto key_of(const Output& output) { return std::pair(output.repetition, output.sequence); }
+
+}  // namespace
 
 Explainer::Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run,
                      Use use)
@@ -13,8 +19,10 @@ Explainer::Explainer(const System& system, Target target, std::vector<Output> ou
       target_(target),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
+      done_(outputs_.size(), false),
       window_(system.tasks().set.size(), std::move(run)),
       paths_(system, window_) {
+  std::ranges::stable_sort(outputs_, {}, key_of);
   for (const Output& output : outputs_) longest_ = std::max(longest_, output.latency);
 }
 
@@ -30,9 +38,13 @@ void Explainer::add(const JobRecord& record) {
   now_ = record.start;
   explain_finished();
   constexpr std::size_t kBetween = 1024;  // jobs between two clean-ups
-  if (++added_ % kBetween == 0) window_.forget_before(now_ - longest_);
+  if (++added_ % kBetween == 0) {
+    Time first = now_;
+    for (const Seen& job : unfinished_) first = std::min(first, job.record.start);
+    window_.forget_before(first - longest_);
+  }
   const Seen& seen = window_.add(record);
-  if (record.outcome == Outcome::ran) add_sink(seen);
+  if (record.outcome == Outcome::ran && !outputs_of(record.job).empty()) unfinished_.push_back(seen);
 }
 
 void Explainer::end() {
@@ -40,72 +52,73 @@ void Explainer::end() {
   explain_finished();
 }
 
-void Explainer::add_sink(const Seen& sink) {
-  const JobRecord& r = sink.record;
+/// The outputs that may be those of a job.
+std::span<const Output> Explainer::outputs_of(const Job& job) const {
   const bool ends =
-      target_.chain ? system_.chains()[*target_.chain].ends_in(r.job.task) : r.job.task == target_.task;
-  if (!ends) return;
-  const Output first{repetition_, r.job.sequence, Duration{}};
-  auto output = std::ranges::lower_bound(outputs_, first);
-  for (; output != outputs_.end() && output->repetition == repetition_ && output->sequence == r.job.sequence;
-       ++output) {
-    if (!target_.chain) {
-      unfinished_.push_back(sink);
-      continue;
-    }
-    const ChainIndex& chain = system_.chains()[*target_.chain];
-    const Time source_start = r.start - output->latency;
-    std::vector<const Seen*> path = paths_.from_source(sink, chain, source_start);
-    const bool complete = !path.empty();
-    // Another task of the sink's node may have a job of this sequence.
-    if (!complete && chain.sink_tasks.size() > 1) continue;
-    if (!complete) path = paths_.of_triggers(sink, source_start);
-    explain_output(sink, path, output->latency, complete);
-  }
-}
-
-void Explainer::explain_output(const Seen& sink, const std::vector<const Seen*>& path, Duration latency,
-                               bool complete) {
-  Account account(system_, window_, facts_);
-  Explanation explanation{repetition_, latency, {}, complete, {}};
-  for (const Seen* job : path) explanation.path.push_back(job->record);
-  const Time end = sink.record.start;
-  Time done = end - latency;
-  if (path.front()->record.start > done) {
-    account.add(Cause::unexplained, 0, path.front()->record.start - done);
-    done = path.front()->record.start;
-  }
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const JobRecord &job = path[i]->record, &next = path[i + 1]->record;
-    const bool direct = next.job.parent == job.job.ref();
-    // The rest of the job, after the publication, counts as running while the next job waits for it.
-    const Time handed_over = direct && job.worker != next.worker ? next.job.timestamp : job.finish;
-    const Time ran = std::clamp(handed_over, done, std::max(done, next.start));
-    account.run(job, i, done, ran);
-    done = ran;
-    if (!direct) {
-      const Time ready = std::clamp(next.job.timestamp, done, std::max(done, next.start));
-      account.add(Cause::join, i + 1, ready - done);
-      done = ready;
-    }
-    if (next.start <= done) continue;
-    account.wait(*path[i + 1], i + 1, done, &job);
-    done = next.start;
-  }
-  use(account, std::move(explanation));
+      target_.chain ? system_.chains()[*target_.chain].ends_in(job.task) : job.task == target_.task;
+  if (!ends) return {};
+  return std::ranges::equal_range(outputs_, std::pair(repetition_, job.sequence), {}, key_of);
 }
 
 void Explainer::explain_finished() {
-  const auto explain = [&](const Seen& job) {
-    const JobRecord& r = job.record;
-    if (r.finish > now_) return false;
-    Account account(system_, window_, facts_);
-    account.wait(job, 0, r.job.timestamp, nullptr);
-    account.run(r, 0, std::max(r.start, r.job.timestamp), r.finish);
-    use(account, {repetition_, r.finish - r.job.timestamp, {r}, true, {}});
+  const auto finish = [](const Seen& job) { return job.record.finish; };
+  if (unfinished_.size() > 1) std::ranges::stable_sort(unfinished_, {}, finish);
+  std::erase_if(unfinished_, [this](const Seen& job) {
+    if (job.record.finish > now_) return false;
+    for (const Output& output : outputs_of(job.record.job)) {
+      const auto place = static_cast<std::size_t>(&output - outputs_.data());
+      if (done_[place]) continue;
+      done_[place] = target_.chain ? explain_output(job, output.latency) : explain_response(job);
+      if (done_[place]) break;
+    }
     return true;
-  };
-  std::erase_if(unfinished_, explain);
+  });
+}
+
+bool Explainer::explain_response(const Seen& job) {
+  const JobRecord& r = job.record;
+  Account account(system_, window_, facts_);
+  account.wait(job, 0, r.job.timestamp, r.start, nullptr);
+  account.run(r, 0, std::max(r.start, r.job.timestamp), r.finish);
+  use(account, {repetition_, r.finish - r.job.timestamp, {r}, true, {}});
+  return true;
+}
+
+/// False if it is the output of another task of the sink's node, with a job of the same sequence.
+bool Explainer::explain_output(const Seen& sink, Duration latency) {
+  const ChainIndex& chain = system_.chains()[*target_.chain];
+  const Time begin = sink.record.start - latency;
+  const std::vector<const Seen*> path = paths_.from_source(sink, chain, begin);
+  if (path.empty() && chain.sink_tasks.size() > 1) return false;
+  path.empty() ? explain_path(paths_.of_triggers(sink, begin), latency, false)
+               : explain_path(path, latency, true);
+  return true;
+}
+
+/// A cyclic node may read data that arrived after its job's start, where the latency ends.
+void Explainer::explain_path(const std::vector<const Seen*>& path, Duration latency, bool complete) {
+  Account account(system_, window_, facts_);
+  Explanation explanation{repetition_, latency, {}, complete, {}};
+  for (const Seen* job : path) explanation.path.push_back(job->record);
+  const Time end = path.back()->record.start;
+  Time done = end - latency;
+  const Time begin = std::clamp(path.front()->record.start, done, end);
+  account.add(Cause::unexplained, 0, begin - done);
+  done = begin;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const JobRecord &job = path[i]->record, &next = path[i + 1]->record;
+    const Time until = std::clamp(next.start, done, end);
+    const bool direct = next.job.parent == job.job.ref();
+    // The rest of the job, after the publication, counts as running while the next job waits for it.
+    const Time handed_over = direct && job.worker != next.worker ? next.job.timestamp : job.finish;
+    const Time ran = std::clamp(handed_over, done, until);
+    account.run(job, i, done, ran);
+    const Time ready = direct ? ran : std::clamp(next.job.timestamp, ran, until);
+    account.add(Cause::join, i + 1, ready - ran);
+    account.wait(*path[i + 1], i + 1, ready, until, &job);
+    done = until;
+  }
+  use(account, std::move(explanation));
 }
 
 void Explainer::use(Account& account, Explanation explanation) {

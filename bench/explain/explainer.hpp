@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,6 @@ struct Output {
   std::uint32_t repetition = 0;
   std::uint64_t sequence = 0;  ///< Of the sink's job, or of the task's.
   Duration latency{};          ///< As measured, >= 0.
-  friend auto operator<=>(const Output&, const Output&) = default;
 };
 
 /// Explains outputs while it reads the jobs of a run.
@@ -31,7 +31,8 @@ class Explainer {
  public:
   using Use = std::function<void(const Explanation&)>;
 
-  /// `outputs` are sorted; `run` names the run in messages. `system` must outlive the object.
+  /// `outputs` that have the same sequence, since a sink has several tasks, are in the order of their
+  /// jobs' ends. `run` names the run in messages. `system` must outlive the object.
   Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run, Use use);
 
   void begin(std::uint32_t repetition, RepetitionFacts facts);
@@ -45,22 +46,24 @@ class Explainer {
   [[nodiscard]] std::size_t missing() const { return outputs_.size() - explained_; }
 
  private:
-  void add_sink(const Seen& sink);
-  void explain_output(const Seen& sink, const std::vector<const Seen*>& path, Duration latency,
-                      bool complete);
+  [[nodiscard]] std::span<const Output> outputs_of(const Job& job) const;
   void explain_finished();
+  bool explain_output(const Seen& sink, Duration latency);
+  bool explain_response(const Seen& job);
+  void explain_path(const std::vector<const Seen*>& path, Duration latency, bool complete);
   void use(Account& account, Explanation explanation);
 
   const System& system_;
   const Target target_;
-  const std::vector<Output> outputs_;
+  std::vector<Output> outputs_;  // by repetition and sequence
   const Use use_;
+  std::vector<bool> done_;  // by output
   JobWindow window_;
   DataPath paths_;
   Duration longest_{};  // of the outputs
   std::uint32_t repetition_ = 0;
   RepetitionFacts facts_;
-  std::vector<Seen> unfinished_;  // jobs of the target task, explained when all that overlap are known
+  std::vector<Seen> unfinished_;  // jobs of outputs, explained when all jobs that overlap are known
   std::size_t explained_ = 0, added_ = 0;
   Time now_ = Time::min();
 };

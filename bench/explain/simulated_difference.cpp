@@ -14,9 +14,9 @@ ComparedOutputs compared(const SimulatedRun& run, std::uint32_t chain) {
   const System system(run.executor, run.graph, run.tasks, RunKind::simulated, run.graph.platform.cores);
   std::vector<Output> outputs;
   for (const ChainRecord& record : run.trace.chains) {
-    if (record.chain == chain) outputs.push_back({0, record.sequence, record.hot_path_latency});
+    if (record.chain == chain && record.hot_path_latency >= Duration{})
+      outputs.push_back({0, record.sequence, record.hot_path_latency});
   }
-  std::ranges::sort(outputs);
   ComparedOutputs explained;
   Explainer explainer(system, {chain, kNoTask}, std::move(outputs), run.name,
                       [&](const Explanation& explanation) { explained.add(explanation); });

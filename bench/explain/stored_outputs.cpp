@@ -52,7 +52,6 @@ StoredOutputs::StoredOutputs(const StoredRun& run, const std::string& executor, 
   }));
   choose_target(options);
   target_.chain ? read_chains() : read_responses();
-  std::ranges::sort(outputs_);
   if (outputs_.empty()) {
     run.fail(concat("it has no ",
                     target_.chain ? "output of " + subject_.chain : "counted job of " + subject_.task,
@@ -96,8 +95,8 @@ void StoredOutputs::read_chains() {
   for_each_chain(in, file, [&](const ChainRow& row) {
     if (row.chain != subject_.chain || !selected(row.executor, row.repetition)) return;
     if (row.record.hot_path_latency < Duration{}) {
-      throw InputError(file, static_cast<std::int64_t>(row.line), "the latency is negative",
-                       "restore the original file");
+      ++younger_;
+      return;
     }
     outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency});
   });
@@ -166,8 +165,8 @@ void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer:
     explainer.add(row.record);
   });
   if (current) explainer.end();
-  subject_.missing = explainer.missing();
-  if (subject_.missing == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
+  subject_.missing = explainer.missing() + younger_;
+  if (explainer.missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
 }
 
 }  // namespace hotpath::explain

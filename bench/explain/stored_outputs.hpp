@@ -22,7 +22,7 @@ class StoredOutputs {
   StoredOutputs(const StoredOutputs&) = delete;
   StoredOutputs& operator=(const StoredOutputs&) = delete;
 
-  /// By repetition and sequence; not empty.
+  /// In the order of the file; not empty.
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
   [[nodiscard]] const StoredRun& run() const { return run_; }
@@ -46,6 +46,7 @@ class StoredOutputs {
   Target target_;
   Subject subject_;
   std::vector<Output> outputs_;
+  std::size_t younger_ = 0;  // outputs whose data is younger than the sink's job (cyclic nodes)
 };
 
 }  // namespace hotpath::explain
