@@ -96,7 +96,7 @@ class Check {
         auto& times = times_[static_cast<std::size_t>(job.task)];
         if (job.outcome != Outcome::ran) continue;
         const auto index = static_cast<std::size_t>(job.sequence);
-        if (times.size() <= index) times.resize(index + 1, -1);
+        if (times.size() <= index) times.resize(index + 1, -1);  // unknown
         times[index] = std::max(times[index], job.finish - job.start);
       }
     }
@@ -106,8 +106,8 @@ class Check {
     const Task& t = graph_.tasks[static_cast<std::size_t>(task)];
     const auto& times = times_[static_cast<std::size_t>(task)];
     const auto index = static_cast<std::size_t>(sequence);
-    const bool known = index < times.size() && times[index] >= 0;  // no job of it ended otherwise
-    return known ? std::clamp(times[index], t.best, t.worst) : t.worst;
+    // Unknown: no job of this sequence worked and ended, under any executor.
+    return index < times.size() && times[index] >= t.best ? std::min(times[index], t.worst) : t.worst;
   }
 
   std::vector<Bound> analyzed(const std::string& explored) {
