@@ -58,7 +58,7 @@ class Repetition:
         """Timer jobs whose data the job processes or publishes (up to the next cyclic node)."""
         if job.kind == "timer":
             return {job.task: job}
-        found = {}
+        found: dict[str, Any] = {}
         for contributor in self.fused.get((job.task, job.sequence), [job]):
             for task, source in self.sources(self.started[contributor.parent]).items():
                 found[task] = min(found.get(task, source), source, key=lambda s: s.sequence)
