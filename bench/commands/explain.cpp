@@ -28,9 +28,7 @@ void add_explain_command(CLI::App& app) {
              "Explain only this output: the sequence of the sink's job, or\nwith --task of the task's")
       ->excludes("--worst")
       ->excludes("--quantile");
-  add_output_file(command, "--json", o.json, "Write JSON, by default to standard output")
-      ->expected(0, 1)
-      ->default_str("-");
+  command.add_flag("--json", o.json, "Print JSON");
 }
 
 }  // namespace hotpath

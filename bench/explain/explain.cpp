@@ -13,22 +13,14 @@
 #include "program/errors.hpp"
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
-#include "program/whole_file.hpp"
 
 namespace hotpath::explain {
 
 namespace {
 
-using nlohmann::json;
-
 void show(const ExplainOptions& options, auto&&... what) {
-  if (options.json.empty()) return write(std::cout, what...);
-  const json j = json_of(what...);
-  if (options.json == "-") {
-    data_output() << j.dump(2) << "\n";
-  } else {
-    write_output_file(options.json, "--json", j);
-  }
+  if (!options.json) return write(std::cout, what...);
+  data_output() << json_of(what...).dump(2) << "\n";
 }
 
 const Output& chosen(const ExplainOptions& options, const StoredOutputs& stored,

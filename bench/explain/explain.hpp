@@ -19,7 +19,7 @@ struct ExplainOptions {
   bool worst = false;
   std::optional<double> quantile;  ///< In [0, 1].
   std::optional<std::uint64_t> sequence;
-  std::string json;  ///< A file, or `-`; empty: text.
+  bool json = false;  ///< Instead of text.
 };
 
 /// Explains one output, many outputs, or the difference of two executors. Reads jobs.csv row by row;

@@ -103,7 +103,7 @@ class HostileNames(CommandTest):
         run = self.stored_run()
         self.assertIn("script", self.printed("summarize", run, codes=(0,))[1])
         self.printed("check", run, codes=(0,))
-        self.printed("explain", run, codes=(0,))
+        self.assertIn("its tasks are not", self.printed("explain", run, codes=(2,))[2])
         self.assertIn("has no task", self.printed("validate", run, "--output", "v", codes=(2,))[2])
         self.printed("report", run, codes=(0,))
         self.printed("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))

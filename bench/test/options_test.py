@@ -151,7 +151,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--worst": Changes({"--worst": True}),
             "--quantile": Changes({"--quantile": 0.9}),
             "--sequence": Changes({"--sequence": 5}),
-            "--json": Changes({"--json": "explained.json"}),
+            "--json": Changes({"--json": True}),
         },
     ),
     "replay": (

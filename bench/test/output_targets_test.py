@@ -59,6 +59,7 @@ FOLDERS = {
     ("capacity", "--output"): ["capacity", *LONG],
     ("validate", "--output"): ["validate", "RUN"],
     ("analyze", "--page"): ["analyze", "timers_only_60"],
+    ("analyze", "--witness"): ["analyze", "timers_only_60", "--phases", "creation"],
     ("experiment wcrt-table", "--output"): ["experiment", "wcrt-table"],
     ("experiment waters", "--output"): ["experiment", "waters", "--sets", 1000000],
     ("bench", "--output"): ["bench"],
