@@ -71,7 +71,8 @@ class Live(unittest.TestCase):
             }
 
         def summary(*periods: Any, observed: int = 1) -> dict[Any, Any]:
-            slow = [{"repetition": 0, "periods": list(periods)}] if periods else []
+            slow_s = sum(p["until_s"] - p["from_s"] for p in periods)
+            slow = [{"repetition": 0, "periods": list(periods), "slow_s": slow_s}] if periods else []
             return {"executors": [{"processor_speed": {"observed": observed, "slow": slow}}]}
 
         slow = {"cpu": 1, "from_s": 3.5, "until_s": 8, "factor": 1.28}
