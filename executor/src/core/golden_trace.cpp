@@ -68,6 +68,10 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
   }
   CsvReader jobs(in, file.string(), {"task", "count", "start_ns", "finish_ns", "next_call_ns"},
                  CsvLayout::written, header.line());
+  if (jobs.header().size() < 5) {
+    jobs.fail("the rows of a golden trace have at least five fields",
+              "give task, count, start, finish, and next call or thread");
+  }
   const bool has_worker = jobs.find_column("thread").has_value();
   while (jobs.next()) {
     const auto id = ids.find(jobs.text(0));
