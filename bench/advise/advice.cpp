@@ -20,7 +20,7 @@
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 namespace {
 
@@ -32,53 +32,53 @@ constexpr std::size_t kDoubted = 3;
 /// The ranking's share of the budget; the rest is for the doubts.
 constexpr double kRankingShare = 0.6;
 
-Graph graph_of(const AdviseOptions& options) {
-  Graph graph = graph_to_run(options);
+Graph graph_of(const Options& options) {
+  Graph graph = setup::graph_to_run(options);
   if (options.cores) graph.platform.cores = *options.cores;
   if (graph.chains.empty()) {
     graph.chains = find_chains(graph, make_tasks(graph), kMostChains);
     for (const Chain& chain : graph.chains) {
-      std::cout << "Found " << chain.name << ": " << joined(chain.nodes, " -> ") << "\n";
+      std::cout << "Found " << chain.name << ": " << program::joined(chain.nodes, " -> ") << "\n";
     }
   }
   return graph;
 }
 
-std::string default_objective(const AdviseOptions& options, const Graph& graph) {
-  return graph.chains.empty() && options.objective == AdviseOptions{}.objective ? "worst_lateness"
-                                                                                : options.objective;
+std::string default_objective(const Options& options, const Graph& graph) {
+  return graph.chains.empty() && options.objective == Options{}.objective ? "worst_lateness"
+                                                                          : options.objective;
 }
 
 /// Rejects a graph that does not fit into memory: every candidate has a graph and tasks, and every
 /// candidate under simulation has a trace.
-void check_memory(const AdviseOptions& options, const GraphTasks& tasks) {
+void check_memory(const Options& options, const GraphTasks& tasks) {
   constexpr double kCandidates = 30, kBytesOfTask = 2500;  // measured with 1000 to 20,000 nodes
   const std::size_t at_once =
       options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
-  check_trace_memory(options, tasks, at_once, kCandidates * kBytesOfTask * tasks.set.size(),
-                     "a shorter --duration, fewer --threads, or a part of the graph");
+  setup::check_trace_memory(options, tasks, at_once, kCandidates * kBytesOfTask * tasks.set.size(),
+                            "a shorter --duration, fewer --threads, or a part of the graph");
 }
 
 /// Throws RunError with the number of cores that would suffice.
 void check_load(const Graph& graph, const GraphTasks& tasks) {
   const double load = mean_load_percent(graph, tasks);
   if (load < 100.0 * graph.platform.cores) return;
-  throw RunError(concat("overload: the callbacks of ", graph.name, " need ", fixed(load, 0),
-                        " % of one core, and there are ", graph.platform.cores,
-                        graph.platform.cores == 1 ? " core" : " cores",
-                        ": no executor can keep up; give the graph ", std::floor(load / 100) + 1,
-                        " cores or more (--cores), or less work (--load)"));
+  throw program::RunError(program::concat(
+      "overload: the callbacks of ", graph.name, " need ", program::fixed(load, 0),
+      " % of one core, and there are ", graph.platform.cores, graph.platform.cores == 1 ? " core" : " cores",
+      ": no executor can keep up; give the graph ", std::floor(load / 100) + 1,
+      " cores or more (--cores), or less work (--load)"));
 }
 
 class Adviser {
  public:
-  explicit Adviser(const AdviseOptions& options)
+  explicit Adviser(const Options& options)
       : options_(options),
         graph_(graph_of(options)),
         objective_(parse_objective(default_objective(options, graph_), graph_)) {
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
     if (options.costs != "reference" && options.costs != "graph") {
-      throw UsageError("--costs: `" + options.costs + "` is neither reference nor graph");
+      throw program::UsageError("--costs: `" + options.costs + "` is neither reference nor graph");
     }
     const GraphTasks tasks = make_tasks(graph_);
     check_load(graph_, tasks);
@@ -86,7 +86,7 @@ class Adviser {
   }
 
   void run() {
-    check_output_folder(output_folder(options_, graph_));
+    program::check_output_folder(setup::output_folder(options_, graph_));
     const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options());
     Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}};
     std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);
@@ -102,8 +102,8 @@ class Adviser {
     }
     advice.asked_draws = draws();
     advice.seconds = options_.duration_s;
-    if (advice.best != nullptr && interrupted() == 0) doubt(advice);
-    if (interrupted() == 0) explain_gain(advice);
+    if (advice.best != nullptr && program::interrupted() == 0) doubt(advice);
+    if (program::interrupted() == 0) explain_gain(advice);
     write(advice);
   }
 
@@ -113,7 +113,7 @@ class Adviser {
     o.executors = options_.executors;
     o.deployments = options_.deployments;
     o.now = options_.now;
-    o.scheduling = scheduling_of(options_, make_tasks(graph_).set, graph_.platform.cores);
+    o.scheduling = setup::scheduling_of(options_, make_tasks(graph_).set, graph_.platform.cores);
     o.reference_costs = options_.costs == "reference";
     return o;
   }
@@ -136,9 +136,9 @@ class Adviser {
     PredictionOptions o;
     o.common = options_;
     o.draws = draws();
-    o.budget = seconds(budget_s);
+    o.budget = setup::seconds(budget_s);
     o.threads = options_.threads;
-    Progress progress(1, o.budget);
+    program::Progress progress(1, o.budget);
     progress.begin(title);
     const auto begin = std::chrono::steady_clock::now();
     return predict(candidates, o, [&](std::uint32_t) {
@@ -174,7 +174,7 @@ class Adviser {
     for (const Prediction* p : ranked(predictions, objective_)) {
       const std::string& name = p->candidate->name;
       doubt.order.push_back(name);
-      doubt.values.push_back(p->overload.empty() ? concat(name, " ", value_text(objective_, *p))
+      doubt.values.push_back(p->overload.empty() ? program::concat(name, " ", value_text(objective_, *p))
                                                  : name + " cannot keep up");
     }
     // Candidates that cannot be recommended may have been ahead before.
@@ -219,17 +219,17 @@ class Adviser {
     plan.name = "advice";
     plan.description = c.description;
     const fs::path file = folder / "deployment.yaml";
-    write_whole_file(file, deployment_yaml(c.graph, c.tasks, plan));
+    program::write_whole_file(file, deployment_yaml(c.graph, c.tasks, plan));
     if (c.sets_priorities) {
       Graph graph = c.graph;
       graph.platform = graph_.platform;
       write_graph(folder / "graph.yaml", graph, {"With the priorities that deployment.yaml needs.", {}},
-                  write_with_folder);
+                  program::write_with_folder);
     }
     try {
       const auto cie = [&](std::ostream& out) { write_cie(out, c.graph, c.tasks, plan); };
       if (c.spec.deployment && plan.executors.size() > 1)
-        write_whole_file(folder / "cie.yaml", FileContent(cie));
+        program::write_whole_file(folder / "cie.yaml", program::FileContent(cie));
     } catch (const std::invalid_argument&) {
       // CallbackIsolatedExecutor has an executor for each callback group; here some groups share.
     }
@@ -242,29 +242,29 @@ class Adviser {
   }
 
   void write(Advice& advice) const {
-    const fs::path folder = output_folder(options_, graph_);
-    create_folder(folder);
+    const fs::path folder = setup::output_folder(options_, graph_);
+    program::create_folder(folder);
     advice.change = write_change(advice, folder);
-    write_whole_file(folder / "advice.json", advice_json(advice));
+    program::write_whole_file(folder / "advice.json", advice_json(advice));
     write_ranking(std::cout, advice);
     if (advice.draws < advice.asked_draws) {
       std::cout << "Only " << advice.draws << " of " << advice.asked_draws
                 << " draws: the budget ended (--budget SECONDS).\n";
     }
-    if (!graph_.chains.empty()) draw_figure("advice", folder);
+    if (!graph_.chains.empty()) program::draw_figure("advice", folder);
     std::cout << "\nResults: " << folder.string() << "\n" << std::flush;
   }
 
-  AdviseOptions options_;
+  Options options_;
   const Graph graph_;
   const Objective objective_;
 };
 
 }  // namespace
 
-void advise(const AdviseOptions& options) {
-  catch_interrupts();
+void advise(const Options& options) {
+  program::catch_interrupts();
   Adviser(options).run();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -6,10 +6,10 @@
 
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 /// The command line of `hotpath advise`.
-struct AdviseOptions : CommonOptions {
+struct Options : setup::CommonOptions {
   std::string objective = "hot_path:p99";
   std::string now = "default";  ///< The system's current executor or deployment.
   std::string costs = "reference";
@@ -22,6 +22,6 @@ struct AdviseOptions : CommonOptions {
 /// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking
 /// under changed assumptions, and writes table, figure, advice and the files of the recommended
 /// change. Throws UsageError, InputError, and RunError for an overloaded graph.
-void advise(const AdviseOptions& options);
+void advise(const Options& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

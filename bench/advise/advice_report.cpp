@@ -10,27 +10,28 @@
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 namespace {
 
 using nlohmann::json;
 
 /// Number of tasks that never ran, and timers with a job that waited longer than a period.
-std::size_t waited_long(const ExecutorSummary& summary) {
-  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, [](const TaskSummary& t) {
+std::size_t waited_long(const results::ExecutorSummary& summary) {
+  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, [](const results::TaskSummary& t) {
     return t.never_ran() || (t.period > Duration::zero() && t.longest_wait > t.period);
   }));
 }
 
-const LatencySummary& latency(const Advice& advice, const Prediction& p) {
-  const ChainSummary& chain = p.summary.chains[advice.objective.chain];
+const results::LatencySummary& latency(const Advice& advice, const Prediction& p) {
+  const results::ChainSummary& chain = p.summary.chains[advice.objective.chain];
   return advice.objective.kind == Objective::Kind::requirements ? chain.end_to_end : chain.hot_path;
 }
 
-TextTable::Cell with_interval(double value, const std::optional<Interval>& interval) {
-  if (!interval) return fixed(value, 1);
-  return {fixed(value, 1), concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]")};
+program::TextTable::Cell with_interval(double value, const std::optional<Interval>& interval) {
+  if (!interval) return program::fixed(value, 1);
+  return {program::fixed(value, 1), program::concat("[", program::fixed(interval->low, 1), ", ",
+                                                    program::fixed(interval->high, 1), "]")};
 }
 
 json json_of(double value, const std::optional<Interval>& interval) {
@@ -39,34 +40,35 @@ json json_of(double value, const std::optional<Interval>& interval) {
   return j;
 }
 
-TextTable ranking_table(const Advice& advice) {
+program::TextTable ranking_table(const Advice& advice) {
   const bool chains = !advice.graph.chains.empty();
   const bool lateness = advice.objective.kind == Objective::Kind::worst_lateness;
   const std::string chain = chains ? advice.graph.chains[advice.objective.chain].name : "";
-  TextTable table(concat(chains ? chain : advice.graph.name, ": ",
-                         !chains                                                  ? "jobs"
-                         : advice.objective.kind == Objective::Kind::requirements ? "end-to-end latency in ms"
-                                                                                  : "hot-path latency in ms",
-                         ", best first by ", advice.objective.text),
-                  {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
-                   lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
-                   "cores\nused", concat("bound\n", bounded_latency(advice.objective))});
+  program::TextTable table(
+      program::concat(chains ? chain : advice.graph.name, ": ",
+                      !chains                                                  ? "jobs"
+                      : advice.objective.kind == Objective::Kind::requirements ? "end-to-end latency in ms"
+                                                                               : "hot-path latency in ms",
+                      ", best first by ", advice.objective.text),
+      {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
+       lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
+       "cores\nused", program::concat("bound\n", bounded_latency(advice.objective))});
   for (const Prediction* p : advice.ranked) {
     if (!p->overload.empty()) continue;
-    TextTable::Cell median = "", p99 = "", worst = "";
+    program::TextTable::Cell median = "", p99 = "", worst = "";
     if (chains) {
-      const LatencySummary& l = latency(advice, *p);
+      const results::LatencySummary& l = latency(advice, *p);
       median = with_interval(l.quantiles.p50, l.p50);
       p99 = with_interval(l.quantiles.p99, l.p99);
       worst = with_interval(l.quantiles.max, l.max);
     }
     const std::size_t never_started = never_ran(p->summary);
     table.add_row({p->candidate->name, median, p99, worst,
-                   lateness ? fixed(score(advice.objective, p->summary).value, 1) : "",
-                   fixed(loss_percent(p->summary), 1), std::to_string(waited_long(p->summary)),
+                   lateness ? program::fixed(score(advice.objective, p->summary).value, 1) : "",
+                   program::fixed(loss_percent(p->summary), 1), std::to_string(waited_long(p->summary)),
                    never_started > 0 ? std::to_string(never_started) : "",
-                   std::to_string(p->candidate->threads), fixed(p->cores_used, 2),
-                   p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
+                   std::to_string(p->candidate->threads), program::fixed(p->cores_used, 2),
+                   p->bound_ms ? program::fixed(*p->bound_ms, 1) : ""});
   }
   return table;
 }
@@ -77,7 +79,8 @@ void write_excluded(std::ostream& out, const Advice& advice) {
   for (const Prediction* p : advice.ranked) {
     if (!p->overload.empty()) overloaded[p->overload].push_back(p->candidate->name);
   }
-  for (const auto& [cause, names] : overloaded) out << joined(names) << " cannot keep up: " << cause << "\n";
+  for (const auto& [cause, names] : overloaded)
+    out << program::joined(names) << " cannot keep up: " << cause << "\n";
   for (const Prediction* p : advice.ranked) {
     if (p == advice.best || !p->overload.empty()) break;
     const std::string cause = why_not(*p, *advice.now);
@@ -93,9 +96,9 @@ void write_ranking(std::ostream& out, const Advice& advice) {
   out << "\n";
   for (const std::string& sentence : sentences(advice)) out << sentence << "\n";
   for (const Doubt& doubt : advice.doubts) {
-    out << "With " << doubt.assumption << ": " << joined(doubt.values) << ".\n";
+    out << "With " << doubt.assumption << ": " << program::joined(doubt.values) << ".\n";
   }
-  if (!advice.causes.empty()) out << "\n" << joined(advice.causes, "\n") << "\n";
+  if (!advice.causes.empty()) out << "\n" << program::joined(advice.causes, "\n") << "\n";
   if (!advice.change.empty()) out << "\nChange: " << advice.change << "\n";
 }
 
@@ -133,7 +136,7 @@ json advice_json(const Advice& advice) {
       row["bound_method"] = p->bound_method;
       row["bound_of"] = bounded_latency(advice.objective);
       if (!advice.graph.chains.empty()) {
-        const LatencySummary& l = latency(advice, *p);
+        const results::LatencySummary& l = latency(advice, *p);
         row["median_ms"] = json_of(l.quantiles.p50, l.p50);
         row["p99_ms"] = json_of(l.quantiles.p99, l.p99);
         row["worst_ms"] = json_of(l.quantiles.max, l.max);
@@ -144,4 +147,4 @@ json advice_json(const Advice& advice) {
   return all;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -8,7 +8,7 @@
 
 #include "advise/prediction.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 /// The ranking under a changed assumption.
 struct Doubt {
@@ -46,4 +46,4 @@ void write_ranking(std::ostream& out, const Advice& advice);
 /// The content of advice.json.
 [[nodiscard]] nlohmann::json advice_json(const Advice& advice);
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -10,7 +10,7 @@
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 namespace {
 
@@ -68,7 +68,7 @@ class Candidates {
 
  private:
   static bool is_executor(const std::string& name) {
-    return find_executor(ExecutorLabel(name).name) != nullptr;
+    return find_executor(results::ExecutorLabel(name).name) != nullptr;
   }
   bool has(const std::string& name) const {
     return std::ranges::any_of(all_, [&](const Candidate& c) { return c.name == name; });
@@ -87,27 +87,27 @@ class Candidates {
     const bool queue = traits.timers != TimerHandling::polled;
     if (queue) add_executor(name + ":1");
     const unsigned threads = std::min(graph_.platform.cores, most_threads(traits));
-    if (threads > 1) add_executor(concat(name, ":", threads));
+    if (threads > 1) add_executor(program::concat(name, ":", threads));
   }
 
   void add_executor(const std::string& name) {
-    const ExecutorSpec spec = parse_executor(name, options_.scheduling);
+    const setup::ExecutorSpec spec = setup::parse_executor(name, options_.scheduling);
     add(spec, graph_, std::string(spec.entry->description));
   }
 
   void add_deployment(const std::string& name) {
-    const ExecutorSpec spec = deploy(name, graph_, tasks_, options_.scheduling);
+    const setup::ExecutorSpec spec = setup::deploy(name, graph_, tasks_, options_.scheduling);
     add(spec, graph_, spec.deployment->plan.description);
   }
 
-  void add(ExecutorSpec spec, Graph graph, std::string description) {
+  void add(setup::ExecutorSpec spec, Graph graph, std::string description) {
     if (has(spec.label)) return;
     Candidate c;
     c.name = spec.label;
     c.description = std::move(description);
     if (options_.reference_costs) {
       // The simulator has one machine for all: a deployment has the costs of its first executor.
-      const ReferenceCosts& costs = parts(spec).front().entry->traits.reference;
+      const ReferenceCosts& costs = setup::parts(spec).front().entry->traits.reference;
       graph.platform.dispatch_cost = costs.dispatch;
       graph.platform.wait_cost = costs.wait;
       graph.platform.wait_cost_per_entity = costs.wait_per_entity;
@@ -148,7 +148,7 @@ class Candidates {
       priority.reset();  // subscriptions inherit
       if (timer) priority = chain.contains(id) ? 1 : rank(tasks_.set[id].period);
     }
-    ExecutorSpec spec = parse_executor("fp-ro", options_.scheduling);
+    setup::ExecutorSpec spec = setup::parse_executor("fp-ro", options_.scheduling);
     spec.label = "fp-ro:chain";
     add(std::move(spec), std::move(graph), "fixed priorities, timers of " + name + " first");
     all_.back().sets_priorities = true;
@@ -157,7 +157,7 @@ class Candidates {
   void add_chain_first(const std::set<std::uint32_t>& groups, const std::string& name) {
     Deployment d;
     d.name = "chain-first";
-    d.description = concat("callback groups of ", name, " on a separate thread above all others");
+    d.description = program::concat("callback groups of ", name, " on a separate thread above all others");
     const ThreadPolicy above{ThreadPolicy::Class::fifo, kChainPriority};
     d.executors.push_back({"chain", std::string(kBaselineExecutor), above, {}, 0});
     d.executors.push_back({"rest", std::string(kBaselineExecutor), {}, {}, 0});
@@ -169,7 +169,7 @@ class Candidates {
   void add_chain_threads(const std::set<std::uint32_t>& groups, const std::string& name) {
     Deployment d = find_deployment("cie", graph_, tasks_);
     d.name = "cie:chain";
-    d.description = concat("CallbackIsolatedExecutor, threads of ", name, " above all others");
+    d.description = program::concat("CallbackIsolatedExecutor, threads of ", name, " above all others");
     int priority = kChainPriority;
     for (const TaskId id : along_chain()) {
       DeployedExecutor& executor = d.executors[d.executor_of[id]];
@@ -181,7 +181,7 @@ class Candidates {
 
   void add_generated(Deployment d) {
     std::string description = d.description;
-    add(deploy(std::move(d), options_.scheduling), graph_, std::move(description));
+    add(setup::deploy(std::move(d), options_.scheduling), graph_, std::move(description));
   }
 
   /// The chain's tasks in the order of the data flow.
@@ -216,7 +216,7 @@ void weigh(Candidate& c) {
   c.threads = 0;
   c.overload.clear();
   const std::vector<double> load = loads(c.graph, c.tasks);
-  const std::span<const ExecutorSpec> executors = parts(c.spec);
+  const std::span<const setup::ExecutorSpec> executors = setup::parts(c.spec);
   std::vector<double> of_executor(executors.size(), 0);
   for (TaskId id = 0; id < load.size(); ++id) {
     of_executor[c.spec.deployment ? c.spec.deployment->plan.executor_of[id] : 0] += load[id];
@@ -229,9 +229,10 @@ void weigh(Candidate& c) {
     c.threads += threads;
     if (of_executor[e] < std::min(threads, c.graph.platform.cores) || !c.overload.empty()) continue;
     const std::string subject =
-        c.spec.deployment ? concat("executor ", c.spec.deployment->plan.executors[e].name) : "it";
-    c.overload = concat(subject, " has ", fixed(100 * of_executor[e], 0), " % of one core of work for ",
-                        threads, threads == 1 ? " thread" : " threads");
+        c.spec.deployment ? program::concat("executor ", c.spec.deployment->plan.executors[e].name) : "it";
+    c.overload =
+        program::concat(subject, " has ", program::fixed(100 * of_executor[e], 0),
+                        " % of one core of work for ", threads, threads == 1 ? " thread" : " threads");
   }
 }
 
@@ -240,4 +241,4 @@ double mean_load_percent(const Graph& graph, const GraphTasks& tasks) {
   return 100 * std::accumulate(of_task.begin(), of_task.end(), 0.0);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -7,7 +7,7 @@
 #include "advise/objective.hpp"
 #include "setup/executor_spec.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 /// An executor or a deployment that could run the graph.
 struct Candidate {
@@ -15,7 +15,7 @@ struct Candidate {
   std::string description;
   Graph graph;       ///< With the candidate's platform costs and priorities.
   GraphTasks tasks;  ///< Of `graph`.
-  ExecutorSpec spec;
+  setup::ExecutorSpec spec;
   bool sets_priorities = false;  ///< `graph` has other priorities than the user's graph.
   unsigned threads = 0;          ///< Number of threads that run jobs.
   std::string overload;          ///< Why the candidate cannot keep up; empty: it can.
@@ -46,4 +46,4 @@ void weigh(Candidate& candidate);
 /// The mean work of the graph in percent of one core, with its platform's execution times.
 [[nodiscard]] double mean_load_percent(const Graph& graph, const GraphTasks& tasks);
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

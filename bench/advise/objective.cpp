@@ -11,7 +11,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 namespace {
 
@@ -29,18 +29,20 @@ std::size_t chain_named(const std::string& name, const Graph& graph) {
   const auto place = std::ranges::find(names, name);
   if (place != names.end()) return static_cast<std::size_t>(place - names.begin());
   if (name == kFirst && !names.empty()) return 0;
-  throw UsageError(concat("--for: the graph has no chain ", name, "; ",
-                          names.empty() ? "it names none, and none was found: take worst_lateness or losses"
-                                        : "it has " + joined(names)));
+  throw program::UsageError(
+      program::concat("--for: the graph has no chain ", name, "; ",
+                      names.empty() ? "it names none, and none was found: take worst_lateness or losses"
+                                    : "it has " + program::joined(names)));
 }
 
 Objective latency_of(const std::string& chain, const std::string& statistic, const Graph& graph) {
   const auto named = std::ranges::find_if(kStatistics, [&](const auto& s) { return statistic == s.first; });
-  if (named == kStatistics.end()) throw UsageError(concat("--for: `", statistic, "`: ", kForms));
+  if (named == kStatistics.end())
+    throw program::UsageError(program::concat("--for: `", statistic, "`: ", kForms));
   Objective objective;
   objective.statistic = named->second;
   objective.chain = chain_named(chain, graph);
-  objective.text = concat(named->first, " of ", graph.chains[objective.chain].name);
+  objective.text = program::concat(named->first, " of ", graph.chains[objective.chain].name);
   return objective;
 }
 
@@ -51,7 +53,7 @@ Objective::Requirement requirement(const std::string& text, const Graph& graph) 
   const auto parsed = less == std::string::npos ? std::from_chars_result{}
                                                 : std::from_chars(text.data() + less + 1, end, r.most_ms);
   if (parsed.ptr != end || parsed.ec != std::errc{} || !(r.most_ms > 0)) {
-    throw UsageError(concat("--for: `", text, "`: ", kForms));
+    throw program::UsageError(program::concat("--for: `", text, "`: ", kForms));
   }
   r.chain = chain_named(text.substr(0, less), graph);
   return r;
@@ -59,9 +61,9 @@ Objective::Requirement requirement(const std::string& text, const Graph& graph) 
 
 double finite(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
 
-double worst_lateness(const ExecutorSummary& summary) {
+double worst_lateness(const results::ExecutorSummary& summary) {
   double worst = -std::numeric_limits<double>::infinity();
-  for (const TaskSummary& task : summary.tasks) {
+  for (const results::TaskSummary& task : summary.tasks) {
     if (task.kind != TaskKind::timer) continue;
     if (task.never_ran()) return std::numeric_limits<double>::infinity();
     if (task.response_ms.n > 0) worst = std::max(worst, task.response_ms.max - to_ms(task.deadline));
@@ -84,26 +86,27 @@ Objective parse_objective(const std::string& text, const Graph& graph) {
   std::istringstream items(text);
   for (std::string item; std::getline(items, item, ',');) {
     const Objective::Requirement r = requirement(item, graph);
-    objective.text +=
-        concat(objective.text.empty() ? "" : ", ", graph.chains[r.chain].name, " within ", r.most_ms, " ms");
+    objective.text += program::concat(objective.text.empty() ? "" : ", ", graph.chains[r.chain].name,
+                                      " within ", r.most_ms, " ms");
     objective.requirements.push_back(r);
   }
-  if (objective.requirements.empty()) throw UsageError(concat("--for: `", text, "`: ", kForms));
+  if (objective.requirements.empty())
+    throw program::UsageError(program::concat("--for: `", text, "`: ", kForms));
   objective.chain = objective.requirements.front().chain;
   return objective;
 }
 
-double loss_percent(const ExecutorSummary& summary) {
+double loss_percent(const results::ExecutorSummary& summary) {
   const std::uint64_t lost = summary.skipped + summary.overwritten;
-  return percent_of(lost, summary.executed + lost);
+  return results::percent_of(lost, summary.executed + lost);
 }
 
-double statistic_of(Statistic statistic, const LatencySummary& latency) {
+double statistic_of(Statistic statistic, const results::LatencySummary& latency) {
   const Quantiles& q = latency.quantiles;
   return statistic == Statistic::median ? q.p50 : statistic == Statistic::p99 ? q.p99 : q.max;
 }
 
-Score score(const Objective& objective, const ExecutorSummary& summary) {
+Score score(const Objective& objective, const results::ExecutorSummary& summary) {
   switch (objective.kind) {
     case Objective::Kind::latency:
       return {finite(statistic_of(objective.statistic, summary.chains[objective.chain].hot_path)),
@@ -124,4 +127,4 @@ Score score(const Objective& objective, const ExecutorSummary& summary) {
   return score;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

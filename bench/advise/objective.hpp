@@ -8,7 +8,7 @@
 #include "hotpath/reference_system/graph.hpp"
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 /// The quantity that `hotpath advise --for` minimises.
 struct Objective {
@@ -39,14 +39,14 @@ struct Score {
 };
 
 /// Lost timestamps and samples in percent of all.
-[[nodiscard]] double loss_percent(const ExecutorSummary& summary);
+[[nodiscard]] double loss_percent(const results::ExecutorSummary& summary);
 
 /// The value of requirements is the sum by which worst-case latencies exceed their limits, in
 /// percent of the limit. Lateness is in ms (negative: before the deadline), losses in percent,
 /// latencies in ms. Without samples the value is infinite.
-[[nodiscard]] Score score(const Objective& objective, const ExecutorSummary& summary);
+[[nodiscard]] Score score(const Objective& objective, const results::ExecutorSummary& summary);
 
 /// The median, p99 or worst case of a latency.
-[[nodiscard]] double statistic_of(Objective::Statistic statistic, const LatencySummary& latency);
+[[nodiscard]] double statistic_of(Objective::Statistic statistic, const results::LatencySummary& latency);
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -12,14 +12,14 @@
 #include "simulated/repetition.hpp"
 #include "simulated/run_totals.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 namespace {
 
 /// One candidate in one draw.
 struct Drawn {
-  Repetition repetition;
-  std::unique_ptr<RunTotals> totals;
+  results::Repetition repetition;
+  std::unique_ptr<simulated::RunTotals> totals;
   Duration work{};
   std::string overload;
 };
@@ -48,7 +48,7 @@ class Draws {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point begin = Clock::now();
     for (std::uint32_t d = 0; d < options_.draws; ++d) {
-      if (d > 0 && (Clock::now() - begin > options_.budget || interrupted() != 0)) break;
+      if (d > 0 && (Clock::now() - begin > options_.budget || program::interrupted() != 0)) break;
       draw(d);
       progress(d + 1);
     }
@@ -60,7 +60,7 @@ class Draws {
   /// Simulates all candidates in parallel; the result does not depend on the assignment to threads.
   void draw(std::uint32_t d) {
     std::vector<Drawn> drawn(predictions_.size());
-    for_each_index(predictions_.size(), options_.threads, [&](std::size_t c) {
+    program::for_each_index(predictions_.size(), options_.threads, [&](std::size_t c) {
       if (predictions_[c].overload.empty()) drawn[c] = simulate(*predictions_[c].candidate, d);
     });
     for (std::size_t c = 0; c < drawn.size(); ++c) {
@@ -85,9 +85,9 @@ class Draws {
     drawn.repetition = std::move(simulated.repetition);
     Trace& trace = drawn.repetition.trace;
     trace.repetition = d;
-    drawn.totals =
-        std::make_unique<RunTotals>(candidate.tasks.set, measured_chains(candidate.graph, candidate.tasks),
-                                    Time{} + seconds(options_.common.warm_up_s), trace.end);
+    drawn.totals = std::make_unique<simulated::RunTotals>(
+        candidate.tasks.set, setup::measured_chains(candidate.graph, candidate.tasks),
+        Time{} + setup::seconds(options_.common.warm_up_s), trace.end);
     for (const JobRecord& r : trace.jobs) drawn.totals->ended(r);
     drawn.work = work_of(trace, *simulated.times);
     std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
@@ -100,11 +100,11 @@ class Draws {
     const Candidate& candidate = *p.candidate;
     p.cores_used /=
         1e3 * static_cast<double>(p.draws.size()) * (options_.common.warm_up_s + options_.common.duration_s);
-    std::vector<ExecutorRuns> runs(1);
+    std::vector<results::ExecutorRuns> runs(1);
     runs.front().executor = candidate.name;
     runs.front().repetitions = p.draws;
-    Summary summary = summarize(candidate.tasks.set, runs,
-                                summary_options(options_.common, candidate.graph, candidate.tasks));
+    results::Summary summary = results::summarize(
+        candidate.tasks.set, runs, setup::summary_options(options_.common, candidate.graph, candidate.tasks));
     p.summary = std::move(summary.executors.front());
     for (const Drawn& drawn : totals_[c]) drawn.totals->add_to(p.summary);
   }
@@ -116,14 +116,16 @@ class Draws {
 
 }  // namespace
 
-SimulatedDraw simulate_draw(const Candidate& candidate, const CommonOptions& o, std::uint32_t d) {
-  SimulatedDraw drawn{candidate.tasks, execution_times_of(candidate.graph, candidate.tasks, o.seed + d), {}};
-  set_phases(drawn.tasks.set, phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
-  const std::vector<MeasuredChain> chains = measured_chains(candidate.graph, candidate.tasks);
-  SimulationPlan plan{candidate.spec, candidate.graph, drawn.tasks, chains, *drawn.times};
-  plan.warm_up = seconds(o.warm_up_s);
-  plan.duration = seconds(o.duration_s);
-  drawn.repetition = simulate_repetition(plan);
+SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& o, std::uint32_t d) {
+  SimulatedDraw drawn{
+      candidate.tasks, simulated::execution_times_of(candidate.graph, candidate.tasks, o.seed + d), {}};
+  setup::set_phases(drawn.tasks.set,
+                    setup::phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
+  const std::vector<results::MeasuredChain> chains = setup::measured_chains(candidate.graph, candidate.tasks);
+  simulated::Plan plan{candidate.spec, candidate.graph, drawn.tasks, chains, *drawn.times};
+  plan.warm_up = setup::seconds(o.warm_up_s);
+  plan.duration = setup::seconds(o.duration_s);
+  drawn.repetition = simulated::simulate_repetition(plan);
   return drawn;
 }
 
@@ -137,9 +139,9 @@ void add_bound(Prediction& prediction, const Objective& objective) {
   // The analyses cover one executor.
   if (candidate.spec.deployment || candidate.graph.chains.empty()) return;
   const auto all =
-      guarantees(candidate.graph, candidate.tasks, *candidate.spec.entry, candidate.spec.scheduler);
+      bounds::guarantees(candidate.graph, candidate.tasks, *candidate.spec.entry, candidate.spec.scheduler);
   if (!all) return;
-  const ChainGuarantee* chain = all->chain(candidate.graph.chains[objective.chain].name);
+  const bounds::ChainGuarantee* chain = all->chain(candidate.graph.chains[objective.chain].name);
   if (chain == nullptr) return;
   const auto& bound = objective.kind == Objective::Kind::latency ? chain->hot_path : chain->age;
   if (!bound) return;
@@ -149,7 +151,7 @@ void add_bound(Prediction& prediction, const Objective& objective) {
 
 RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain) {
   std::vector<std::vector<double>> by_draw;
-  for (const Repetition& draw : prediction.draws) {
+  for (const results::Repetition& draw : prediction.draws) {
     std::vector<double>& samples = by_draw.emplace_back();
     for (const ChainRecord& r : draw.trace.chains) {
       if (r.chain == chain) samples.push_back(to_ms(r.hot_path_latency));
@@ -158,4 +160,4 @@ RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain) {
   return RepeatedSamples(std::move(by_draw));
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -13,23 +13,23 @@
 #include "results/summary.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 /// How candidates are simulated.
 struct PredictionOptions {
-  CommonOptions common;     ///< Phases, seed, warm-up and measured time of each draw.
-  std::uint32_t draws = 1;  ///< >= 1.
-  Duration budget{};        ///< No draw begins after it.
-  unsigned threads = 0;     ///< 0: one for each processor. Results do not depend on it.
+  setup::CommonOptions common;  ///< Phases, seed, warm-up and measured time of each draw.
+  std::uint32_t draws = 1;      ///< >= 1.
+  Duration budget{};            ///< No draw begins after it.
+  unsigned threads = 0;         ///< 0: one for each processor. Results do not depend on it.
 };
 
 /// The result of one candidate's simulations.
 struct Prediction {
   const Candidate* candidate = nullptr;
-  std::vector<Repetition> draws;  ///< Without jobs.
-  ExecutorSummary summary;        ///< Of all draws, with intervals over them.
-  double cores_used = 0;          ///< Mean work of the jobs that ran.
-  std::string overload;           ///< Why there is no summary; empty: there is one.
+  std::vector<results::Repetition> draws;  ///< Without jobs.
+  results::ExecutorSummary summary;        ///< Of all draws, with intervals over them.
+  double cores_used = 0;                   ///< Mean work of the jobs that ran.
+  std::string overload;                    ///< Why there is no summary; empty: there is one.
   /// Bound of the objective's chain for any phases: of the hot-path latency if the objective is that
   /// latency, else of the end-to-end latency.
   std::optional<double> bound_ms;
@@ -48,10 +48,10 @@ struct Prediction {
 struct SimulatedDraw {
   GraphTasks tasks;  ///< With the phases of the draw.
   std::unique_ptr<ExecutionTimes> times;
-  Repetition repetition;
+  results::Repetition repetition;
 };
 /// Draw `d` of a candidate. Throws SimulationError if it cannot keep up.
-[[nodiscard]] SimulatedDraw simulate_draw(const Candidate& candidate, const CommonOptions& options,
+[[nodiscard]] SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& options,
                                           std::uint32_t d);
 
 /// Adds the tightest bound of the objective's chain, if a method covers the candidate.
@@ -60,4 +60,4 @@ void add_bound(Prediction& prediction, const Objective& objective);
 /// The chain's latencies in ms by draw.
 [[nodiscard]] RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain);
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace hotpath {
+namespace hotpath::advise {
 
 namespace {
 
@@ -30,8 +30,8 @@ double probability(const Objective& objective) {
 
 }  // namespace
 
-std::size_t never_ran(const ExecutorSummary& summary) {
-  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, &TaskSummary::never_ran));
+std::size_t never_ran(const results::ExecutorSummary& summary) {
+  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, &results::TaskSummary::never_ran));
 }
 
 std::optional<bool> differs(const Objective& objective, const Prediction& a, const Prediction& b) {
@@ -69,4 +69,4 @@ const Prediction* recommended(const std::vector<const Prediction*>& ranked, cons
   return suits(&now) && differs(objective, **best, now) == false ? &now : *best;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

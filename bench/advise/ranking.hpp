@@ -7,14 +7,14 @@
 
 #include "advise/prediction.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 /// Predictions ordered by an objective, the best first, overloaded candidates last.
 [[nodiscard]] std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
                                                     const Objective& objective);
 
 /// Number of tasks that never ran.
-[[nodiscard]] std::size_t never_ran(const ExecutorSummary& summary);
+[[nodiscard]] std::size_t never_ran(const results::ExecutorSummary& summary);
 
 /// Why a candidate that keeps up cannot be recommended: a task never runs, it loses over one
 /// percent more than the current executor `now` (which may be overloaded), or no deployment file
@@ -30,4 +30,4 @@ namespace hotpath {
 [[nodiscard]] std::optional<bool> differs(const Objective& objective, const Prediction& a,
                                           const Prediction& b);
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

@@ -6,73 +6,77 @@
 #include "advise/ranking.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::advise {
 
 namespace {
 
-std::string lost(const Prediction& p) { return fixed(loss_percent(p.summary), 1) + " %"; }
+std::string lost(const Prediction& p) { return program::fixed(loss_percent(p.summary), 1) + " %"; }
 
 std::string compared_with_now(const Advice& advice) {
   const Prediction &best = *advice.best, &now = *advice.now;
-  if (!now.overload.empty()) return concat(", where ", now.candidate->name, " cannot keep up");
+  if (!now.overload.empty()) return program::concat(", where ", now.candidate->name, " cannot keep up");
   const double before = score(advice.objective, now.summary).value,
                after = score(advice.objective, best.summary).value;
-  std::string text = concat(" instead of ", value_text(advice.objective, now), " with ", now.candidate->name);
+  std::string text =
+      program::concat(" instead of ", value_text(advice.objective, now), " with ", now.candidate->name);
   const bool relative =
       advice.objective.kind == Objective::Kind::latency && before > 0 && std::isfinite(before);
-  return relative ? text + concat(" (", fixed(100 * (1 - after / before), 0), " % less)") : text;
+  return relative ? text + program::concat(" (", program::fixed(100 * (1 - after / before), 0), " % less)")
+                  : text;
 }
 
 std::string first_sentence(const Advice& advice) {
   const std::string objective = advice.objective.text;
   if (advice.best == nullptr) {
-    return concat("No change can be recommended for ", objective,
-                  ": no candidate keeps up, runs every task and loses no more than today.");
+    return program::concat("No change can be recommended for ", objective,
+                           ": no candidate keeps up, runs every task and loses no more than today.");
   }
   const Prediction& best = *advice.best;
   const std::string value = value_text(advice.objective, best);
   if (&best == advice.now) {
-    return concat("Keep ", best.candidate->name, ": no other suitable candidate makes ", objective,
-                  " smaller than its ", value, " beyond noise.");
+    return program::concat("Keep ", best.candidate->name, ": no other suitable candidate makes ", objective,
+                           " smaller than its ", value, " beyond noise.");
   }
-  return concat("Take ", best.candidate->name, " (", best.candidate->description, "): ", objective,
-                " becomes ", value, compared_with_now(advice), ".");
+  return program::concat("Take ", best.candidate->name, " (", best.candidate->description, "): ", objective,
+                         " becomes ", value, compared_with_now(advice), ".");
 }
 
 std::string second_sentence(const Advice& advice) {
   const Prediction& best = *advice.best;
-  std::string text = concat("The prediction is based on ", advice.draws,
-                            advice.draws == 1 ? " draw" : " draws", " of phases and execution times");
+  std::string text =
+      program::concat("The prediction is based on ", advice.draws, advice.draws == 1 ? " draw" : " draws",
+                      " of phases and execution times");
   const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
     return p != &best && p->overload.empty() && why_not(*p, *advice.now).empty();
   });
   if (next != advice.ranked.end()) {
     const auto distinct = differs(advice.objective, best, **next);
-    text += concat("; the best alternative is ", (*next)->candidate->name, " with ",
-                   value_text(advice.objective, **next),
-                   !distinct   ? ""
-                   : *distinct ? ", a difference beyond noise"
-                               : ", a difference within noise");
+    text += program::concat("; the best alternative is ", (*next)->candidate->name, " with ",
+                            value_text(advice.objective, **next),
+                            !distinct   ? ""
+                            : *distinct ? ", a difference beyond noise"
+                                        : ", a difference within noise");
   }
   text += best.bound_ms
-              ? concat("; theory guarantees ", fixed(*best.bound_ms, 1), " ms ",
-                       advice.objective.kind == Objective::Kind::latency ? "on the hot path" : "end to end",
-                       " (", best.bound_method, ")")
+              ? program::concat(
+                    "; theory guarantees ", program::fixed(*best.bound_ms, 1), " ms ",
+                    advice.objective.kind == Objective::Kind::latency ? "on the hot path" : "end to end",
+                    " (", best.bound_method, ")")
               : "; theory gives no bound";
   return text + ".";
 }
 
 std::string third_sentence(const Advice& advice) {
   const Prediction &best = *advice.best, &now = *advice.now;
-  std::string text =
-      concat("It needs ", best.candidate->threads, best.candidate->threads == 1 ? " thread" : " threads");
+  std::string text = program::concat("It needs ", best.candidate->threads,
+                                     best.candidate->threads == 1 ? " thread" : " threads");
   const auto& deployment = best.candidate->spec.deployment;
   if (deployment && std::ranges::any_of(deployment->plan.executors,
                                         [](const DeployedExecutor& e) { return !e.policy.ordinary(); })) {
     text += " with the right to SCHED_FIFO";
   }
-  text += concat(" and loses ", lost(best), " of all jobs and samples");
-  if (&best != &now && now.overload.empty()) text += concat(" (today ", lost(now), ")");
+  text += program::concat(" and loses ", lost(best), " of all jobs and samples");
+  if (&best != &now && now.overload.empty()) text += program::concat(" (today ", lost(now), ")");
   std::string overtaken;
   for (const Doubt& doubt : advice.doubts) {
     if (!doubt.same_first) overtaken += (overtaken.empty() ? "" : " and ") + doubt.assumption;
@@ -92,15 +96,16 @@ std::string value_text(const Objective& objective, const Prediction& p) {
   const Score value = score(objective, p.summary);
   switch (objective.kind) {
     case Objective::Kind::losses:
-      return fixed(value.value, 2) + " %";
+      return program::fixed(value.value, 2) + " %";
     case Objective::Kind::requirements:
-      return value.value > 0 ? concat("missed by ", fixed(value.value, 1), " % in all")
-                             : concat("met with ", fixed(100 * (1 - value.tie), 0), " % to spare");
+      return value.value > 0
+                 ? program::concat("missed by ", program::fixed(value.value, 1), " % in all")
+                 : program::concat("met with ", program::fixed(100 * (1 - value.tie), 0), " % to spare");
     case Objective::Kind::latency:
     case Objective::Kind::worst_lateness:
       break;
   }
-  return fixed(value.value, 1) + " ms";
+  return program::fixed(value.value, 1) + " ms";
 }
 
 std::vector<std::string> sentences(const Advice& advice) {
@@ -108,4 +113,4 @@ std::vector<std::string> sentences(const Advice& advice) {
   return {first_sentence(advice), second_sentence(advice), third_sentence(advice)};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::advise

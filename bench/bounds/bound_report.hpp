@@ -15,21 +15,24 @@
 #include "results/measures.hpp"
 #include "results/stored_run.hpp"
 
-namespace hotpath {
+namespace hotpath::bounds {
 
 /// Nanoseconds as milliseconds; `-` for none.
-inline std::string in_ms(std::optional<std::int64_t> ns) { return ns ? fixed(to_ms(Duration(*ns)), 3) : "-"; }
+inline std::string in_ms(std::optional<std::int64_t> ns) {
+  return ns ? program::fixed(to_ms(Duration(*ns)), 3) : "-";
+}
 
 /// Response times, end-to-end and hot-path latencies of a run, by kind (`task`, `chain` or
 /// `hot_path`), executor and name.
 class Observed {
  public:
   /// Throws UsageError, which names `--trace`, unless the folder holds a run of these tasks.
-  Observed(StoredRun& run, const TaskSet& set) {
+  Observed(results::StoredRun& run, const TaskSet& set) {
     run.load(set);
     for (const Trace& trace : run.traces()) {
       for (const JobRecord& r : trace.jobs) {
-        if (r.outcome == Outcome::ran) keep({"task", trace.executor, set[r.job.task].name}, response_time(r));
+        if (r.outcome == Outcome::ran)
+          keep({"task", trace.executor, set[r.job.task].name}, results::response_time(r));
       }
       for (const ChainRecord& c : trace.chains) {
         keep({"hot_path", trace.executor, run.chains()[c.chain]}, c.hot_path_latency);
@@ -53,16 +56,16 @@ class Observed {
 };
 
 /// The bounds of a graph's tasks and chains, beside the observations of a run, if there is one.
-class BoundReport {
+class Report {
  public:
   /// Tasks must outlive it.
-  BoundReport(const TaskSet& set, const std::optional<Observed>& observed, std::ostream& out)
+  Report(const TaskSet& set, const std::optional<Observed>& observed, std::ostream& out)
       : set_(set), observed_(observed), out_(out) {}
 
   /// Prints to standard output.
   void print(const std::string& executor, const CallbackGraph& graph, const GraphBounds& bounds) {
     out_ << "\n" << executor << ", " << bounds.method << "\n";
-    TextTable tasks = table("task", {"deadline"});
+    program::TextTable tasks = table("task", {"deadline"});
     for (TaskId id = 0; id < set_.size(); ++id) {
       const bool timer = set_[id].kind == TaskKind::timer;
       Row row{{"task", executor, set_[id].name}, bounds.method, bounds.tasks[id]};
@@ -73,7 +76,7 @@ class BoundReport {
     out_ << tasks;
     print_verdict(bounds);
     if (bounds.chains.empty()) return;
-    TextTable chains = table("chain, end to end", {"response", "waiting", "last timer"});
+    program::TextTable chains = table("chain, end to end", {"response", "waiting", "last timer"});
     for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
       const std::optional<ChainAge>& age = bounds.chains[c];
       std::vector<std::string> parts = {"-", "-", bounds.no_chain_bound[c]};
@@ -101,7 +104,7 @@ class BoundReport {
   void print_hot_paths(const std::string& executor, const CallbackGraph& graph, const GraphBounds& bounds) {
     const auto bounded = [](const std::optional<ChainAge>& age) { return age && age->hot_path; };
     if (std::ranges::none_of(bounds.chains, bounded)) return;
-    TextTable chains = table("chain, hot path", {});
+    program::TextTable chains = table("chain, hot path", {});
     for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
       Row row{{"hot_path", executor, graph.chains[c].name}, bounds.method};
       if (bounds.chains[c]) row.bound = bounds.chains[c]->hot_path;
@@ -122,7 +125,7 @@ class BoundReport {
   }
 
  private:
-  TextTable table(const std::string& subject, std::vector<std::string> more) const {
+  program::TextTable table(const std::string& subject, std::vector<std::string> more) const {
     std::vector<std::string> header = {subject, "bound ms"};
     header.insert(header.end(), more.begin(), more.end());
     if (observed_) header.insert(header.end(), {"observed ms", "tightness", ""});
@@ -159,9 +162,9 @@ class BoundReport {
     std::string dominated_by{};
   };
 
-  void add_row(TextTable& rows, const Row& row, const std::vector<std::string>& more) {
+  void add_row(program::TextTable& rows, const Row& row, const std::vector<std::string>& more) {
     const auto& [key, method, bound, deadline, response, waiting, dominated] = row;
-    std::vector<TextTable::Cell> cells = {key[2], in_ms(bound)};
+    std::vector<program::TextTable::Cell> cells = {key[2], in_ms(bound)};
     cells.insert(cells.end(), more.begin(), more.end());
     std::optional<std::int64_t> observed;
     std::optional<double> tightness;  // observed / bound
@@ -174,12 +177,12 @@ class BoundReport {
         if (*bound > 0) tightness = static_cast<double>(*observed) / static_cast<double>(*bound);
       }
       count(values, key, method, bound);
-      cells.insert(cells.end(),
-                   {in_ms(observed), tightness ? fixed(*tightness, 3) : "-", violated ? "VIOLATED" : ""});
+      cells.insert(cells.end(), {in_ms(observed), tightness ? program::fixed(*tightness, 3) : "-",
+                                 violated ? "VIOLATED" : ""});
     }
     rows.add_row(cells);
-    write_row(csv_, key[1], method, key[0], key[2], bound, observed, tightness, violated ? "yes" : "no",
-              deadline, response, waiting, dominated);
+    program::write_row(csv_, key[1], method, key[0], key[2], bound, observed, tightness,
+                       violated ? "yes" : "no", deadline, response, waiting, dominated);
   }
 
   void count(const std::vector<std::int64_t>& values, const std::array<std::string, 3>& key,
@@ -212,4 +215,4 @@ class BoundReport {
   std::string first_violation_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::bounds

@@ -7,7 +7,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
-namespace hotpath {
+namespace hotpath::bounds {
 
 namespace {
 
@@ -85,4 +85,4 @@ BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
   return {callbacks, executor, options, make_platform(graph, executor)};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::bounds

@@ -5,7 +5,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
-namespace hotpath {
+namespace hotpath::bounds {
 
 /// The graph in the form that the analyses take. With `phases_known` it has the phases of the task
 /// set. Throws AnalysisError for nodes of type callbacks whose publication rules no method covers.
@@ -15,4 +15,4 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
 BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
                              const ExecutorEntry& executor, const SchedulerOptions& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::bounds

@@ -8,7 +8,7 @@
 #include "program/memory_limit.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::bounds {
 
 namespace {
 
@@ -122,10 +122,11 @@ class WorstCases final : public ExplorationObserver {
 
 /// Why an exploration has to end.
 std::string why_to_stop() {
-  static const std::uint64_t most = memory_limit() / 2;
-  if (interrupted() != 0) return "it was interrupted";
-  if (memory_in_use() <= most) return "";
-  return text("its states take more than half of the memory (%.1f GB)", static_cast<double>(most) / 1e9);
+  static const std::uint64_t most = program::memory_limit() / 2;
+  if (program::interrupted() != 0) return "it was interrupted";
+  if (program::memory_in_use() <= most) return "";
+  return program::text("its states take more than half of the memory (%.1f GB)",
+                       static_cast<double>(most) / 1e9);
 }
 
 }  // namespace
@@ -156,4 +157,4 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
   return bounds;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::bounds

@@ -8,7 +8,7 @@
 #include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
-namespace hotpath {
+namespace hotpath::bounds {
 
 /// GraphBounds::method.
 inline constexpr const char* kExactMethod = "exploration: exact for these phases";
@@ -31,4 +31,4 @@ struct ReachedWorstCase {
                                             std::size_t max_states,
                                             std::vector<ReachedWorstCase>* reached = nullptr);
 
-}  // namespace hotpath
+}  // namespace hotpath::bounds

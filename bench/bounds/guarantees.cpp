@@ -6,7 +6,7 @@
 #include "bounds/bounds.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
 
-namespace hotpath {
+namespace hotpath::bounds {
 
 namespace {
 
@@ -45,4 +45,4 @@ std::optional<Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks
   return std::nullopt;  // no method covers the rules by which some node publishes
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::bounds

@@ -9,7 +9,7 @@
 #include "hotpath/analysis/graph_bounds.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
-namespace hotpath {
+namespace hotpath::bounds {
 
 /// The smallest bound that a method gives.
 struct Guarantee {
@@ -37,4 +37,4 @@ struct Guarantees {
                                                    const ExecutorEntry& executor,
                                                    const SchedulerOptions& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::bounds

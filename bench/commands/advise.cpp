@@ -3,12 +3,12 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 void add_advise_command(CLI::App& app) {
-  auto [command, o] = add_command<AdviseOptions>(
+  auto [command, o] = add_command<advise::Options>(
       app, "advise", "Predict the best executor and deployment for a graph by simulation",
-      "hotpath advise autoware --cores 2 --for hot_path:p99 --draws 20", advise);
+      "hotpath advise autoware --cores 2 --for hot_path:p99 --draws 20", advise::advise);
   o.phases = Phases::random;
   o.duration_s = 10;
   o.warm_up_s = 1;
@@ -41,4 +41,4 @@ void add_advise_command(CLI::App& app) {
   add_output_option(advise, o);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -6,19 +6,19 @@
 #include "guarantees/analyze.hpp"
 #include "program/interrupt.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 void add_analyze_command(CLI::App& app) {
-  add_analyze_command(app, [](const AnalyzeOptions& options) {
-    catch_interrupts();
-    analyze(options, std::cout);
+  add_analyze_command(app, [](const guarantees::AnalyzeOptions& options) {
+    program::catch_interrupts();
+    guarantees::analyze(options, std::cout);
   });
 }
 
-void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOptions&)>& run) {
-  auto [command, o] =
-      add_command<AnalyzeOptions>(app, "analyze", "Compute worst-case bounds on response times and latencies",
-                                  "hotpath analyze autoware --executors fp-ro,default", run);
+void add_analyze_command(CLI::App& app, const std::function<void(const guarantees::AnalyzeOptions&)>& run) {
+  auto [command, o] = add_command<guarantees::AnalyzeOptions>(
+      app, "analyze", "Compute worst-case bounds on response times and latencies",
+      "hotpath analyze autoware --executors fp-ro,default", run);
   command.add_option("GRAPH", o.graph, kGraphHelp)->type_name("")->required();
   add_list(command, "--executors", o.executors, "NAMES",
            "Executors (`hotpath list executors`), separated by commas,\n"
@@ -51,4 +51,4 @@ void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOp
   exclude(command, "--chain", {"--exact", "--witness", "--csv", "--page"});
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -5,7 +5,7 @@
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -26,8 +26,8 @@ void add_bench_command(CLI::App& app) {
   auto [bench, o] = add_command<SuiteOptions>(
       app, "bench", "Benchmark executors and transports, or compare two benchmark results",
       "hotpath bench --output before", [](const SuiteOptions& options) {
-        if (!options.output.empty()) check_output_folder(options.output);
-        become_python_tool("bench", {nlohmann::json(options).dump()});
+        if (!options.output.empty()) program::check_output_folder(options.output);
+        program::become_python_tool("bench", {nlohmann::json(options).dump()});
       });
   bench.add_flag("--quick", o.quick, "Short run: fewer sizes, shorter measurements, 1 repetition");
   add_number(bench, "--repetitions", o.repetitions, {1, 100}, "N",
@@ -46,4 +46,4 @@ void add_bench_command(CLI::App& app) {
   exclude(bench, "--compare", {"--quick", "--repetitions", "--only", "--seed", "--time-out", "--output"});
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -4,7 +4,7 @@
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -21,12 +21,13 @@ std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& 
   try {
     run.parse(std::move(text), false);
   } catch (const CLI::ParseError& error) {
-    throw UsageError(concat("--live-options: ", error.what(), "; see `hotpath run --help`"));
+    throw program::UsageError(
+        program::concat("--live-options: ", error.what(), "; see `hotpath run --help`"));
   }
   std::vector<std::string> words = given_options(run, {});
   for (const std::string& word : words) {
     if (name_of(word) != "--executor" && capacity.get_option_no_throw(name_of(word)) == nullptr) continue;
-    throw UsageError("--live-options: " + name_of(word) + " is an option of capacity itself");
+    throw program::UsageError("--live-options: " + name_of(word) + " is an option of capacity itself");
   }
   return words;
 }
@@ -34,7 +35,7 @@ std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& 
 /// The given options as words for `run`; rejects options for simulations only.
 std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityArguments& a) {
   CLI::App app;
-  add_run_command(app, [](const RunOptions&) {});
+  add_run_command(app, [](const live::Options&) {});
   CLI::App& run = *app.get_subcommand("run");
   const std::vector<std::string> own = {
       "over",     "require",      "from",   "to",        "resolution",  "coarse",     "live",
@@ -42,11 +43,11 @@ std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityA
   std::vector<std::string> words = given_options(capacity, own);
   for (const std::string& word : words) {
     if (run.get_option_no_throw(name_of(word)) == nullptr) {
-      throw UsageError(name_of(word) + " applies to simulations only; leave it out with --live");
+      throw program::UsageError(name_of(word) + " applies to simulations only; leave it out with --live");
     }
   }
   if (capacity.count("--phases") + capacity.count("--phases-file") == 0) {
-    words.push_back(concat("--phases=", to_string(a.options.phases)));
+    words.push_back(program::concat("--phases=", to_string(a.options.phases)));
   }
   const std::vector<std::string> live_words = more_words_for_run(capacity, run, a.live_options);
   words.insert(words.end(), live_words.begin(), live_words.end());
@@ -63,9 +64,9 @@ void add_capacity_command(CLI::App& app) {
       [command](CapacityArguments a) {
         CapacityOptions& options = a.options;
         options.executors = executors_of(options);
-        const std::string level = concat("--", to_string(options.over));
+        const std::string level = program::concat("--", to_string(options.over));
         if ((*command)->count(level) > 0)
-          throw UsageError(level + " is the searched quantity (--over); leave it out");
+          throw program::UsageError(level + " is the searched quantity (--over); leave it out");
         if (options.live) options.run_words = words_for_run(**command, a);
         search_capacities(options);
       });
@@ -94,4 +95,4 @@ void add_capacity_command(CLI::App& app) {
   add_output_option(capacity, o, "runs/DATE-capacity");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

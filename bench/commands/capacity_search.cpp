@@ -18,13 +18,13 @@
 #include "sweep/capacity.hpp"
 #include "sweep/child_run.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
 namespace fs = std::filesystem;
 
-void set_level(CommonOptions& options, Over over, double level) {
+void set_level(setup::CommonOptions& options, Over over, double level) {
   switch (over) {
     case Over::load:
       options.load_percent = level;
@@ -43,30 +43,31 @@ Limits limits_of(Over over) { return over == Over::load ? kLoads : over == Over:
 /// The result for an executor or deployment.
 struct Row {
   std::string label;
-  Capacity measured;
-  std::optional<Capacity> analysed;  ///< nullopt: no method bounds it.
+  sweep::Capacity measured;
+  std::optional<sweep::Capacity> analysed;  ///< nullopt: no method bounds it.
 };
 
 class CapacitySearch {
  public:
   explicit CapacitySearch(const CapacityOptions& options)
       : options_(options),
-        required_(Requirement::parse(options.require)),
+        required_(sweep::Requirement::parse(options.require)),
         levels_{options.from, options.to, options.resolution} {
-    if (!(options.from <= options.to)) throw UsageError("--from is greater than --to");
+    if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
     if (levels_.count() > 1'000'000) {
-      throw UsageError("--resolution: more than 1000000 levels; take a larger step");
+      throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");
     }
     const auto whole = [](double v) { return v == std::round(v) && v >= 1; };
     if (options.over == Over::copies &&
         !(whole(options.from) && whole(options.to) && whole(options.resolution))) {
-      throw UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
+      throw program::UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
     }
     const std::string over = to_string(options.over);
     const Limits limits = limits_of(options.over);
     if (options.from < limits.least || options.to > limits.most) {
-      throw UsageError(concat("--over ", over, ": --from and --to must be in the range of --", over, ", ",
-                              limits.least, " to ", limits.most));
+      throw program::UsageError(program::concat("--over ", over,
+                                                ": --from and --to must be in the range of --", over, ", ",
+                                                limits.least, " to ", limits.most));
     }
     if (options.repetitions < 2) {
       std::cerr << "note: a single repetition gives no confidence; use --repetitions 20, for example\n";
@@ -74,8 +75,8 @@ class CapacitySearch {
   }
 
   void run() {
-    folder_ = output_folder(options_.output, "capacity");
-    check_output_folder(folder_);
+    folder_ = setup::output_folder(options_.output, "capacity");
+    program::check_output_folder(folder_);
     check();
     for (const std::string& name : options_.executors) search(name, false);
     for (const std::string& name : options_.deployments) search(name, true);
@@ -86,18 +87,19 @@ class CapacitySearch {
   /// Rejects wrong use before the search, which would otherwise take it for a failing level.
   void check() const {
     for (const double level : {levels_.low, levels_.at(levels_.count() - 1)}) {
-      SimulateOptions all = options_;
+      simulated::Options all = options_;
       set_level(all, options_.over, level);
-      const Graph graph = graph_to_run(all);
-      [[maybe_unused]] const auto executors = executors_to_run(all, graph, make_tasks(graph));
+      const Graph graph = setup::graph_to_run(all);
+      [[maybe_unused]] const auto executors = setup::executors_to_run(all, graph, make_tasks(graph));
       if (options_.live) continue;  // the run of the first level checks its options
-      for (const std::string& name : options_.executors) check_simulation(one(name, false, level));
-      for (const std::string& name : options_.deployments) check_simulation(one(name, true, level));
+      for (const std::string& name : options_.executors) simulated::check_simulation(one(name, false, level));
+      for (const std::string& name : options_.deployments)
+        simulated::check_simulation(one(name, true, level));
     }
   }
 
-  SimulateOptions one(const std::string& name, bool deployment, double level) const {
-    SimulateOptions options = options_;
+  simulated::Options one(const std::string& name, bool deployment, double level) const {
+    simulated::Options options = options_;
     options.executors.clear();
     options.deployments.clear();
     (deployment ? options.deployments : options.executors).push_back(name);
@@ -106,73 +108,73 @@ class CapacitySearch {
   }
 
   void search(const std::string& name, bool deployment) {
-    const SimulateOptions first = one(name, deployment, levels_.low);
-    const Graph graph = graph_to_run(first);
-    const std::string label = executors_to_run(first, graph, make_tasks(graph)).front().label;
+    const simulated::Options first = one(name, deployment, levels_.low);
+    const Graph graph = setup::graph_to_run(first);
+    const std::string label = setup::executors_to_run(first, graph, make_tasks(graph)).front().label;
     const auto failure = [&](double level) {
       std::cerr << label << ": " << to_string(options_.over) << " " << level << std::flush;
       std::string why;
       try {
-        why = required_.failure(measured_rows(measure(one(name, deployment, level))), label);
-      } catch (const OverloadError& error) {
+        why = required_.failure(sweep::measured_rows(measure(one(name, deployment, level))), label);
+      } catch (const program::OverloadError& error) {
         why = error.what();
-      } catch (const RunError& error) {
+      } catch (const program::RunError& error) {
         why = error.what();
       }
       std::cerr << (why.empty() ? " holds" : ": " + why) << "\n";
       return why;
     };
-    rows_.push_back({label, find_capacity(levels_, options_.coarse, failure), std::nullopt});
+    rows_.push_back({label, sweep::find_capacity(levels_, options_.coarse, failure), std::nullopt});
     if (!deployment) rows_.back().analysed = analyse(name);
   }
 
-  Summary measure(const SimulateOptions& options) const {
-    if (!options_.live) return summary_of_simulation(options);
+  results::Summary measure(const simulated::Options& options) const {
+    if (!options_.live) return simulated::summary_of_simulation(options);
     const fs::path folder = folder_ / "level";
     fs::remove_all(folder);
     std::vector<std::string> words = {"run", "--output=" + folder.string()};
     words.insert(words.end(), options_.run_words.begin(), options_.run_words.end());
-    words.push_back(concat("--duration=", options.duration_s));
-    words.push_back(concat("--repetitions=", options.repetitions));
+    words.push_back(program::concat("--duration=", options.duration_s));
+    words.push_back(program::concat("--repetitions=", options.repetitions));
     const bool deployed = !options.deployments.empty();
     words.push_back(deployed ? "--deployments=" + options.deployments[0]
                              : "--executor=" + options.executors[0]);
     const double level = options_.over == Over::load   ? *options.load_percent
                          : options_.over == Over::rate ? *options.rate_percent
                                                        : options.copies;
-    words.push_back(concat("--", to_string(options_.over), "=", level));
-    run_hotpath(words);
-    Summary summary = summary_of_folder(folder);
+    words.push_back(program::concat("--", to_string(options_.over), "=", level));
+    sweep::run_hotpath(words);
+    results::Summary summary = sweep::summary_of_folder(folder);
     fs::remove_all(folder);
     return summary;
   }
 
   /// The largest level at which the bounds meet the deadlines and the required hot-path latency.
   /// Sample losses are not considered: no method bounds them.
-  std::optional<Capacity> analyse(const std::string& name) const {
+  std::optional<sweep::Capacity> analyse(const std::string& name) const {
     bool any = false;
     const auto failure = [&](double level) {
-      const SimulateOptions options = one(name, false, level);
-      Graph graph = graph_to_run(options);
+      const simulated::Options options = one(name, false, level);
+      Graph graph = setup::graph_to_run(options);
       options.apply_to(graph.platform);
       const GraphTasks tasks = make_tasks(graph);
-      const ExecutorSpec spec = executors_to_run(options, graph, tasks).front();
-      const auto guaranteed = guarantees(graph, tasks, *spec.entry, spec.scheduler);
+      const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
+      const auto guaranteed = bounds::guarantees(graph, tasks, *spec.entry, spec.scheduler);
       any = any || guaranteed;
       return guaranteed ? failure_of(*guaranteed, tasks.set, graph) : "no method covers it";
     };
-    const Capacity capacity = find_capacity(levels_, options_.coarse, failure);
+    const sweep::Capacity capacity = sweep::find_capacity(levels_, options_.coarse, failure);
     return any ? std::optional(capacity) : std::nullopt;
   }
 
-  std::string failure_of(const Guarantees& guaranteed, const TaskSet& set, const Graph& graph) const {
+  std::string failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set, const Graph& graph) const {
     for (TaskId id = 0; id < set.size(); ++id) {
       const auto& bound = guaranteed.tasks[id];
       if (set[id].kind != TaskKind::timer || (bound && Duration(bound->ns) <= set[id].deadline)) continue;
       return "no bound of " + set[id].name + " within its deadline";
     }
     for (std::size_t c = 0; required_.latency_ms && c < graph.chains.size(); ++c) {
-      const ChainGuarantee* chain = guaranteed.chain(graph.chains[c].name);
+      const bounds::ChainGuarantee* chain = guaranteed.chain(graph.chains[c].name);
       const bool bounded = chain != nullptr && chain->hot_path;
       if (!bounded || to_ms(Duration(chain->hot_path->ns)) > *required_.latency_ms)
         return "no bound of " + graph.chains[c].name + " within the latency";
@@ -181,11 +183,11 @@ class CapacitySearch {
   }
 
   std::string level_text(std::optional<std::size_t> level) const {
-    return level ? text("%.10g", levels_.at(*level)) : "-";
+    return level ? program::text("%.10g", levels_.at(*level)) : "-";
   }
 
   std::vector<std::string> cells(const Row& row) const {
-    const Capacity& m = row.measured;
+    const sweep::Capacity& m = row.measured;
     const auto fails = std::ranges::find_if(m.tried, [](const auto& t) { return !t.second.empty(); });
     const bool failed = fails != m.tried.end();
     std::vector<std::string> again;
@@ -196,57 +198,60 @@ class CapacitySearch {
             row.analysed ? level_text(row.analysed->highest) : "no method",
             failed ? level_text(fails->first) : "-",
             failed ? fails->second : "",
-            joined(again, " ")};
+            program::joined(again, " ")};
   }
 
   /// A level counts only if all repetitions hold. With 95 % confidence, at least this share of all
   /// repetitions would hold.
   std::string confidence() const {
-    return text("%u of %u repetitions of %g s must hold: with 95 %% confidence %.1f %% of all such runs do.",
-                options_.repetitions, options_.repetitions, options_.duration_s,
-                100 * std::pow(0.05, 1.0 / options_.repetitions));
+    return program::text(
+        "%u of %u repetitions of %g s must hold: with 95 %% confidence %.1f %% of all such runs do.",
+        options_.repetitions, options_.repetitions, options_.duration_s,
+        100 * std::pow(0.05, 1.0 / options_.repetitions));
   }
 
   void write() const {
     const std::string over = to_string(options_.over);
     const std::vector<std::string> header = {"executor", "largest " + over, "analysis", "fails at",
                                              "why",      "holds again at"};
-    TextTable table(concat(options_.graph, ", ", options_.live ? "live" : "simulated", ": largest ", over,
-                           " with ", joined(options_.require), " (steps of ", options_.resolution, ")"),
-                    header);
-    std::string page = "| " + joined(header, " | ") + " |\n| --- | ---: | ---: | ---: | --- | --- |\n";
+    program::TextTable table(
+        program::concat(options_.graph, ", ", options_.live ? "live" : "simulated", ": largest ", over,
+                        " with ", program::joined(options_.require), " (steps of ", options_.resolution, ")"),
+        header);
+    std::string page =
+        "| " + program::joined(header, " | ") + " |\n| --- | ---: | ---: | ---: | --- | --- |\n";
     for (const Row& row : rows_) {
       const std::vector<std::string> texts = cells(row);
       table.add_row({texts.begin(), texts.end()});
       page += "|";
-      for (const std::string& cell : texts) page += " " + markdown(cell) + " |";
+      for (const std::string& cell : texts) page += " " + program::markdown(cell) + " |";
       page += "\n";
     }
     std::cout << table << "\n" << confidence() << "\n";
-    create_folder(folder_);
-    write_whole_file(folder_ / "capacity.md", page + "\n" + confidence() + "\n");
-    write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
+    program::create_folder(folder_);
+    program::write_whole_file(folder_ / "capacity.md", page + "\n" + confidence() + "\n");
+    program::write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
       out << "executor,source," << over << ",holds,capacity,why\n";
       for (const Row& row : rows_) {
         write_levels(out, row.label, options_.live ? "live" : "simulated", row.measured);
         if (row.analysed) write_levels(out, row.label, "analysis", *row.analysed);
       }
     });
-    draw_figure("capacity", folder_);
+    program::draw_figure("capacity", folder_);
     std::cout << "\nResults: " << folder_.string() << "\n";
   }
 
   void write_levels(std::ostream& out, const std::string& label, const char* source,
-                    const Capacity& c) const {
+                    const sweep::Capacity& c) const {
     for (const auto& [level, why] : c.tried) {
-      write_row(out, label, source, levels_.at(level), why.empty() ? 1 : 0, level == c.highest ? 1 : 0,
-                csv_field(why));
+      program::write_row(out, label, source, levels_.at(level), why.empty() ? 1 : 0,
+                         level == c.highest ? 1 : 0, program::csv_field(why));
     }
   }
 
   const CapacityOptions options_;
-  const Requirement required_;
-  const Levels levels_;
+  const sweep::Requirement required_;
+  const sweep::Levels levels_;
   fs::path folder_;
   std::vector<Row> rows_;
 };
@@ -255,4 +260,4 @@ class CapacitySearch {
 
 void search_capacities(const CapacityOptions& options) { CapacitySearch(options).run(); }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -8,7 +8,7 @@
 #include "hotpath/core/enum_text.hpp"
 #include "simulated/simulated_run.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 /// The quantity that grows from level to level.
 enum class Over : std::uint8_t { load, rate, copies };
@@ -17,7 +17,7 @@ constexpr auto enum_texts(Over) {
       {{Over::load, "load"}, {Over::rate, "rate"}, {Over::copies, "copies"}});
 }
 
-struct CapacityOptions : SimulateOptions {
+struct CapacityOptions : simulated::Options {
   Over over = Over::load;
   std::vector<std::string> require = {"no-loss", "deadlines"};
   double from = 5, to = 120, resolution = 1;
@@ -31,4 +31,4 @@ struct CapacityOptions : SimulateOptions {
 /// levels.
 void search_capacities(const CapacityOptions& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

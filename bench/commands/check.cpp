@@ -5,7 +5,7 @@
 #include "commands/option_helpers.hpp"
 #include "results/checked_run.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -14,7 +14,7 @@ struct CheckOptions {
 };
 
 void check(const CheckOptions& options) {
-  const CheckedRun checked = check_run(options.run);
+  const results::CheckedRun checked = results::check_run(options.run);
   std::cout << options.run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
             << (checked.repetitions == 1 ? " repetition" : " repetitions")
             << ": a valid schedule: one job per thread at a time, no early job, no job after the end, "
@@ -27,7 +27,9 @@ void add_check_command(CLI::App& app) {
   auto [command, o] =
       add_command<CheckOptions>(app, "check", "Check that the jobs of a stored run form a valid schedule",
                                 "hotpath check runs/first", check);
-  command.add_option("RUN", o.run, concat(kRunHelp, " with jobs.csv"))->type_name("FOLDER")->required();
+  command.add_option("RUN", o.run, program::concat(kRunHelp, " with jobs.csv"))
+      ->type_name("FOLDER")
+      ->required();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -4,22 +4,28 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
-namespace hotpath {
-
+namespace hotpath::guarantees {
 struct AnalyzeOptions;
-struct RunOptions;
-struct SimulateOptions;
+}
+namespace hotpath::live {
+struct Options;
+}
+namespace hotpath::simulated {
+struct Options;
+}
+
+namespace hotpath::commands {
 
 /// Each function adds one subcommand, whose callback throws UsageError or RunError.
 void add_run_command(CLI::App& app);
 /// Calls `measure` in place of the measurement.
-void add_run_command(CLI::App& app, const std::function<void(const RunOptions&)>& measure);
+void add_run_command(CLI::App& app, const std::function<void(const live::Options&)>& measure);
 void add_compare_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 /// Calls `run` in place of the simulation.
-void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run);
+void add_simulate_command(CLI::App& app, const std::function<void(const simulated::Options&)>& run);
 /// All options of `simulate` except --no-trace and --output; `options` must outlive the parse.
-void add_simulate_options(CLI::App& command, SimulateOptions& options);
+void add_simulate_options(CLI::App& command, simulated::Options& options);
 void add_sweep_command(CLI::App& app);
 void add_capacity_command(CLI::App& app);
 void add_timeline_command(CLI::App& app);
@@ -29,7 +35,7 @@ void add_list_command(CLI::App& app);
 void add_graph_command(CLI::App& app);
 void add_analyze_command(CLI::App& app);
 /// Calls `run` in place of the analysis.
-void add_analyze_command(CLI::App& app, const std::function<void(const AnalyzeOptions&)>& run);
+void add_analyze_command(CLI::App& app, const std::function<void(const guarantees::AnalyzeOptions&)>& run);
 void add_advise_command(CLI::App& app);
 void add_experiment_command(CLI::App& app);
 void add_explain_command(CLI::App& app);
@@ -43,4 +49,4 @@ void add_compare_results_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_export_command(CLI::App& app);
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

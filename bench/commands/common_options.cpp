@@ -5,7 +5,7 @@
 
 #include "program/output_target.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -31,7 +31,7 @@ CLI::Validator not_empty() {
 CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
                              const std::string& help) {
   const auto check = [option](const std::string& name) {
-    if (name != "-") check_output_file(name, option);  // `-`: standard output
+    if (name != "-") program::check_output_file(name, option);  // `-`: standard output
     return std::string();
   };
   return add_text(command, option, file, "FILE", help)->check(CLI::Validator(check, ""));
@@ -39,7 +39,7 @@ CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::
 
 std::string with_range(const std::string& help, Limits limits) {
   if (limits.most >= kAnySeed.most) return help;
-  const std::string range = text("[%.10g to %.10g]", limits.least, limits.most);
+  const std::string range = program::text("[%.10g to %.10g]", limits.least, limits.most);
   const std::size_t last_line = help.size() - (help.rfind('\n') + 1);  // npos + 1 is 0
   return help + (last_line + 1 + range.size() > kHelpColumns ? "\n" : " ") + range;
 }
@@ -54,7 +54,7 @@ void exclude(CLI::App& command, const std::string& option, const std::vector<std
   for (const std::string& other : others) command.get_option(option)->excludes(command.get_option(other));
 }
 
-void add_graph_options(CLI::App& command, CommonOptions& o) {
+void add_graph_options(CLI::App& command, setup::CommonOptions& o) {
   command.option_defaults()->group(kSystemGroup);
   add_text(command, "--graph", o.graph, "GRAPH", kGraphHelp);
   add_scaling_options(command, o);
@@ -75,13 +75,13 @@ void add_graph_options(CLI::App& command, CommonOptions& o) {
   exclude(command, "--phases-file", {"--phases", "--phase-step"});
 }
 
-void add_entity_order_option(CLI::App& command, CommonOptions& o) {
+void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
   add_text(command, "--entity-order", o.entity_order, "creation|reverse|FILE",
            "Order in which wait sets scan tasks; in rclcpp, the order of\n"
            "addresses in memory. FILE has one task name per line");
 }
 
-void add_scaling_options(CLI::App& command, CommonOptions& o) {
+void add_scaling_options(CLI::App& command, setup::CommonOptions& o) {
   add_number(command, "--load", o.load_percent, kLoads, "PERCENT",
              "Load of all nodes in percent of one core; by default as in\nthe graph");
   add_number(command, "--rate", o.rate_percent, kRates, "PERCENT",
@@ -97,12 +97,12 @@ std::vector<std::string> given_options(const CLI::App& command, const std::vecto
     const std::string& name = option->get_lnames().front();
     if (std::ranges::count(without, name) > 0) continue;
     words.push_back("--" + name +
-                    (option->get_expected_max() == 0 ? "" : "=" + joined(option->results(), ",")));
+                    (option->get_expected_max() == 0 ? "" : "=" + program::joined(option->results(), ",")));
   }
   return words;
 }
 
-void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
+void add_length_options(CLI::App& command, setup::CommonOptions& o, double longest_s) {
   command.option_defaults()->group(kDurationGroup);
   add_number(command, "--duration", o.duration_s, {0.1, longest_s}, "SECONDS",
              "Measured time of each repetition");
@@ -111,12 +111,12 @@ void add_length_options(CLI::App& command, CommonOptions& o, double longest_s) {
   add_number(command, "--seed", o.seed, kAnySeed, "N", "Seed of all random choices and of the bootstrap");
 }
 
-void add_warm_up_option(CLI::App& command, CommonOptions& o) {
+void add_warm_up_option(CLI::App& command, setup::CommonOptions& o) {
   add_number(command, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
              "Time before the measurement; its latencies do not count");
 }
 
-void add_platform_options(CLI::App& command, PlatformOptions& o) {
+void add_platform_options(CLI::App& command, setup::PlatformOptions& o) {
   command.option_defaults()->group(
       "Simulated machine, by default the graph's `platform`, otherwise one core without costs");
   add_cores_option(command, o.cores);
@@ -141,7 +141,7 @@ CLI::Option* add_threads_option(CLI::App& command, unsigned& threads) {
                     "Parallel threads, 0 for one per CPU; results do not depend\non it");
 }
 
-void add_output_option(CLI::App& command, CommonOptions& o, const std::string& default_folder) {
+void add_output_option(CLI::App& command, setup::CommonOptions& o, const std::string& default_folder) {
   command.option_defaults()->group("Results");
   add_text(command, "--output", o.output, "FOLDER",
            "New folder for the results; by default " + default_folder);
@@ -152,7 +152,7 @@ void add_output_option(CLI::App& command, CommonOptions& o, const std::string& d
   });
 }
 
-void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& o) {
+void add_executors_option(CLI::App& command, const std::string& option, setup::CommonOptions& o) {
   command.option_defaults()->group(kSystemGroup);
   add_list(command, option, o.executors, "NAMES",
            "Executors (`hotpath list executors`), separated by commas,\n"
@@ -161,18 +161,18 @@ void add_executors_option(CLI::App& command, const std::string& option, CommonOp
   add_deployments_option(command, o);
 }
 
-void add_deployments_option(CLI::App& command, CommonOptions& o) {
+void add_deployments_option(CLI::App& command, setup::CommonOptions& o) {
   add_list(command, "--deployments,--deployment", o.deployments, "NAMES",
            "Deployments, separated by commas: names (`hotpath list\n"
            "deployments`), YAML files, or cie:FILE for a configuration of\n"
            "Autoware's CallbackIsolatedExecutor (docs/deployments.md)");
 }
 
-std::vector<std::string> executors_of(const CommonOptions& options) {
+std::vector<std::string> executors_of(const setup::CommonOptions& options) {
   const std::vector<std::string>& names = options.executors;
   if (names.empty() && !options.deployments.empty()) return {};
-  if (names.empty() || names == std::vector<std::string>{"paper"}) return paper_executor_names();
-  return names == std::vector<std::string>{"all"} ? all_executor_names() : names;
+  if (names.empty() || names == std::vector<std::string>{"paper"}) return setup::paper_executor_names();
+  return names == std::vector<std::string>{"all"} ? setup::all_executor_names() : names;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -17,7 +17,7 @@
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -39,15 +39,16 @@ void print(const WcrtTable& table) {
   const auto columns = wcrt_table(table.delta);
   std::vector<std::string> header = {"task"};
   for (const WcrtColumn& c : columns) header.push_back(std::to_string(c.utilisation_percent) + " %");
-  TextTable rows(text("%s (delta = %.3f us, Delta = n * delta = %.4f ms)", table.title,
-                      static_cast<double>(table.delta) / 1e3, static_cast<double>(7 * table.delta) / 1e6),
-                 header);
+  program::TextTable rows(
+      program::text("%s (delta = %.3f us, Delta = n * delta = %.4f ms)", table.title,
+                    static_cast<double>(table.delta) / 1e3, static_cast<double>(7 * table.delta) / 1e6),
+      header);
   for (std::size_t i = 0; i < kTasks.size(); ++i) {
-    std::vector<TextTable::Cell> cells = {kTasks[i].task};
+    std::vector<program::TextTable::Cell> cells = {kTasks[i].task};
     for (const WcrtColumn& c : columns) {
       const auto bound = c.*kTasks[i].bound;
-      cells.push_back((bound ? fixed(static_cast<double>(*bound) / 1e6, 2) : "-") +
-                      text(" (%6.2f)", c.printed_ms[i]));
+      cells.push_back((bound ? program::fixed(static_cast<double>(*bound) / 1e6, 2) : "-") +
+                      program::text(" (%6.2f)", c.printed_ms[i]));
     }
     rows.add_row(cells);
   }
@@ -57,15 +58,15 @@ void print(const WcrtTable& table) {
 void write_rows(std::ostream& out, const WcrtTable& table) {
   for (const WcrtColumn& column : wcrt_table(table.delta)) {
     for (std::size_t i = 0; i < kTasks.size(); ++i) {
-      write_row(out, table.name, table.delta, column.utilisation_percent, kTasks[i].task,
-                column.*kTasks[i].bound, column.printed_ms[i]);
+      program::write_row(out, table.name, table.delta, column.utilisation_percent, kTasks[i].task,
+                         column.*kTasks[i].bound, column.printed_ms[i]);
     }
   }
 }
 
 void run_wcrt_table(const std::string& output) {
-  if (!output.empty()) check_output_folder(output, "wcrt_table.csv");
-  const ReleaseCost measured = measure_release_cost();
+  if (!output.empty()) program::check_output_folder(output, "wcrt_table.csv");
+  const machine::ReleaseCost measured = machine::measure_release_cost();
   const std::array tables = {
       WcrtTable{"With the paper's release cost", "paper", kPaperDelta},
       WcrtTable{"With this machine's release cost, 99.9th percentile", "this machine (p99.9)",
@@ -78,15 +79,15 @@ void run_wcrt_table(const std::string& output) {
                "rounds to 0.12 ms.\n`-`: no bound within the deadline.\n";
   if (output.empty()) return;
   const std::filesystem::path folder = output;
-  create_folder(folder);
-  write_whole_file(folder / "wcrt_table.csv", [&](std::ostream& csv) {
+  program::create_folder(folder);
+  program::write_whole_file(folder / "wcrt_table.csv", [&](std::ostream& csv) {
     csv << "delta_of,delta_ns,utilisation_percent,task,bound_ns,printed_ms\n";
     for (const WcrtTable& table : tables) write_rows(csv, table);
   });
-  write_whole_file(folder / "release_cost.csv", [&](std::ostream& csv) {
+  program::write_whole_file(folder / "release_cost.csv", [&](std::ostream& csv) {
     csv << "timers,passes,p50_ns,p99_ns,max_ns\n";
-    for (const ReleaseCost::Pass& pass : measured.passes) {
-      write_row(csv, pass.timers, pass.passes, pass.p50.count(), pass.p99.count(), pass.max.count());
+    for (const machine::ReleaseCost::Pass& pass : measured.passes) {
+      program::write_row(csv, pass.timers, pass.passes, pass.p50.count(), pass.p99.count(), pass.max.count());
     }
   });
 }
@@ -100,37 +101,38 @@ struct WatersArguments {
 };
 
 std::string with_interval(const ClusteredEstimate& e) {
-  return text("%.2f [%.2f, %.2f]", e.value, e.low, e.high);
+  return program::text("%.2f [%.2f, %.2f]", e.value, e.low, e.high);
 }
 
 void write_waters(const WatersArguments& arguments, const WatersResult& result) {
   const std::filesystem::path folder = arguments.output;
-  create_folder(folder);
+  program::create_folder(folder);
   const std::vector<WatersSummary> summaries = summarise_waters(arguments.options, result);
-  const auto write = [&](const char* file, const FileContent& content) {
-    write_whole_file(folder / file, content);
+  const auto write = [&](const char* file, const program::FileContent& content) {
+    program::write_whole_file(folder / file, content);
   };
   write("waters.csv", [&](std::ostream& out) { write_waters_csv(out, arguments.options, result); });
   write("waters_summary.csv", [&](std::ostream& out) { write_waters_summary_csv(out, summaries); });
   write("waters_histogram.csv", [&](std::ostream& out) {
     write_waters_histogram_csv(out, waters_histograms(arguments.options, result));
   });
-  TextTable table(
+  program::TextTable table(
       "Normalised reduction of the end-to-end bound relative to the default executor, percent [95 % "
       "interval]",
       {"util", "method", "schedulable", "chains", "median", "mean", "min", "max", "share > 0"});
   for (const WatersSummary& s : summaries) {
-    table.add_row({fixed(s.utilisation, 2), to_string(s.method), text("%u/%u", s.schedulable, s.sets),
-                   std::to_string(s.chains), with_interval(s.median), with_interval(s.mean), fixed(s.min, 2),
-                   fixed(s.max, 2), fixed(s.positive_share.value, 4)});
+    table.add_row({program::fixed(s.utilisation, 2), to_string(s.method),
+                   program::text("%u/%u", s.schedulable, s.sets), std::to_string(s.chains),
+                   with_interval(s.median), with_interval(s.mean), program::fixed(s.min, 2),
+                   program::fixed(s.max, 2), program::fixed(s.positive_share.value, 4)});
   }
   std::cout << table;
-  draw_figure("waters", folder);
+  program::draw_figure("waters", folder);
   std::cout << "\nResults: " << folder.string() << "\n";
 }
 
 void run_waters_experiment(WatersArguments& arguments) {
-  check_output_folder(arguments.output, "waters.csv");
+  program::check_output_folder(arguments.output, "waters.csv");
   if (!arguments.paper_only) {
     arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
                                  WatersMethod::davis_duerr, WatersMethod::davis_kloda,
@@ -170,4 +172,4 @@ void add_experiment_command(CLI::App& app) {
   add_waters_experiment(*experiment);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -4,10 +4,10 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 void add_explain_command(CLI::App& app) {
-  auto [command, o] = add_command<explain::ExplainOptions>(
+  auto [command, o] = add_command<explain::Options>(
       app, "explain", "Account for the latency of a stored run's outputs, cause by cause",
       "hotpath explain runs/first --executor rm-ro --worst", explain::explain);
   command.add_option("RUN", o.run, "Folder of a live, simulated or imported run")
@@ -31,4 +31,4 @@ void add_explain_command(CLI::App& app) {
   command.add_flag("--json", o.json, "Print JSON");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

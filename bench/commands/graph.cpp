@@ -13,7 +13,7 @@
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -26,20 +26,22 @@ struct GraphOptions {
 void draw_svg(const std::string& dot) {
   std::fflush(stdout);
   FILE* const graphviz = popen("dot -Tsvg", "w");
-  if (graphviz == nullptr) throw RunError("Graphviz (`dot`) could not be started; --dot prints its input");
+  if (graphviz == nullptr)
+    throw program::RunError("Graphviz (`dot`) could not be started; --dot prints its input");
   std::fputs(dot.c_str(), graphviz);
-  if (const int status = pclose(graphviz); !exited_with(status, 0)) {
-    throw RunError("Graphviz (`dot`) " + how_it_ended(status) + "; --dot prints its input");
+  if (const int status = pclose(graphviz); !program::exited_with(status, 0)) {
+    throw program::RunError("Graphviz (`dot`) " + program::how_it_ended(status) + "; --dot prints its input");
   }
 }
 
 void print_platform(const GraphPlatform& platform) {
-  std::cout << text("platform of simulations: %u core%s, timer thread %s, execution times %s", platform.cores,
-                    platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
-                    to_string(platform.execution_times));
+  std::cout << program::text("platform of simulations: %u core%s, timer thread %s, execution times %s",
+                             platform.cores, platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
+                             to_string(platform.execution_times));
   for (const PlatformCost& cost : kPlatformCosts) {
     const Duration value = platform.*cost.value;
-    if (value > Duration{}) std::cout << text(", %s %g", std::string(cost.key).c_str(), to_us(value));
+    if (value > Duration{})
+      std::cout << program::text(", %s %g", std::string(cost.key).c_str(), to_us(value));
   }
   std::cout << "\n";
 }
@@ -47,9 +49,9 @@ void print_platform(const GraphPlatform& platform) {
 void print_cie(const GraphOptions& options, const Graph& graph, const GraphTasks& tasks) {
   const std::string name = options.deployment.empty() ? "cie" : options.deployment;
   try {
-    write_cie(data_output(), graph, tasks, find_deployment(name, graph, tasks));
+    write_cie(program::data_output(), graph, tasks, find_deployment(name, graph, tasks));
   } catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
+    throw program::UsageError(error.what());
   }
 }
 
@@ -64,18 +66,18 @@ void print_graph(const GraphOptions& options) {
     } else {
       write_dot(dot, graph, tasks, find_deployment(options.deployment, graph, tasks));
     }
-    options.svg ? draw_svg(dot.str()) : void(data_output() << dot.str());
+    options.svg ? draw_svg(dot.str()) : void(program::data_output() << dot.str());
     return;
   }
-  if (!options.deployment.empty()) throw UsageError("--deployment: add --svg, --dot or --cie");
+  if (!options.deployment.empty()) throw program::UsageError("--deployment: add --svg, --dot or --cie");
   std::size_t timers = 0;
   for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
-  std::cout << text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
-                    graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
-                    tasks.set.tasks.size() - timers, timers, load_percent(graph));
+  std::cout << program::text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
+                             graph.name.c_str(), graph.description.c_str(), graph.nodes.size(),
+                             tasks.set.tasks.size() - timers, timers, load_percent(graph));
   for (const Chain& chain : graph.chains) {
-    std::cout << text("chain %s:", chain.name.c_str());
-    for (const std::string& node : chain.nodes) std::cout << text(" %s", node.c_str());
+    std::cout << program::text("chain %s:", chain.name.c_str());
+    for (const std::string& node : chain.nodes) std::cout << program::text(" %s", node.c_str());
     std::cout << "\n";
   }
   print_platform(graph.platform);
@@ -99,4 +101,4 @@ void add_graph_command(CLI::App& app) {
       ->check(not_empty());
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

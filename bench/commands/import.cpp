@@ -5,14 +5,14 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
 void add_import_ctf_command(CLI::App& import) {
-  auto [ctf, o] = add_command<ImportCtfOptions>(
+  auto [ctf, o] = add_command<imports::CtfOptions>(
       import, "ctf", "Import a ros2_tracing trace (CTF 1.8): graph, run, costs, self-check",
-      "hotpath import ctf ~/traces/robot --output robot", import_ctf);
+      "hotpath import ctf ~/traces/robot --output robot", imports::import_ctf);
   add_text(ctf, "TRACE", o.trace, "FOLDER", "Folder of the trace, or a parent folder")->required();
   add_text(ctf, "--output", o.output, "FOLDER", "New folder for the results; by default imports/TRACE");
   add_text(ctf, "--executor", o.executor, "NAME",
@@ -31,9 +31,9 @@ void add_import_ctf_command(CLI::App& import) {
 }
 
 void add_import_caret_command(CLI::App& import) {
-  auto [caret, o] = add_command<ImportCaretOptions>(
+  auto [caret, o] = add_command<imports::CaretOptions>(
       import, "caret", "Import an architecture file of CARET, with CARET's statistics",
-      "hotpath import caret architecture.yaml --stats stats_node --cores 8", import_caret);
+      "hotpath import caret architecture.yaml --stats stats_node --cores 8", imports::import_caret);
   add_text(caret, "ARCHITECTURE", o.file, "FILE", "Architecture file; its named paths become chains")
       ->required();
   add_text(caret, "--stats", o.stats, "FOLDER",
@@ -50,7 +50,7 @@ void add_export_ctf_command(CLI::App& parent) {
   auto [ctf, o] =
       add_command<Options>(parent, "ctf", "Export a run as a trace of ros2_tracing (CTF 1.8)",
                            "hotpath export ctf runs/first --output traces/first",
-                           [](const Options& options) { export_ctf(options.run, options.output); });
+                           [](const Options& options) { imports::export_ctf(options.run, options.output); });
   add_text(ctf, "RUN", o.run, "FOLDER", kRunHelp)->required();
   add_text(ctf, "--output", o.output, "FOLDER", "New folder for the trace")->required();
 }
@@ -71,4 +71,4 @@ void add_export_command(CLI::App& app) {
   add_export_ctf_command(parent);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

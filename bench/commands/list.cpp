@@ -10,12 +10,12 @@
 #include "program/shown_text.hpp"
 #include "program/text_table.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
 void print_executors() {
-  TextTable table("", {"", "", ""});
+  program::TextTable table("", {"", "", ""});
   for (const ExecutorEntry& e : executors()) {
     table.add_row({std::string(e.name), std::string(e.class_name), std::string(e.description)});
   }
@@ -36,11 +36,11 @@ void print_executors_json() {
                    {"colour", t.colour},
                    {"compared_by_paper", t.compared_by_paper}});
   }
-  data_output() << all.dump(2) << "\n";
+  program::data_output() << all.dump(2) << "\n";
 }
 
 void print_graphs() {
-  TextTable graphs("", {"", "", ""});
+  program::TextTable graphs("", {"", "", ""});
   for (const GraphListing& g : list_graphs()) {
     const bool valid = g.error.empty();
     graphs.add_row({g.name, valid ? std::to_string(g.nodes) + " nodes" : "",
@@ -50,7 +50,7 @@ void print_graphs() {
 }
 
 void print_deployments() {
-  TextTable deployments("", {"", ""});
+  program::TextTable deployments("", {"", ""});
   for (const DeploymentPreset& preset : deployment_presets()) {
     deployments.add_row({std::string(preset.name), std::string(preset.description)});
   }
@@ -74,4 +74,4 @@ void add_list_command(CLI::App& app) {
       ->callback(print_deployments);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -9,7 +9,7 @@
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -18,13 +18,13 @@ struct MachineArguments {
   std::string output;
 };
 
-std::string throttling(const Machine& m) {
+std::string throttling(const machine::Machine& m) {
   if (m.rt_runtime_us < 0) return "off";
   return std::to_string(m.rt_runtime_us) + " of " + std::to_string(m.rt_period_us) + " us";
 }
 
-TextTable facts(const Machine& m) {
-  TextTable table("", {"", ""});
+program::TextTable facts(const machine::Machine& m) {
+  program::TextTable table("", {"", ""});
   const auto row = [&](const char* name, const std::string& value) {
     table.add_row({name, value.empty() ? "unknown" : value});
   };
@@ -36,23 +36,24 @@ TextTable facts(const Machine& m) {
   row("turbo", m.turbo);
   row("boot parameters", m.boot_parameters.empty() ? "none for scheduling" : m.boot_parameters);
   row("real-time throttling", throttling(m));
-  row("real-time threads", m.real_time_threads.empty() ? "no others" : joined(m.real_time_threads));
+  row("real-time threads", m.real_time_threads.empty() ? "no others" : program::joined(m.real_time_threads));
   row("timer slack", std::to_string(m.timer_slack_ns) + " ns");
-  row("clock", m.clock_source + text(", resolution %lld ns, %.0f ns per reading, %.0f ns for CPU time",
+  row("clock",
+      m.clock_source + program::text(", resolution %lld ns, %.0f ns per reading, %.0f ns for CPU time",
                                      static_cast<long long>(m.noise.clock_resolution.count()),
                                      m.noise.clock_cost_ns, m.noise.cpu_clock_cost_ns));
-  row("load average", fixed(m.load_average, 2));
-  row("stolen time", fixed(m.stolen_percent, 2) + " % since boot");
+  row("load average", program::fixed(m.load_average, 2));
+  row("stolen time", program::fixed(m.stolen_percent, 2) + " % since boot");
   return table;
 }
 
-TextTable hiccups(const MachineNoise& noise) {
-  TextTable table(
-      "Hiccups of a busy thread in " + fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
+program::TextTable hiccups(const machine::Noise& noise) {
+  program::TextTable table(
+      "Hiccups of a busy thread in " + program::fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
       {"core", "p99", "p99.9", "max", "lost"});
-  for (const Hiccups& h : noise.cores) {
-    table.add_row({std::to_string(h.cpu), fixed(to_us(h.p99), 2), fixed(to_us(h.p999), 2),
-                   fixed(to_us(h.max), 1), fixed(h.lost_percent, 2) + " %"});
+  for (const machine::Hiccups& h : noise.cores) {
+    table.add_row({std::to_string(h.cpu), program::fixed(to_us(h.p99), 2), program::fixed(to_us(h.p999), 2),
+                   program::fixed(to_us(h.max), 1), program::fixed(h.lost_percent, 2) + " %"});
   }
   return table;
 }
@@ -63,13 +64,14 @@ void add_machine_command(CLI::App& app) {
   auto [machine, o] = add_command<MachineArguments>(
       app, "machine", "Report this machine's configuration and how it disturbs measurements",
       "hotpath machine --duration 10 --output machine.json", [](const MachineArguments& arguments) {
-        const Machine m = read_machine(from_ms(arguments.seconds * 1000));
+        const machine::Machine m = machine::read_machine(from_ms(arguments.seconds * 1000));
         std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
-        for (const std::string& sentence : warnings(m)) std::cerr << "note: " << sentence << "\n";
-        if (!arguments.output.empty()) write_output_file(arguments.output, "--output", nlohmann::json(m));
+        for (const std::string& sentence : machine::warnings(m)) std::cerr << "note: " << sentence << "\n";
+        if (!arguments.output.empty())
+          program::write_output_file(arguments.output, "--output", nlohmann::json(m));
       });
   add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores");
   add_output_file(machine, "--output", o.output, "Also write the report as JSON");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

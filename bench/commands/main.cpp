@@ -60,7 +60,7 @@ std::atomic<bool> out_of_memory = false;
 
 /// Whether the user can correct the error.
 bool is_wrong_use(const std::exception& error) {
-  return dynamic_cast<const hotpath::UsageError*>(&error) != nullptr ||
+  return dynamic_cast<const hotpath::program::UsageError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::tracing::TraceError*>(&error) != nullptr;
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   umask(umask(0) | 077);  // only the user may access results and shared memory
 
-  const hotpath::PrintableStreams printable_streams;
+  const hotpath::program::PrintableStreams printable_streams;
   CLI::App app(
       "Measure, simulate and bound the hot-path latency of a robot's node graph under ROS executors.",
       "hotpath");
@@ -127,6 +127,7 @@ int main(int argc, char** argv) {
   app.failure_message(wrong_use);
   app.require_subcommand(1);
   using namespace hotpath;
+  using namespace hotpath::commands;
   const std::initializer_list<void (*)(CLI::App&)> commands = {
       add_run_command,        add_compare_command,  add_simulate_command,
       add_sweep_command,      add_capacity_command, add_timeline_command,
@@ -141,9 +142,9 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     std::cout << std::flush;
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-      throw RunError("standard output could not be written; files are not affected");
+      throw program::RunError("standard output could not be written; files are not affected");
     }
-    return interrupted() != 0 ? 128 + interrupted() : 0;
+    return program::interrupted() != 0 ? 128 + program::interrupted() : 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::bad_alloc&) {

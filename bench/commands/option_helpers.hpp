@@ -17,7 +17,7 @@
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 /// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
 /// command.
@@ -52,7 +52,7 @@ CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& val
   const auto set = [&value](const std::string& text) { value = *parse<Enum>(text); };
   CLI::Option* const added = command.add_option_function<std::string>(option, set, help)
                                  ->check(CLI::IsMember(words<Enum>()).description(""))
-                                 ->type_name(joined(words<Enum>(), "|"));
+                                 ->type_name(program::joined(words<Enum>(), "|"));
   if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
   return added;
 }
@@ -104,12 +104,14 @@ std::string refused_number(std::string& text, Limits limits) {
   const std::optional<Number> number = number_of<Number>(text);
   const double n = number ? static_cast<double>(*number) : std::nan("");
   if (n >= limits.least && n <= limits.most) {
-    if (whole) text = concat(*number);
+    if (whole) text = program::concat(*number);
     return "";
   }
   const auto most = static_cast<double>(std::numeric_limits<Number>::max());
-  return concat("`", text, "` is not a ", whole ? "whole number" : "number", " from ", limits.least, " to ",
-                limits.most < most ? concat(limits.most) : concat(std::numeric_limits<Number>::max()));
+  return program::concat("`", text, "` is not a ", whole ? "whole number" : "number", " from ", limits.least,
+                         " to ",
+                         limits.most < most ? program::concat(limits.most)
+                                            : program::concat(std::numeric_limits<Number>::max()));
 }
 
 /// A number within limits; a whole number for an integer `value`, which may be optional.
@@ -154,7 +156,7 @@ CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<
       ->allow_extra_args(false)  // a further argument is not a further item
       ->transform(CLI::Validator(check, ""))
       ->type_name(kind)
-      ->default_str(joined(items, ","));
+      ->default_str(program::joined(items, ","));
 }
 
 /// Rejects `option` together with any of `others`, which it would contradict or which would be
@@ -176,7 +178,7 @@ inline constexpr const char* kJunitHelp = "Also write the gate's tests for CI (J
 inline constexpr const char* kMarkdownHelp = "Also write the gate's summary for a pull request";
 
 /// Adds --load, --rate and --copies.
-void add_scaling_options(CLI::App& command, CommonOptions& options);
+void add_scaling_options(CLI::App& command, setup::CommonOptions& options);
 
 /// The options given to a command, as words `--NAME=VALUE`, except the options in `without`.
 [[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,
@@ -184,28 +186,28 @@ void add_scaling_options(CLI::App& command, CommonOptions& options);
 
 /// Adds --graph, --load, --work, the phases, --rule, --entity-order and --ties; `options` must
 /// outlive the parse.
-void add_graph_options(CLI::App& command, CommonOptions& options);
-void add_entity_order_option(CLI::App& command, CommonOptions& options);
+void add_graph_options(CLI::App& command, setup::CommonOptions& options);
+void add_entity_order_option(CLI::App& command, setup::CommonOptions& options);
 
 /// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
-void add_length_options(CLI::App& command, CommonOptions& options, double longest_s);
-void add_warm_up_option(CLI::App& command, CommonOptions& options);
+void add_length_options(CLI::App& command, setup::CommonOptions& options, double longest_s);
+void add_warm_up_option(CLI::App& command, setup::CommonOptions& options);
 
 /// Adds --cores, --timer-thread and the costs of the simulated machine.
-void add_platform_options(CLI::App& command, PlatformOptions& options);
+void add_platform_options(CLI::App& command, setup::PlatformOptions& options);
 void add_cores_option(CLI::App& command, std::optional<unsigned>& cores);
 CLI::Option* add_threads_option(CLI::App& command, unsigned& threads);
 
 /// Adds --output. `default_folder`: as the help shows it.
-void add_output_option(CLI::App& command, CommonOptions& options,
+void add_output_option(CLI::App& command, setup::CommonOptions& options,
                        const std::string& default_folder = "runs/DATE-GRAPH");
 
 /// Adds `option`, a list of executors, and --deployments. executors_of() resolves `paper` and
 /// `all`.
-void add_executors_option(CLI::App& command, const std::string& option, CommonOptions& options);
-void add_deployments_option(CLI::App& command, CommonOptions& options);
+void add_executors_option(CLI::App& command, const std::string& option, setup::CommonOptions& options);
+void add_deployments_option(CLI::App& command, setup::CommonOptions& options);
 /// The executors to run: the paper's seven for `paper` or without any executor or deployment, the
 /// whole registry for `all`.
-[[nodiscard]] std::vector<std::string> executors_of(const CommonOptions& options);
+[[nodiscard]] std::vector<std::string> executors_of(const setup::CommonOptions& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -6,7 +6,7 @@
 #include "results/recovered_run.hpp"
 #include "results/summary_table.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -17,12 +17,14 @@ struct RecoverOptions {
 }  // namespace
 
 void add_recover_command(CLI::App& app) {
-  auto [command, o] = add_command<RecoverOptions>(
-      app, "recover", "Recover the finished repetitions of a killed run", "hotpath recover runs/killed",
-      [](const RecoverOptions& options) { write_table(std::cout, recover_run(options.run)); });
+  auto [command, o] =
+      add_command<RecoverOptions>(app, "recover", "Recover the finished repetitions of a killed run",
+                                  "hotpath recover runs/killed", [](const RecoverOptions& options) {
+                                    results::write_table(std::cout, results::recover_run(options.run));
+                                  });
   command.add_option("RUN", o.run, "Folder of a killed `hotpath run` or `hotpath compare`")
       ->type_name("FOLDER")
       ->required();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -3,12 +3,12 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 void add_replay_command(CLI::App& app) {
-  auto [replay, o] =
-      add_command<ReplayOptions>(app, "replay", "Publish a stored run over Fast DDS in real time",
-                                 "hotpath replay runs/first --live --speed 0.5", replay_run);
+  auto [replay, o] = add_command<telemetry::ReplayOptions>(
+      app, "replay", "Publish a stored run over Fast DDS in real time",
+      "hotpath replay runs/first --live --speed 0.5", telemetry::replay_run);
   replay.add_option("RUN", o.run, kRunHelp)->type_name("FOLDER")->required();
   replay.add_flag("--live", o.live,
                   "Publish like `run --live`, and the run's time on topic\n"
@@ -24,4 +24,4 @@ void add_replay_command(CLI::App& app) {
   replay.add_flag("--all-interfaces", o.all_interfaces, kAllInterfacesHelp);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -7,7 +7,7 @@
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -22,12 +22,12 @@ struct ReportArguments {
 void run_tool(const std::string& command, std::vector<std::string> words, const std::string& option,
               const std::string& output) {
   if (!output.empty()) words.insert(words.end(), {option, output});
-  become_python_tool(command, words);
+  program::become_python_tool(command, words);
 }
 
 /// Python holds all latencies and response times of a page in memory.
 void report(const ReportArguments& a) {
-  if (!a.output.empty()) check_output_folder(a.output, "report.html");
+  if (!a.output.empty()) program::check_output_folder(a.output, "report.html");
   constexpr double kMemoryOfByte = 3;
   double bytes = 0;
   for (const std::string& run : a.runs) {
@@ -37,7 +37,8 @@ void report(const ReportArguments& a) {
       if (!none) bytes += kMemoryOfByte * static_cast<double>(size);
     }
   }
-  check_memory(bytes, "report", "all response times", "fewer or shorter runs, or summary.json of each");
+  program::check_memory(bytes, "report", "all response times",
+                        "fewer or shorter runs, or summary.json of each");
   run_tool("report", a.runs, "--output", a.output);
 }
 
@@ -82,4 +83,4 @@ void add_compare_results_command(CLI::App& app) {
   add_output_file(command, "--markdown", o.markdown, kMarkdownHelp)->needs(gate);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -10,21 +10,21 @@
 #include "program/python_tool.hpp"
 #include "sweep/child_run.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
 struct RunArguments {
-  RunOptions options;
+  live::Options options;
   std::string executor = "rm-ro";
 };
 
-void add_where_options(CLI::App& command, RunOptions& o) {
+void add_where_options(CLI::App& command, live::Options& o) {
   command.option_defaults()->group("Environment");
   add_list(command, "--stack", o.stacks, "native|rclcpp",
            "hotpath's own executors (native), or the ROS 2 stack of a\n"
            "sourced workspace (rclcpp); compare accepts both",
-           CLI::IsMember(words<Stack>()));
+           CLI::IsMember(words<setup::Stack>()));
   add_text(command, "--ros2-runner", o.ros2_runner, "FILE",
            "Program that runs the graph on rclcpp; by default\n"
            "$HOTPATH_ROS2_RUNNER, or the program of a sourced workspace");
@@ -46,7 +46,7 @@ void add_where_options(CLI::App& command, RunOptions& o) {
                    "Record the CPU time of every job (costs 1 us per job)");
 }
 
-void add_live_options(CLI::App& command, RunOptions& o) {
+void add_live_options(CLI::App& command, live::Options& o) {
   command.option_defaults()->group("Live publishing");
   command.add_flag("--live", o.live,
                    "Publish statistics and every hot-path sample over Fast DDS\n"
@@ -64,7 +64,7 @@ void add_live_options(CLI::App& command, RunOptions& o) {
 }
 
 /// The options that `run` and `compare` share; `o` must outlive the parse.
-void add_run_options(CLI::App& command, RunOptions& o) {
+void add_run_options(CLI::App& command, live::Options& o) {
   add_graph_options(command, o);
   command.add_flag("--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
       ->group(kDurationGroup);
@@ -83,9 +83,9 @@ void add_run_options(CLI::App& command, RunOptions& o) {
 
 }  // namespace
 
-void add_run_command(CLI::App& app) { add_run_command(app, run_live); }
+void add_run_command(CLI::App& app) { add_run_command(app, live::run_live); }
 
-void add_run_command(CLI::App& app, const std::function<void(const RunOptions&)>& measure) {
+void add_run_command(CLI::App& app, const std::function<void(const live::Options&)>& measure) {
   auto [run, o] = add_command<RunArguments>(app, "run", "Measure a graph live under one executor",
                                             "hotpath run --executor edf-ro --duration 10 --output runs/first",
                                             [measure](RunArguments& arguments) {
@@ -104,38 +104,39 @@ void add_run_command(CLI::App& app, const std::function<void(const RunOptions&)>
 namespace {
 
 struct CompareArguments {
-  RunOptions options;
+  live::Options options;
   std::string against, junit, markdown;
 };
 
 /// Alternates between two builds, each repetition in its own process and folder, then runs the
 /// gate. `words`: the options of both.
 void compare_builds(const CompareArguments& a, const std::vector<std::string>& words) {
-  const std::filesystem::path folder = output_folder(a.options.output, "against");
-  check_output_folder(folder);
+  const std::filesystem::path folder = setup::output_folder(a.options.output, "against");
+  program::check_output_folder(folder);
   if (a.options.repetitions < 3)
-    throw UsageError("--against: the gate needs --repetitions 3 or more, preferably 20");
-  const auto order = interleaved(a.options.repetitions, 2, a.options.seed);
+    throw program::UsageError("--against: the gate needs --repetitions 3 or more, preferably 20");
+  const auto order = setup::interleaved(a.options.repetitions, 2, a.options.seed);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto [repetition, build] = order[i];
     const char* const name = build == 0 ? "new" : "old";
-    std::cerr << text("[%zu/%zu] %s build, repetition %u\n", i + 1, order.size(), name, repetition);
+    std::cerr << program::text("[%zu/%zu] %s build, repetition %u\n", i + 1, order.size(), name, repetition);
     std::vector<std::string> all = {"compare"};
     all.insert(all.end(), words.begin(), words.end());
-    all.insert(all.end(), {"--repetitions=1", concat("--seed=", a.options.seed + repetition),
-                           concat("--output=", (folder / name / text("%04u", repetition)).string())});
+    all.insert(all.end(),
+               {"--repetitions=1", program::concat("--seed=", a.options.seed + repetition),
+                program::concat("--output=", (folder / name / program::text("%04u", repetition)).string())});
     try {
-      run_hotpath(all, build == 0 ? "" : a.against);
-    } catch (const UsageError& error) {
-      throw UsageError(concat(name, " build, repetition ", repetition, ": ", error.what()));
-    } catch (const RunError& error) {
-      throw RunError(concat(name, " build, repetition ", repetition, ": ", error.what()));
+      sweep::run_hotpath(all, build == 0 ? "" : a.against);
+    } catch (const program::UsageError& error) {
+      throw program::UsageError(program::concat(name, " build, repetition ", repetition, ": ", error.what()));
+    } catch (const program::RunError& error) {
+      throw program::RunError(program::concat(name, " build, repetition ", repetition, ": ", error.what()));
     }
   }
   std::vector<std::string> gate = {folder / "old", folder / "new", "--gate"};
   if (!a.junit.empty()) gate.push_back("--junit=" + a.junit);
   if (!a.markdown.empty()) gate.push_back("--markdown=" + a.markdown);
-  become_python_tool("compare-results", gate);
+  program::become_python_tool("compare-results", gate);
 }
 
 }  // namespace
@@ -151,10 +152,10 @@ void add_compare_command(CLI::App& app) {
           compare_builds(a, given_options(**self, own));
         }
         a.options.executors = executors_of(a.options);
-        run_live(a.options);
+        live::run_live(a.options);
       });
   *self = &compare;
-  RunOptions& o = arguments.options;
+  live::Options& o = arguments.options;
   add_executors_option(compare, "--executors", o);
   o.repetitions = 3;
   add_run_options(compare, o);
@@ -168,4 +169,4 @@ void add_compare_command(CLI::App& app) {
   add_output_file(compare, "--markdown", arguments.markdown, kMarkdownHelp)->needs(against);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -3,7 +3,7 @@
 #include "commands/option_helpers.hpp"
 #include "simulated/simulated_run.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -12,13 +12,13 @@ constexpr double kLongestSimulation_s = 1e9;
 
 }  // namespace
 
-void add_simulate_command(CLI::App& app) { add_simulate_command(app, run_simulated); }
+void add_simulate_command(CLI::App& app) { add_simulate_command(app, simulated::run_simulated); }
 
-void add_simulate_command(CLI::App& app, const std::function<void(const SimulateOptions&)>& run) {
-  auto [simulate, o] = add_command<SimulateOptions>(
+void add_simulate_command(CLI::App& app, const std::function<void(const simulated::Options&)>& run) {
+  auto [simulate, o] = add_command<simulated::Options>(
       app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
       "hotpath simulate --executors all --duration 600 --output runs/simulated",
-      [run](SimulateOptions options) {
+      [run](simulated::Options options) {
         options.executors = executors_of(options);
         run(options);
       });
@@ -32,7 +32,7 @@ void add_simulate_command(CLI::App& app, const std::function<void(const Simulate
   add_output_option(simulate, o);
 }
 
-void add_simulate_options(CLI::App& simulate, SimulateOptions& o) {
+void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
   add_executors_option(simulate, "--executors,--executor", o);
   add_graph_options(simulate, o);
   add_text(simulate, "--phases-of", o.phases_of, "RUN",
@@ -53,4 +53,4 @@ void add_simulate_options(CLI::App& simulate, SimulateOptions& o) {
   add_threads_option(simulate, o.threads)->group("Results");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

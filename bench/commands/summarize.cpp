@@ -10,7 +10,7 @@
 #include "results/stored_summary.hpp"
 #include "results/summary_table.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -20,28 +20,29 @@ struct SummarizeOptions {
 
 void summarize_run(const SummarizeOptions& options) {
   if (!options.golden.empty()) {
-    data_output() << summarize_golden_trace(options.golden).dump(2) << "\n";
+    program::data_output() << results::summarize_golden_trace(options.golden).dump(2) << "\n";
     return;
   }
-  if (options.run.empty()) throw UsageError("summarize: give the folder of a run");
-  const StoredRun run(options.run, "summarize");
+  if (options.run.empty()) throw program::UsageError("summarize: give the folder of a run");
+  const results::StoredRun run(options.run, "summarize");
   if (options.responses == "-") {
-    ResponsesCsv responses(data_output(), run);
-    for_each_record(run, [&](const JobRow& row) { responses.add(row); });
+    results::ResponsesCsv responses(program::data_output(), run);
+    results::for_each_record(run, [&](const JobRow& row) { responses.add(row); });
     return responses.finish();
   }
-  Summary summary;
+  results::Summary summary;
   if (options.responses.empty()) {
-    summary = summarize(run, run.summary_options());
+    summary = results::summarize(run, run.summary_options());
   } else {
-    write_output_file(options.responses, "--responses", [&](std::ostream& out) {
-      ResponsesCsv responses(out, run);
-      summary = summarize(run, run.summary_options(), [&](const JobRow& row) { responses.add(row); });
+    program::write_output_file(options.responses, "--responses", [&](std::ostream& out) {
+      results::ResponsesCsv responses(out, run);
+      summary =
+          results::summarize(run, run.summary_options(), [&](const JobRow& row) { responses.add(row); });
       responses.finish();
     });
   }
-  write_whole_file(run.folder() / "summary.json", nlohmann::json(summary));
-  write_table(std::cout, summary);
+  program::write_whole_file(run.folder() / "summary.json", nlohmann::json(summary));
+  results::write_table(std::cout, summary);
 }
 
 }  // namespace
@@ -60,4 +61,4 @@ void add_summarize_command(CLI::App& app) {
       ->excludes("--responses");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -18,7 +18,7 @@
 #include "program/whole_file.hpp"
 #include "sweep/journal.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -38,8 +38,8 @@ struct SweepArguments {
 };
 
 std::string duration_text(double s) {
-  if (s < 120) return text("%.0f s", s);
-  return s < 7200 ? text("%.0f min", s / 60) : text("%.1f h", s / 3600);
+  if (s < 120) return program::text("%.0f s", s);
+  return s < 7200 ? program::text("%.0f min", s / 60) : program::text("%.1f h", s / 3600);
 }
 
 class Sweep {
@@ -48,24 +48,24 @@ class Sweep {
       : arguments_(arguments),
         folder_(arguments.output.empty() ? "runs/sweep-" + fs::path(arguments.file).stem().string()
                                          : arguments.output),
-        cells_(load_sweep(arguments.file), folder_) {
+        cells_(sweep::load_sweep(arguments.file), folder_) {
     if (cells_.live() && arguments.threads > 1)
-      throw UsageError("--threads: live cells run one at a time; leave it out");
+      throw program::UsageError("--threads: live cells run one at a time; leave it out");
   }
 
   void run() {
     const auto silence = std::chrono::milliseconds(std::llround(arguments_.rank_time_out_s * 1000));
     Crew crew({cells_.live() ? 1 : arguments_.threads, silence});
     if (cells_.live() && crew.ranks_on_this_machine() > 1) {
-      throw UsageError(
+      throw program::UsageError(
           "live cells need one machine per rank, but several ranks run on this machine; start one rank "
           "per machine");
     }
-    std::optional<SweepJournal> journal;
+    std::optional<sweep::Journal> journal;
     Campaign campaign;
-    campaign.name = concat(design_.text, folder_);
+    campaign.name = program::concat(design_.text, folder_);
     campaign.work = [this](std::uint64_t cell) { return cells_.rows_of(cell); };
-    campaign.stopped = [] { return interrupted() != 0; };
+    campaign.stopped = [] { return program::interrupted() != 0; };
     if (crew.coordinates()) {
       journal.emplace(folder_, design_);
       for (const std::string& note : journal->notes()) std::cerr << "note: " << note << "\n";
@@ -77,7 +77,7 @@ class Sweep {
         show_progress(++gathered_, campaign.cells.size());
       };
     }
-    catch_interrupts();
+    program::catch_interrupts();
     std::vector<std::string> notes;
     try {
       notes = crew.run(campaign);
@@ -86,7 +86,7 @@ class Sweep {
       throw;
     }
     if (!crew.coordinates()) return;
-    if (isatty(STDERR_FILENO) != 0) replace_terminal_line("");
+    if (isatty(STDERR_FILENO) != 0) program::replace_terminal_line("");
     for (const std::string& note : notes) std::cerr << "note: " << note << "\n";
     journal->flush();
     finish(*journal);
@@ -94,7 +94,7 @@ class Sweep {
 
  private:
   /// Prints the estimated duration and size of the sweep, from a few of its cells.
-  void prepare(SweepJournal& journal, const Crew& crew) {
+  void prepare(sweep::Journal& journal, const Crew& crew) {
     const std::vector<std::uint64_t> missing = journal.missing();
     if (journal.done() > 0) {
       std::cout << journal.done() << " of " << design_.cells() << " cells are in "
@@ -117,14 +117,14 @@ class Sweep {
     const double took = left * each / (crew.ranks() * crew.threads());
     const double size = static_cast<double>(bytes) / static_cast<double>(timed) *
                         static_cast<double>(design_.cells()) * 2;  // journal and table
-    std::cout << text(
+    std::cout << program::text(
                      "%.0f cells of `%s` to do, about %s on %u rank(s) with %u thread(s) each; about %.1f MB",
                      left, design_.command.c_str(), duration_text(took).c_str(), crew.ranks(), crew.threads(),
                      size / 1e6)
               << (design_.keep_all || !design_.keep.empty() ? " plus the kept folders\n" : "\n")
               << std::flush;
     if (arguments_.yes || (took < kLongest_s && size < kLargest_bytes)) return;
-    throw UsageError(
+    throw program::UsageError(
         "the sweep takes more than 1 hour or 1 GB; add --yes to start it (it can be interrupted and "
         "resumed), or make the design smaller");
   }
@@ -134,25 +134,26 @@ class Sweep {
     shown_ = Clock::now();
     const double elapsed = std::chrono::duration<double>(shown_ - begin_).count();
     const double left = elapsed * (static_cast<double>(all) / static_cast<double>(done) - 1);
-    replace_terminal_line(concat(done, " of ", all, " cells, ", duration_text(left), " left"));
+    program::replace_terminal_line(
+        program::concat(done, " of ", all, " cells, ", duration_text(left), " left"));
   }
 
-  void finish(SweepJournal& journal) const {
+  void finish(sweep::Journal& journal) const {
     const std::size_t missing = journal.missing().size();
     if (missing > 0) {
-      std::cerr << concat("interrupted: ", journal.done(), " of ", design_.cells(), " cells are in ",
-                          journal.folder().string(), "; the same command resumes the sweep\n");
+      std::cerr << program::concat("interrupted: ", journal.done(), " of ", design_.cells(), " cells are in ",
+                                   journal.folder().string(), "; the same command resumes the sweep\n");
       return;
     }
     journal.write_table(cells_.header());
     std::cout << "Table: " << (journal.folder() / "table.csv").string() << "\n";
-    if (design_.command != "analyze") draw_figure("sweep", journal.folder());
+    if (design_.command != "analyze") program::draw_figure("sweep", journal.folder());
   }
 
   const SweepArguments arguments_;
   const std::string folder_;
   const SweepCells cells_;
-  const SweepDesign& design_ = cells_.design();
+  const sweep::Design& design_ = cells_.design();
   Clock::time_point begin_, shown_;
   std::size_t gathered_ = 0;
 };
@@ -176,4 +177,4 @@ void add_sweep_command(CLI::App& app) {
   sweep.add_flag("--yes", o.yes, "Start also a sweep that takes more than 1 hour or 1 GB");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

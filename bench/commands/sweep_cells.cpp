@@ -14,7 +14,7 @@
 #include "sweep/child_run.hpp"
 #include "sweep/rows.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -30,15 +30,15 @@ struct CellFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::string option_word(const SweepOption& option) { return "--" + option.name + "=" + option.value; }
+std::string option_word(const sweep::Option& option) { return "--" + option.name + "=" + option.value; }
 
 /// Parses the options of a command without running it.
 class OptionParser {
  public:
   explicit OptionParser(std::string command) : app_("", "hotpath"), command_(std::move(command)) {
-    add_simulate_command(app_, [this](const SimulateOptions& options) { simulate_ = options; });
-    add_run_command(app_, [](const RunOptions&) {});
-    add_analyze_command(app_, [this](const AnalyzeOptions& options) { analyze_ = options; });
+    add_simulate_command(app_, [this](const simulated::Options& options) { simulate_ = options; });
+    add_run_command(app_, [](const live::Options&) {});
+    add_analyze_command(app_, [this](const guarantees::AnalyzeOptions& options) { analyze_ = options; });
     app_.require_subcommand(1);
     sub_ = app_.get_subcommand(command_);
   }
@@ -49,7 +49,7 @@ class OptionParser {
     for (const CLI::Option* option : sub_->get_options()) {
       for (const std::string& name : option->get_lnames()) names.push_back(name);
     }
-    return joined(names);
+    return program::joined(names);
   }
   /// Throws CLI::ParseError.
   void parse(const Words& words) {
@@ -59,20 +59,20 @@ class OptionParser {
     app_.parse(all);
   }
   /// The options of `simulate`, and of `analyze`, after parse().
-  [[nodiscard]] const SimulateOptions& simulate() const { return simulate_; }
-  [[nodiscard]] const AnalyzeOptions& analyze() const { return analyze_; }
+  [[nodiscard]] const simulated::Options& simulate() const { return simulate_; }
+  [[nodiscard]] const guarantees::AnalyzeOptions& analyze() const { return analyze_; }
 
  private:
   CLI::App app_;
   const std::string command_;
   CLI::App* sub_ = nullptr;
-  SimulateOptions simulate_;
-  AnalyzeOptions analyze_;
+  simulated::Options simulate_;
+  guarantees::AnalyzeOptions analyze_;
 };
 
 }  // namespace
 
-SweepCells::SweepCells(SweepDesign design, fs::path output)
+SweepCells::SweepCells(sweep::Design design, fs::path output)
     : design_(std::move(design)), output_(std::move(output)) {
   OptionParser parser(design_.command);
   const auto check_name = [&](const std::string& name, int line) {
@@ -80,57 +80,58 @@ SweepCells::SweepCells(SweepDesign design, fs::path output)
     throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
                      "it has " + parser.all());
   };
-  for (const SweepOption& option : design_.fixed) check_name(option.name, option.line);
-  for (const SweepAxis& axis : design_.axes) {
+  for (const sweep::Option& option : design_.fixed) check_name(option.name, option.line);
+  for (const sweep::Axis& axis : design_.axes) {
     check_name(axis.name, axis.line);
     for (const std::string& value : axis.examples()) {
-      std::vector<SweepOption> at = design_.coordinates(0);
-      std::ranges::find(at, axis.name, &SweepOption::name)->value = value;
+      std::vector<sweep::Option> at = design_.coordinates(0);
+      std::ranges::find(at, axis.name, &sweep::Option::name)->value = value;
       check_cell(at, axis.line);
     }
   }
 }
 
-void SweepCells::check_cell(const std::vector<SweepOption>& at, int line) const {
+void SweepCells::check_cell(const std::vector<sweep::Option>& at, int line) const {
   try {
     OptionParser parser(design_.command);
     parser.parse(words_of(at, 0));
-    if (design_.command == "simulate") check_simulation(parser.simulate());
+    if (design_.command == "simulate") simulated::check_simulation(parser.simulate());
   } catch (const CLI::ParseError& error) {
     throw InputError(design_.file, line, error.what(), "see `hotpath " + design_.command + " --help`");
-  } catch (const UsageError& error) {
+  } catch (const program::UsageError& error) {
     throw InputError(design_.file, line, error.what(), "correct this value, or the fixed options");
   }
 }
 
-Words SweepCells::words_of(const std::vector<SweepOption>& at, std::uint64_t cell) const {
+Words SweepCells::words_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const {
   Words words;
-  const auto add = [&](const SweepOption& option) {
+  const auto add = [&](const sweep::Option& option) {
     const bool positional = option.name == "graph" && design_.command == "analyze";
     words.push_back(positional ? option.value : option_word(option));
   };
   std::ranges::for_each(design_.fixed, add);
   std::ranges::for_each(at, add);
-  const bool seeded = std::ranges::find(at, "seed", &SweepOption::name) != at.end();
-  if (!seeded && design_.command != "analyze") words.push_back(concat("--seed=", design_.seed_of(cell)));
+  const bool seeded = std::ranges::find(at, "seed", &sweep::Option::name) != at.end();
+  if (!seeded && design_.command != "analyze")
+    words.push_back(program::concat("--seed=", design_.seed_of(cell)));
   return words;
 }
 
 std::string SweepCells::place_of(std::uint64_t cell) const {
   std::string place = std::to_string(cell) + ",";
-  for (const SweepOption& option : design_.coordinates(cell)) {
-    if (!names_executor(option.name)) place += csv_field(option.value) + ",";
+  for (const sweep::Option& option : design_.coordinates(cell)) {
+    if (!sweep::names_executor(option.name)) place += program::csv_field(option.value) + ",";
   }
-  return concat(place, design_.repetition(cell), ",", design_.seed_of(cell), ",");
+  return program::concat(place, design_.repetition(cell), ",", design_.seed_of(cell), ",");
 }
 
 std::string SweepCells::header() const {
   std::string columns = "cell,";
-  for (const SweepAxis& axis : design_.axes) {
-    if (!names_executor(axis.name)) columns += axis.name + ",";
+  for (const sweep::Axis& axis : design_.axes) {
+    if (!sweep::names_executor(axis.name)) columns += axis.name + ",";
   }
   return columns + "repetition,seed,failure," +
-         (design_.command == "analyze" ? kBoundColumns : kMeasuredColumns);
+         (design_.command == "analyze" ? kBoundColumns : sweep::kMeasuredColumns);
 }
 
 std::string SweepCells::rows_of(std::uint64_t cell) const {
@@ -138,54 +139,56 @@ std::string SweepCells::rows_of(std::uint64_t cell) const {
   try {
     if (design_.command == "analyze") return bounds_of(cell, place);
     return measured_of(cell, place);
-  } catch (const OverloadError& error) {
+  } catch (const program::OverloadError& error) {
     return failed(cell, place, error.what());
   } catch (const CellFailure& error) {
     return failed(cell, place, error.what());
-  } catch (const UsageError& error) {
-    throw UsageError(concat(design_.file, ": ", named(cell), ": ", error.what()));
+  } catch (const program::UsageError& error) {
+    throw program::UsageError(program::concat(design_.file, ": ", named(cell), ": ", error.what()));
   } catch (const InputError& error) {
-    throw UsageError(concat(design_.file, ": ", named(cell), ": ", error.what()));
+    throw program::UsageError(program::concat(design_.file, ": ", named(cell), ": ", error.what()));
   }
 }
 
 std::string SweepCells::named(std::uint64_t cell) const {
-  std::string name = concat("cell ", cell);
-  for (const SweepOption& option : design_.coordinates(cell))
-    name += concat(", ", option.name, " ", option.value);
+  std::string name = program::concat("cell ", cell);
+  for (const sweep::Option& option : design_.coordinates(cell))
+    name += program::concat(", ", option.name, " ", option.value);
   return name;
 }
 
 std::string SweepCells::failed(std::uint64_t cell, const std::string& place, const std::string& why) const {
   // The interrupt also ended the cell's process.
-  if (interrupted() != 0) throw RunError("interrupted; the same command resumes the sweep");
+  if (program::interrupted() != 0) throw program::RunError("interrupted; the same command resumes the sweep");
   std::string executor;
-  for (const SweepOption& option : design_.coordinates(cell)) {
-    if (names_executor(option.name)) executor = option.value;
+  for (const sweep::Option& option : design_.coordinates(cell)) {
+    if (sweep::names_executor(option.name)) executor = option.value;
   }
-  const std::string columns = design_.command == "analyze" ? kBoundColumns : kMeasuredColumns;
+  const std::string columns = design_.command == "analyze" ? kBoundColumns : sweep::kMeasuredColumns;
   const auto empty_columns = static_cast<std::size_t>(std::ranges::count(columns, ','));
-  return place + csv_field(why) + "," + csv_field(executor) + std::string(empty_columns, ',') + "\n";
+  return place + program::csv_field(why) + "," + program::csv_field(executor) +
+         std::string(empty_columns, ',') + "\n";
 }
 
 fs::path SweepCells::folder_of(std::uint64_t cell) const { return output_ / "cells" / std::to_string(cell); }
 
 std::string SweepCells::measured_of(std::uint64_t cell, const std::string& place) const {
-  Summary summary;
+  results::Summary summary;
   if (live() || design_.keeps(cell)) {
     const fs::path folder = folder_of(cell);
     run_as_child(cell, "--output=" + folder.string());
-    summary = summary_of_folder(folder);
+    summary = sweep::summary_of_folder(folder);
     if (!design_.keeps(cell)) fs::remove_all(folder);
   } else {
     OptionParser parser(design_.command);
     parser.parse(words_of(design_.coordinates(cell), cell));
-    SimulateOptions options = parser.simulate();
+    simulated::Options options = parser.simulate();
     options.threads = 1;
-    summary = summary_of_simulation(options);
+    summary = simulated::summary_of_simulation(options);
   }
   std::string rows;
-  for (const MeasuredRow& row : measured_rows(summary)) rows += place + "," + csv_of(row) + "\n";
+  for (const sweep::MeasuredRow& row : sweep::measured_rows(summary))
+    rows += place + "," + sweep::csv_of(row) + "\n";
   return rows;
 }
 
@@ -195,8 +198,8 @@ std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) 
   std::ostringstream printed;
   std::istringstream table;
   try {
-    table.str(analyze(parser.analyze(), printed));
-  } catch (const RunError& error) {
+    table.str(guarantees::analyze(parser.analyze(), printed));
+  } catch (const program::RunError& error) {
     throw CellFailure(error.what());
   }
   std::string rows, line;
@@ -211,19 +214,19 @@ void SweepCells::run_as_child(std::uint64_t cell, const std::string& results) co
   if (simulated) {
     OptionParser parser(design_.command);
     parser.parse(words);
-    check_simulation(parser.simulate());
+    simulated::check_simulation(parser.simulate());
   }
   words.insert(words.begin(), design_.command);
   words.push_back(results);
   fs::remove_all(folder_of(cell));  // left by an earlier attempt
   try {
-    run_hotpath(words);
-  } catch (const RunError& error) {
+    sweep::run_hotpath(words);
+  } catch (const program::RunError& error) {
     throw CellFailure(error.what());
-  } catch (const UsageError& error) {
+  } catch (const program::UsageError& error) {
     if (!simulated) throw;
     throw CellFailure(error.what());  // an overload: check_simulation() found no other error
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

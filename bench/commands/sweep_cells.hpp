@@ -8,16 +8,16 @@
 
 #include "sweep/design.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 /// The cells of a sweep. Each cell is one call of the sweep's command and yields rows of the table.
 class SweepCells {
  public:
   /// Run folders are kept below `output`. Throws InputError, with its line, for an option that the
   /// command rejects.
-  SweepCells(SweepDesign design, std::filesystem::path output);
+  SweepCells(sweep::Design design, std::filesystem::path output);
 
-  const SweepDesign& design() const { return design_; }
+  const sweep::Design& design() const { return design_; }
   bool live() const { return design_.command == "run"; }
 
   /// The table's header.
@@ -27,9 +27,9 @@ class SweepCells {
   [[nodiscard]] std::string rows_of(std::uint64_t cell) const;
 
  private:
-  void check_cell(const std::vector<SweepOption>& at, int line) const;
+  void check_cell(const std::vector<sweep::Option>& at, int line) const;
   /// The arguments of the command for a cell with these coordinates.
-  std::vector<std::string> words_of(const std::vector<SweepOption>& at, std::uint64_t cell) const;
+  std::vector<std::string> words_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const;
   /// The cell's coordinates, which begin each of its rows, without executor or deployment: they
   /// have a column of their own.
   std::string place_of(std::uint64_t cell) const;
@@ -42,8 +42,8 @@ class SweepCells {
   /// Runs a cell in its own process, which writes its results to files.
   void run_as_child(std::uint64_t cell, const std::string& results) const;
 
-  SweepDesign design_;
+  sweep::Design design_;
   std::filesystem::path output_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -16,7 +16,7 @@
 #include "results/trace_window.hpp"
 #include "setup/stored_system.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -34,35 +34,35 @@ struct TimelineOptions {
 HOTPATH_JSON_FIELDS(TimelineOptions, run, executors, chains, svg, perfetto, repetition, from_ms, to_ms);
 
 void write_csv(const TimelineOptions& o, std::ostream& out) {
-  const StoredRun run(o.run, "timeline");
-  TraceWindow window{o.executors.empty() ? "" : o.executors.front(), o.repetition};
+  const results::StoredRun run(o.run, "timeline");
+  results::TraceWindow window{o.executors.empty() ? "" : o.executors.front(), o.repetition};
   if (window.executor.empty() && !run.executors().empty()) window.executor = run.executors().front();
   static_cast<void>(run.run(window.executor, window.repetition));  // throws if it did not run
   // Widened by a nanosecond, because the figures select jobs in milliseconds.
   window.from = Time{} + from_ms(o.from_ms) - Duration(1);
   if (o.to_ms) window.to = Time{} + from_ms(*o.to_ms) + Duration(1);
-  write_window(out, run.folder() / "jobs.csv", window);
+  results::write_window(out, run.folder() / "jobs.csv", window);
 }
 
 /// Python holds the window and its drawing in memory; a Perfetto trace can be a whole repetition.
 void check_memory_of(const TimelineOptions& o) {
   constexpr double kMemoryOfByte = 25;
-  const StoredRun run(o.run, "timeline");
+  const results::StoredRun run(o.run, "timeline");
   std::error_code none;
   const auto size = static_cast<double>(std::filesystem::file_size(run.folder() / "jobs.csv", none));
   if (none || (!o.to_ms && o.perfetto.empty())) return;  // the chart is short by default
   const auto repetitions = static_cast<double>(run.record().runs.size());
   const double length_ms = to_ms(run.length());
   const double share = std::clamp((o.to_ms.value_or(length_ms) - o.from_ms) / length_ms, 0.0, 1.0);
-  check_memory(size / std::max(1.0, repetitions) * share * kMemoryOfByte, "timeline " + o.run, "this window",
-               "an earlier --to");
+  program::check_memory(size / std::max(1.0, repetitions) * share * kMemoryOfByte, "timeline " + o.run,
+                        "this window", "an earlier --to");
 }
 
 /// The tasks of the graph's chains, by which the chart colours jobs. Without the graph's file the chart
 /// has the colours of the threads.
 void add_chains(TimelineOptions& o) {
   try {
-    const StoredSystem system = stored_system(StoredRun(o.run, "timeline"));
+    const setup::StoredSystem system = setup::stored_system(results::StoredRun(o.run, "timeline"));
     const std::vector<ChainIndex> indices = index_chains(system.graph, system.tasks);
     for (std::size_t c = 0; c < indices.size(); ++c) {
       Names& tasks = o.chains.emplace_back(system.graph.chains[c].name, Names{}).second;
@@ -76,17 +76,17 @@ void add_chains(TimelineOptions& o) {
 }
 
 void timeline(TimelineOptions o) {
-  if (o.to_ms && *o.to_ms <= o.from_ms) throw UsageError("timeline: --to must lie after --from");
+  if (o.to_ms && *o.to_ms <= o.from_ms) throw program::UsageError("timeline: --to must lie after --from");
   if (o.executors.size() > 1 && !(o.csv.empty() && o.perfetto.empty())) {
-    throw UsageError("timeline: --csv and --perfetto take one executor; give --executor once");
+    throw program::UsageError("timeline: --csv and --perfetto take one executor; give --executor once");
   }
   if (o.csv.empty()) {
     check_memory_of(o);
     if (o.perfetto.empty() || !o.svg.empty()) add_chains(o);
-    become_python_tool("timeline", {nlohmann::json(o).dump()});
+    program::become_python_tool("timeline", {nlohmann::json(o).dump()});
   }
-  if (o.csv == "-") return write_csv(o, data_output());
-  write_output_file(o.csv, "--csv", [&](std::ostream& out) { write_csv(o, out); });
+  if (o.csv == "-") return write_csv(o, program::data_output());
+  program::write_output_file(o.csv, "--csv", [&](std::ostream& out) { write_csv(o, out); });
 }
 
 }  // namespace
@@ -116,4 +116,4 @@ void add_timeline_command(CLI::App& app) {
       ->excludes(perfetto);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -12,7 +12,7 @@
 #include "setup/run_setup.hpp"
 #include "validation/validation.hpp"
 
-namespace hotpath {
+namespace hotpath::commands {
 
 namespace {
 
@@ -27,26 +27,30 @@ struct ValidateOptions {
 fs::path find_reference(const std::string& folder) {
   if (!folder.empty()) return folder;
   if (const auto installed = find_ros2_reference()) return *installed;
-  throw UsageError("the reference measurements are not installed; give their folder with --reference");
+  throw program::UsageError(
+      "the reference measurements are not installed; give their folder with --reference");
 }
 
 void validate(const ValidateOptions& options) {
-  const fs::path folder = output_folder(options.output, "validate");
-  check_output_folder(folder);
+  const fs::path folder = setup::output_folder(options.output, "validate");
+  program::check_output_folder(folder);
   const fs::path reference = find_reference(options.reference);
-  Validation validation;
+  validation::Validation validation;
   if (options.all || options.runs.empty()) {
-    validation = {
-        validate_golden_traces(reference), validate_timers_only(reference), validate_autoware(reference), {}};
+    validation = {validation::validate_golden_traces(reference),
+                  validation::validate_timers_only(reference),
+                  validation::validate_autoware(reference),
+                  {}};
   }
   for (const std::string& run : options.runs) {
-    for (RunValidation& v : validate_run(run, reference)) validation.runs.push_back(std::move(v));
+    for (validation::RunValidation& v : validation::validate_run(run, reference))
+      validation.runs.push_back(std::move(v));
   }
-  create_folder(folder);
+  program::create_folder(folder);
   nlohmann::json content = validation;
   content.update({{"kind", "validation"}, {"version", HOTPATH_VERSION}});
-  write_whole_file(folder / "validation.json", "--output", content);
-  become_python_tool("validate", {folder.string()});
+  program::write_whole_file(folder / "validation.json", "--output", content);
+  program::become_python_tool("validate", {folder.string()});
 }
 
 }  // namespace
@@ -68,4 +72,4 @@ void add_validate_command(CLI::App& app) {
            "New folder for the results; by default runs/DATE-validate");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::commands

@@ -34,7 +34,7 @@ Account::Spent Account::spent(const JobRecord& job, Time from, Time to) const {
     spent.displaced.emplace_back(held.by, length);
     spent.on_core -= length;
   }
-  const bool simulated = system_.kind() == RunKind::simulated;
+  const bool simulated = system_.kind() == results::RunKind::simulated;
   if (off && simulated) spent.displaced.emplace_back(JobRef{}, *off);  // by releases of the timer thread
   spent.withheld = simulated ? Duration{} : off.value_or(std::min(slowed(job, from, to), spent.on_core));
   spent.on_core -= off.value_or(spent.withheld);
@@ -52,7 +52,7 @@ void Account::run(const JobRecord& job, std::size_t step, Time from, Time to) {
 /// The time that a slow processor added.
 Duration Account::slowed(const JobRecord& job, Time from, Time to) const {
   Duration sum{};
-  for (const SlowPeriod& slow : facts_.slow) {
+  for (const results::SlowPeriod& slow : facts_.slow) {
     const Duration overlap = std::min(to, Time{} + slow.end) - std::max(from, Time{} + slow.begin);
     if (slow.cpu != job.cpu || overlap <= Duration{} || !(slow.factor > 1)) continue;
     sum += Duration(static_cast<std::int64_t>(static_cast<double>(overlap.count()) * (1 - 1 / slow.factor)));
@@ -61,7 +61,7 @@ Duration Account::slowed(const JobRecord& job, Time from, Time to) const {
 }
 
 bool Account::shares_core(const JobRecord& other, const JobRecord& job) const {
-  return system_.kind() == RunKind::simulated || (job.cpu >= 0 && other.cpu == job.cpu);
+  return system_.kind() == results::RunKind::simulated || (job.cpu >= 0 && other.cpu == job.cpu);
 }
 
 /// When jobs of other threads kept the thread of `job`, busy since `since`, from its processor.
@@ -75,7 +75,7 @@ std::vector<Account::Held> Account::displaced(const JobRecord& job, Time since, 
         others.push_back(other);
     }
   }
-  const std::size_t cores = system_.kind() == RunKind::simulated ? system_.cores_of(job.worker) : 1;
+  const std::size_t cores = system_.kind() == results::RunKind::simulated ? system_.cores_of(job.worker) : 1;
   std::vector<Held> held;
   if (others.size() < cores) return held;
   std::vector<Time> instants = {from, to};
@@ -166,7 +166,8 @@ Rule Account::rule(const Waiting& w, const JobRecord& first) const {
   }
   const TaskKind kind = system_.task(first.job.task).kind, own = system_.task(w.job.job.task).kind;
   if (traits.family == Family::wait_set) {
-    if (system_.kind() == RunKind::recorded) return Rule::recorded;  // traces do not tell the snapshots
+    if (system_.kind() == results::RunKind::recorded)
+      return Rule::recorded;  // traces do not tell the snapshots
     if (first.start < w.snapshot) return Rule::earlier_snapshot;
     if (kind == own || traits.runs_first != kind) return Rule::snapshot_order;
     return kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;

@@ -14,8 +14,8 @@ namespace hotpath::explain {
 
 /// What is known of one repetition besides its jobs.
 struct RepetitionFacts {
-  const ExecutionTimes* times = nullptr;  ///< Simulated: of every job that works; nullptr: not known.
-  std::vector<SlowPeriod> slow = {};      ///< Live: when a processor was slow.
+  const ExecutionTimes* times = nullptr;       ///< Simulated: of every job that works; nullptr: not known.
+  std::vector<results::SlowPeriod> slow = {};  ///< Live: when a processor was slow.
 };
 
 /// Divides intervals of a latency among causes. Every call accounts for all of its interval.

@@ -18,28 +18,28 @@ namespace hotpath::explain {
 
 namespace {
 
-void show(const ExplainOptions& options, auto&&... what) {
+void show(const Options& options, auto&&... what) {
   if (!options.json) return write(std::cout, what...);
-  data_output() << json_of(what...).dump(2) << "\n";
+  program::data_output() << json_of(what...).dump(2) << "\n";
 }
 
-const Output& chosen(const ExplainOptions& options, const StoredOutputs& stored,
+const Output& chosen(const Options& options, const StoredOutputs& stored,
                      const std::vector<Output>& by_latency) {
   if (!options.sequence) return at_quantile(by_latency, options.quantile.value_or(1));
   const auto output = std::ranges::find(stored.outputs(), *options.sequence, &Output::sequence);
   if (output != stored.outputs().end()) return *output;
-  throw UsageError(concat("--sequence: no counted output has sequence ", *options.sequence,
-                          "; the first has ", stored.outputs().front().sequence, ", the last ",
-                          stored.outputs().back().sequence));
+  throw program::UsageError(program::concat("--sequence: no counted output has sequence ", *options.sequence,
+                                            "; the first has ", stored.outputs().front().sequence,
+                                            ", the last ", stored.outputs().back().sequence));
 }
 
-void explain_one(const ExplainOptions& options, StoredOutputs& stored) {
+void explain_one(const Options& options, StoredOutputs& stored) {
   const std::vector<Output> by_latency = sorted_by_latency(stored.outputs());
   stored.explain({chosen(options, stored, by_latency)},
                  [&](const Explanation& explanation) { show(options, stored.subject(), explanation); });
 }
 
-void explain_all(const ExplainOptions& options, StoredOutputs& stored) {
+void explain_all(const Options& options, StoredOutputs& stored) {
   Overview overview(stored.outputs());
   stored.explain(stored.outputs(), [&](const Explanation& explanation) { overview.add(explanation); });
   show(options, stored.subject(), overview);
@@ -53,15 +53,17 @@ ComparedOutputs compared(StoredOutputs& stored) {
 
 /// Whether the same job has the same execution time and timestamp in both.
 bool same_jobs(const StoredOutputs& a, const StoredOutputs& b) {
-  const RunRecord &of_a = a.run().record(), &of_b = b.run().record();
+  const results::RunRecord &of_a = a.run().record(), &of_b = b.run().record();
   const auto work = [](const Task& task) { return std::tuple(task.wcet, task.period); };
-  const auto times = [](const RunRecord& r) { return r.simulation ? r.simulation->execution_times : ""; };
+  const auto times = [](const results::RunRecord& r) {
+    return r.simulation ? r.simulation->execution_times : "";
+  };
   if (of_a.kind != of_b.kind || of_a.work != of_b.work || times(of_a) != times(of_b)) return false;
-  if (of_a.kind == RunKind::simulated && of_a.seed != of_b.seed) return false;
+  if (of_a.kind == results::RunKind::simulated && of_a.seed != of_b.seed) return false;
   if (!std::ranges::equal(of_a.tasks.tasks, of_b.tasks.tasks, {}, work, work)) return false;
   const auto first = [](const StoredOutputs& stored) {
     std::map<std::uint32_t, std::map<std::string, Duration>> timestamps;  // by repetition
-    for (const RepetitionRecord& r : stored.run().record().runs) {
+    for (const results::RepetitionRecord& r : stored.run().record().runs) {
       if (r.executor == stored.subject().executor) timestamps[r.repetition] = r.first_timestamps;
     }
     return timestamps;
@@ -74,10 +76,10 @@ bool same_jobs(const StoredOutputs& a, const StoredOutputs& b) {
   return true;
 }
 
-void explain_difference(const ExplainOptions& options, StoredOutputs& a, StoredOutputs& b) {
+void explain_difference(const Options& options, StoredOutputs& a, StoredOutputs& b) {
   const auto name = [](const Task& task) { return task.name; };
   if (!std::ranges::equal(a.subject().set.tasks, b.subject().set.tasks, {}, name, name)) {
-    throw UsageError("explain: the runs have different tasks; compare runs of one graph");
+    throw program::UsageError("explain: the runs have different tasks; compare runs of one graph");
   }
   ComparedOutputs of_a = compared(a), of_b = compared(b);
   Subject subject_a = a.subject(), subject_b = b.subject();
@@ -91,21 +93,22 @@ void explain_difference(const ExplainOptions& options, StoredOutputs& a, StoredO
 
 }  // namespace
 
-void explain(const ExplainOptions& options) {
-  if (options.executors.size() > 2) throw UsageError("--executor: give one executor, or two to compare");
+void explain(const Options& options) {
+  if (options.executors.size() > 2)
+    throw program::UsageError("--executor: give one executor, or two to compare");
   const bool compares = options.executors.size() == 2 || !options.other.empty();
   if (compares && (options.worst || options.quantile || options.sequence)) {
-    throw UsageError(
+    throw program::UsageError(
         "explain: a comparison covers all outputs; leave out --worst, --quantile and --sequence");
   }
-  const StoredRun run(options.run, "explain");
+  const results::StoredRun run(options.run, "explain");
   const std::string first = options.executors.empty() ? "" : options.executors.front();
   StoredOutputs stored(run, first, options);
   if (compares) {
     const std::string second = options.executors.empty() ? "" : options.executors.back();
     if (options.other.empty() && first == second)
-      throw UsageError("--executor: the two executors are the same");
-    const StoredRun other(options.other.empty() ? options.run : options.other, "explain");
+      throw program::UsageError("--executor: the two executors are the same");
+    const results::StoredRun other(options.other.empty() ? options.run : options.other, "explain");
     StoredOutputs others(other, second, options);
     return explain_difference(options, stored, others);
   }

@@ -9,7 +9,7 @@
 namespace hotpath::explain {
 
 /// The command line of `hotpath explain`.
-struct ExplainOptions {
+struct Options {
   std::string run;
   std::string other;                        ///< A second run, to compare.
   std::vector<std::string> executors;       ///< At most two; empty: the first of the run.
@@ -25,6 +25,6 @@ struct ExplainOptions {
 /// Explains one output, many outputs, or the difference of two executors. Reads jobs.csv row by row;
 /// memory grows with the number of outputs and with the jobs that overlap the longest latency.
 /// Throws UsageError and InputError.
-void explain(const ExplainOptions& options);
+void explain(const Options& options);
 
 }  // namespace hotpath::explain

@@ -20,8 +20,10 @@ namespace {
 constexpr std::size_t kNamed = 3;  // jobs named in a sentence
 constexpr std::size_t kRows = 12;  // of a table of jobs
 
-std::string ms(double value) { return fixed(value, value < 1 ? 3 : 1) + " ms"; }
-std::string percent(double part, double whole) { return fixed(whole > 0 ? 100 * part / whole : 0, 0) + " %"; }
+std::string ms(double value) { return program::fixed(value, value < 1 ? 3 : 1) + " ms"; }
+std::string percent(double part, double whole) {
+  return program::fixed(whole > 0 ? 100 * part / whole : 0, 0) + " %";
+}
 
 /// A quantity of a sentence.
 struct Item {
@@ -47,7 +49,7 @@ std::string listed(const std::vector<Item>& items, std::size_t most, auto&& text
 
 std::string shares(const std::vector<Item>& items, double whole, const char* joint = " for ") {
   return listed(items, kCauses, [&](const Item& i) {
-    return concat(ms(i.ms), " (", percent(i.ms, whole), ")", joint, i.text);
+    return program::concat(ms(i.ms), " (", percent(i.ms, whole), ")", joint, i.text);
   });
 }
 
@@ -67,14 +69,15 @@ std::string because(const Behind& behind) {
 std::string longest_waits(const TaskSet& set, const Totals& totals) {
   std::vector<Item> items;
   for (const auto& [behind, sum] : totals.behind) {
-    items.push_back({totals.mean_ms(behind), concat(set[behind.task].name, " (", because(behind), ")")});
+    items.push_back(
+        {totals.mean_ms(behind), program::concat(set[behind.task].name, " (", because(behind), ")")});
   }
   return listed(largest(std::move(items)), kNamed,
-                [](const Item& i) { return concat(ms(i.ms), " behind ", i.text); });
+                [](const Item& i) { return program::concat(ms(i.ms), " behind ", i.text); });
 }
 
 std::string name_of(const TaskSet& set, JobRef job) {
-  return job.task == kNoTask ? "" : concat(set[job.task].name, " ", job.sequence);
+  return job.task == kNoTask ? "" : program::concat(set[job.task].name, " ", job.sequence);
 }
 
 /// A column of the tables.
@@ -86,13 +89,13 @@ struct Column {
 void write_tables(std::ostream& out, const TaskSet& set, const std::vector<Column>& columns) {
   std::vector<std::string> header = {""};
   for (const Column& column : columns) header.push_back(column.name);
-  TextTable table("Cause: mean in ms", header);
+  program::TextTable table("Cause: mean in ms", header);
   const auto add = [&](const std::string& name, const std::function<double(const Totals&)>& value) {
-    std::vector<TextTable::Cell> row = {name};
+    std::vector<program::TextTable::Cell> row = {name};
     bool any = false;
     for (const Column& column : columns) {
       any |= value(column.totals) > 0;
-      row.emplace_back(fixed(value(column.totals), 3));
+      row.emplace_back(program::fixed(value(column.totals), 3));
     }
     if (any) table.add_row(row);
   };
@@ -114,10 +117,10 @@ void write_tables(std::ostream& out, const TaskSet& set, const std::vector<Colum
   });
   keys.resize(std::min(keys.size(), kRows));
   header.insert(header.end(), {"cause", "because"});
-  TextTable jobs("Behind: mean in ms", header);
+  program::TextTable jobs("Behind: mean in ms", header);
   for (const Behind& key : keys) {
-    std::vector<TextTable::Cell> row = {set[key.task].name};
-    for (const Column& column : columns) row.emplace_back(fixed(column.totals.mean_ms(key), 3));
+    std::vector<program::TextTable::Cell> row = {set[key.task].name};
+    for (const Column& column : columns) row.emplace_back(program::fixed(column.totals.mean_ms(key), 3));
     row.emplace_back(phrase(key.cause));
     row.emplace_back(to_string(key.rule));
     jobs.add_row(row);
@@ -175,20 +178,20 @@ std::vector<std::string> sentences(const Subject& subject, const Explanation& e)
   const JobRef first = e.path.front().job.ref(), last = e.path.back().job.ref();
   Totals totals;
   totals.add(e);
-  const std::string under = concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
+  const std::string under = program::concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
   const std::string latency = ms(to_ms(e.latency)), longest = longest_waits(subject.set, totals);
   std::vector<std::string> all;
   if (subject.chain.empty()) {
-    all.push_back(
-        concat("Job ", name_of(subject.set, last), under, " finished ", latency, " after its timestamp."));
+    all.push_back(program::concat("Job ", name_of(subject.set, last), under, " finished ", latency,
+                                  " after its timestamp."));
   } else {
-    all.push_back(concat("Output ", last.sequence, " of ", subject.chain, under, " took ", latency,
-                         ", from the start of ", name_of(subject.set, first), " to the start of ",
-                         name_of(subject.set, last), "."));
+    all.push_back(program::concat("Output ", last.sequence, " of ", subject.chain, under, " took ", latency,
+                                  ", from the start of ", name_of(subject.set, first), " to the start of ",
+                                  name_of(subject.set, last), "."));
   }
   const std::vector<Item> items = causes([&](Cause cause) { return totals.mean_ms(cause); });
-  if (!items.empty()) all.push_back(concat("Its causes: ", shares(items, to_ms(e.latency)), "."));
-  if (!longest.empty()) all.push_back(concat("The longest waits were ", longest, "."));
+  if (!items.empty()) all.push_back(program::concat("Its causes: ", shares(items, to_ms(e.latency)), "."));
+  if (!longest.empty()) all.push_back(program::concat("The longest waits were ", longest, "."));
   return all;
 }
 
@@ -196,13 +199,13 @@ std::vector<std::string> sentences(const Subject& subject, const Overview& o) {
   const double mean = o.all.mean_ms(o.all.latency), median = o.middle.mean_ms(o.middle.latency);
   const double tail = o.tail.mean_ms(o.tail.latency);
   const TaskSet& set = subject.set;
-  const std::string what =
-      subject.chain.empty() ? concat("responses of ", subject.task) : concat("outputs of ", subject.chain);
-  std::vector<std::string> all = {concat(
+  const std::string what = subject.chain.empty() ? program::concat("responses of ", subject.task)
+                                                 : program::concat("outputs of ", subject.chain);
+  std::vector<std::string> all = {program::concat(
       "The ", o.all.outputs, " ", what, " under ", subject.executor, " take ", ms(mean), " on average: ",
       shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean), ".")};
   const std::string longest = longest_waits(set, o.all);
-  if (!longest.empty()) all.push_back(concat("The longest waits are, on average, ", longest, "."));
+  if (!longest.empty()) all.push_back(program::concat("The longest waits are, on average, ", longest, "."));
   const std::vector<Item> grown =
       causes([&](Cause cause) { return o.tail.mean_ms(cause) - o.middle.mean_ms(cause); });
   if (tail <= median || grown.empty()) {
@@ -212,25 +215,28 @@ std::vector<std::string> sentences(const Subject& subject, const Overview& o) {
   std::vector<Item> jobs;
   for (const auto& [key, sum] : o.tail.behind) {
     const double excess = o.tail.mean_ms(key) - o.middle.mean_ms(key);
-    jobs.push_back({excess, concat(set[key.task].name, " (", because(key), ")")});
+    jobs.push_back({excess, program::concat(set[key.task].name, " (", because(key), ")")});
   }
   jobs = largest(std::move(jobs));
   const double excess = tail - median;
-  all.push_back(concat(
+  all.push_back(program::concat(
       "Of the worst ", percent(kTail, 1), " (", o.tail.outputs, " of ", o.all.outputs,
       " outputs, on average ", ms(tail), "), ", percent(grown.front().ms, excess),
       " of the excess over the median (", ms(median), ") is ", grown.front().text,
-      jobs.empty() ? ""
-                   : concat("; ", percent(jobs.front().ms, excess), " is waiting behind ", jobs.front().text),
+      jobs.empty()
+          ? ""
+          : program::concat("; ", percent(jobs.front().ms, excess), " is waiting behind ", jobs.front().text),
       "."));
   return all;
 }
 
 std::vector<std::string> sentences(const Subject& a, const Subject& b, const Comparison& c) {
   const double of_a = c.a.mean_ms(c.a.latency), of_b = c.b.mean_ms(c.b.latency), gain = std::abs(of_a - of_b);
-  const std::string outputs = c.paired ? concat(c.a.outputs, " outputs with the data of the same source jobs")
-                                       : concat(c.a.outputs, " and ", c.b.outputs, " outputs, not paired");
-  if (gain == 0) return {concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
+  const std::string outputs =
+      c.paired ? program::concat(c.a.outputs, " outputs with the data of the same source jobs")
+               : program::concat(c.a.outputs, " and ", c.b.outputs, " outputs, not paired");
+  if (gain == 0)
+    return {program::concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
   const Subject &fast = of_b < of_a ? b : a, &slow = of_b < of_a ? a : b;
   const Totals &less = of_b < of_a ? c.b : c.a, &more = of_b < of_a ? c.a : c.b;
   const auto saved =
@@ -238,27 +244,29 @@ std::vector<std::string> sentences(const Subject& a, const Subject& b, const Com
   const auto added =
       causes([&](Cause cause) { return less.mean_ms(cause) - more.mean_ms(cause); }, gain / 100);
   std::vector<std::string> all = {
-      concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
-             ms(std::min(of_a, of_b)), " instead of ", ms(std::max(of_a, of_b)), " (", outputs, ")."),
-      concat("It saves ", shares(saved, gain, " of "),
-             added.empty() ? "" : concat(", and adds ", shares(added, gain, " of ")), ".")};
+      program::concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
+                      ms(std::min(of_a, of_b)), " instead of ", ms(std::max(of_a, of_b)), " (", outputs,
+                      ")."),
+      program::concat("It saves ", shares(saved, gain, " of "),
+                      added.empty() ? "" : program::concat(", and adds ", shares(added, gain, " of ")), ".")};
   std::map<TaskId, double> by_task;
   for (const auto& [behind, sum] : more.behind) by_task[behind.task] += more.mean_ms(behind);
   for (const auto& [behind, sum] : less.behind) by_task[behind.task] -= less.mean_ms(behind);
   std::vector<Item> shorter;
   for (const auto& [task, difference] : by_task) shorter.push_back({difference, slow.set[task].name});
-  const std::string waits = listed(largest(std::move(shorter)), kNamed,
-                                   [](const Item& i) { return concat(ms(i.ms), " behind ", i.text); });
-  if (!waits.empty()) all.push_back(concat("An output waits less: ", waits, "."));
+  const std::string waits = listed(largest(std::move(shorter)), kNamed, [](const Item& i) {
+    return program::concat(ms(i.ms), " behind ", i.text);
+  });
+  if (!waits.empty()) all.push_back(program::concat("An output waits less: ", waits, "."));
   return all;
 }
 
 void write(std::ostream& out, const Subject& subject, const Explanation& e) {
   write_lines(out, sentences(subject, e));
-  TextTable table("", {"from\nms", "for\nms", "cause", "job", "behind", "because"});
+  program::TextTable table("", {"from\nms", "for\nms", "cause", "job", "behind", "because"});
   Duration from{};
   for (const Part& part : e.parts) {
-    table.add_row({fixed(to_ms(from), 3), fixed(to_ms(part.length), 3), phrase(part.cause),
+    table.add_row({program::fixed(to_ms(from), 3), program::fixed(to_ms(part.length), 3), phrase(part.cause),
                    name_of(subject.set, e.path[part.step].job.ref()), name_of(subject.set, part.behind),
                    to_string(part.rule)});
     from += part.length;
@@ -269,7 +277,7 @@ void write(std::ostream& out, const Subject& subject, const Explanation& e) {
 
 void write(std::ostream& out, const Subject& subject, const Overview& o) {
   write_lines(out, sentences(subject, o));
-  const std::string worst = concat("worst ", percent(kTail, 1));
+  const std::string worst = program::concat("worst ", percent(kTail, 1));
   write_tables(out, subject.set, {{"all", o.all}, {"median", o.middle}, {worst, o.tail}});
   note_missing(out, subject);
 }

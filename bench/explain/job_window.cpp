@@ -10,8 +10,8 @@ namespace hotpath::explain {
 const Seen& JobWindow::add(const JobRecord& record) {
   if (++jobs_ > checked_) {
     checked_ *= 2;
-    check_trace_memory(static_cast<double>(2 * checked_ * sizeof(Seen)), run_,
-                       "a run with shorter latencies, since all jobs within one latency are kept");
+    program::check_trace_memory(static_cast<double>(2 * checked_ * sizeof(Seen)), run_,
+                                "a run with shorter latencies, since all jobs within one latency are kept");
   }
   Seen seen{record, next_order_++};
   if (record.outcome == Outcome::running) seen.record.finish = kNever;

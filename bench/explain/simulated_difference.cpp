@@ -11,7 +11,8 @@ namespace hotpath::explain {
 namespace {
 
 ComparedOutputs compared(const SimulatedRun& run, std::uint32_t chain) {
-  const System system(run.executor, run.graph, run.tasks, RunKind::simulated, run.graph.platform.cores);
+  const System system(run.executor, run.graph, run.tasks, results::RunKind::simulated,
+                      run.graph.platform.cores);
   std::vector<Output> outputs;
   for (const ChainRecord& record : run.trace.chains) {
     if (record.chain == chain && record.hot_path_latency >= Duration{})

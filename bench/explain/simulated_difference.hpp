@@ -12,7 +12,7 @@ namespace hotpath::explain {
 /// A simulation with the records of its jobs and chains.
 struct SimulatedRun {
   std::string name;
-  const ExecutorSpec& executor;
+  const setup::ExecutorSpec& executor;
   const Graph& graph;
   const GraphTasks& tasks;
   const ExecutionTimes& times;

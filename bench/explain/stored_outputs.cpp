@@ -21,16 +21,16 @@ namespace hotpath::explain {
 namespace {
 
 /// The executor of the run with this label, or the first.
-std::string executor_of(const StoredRun& run, const std::string& label) {
+std::string executor_of(const results::StoredRun& run, const std::string& label) {
   if (run.executors().empty()) run.fail("it has no executors");
   if (label.empty()) return run.executors().front();
   if (std::ranges::count(run.executors(), label) == 0) {
-    run.fail(concat("it has no executor ", label, "; ", suggest(label, run.executors())));
+    run.fail(program::concat("it has no executor ", label, "; ", suggest(label, run.executors())));
   }
   return label;
 }
 
-void check_tasks(const StoredRun& run, const TaskSet& graph) {
+void check_tasks(const results::StoredRun& run, const TaskSet& graph) {
   const auto name = [](const Task& task) { return task.name; };
   if (std::ranges::equal(run.tasks().tasks, graph.tasks, {}, name, name)) return;
   run.fail("its tasks are not those of its graph, which has changed since; run it again");
@@ -38,9 +38,10 @@ void check_tasks(const StoredRun& run, const TaskSet& graph) {
 
 }  // namespace
 
-StoredOutputs::StoredOutputs(const StoredRun& run, const std::string& executor, const ExplainOptions& options)
+StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
+                             const Options& options)
     : run_(run),
-      system_(run.check([&] { return stored_system(run); })),
+      system_(run.check([&] { return setup::stored_system(run); })),
       executor_(executor_of(run, executor)),
       repetition_(options.repetition),
       subject_{system_.tasks.set, executor_, "", "", 0} {
@@ -53,20 +54,21 @@ StoredOutputs::StoredOutputs(const StoredRun& run, const std::string& executor, 
   choose_target(options);
   target_.chain ? read_chains() : read_responses();
   if (outputs_.empty()) {
-    run.fail(concat("it has no ",
-                    target_.chain ? "output of " + subject_.chain : "counted job of " + subject_.task,
-                    " under ", executor_, "; take another executor or repetition, or a longer run"));
+    run.fail(program::concat(
+        "it has no ", target_.chain ? "output of " + subject_.chain : "counted job of " + subject_.task,
+        " under ", executor_, "; take another executor or repetition, or a longer run"));
   }
 }
 
-void StoredOutputs::choose_target(const ExplainOptions& options) {
+void StoredOutputs::choose_target(const Options& options) {
   if (!options.task.empty()) {
     const auto& tasks = system_.tasks.set.tasks;
     const auto task = std::ranges::find(tasks, options.task, &Task::name);
     if (task == tasks.end()) {
       std::vector<std::string> names;
       for (const Task& t : tasks) names.push_back(t.name);
-      throw UsageError(concat("--task: there is no task ", options.task, "; ", suggest(options.task, names)));
+      throw program::UsageError(
+          program::concat("--task: there is no task ", options.task, "; ", suggest(options.task, names)));
     }
     target_.task = static_cast<TaskId>(task - tasks.begin());
     subject_.task = options.task;
@@ -78,8 +80,8 @@ void StoredOutputs::choose_target(const ExplainOptions& options) {
   subject_.chain = options.chain.empty() ? names.front() : options.chain;
   const auto chain = std::ranges::find(names, subject_.chain);
   if (chain == names.end()) {
-    throw UsageError(
-        concat("--chain: there is no chain ", options.chain, "; ", suggest(options.chain, names)));
+    throw program::UsageError(
+        program::concat("--chain: there is no chain ", options.chain, "; ", suggest(options.chain, names)));
   }
   target_.chain = static_cast<std::uint32_t>(chain - names.begin());
 }
@@ -103,28 +105,28 @@ void StoredOutputs::read_chains() {
 }
 
 void StoredOutputs::read_responses() {
-  for_each_record(run_, [&](const JobRow& row) {
+  results::for_each_record(run_, [&](const JobRow& row) {
     const JobRecord& r = row.record;
     if (r.job.task != target_.task || !selected(row.executor, row.repetition)) return;
-    if (!counts(r, Time{} + run_.warm_up())) return;
-    outputs_.push_back({row.repetition, r.job.sequence, response_time(r)});
+    if (!results::counts(r, Time{} + run_.warm_up())) return;
+    outputs_.push_back({row.repetition, r.job.sequence, results::response_time(r)});
   });
 }
 
-std::vector<SlowPeriod> StoredOutputs::slow_periods(std::uint32_t repetition) const {
-  std::vector<SlowPeriod> slow;
+std::vector<results::SlowPeriod> StoredOutputs::slow_periods(std::uint32_t repetition) const {
+  std::vector<results::SlowPeriod> slow;
   if (!run_.record().tells_processor_speed() || !std::filesystem::exists(run_.folder() / "summary.json"))
     return slow;
   std::ifstream in = run_.open("summary.json");
   const auto read = [&] {
-    const nlohmann::json summary = parse_shallow(in);
+    const nlohmann::json summary = program::parse_shallow(in);
     for (const nlohmann::json& executor : summary.at("executors")) {
       if (executor.at("executor") != executor_ || !executor.contains("processor_speed")) continue;
       for (const nlohmann::json& of : executor.at("processor_speed").at("slow")) {
         if (of.at("repetition") != repetition) continue;
         for (const nlohmann::json& p : of.at("periods")) {
           const auto instant = [&](const char* key) {
-            return from_ms(number_up_to(to_ms(kLongest) / 1000, p, key) * 1000);
+            return from_ms(program::number_up_to(to_ms(kLongest) / 1000, p, key) * 1000);
           };
           slow.push_back(
               {p.at("cpu").get<int>(), instant("from_s"), instant("until_s"), p.at("factor").get<double>()});
@@ -140,7 +142,7 @@ RepetitionFacts StoredOutputs::facts_of(std::uint32_t repetition,
                                         std::unique_ptr<ExecutionTimes>& times) const {
   RepetitionFacts facts;
   if (system_.simulated && parse<ExecutionTimeModel>(system_.execution_times)) {
-    times = execution_times_of(system_.graph, system_.tasks, system_.options.seed + repetition);
+    times = simulated::execution_times_of(system_.graph, system_.tasks, system_.options.seed + repetition);
     facts.times = times.get();
   }
   facts.slow = slow_periods(repetition);
@@ -151,7 +153,7 @@ void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer:
   Explainer explainer(*explained_, target_, outputs, "explain " + run_.folder().string(), use);
   std::unique_ptr<ExecutionTimes> times;
   std::optional<std::uint32_t> current;
-  for_each_record(run_, [&](const JobRow& row) {
+  results::for_each_record(run_, [&](const JobRow& row) {
     if (!selected(row.executor, row.repetition)) return;
     if (current != row.repetition) {
       if (current) explainer.end();

@@ -18,28 +18,28 @@ namespace hotpath::explain {
 class StoredOutputs {
  public:
   /// `executor` empty: the first of the run. Throws UsageError, InputError.
-  StoredOutputs(const StoredRun& run, const std::string& executor, const ExplainOptions& options);
+  StoredOutputs(const results::StoredRun& run, const std::string& executor, const Options& options);
   StoredOutputs(const StoredOutputs&) = delete;
   StoredOutputs& operator=(const StoredOutputs&) = delete;
 
   /// In the order of the file; not empty.
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
-  [[nodiscard]] const StoredRun& run() const { return run_; }
+  [[nodiscard]] const results::StoredRun& run() const { return run_; }
   /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
   void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
 
  private:
-  void choose_target(const ExplainOptions& options);
+  void choose_target(const Options& options);
   [[nodiscard]] bool selected(std::string_view executor, std::uint32_t repetition) const;
   void read_chains();
   void read_responses();
   [[nodiscard]] RepetitionFacts facts_of(std::uint32_t repetition,
                                          std::unique_ptr<ExecutionTimes>& times) const;
-  [[nodiscard]] std::vector<SlowPeriod> slow_periods(std::uint32_t repetition) const;
+  [[nodiscard]] std::vector<results::SlowPeriod> slow_periods(std::uint32_t repetition) const;
 
-  const StoredRun& run_;
-  const StoredSystem system_;
+  const results::StoredRun& run_;
+  const setup::StoredSystem system_;
   const std::string executor_;
   const std::optional<std::uint32_t> repetition_;
   std::optional<System> explained_;

@@ -17,17 +17,17 @@ std::uint64_t all_cores(unsigned cores) {
 
 }  // namespace
 
-System::System(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks, RunKind kind,
-               unsigned cores)
+System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks,
+               results::RunKind kind, unsigned cores)
     : tasks_(tasks),
       kind_(kind),
       cores_(cores),
-      delivery_(kind == RunKind::simulated ? graph.platform.delivery_delay : Duration{}),
+      delivery_(kind == results::RunKind::simulated ? graph.platform.delivery_delay : Duration{}),
       wall_clock_work_(graph.work == WorkMode::wall),
       chains_(index_chains(graph, tasks)),
       executor_of_(spec.deployment ? spec.deployment->plan.executor_of
                                    : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
-  for (const ExecutorSpec& part : parts(spec)) {
+  for (const setup::ExecutorSpec& part : setup::parts(spec)) {
     ServingExecutor& executor = executors_.emplace_back();
     executor.traits = part.entry->traits;
     if (executor.traits.family == Family::priority_events) {
@@ -36,12 +36,12 @@ System::System(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& t
     const unsigned timer_threads = executor.traits.timers == TimerHandling::polled ? 0 : 1;
     executor.many_threads = worker_count(*part.entry, part.scheduler) > 1 + timer_threads;
   }
-  if (kind != RunKind::simulated) return;
-  const SimulatedSystem system(spec, graph, tasks);
+  if (kind != results::RunKind::simulated) return;
+  const simulated::System system(spec, graph, tasks);
   for (std::size_t e = 0; e < executors_.size(); ++e) {
     const SimulatedExecutor& simulated = system.executors()[e];
     threads_.insert(threads_.end(), simulated.threads.begin(), simulated.threads.end());
-    const Platform p = make_platform(graph, *parts(spec)[e].entry);
+    const Platform p = make_platform(graph, *setup::parts(spec)[e].entry);
     const auto entities = static_cast<std::int64_t>(tasks.set.size() + simulated.other_entities);
     executors_[e].most_overhead = p.wake_up_latency + p.wait_cost + entities * p.wait_cost_per_entity +
                                   p.dispatch_cost + p.pass_cost +

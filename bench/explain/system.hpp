@@ -27,14 +27,15 @@ struct ServingExecutor {
 /// What an explanation needs to know of a graph under one executor or deployment.
 class System {
  public:
-  /// `cores` of the machine. `tasks` must outlive the object. Throws as SimulatedSystem does.
-  System(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks, RunKind kind, unsigned cores);
+  /// `cores` of the machine. `tasks` must outlive the object. Throws as simulated::System does.
+  System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks, results::RunKind kind,
+         unsigned cores);
 
   [[nodiscard]] const GraphTasks& tasks() const { return tasks_; }
   [[nodiscard]] const Task& task(TaskId id) const { return tasks_.set[id]; }
   [[nodiscard]] const std::vector<ChainIndex>& chains() const { return chains_; }
   [[nodiscard]] const ServingExecutor& executor_of(TaskId id) const { return executors_[executor_of_[id]]; }
-  [[nodiscard]] RunKind kind() const { return kind_; }
+  [[nodiscard]] results::RunKind kind() const { return kind_; }
   [[nodiscard]] bool wall_clock_work() const { return wall_clock_work_; }
   /// From publication to arrival; simulated.
   [[nodiscard]] Duration delivery() const { return delivery_; }
@@ -48,7 +49,7 @@ class System {
 
  private:
   const GraphTasks& tasks_;
-  const RunKind kind_;
+  const results::RunKind kind_;
   const unsigned cores_;
   const Duration delivery_;
   const bool wall_clock_work_;

@@ -21,7 +21,7 @@
 #include "results/stored_run.hpp"
 #include "setup/stored_system.hpp"
 
-namespace hotpath {
+namespace hotpath::guarantees {
 
 namespace {
 
@@ -37,21 +37,22 @@ class Analysis {
       trace_.emplace(options.trace, "--trace");
       take_over_run();
     }
-    if (!options.page.empty()) check_output_folder(options.page, "bounds.json", "--page");
+    if (!options.page.empty()) program::check_output_folder(options.page, "bounds.json", "--page");
     if (!options.witness.empty()) {
-      check_output_folder(options.witness, "", "--witness");
+      program::check_output_folder(options.witness, "", "--witness");
       if (!options.known_phases && options.phases_of.empty()) {
-        throw UsageError("--witness: worst cases are exact for known phases; give --phases or --phases-of");
+        throw program::UsageError(
+            "--witness: worst cases are exact for known phases; give --phases or --phases-of");
       }
     }
     if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
-    if (!trace_) graph_ = graph_to_run(options_);
+    if (!trace_) graph_ = setup::graph_to_run(options_);
     const GraphPlatform platform = graph_.platform;
     options_.apply_to(graph_.platform);
     if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
     if (simulated()) {
       if (graph_.platform != platform) {
-        throw UsageError(
+        throw program::UsageError(
             "--trace: the bounds apply to the machine of this simulation; leave out options that change "
             "it");
       }
@@ -60,12 +61,13 @@ class Analysis {
     for (const std::string& name : options_.chain) {
       const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
       if (task != tasks_.set.tasks.end() && task->kind == TaskKind::timer) continue;
-      throw UsageError(concat("--chain: the graph has no timer `", name, "`"));
+      throw program::UsageError(program::concat("--chain: the graph has no timer `", name, "`"));
     }
     try {
-      callback_graph(graph_, tasks_, false);
+      bounds::callback_graph(graph_, tasks_, false);
     } catch (const AnalysisError& error) {
-      throw UsageError("analyze " + options_.graph + ": " + error.what() + "; simulate the graph instead");
+      throw program::UsageError("analyze " + options_.graph + ": " + error.what() +
+                                "; simulate the graph instead");
     }
     if (!trace_) return;
     observed_.emplace(*trace_, tasks_.set);
@@ -73,19 +75,19 @@ class Analysis {
 
   std::string run() {
     constexpr double kBytesOfTask = 35000;  // measured with 20,000 nodes
-    check_memory(kBytesOfTask * tasks_.set.size(), "analyze " + options_.graph, "its bounds",
-                 "a part of the graph");
-    out_ << text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
-                 costs_text().c_str());
-    BoundReport report(tasks_.set, observed_, out_);
-    for (const ExecutorSpec& executor : executors_to_run(options_, graph_, tasks_)) {
+    program::check_memory(kBytesOfTask * tasks_.set.size(), "analyze " + options_.graph, "its bounds",
+                          "a part of the graph");
+    out_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
+                          costs_text().c_str());
+    bounds::Report report(tasks_.set, observed_, out_);
+    for (const setup::ExecutorSpec& executor : setup::executors_to_run(options_, graph_, tasks_)) {
       options_.chain.empty() ? bound(executor, report) : bound_chain(executor);
     }
-    if (!options_.csv.empty()) write_output_file(options_.csv, "--csv", report.csv());
+    if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", report.csv());
     if (!options_.page.empty()) write_page(report);
     if (trace_ && report.compared() == 0) {
       trace_->fail("no bound covers its tasks under these executors; it ran " +
-                   joined(trace_->executors(), ", "));
+                   program::joined(trace_->executors(), ", "));
     }
     if (report.violations() > 0) judge(report);
     return report.csv();
@@ -94,16 +96,16 @@ class Analysis {
  private:
   /// Bounds the system of the run, with its executors unless others are given.
   void take_over_run() {
-    StoredSystem system = stored_system(*trace_, options_.graph);
+    setup::StoredSystem system = setup::stored_system(*trace_, options_.graph);
     if (!options_.executors.empty()) system.options.executors = options_.executors;
-    static_cast<CommonOptions&>(options_) = std::move(system.options);
+    static_cast<setup::CommonOptions&>(options_) = std::move(system.options);
     graph_ = std::move(system.graph);
   }
 
   /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
   /// case.
   bool simulated() const {
-    return trace_ && trace_->record().kind == RunKind::simulated && trace_->record().simulation &&
+    return trace_ && trace_->record().kind == results::RunKind::simulated && trace_->record().simulation &&
            !trace_->record().simulation->execution_times.starts_with("replay:");
   }
 
@@ -135,36 +137,37 @@ class Analysis {
     for (const PlatformCost& cost : kPlatformCosts) {
       const Duration value = graph_.platform.*cost.value;
       if (value > Duration::zero())
-        text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + fixed(to_us(value), 3);
+        text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + program::fixed(to_us(value), 3);
     }
     return text.empty() ? "no costs" : text;
   }
 
-  CallbackGraph callbacks_of(const ExecutorSpec& executor) {
+  CallbackGraph callbacks_of(const setup::ExecutorSpec& executor) {
     GraphTasks tasks = tasks_;
     bool known = true;
     if (!options_.phases_of.empty()) {
-      const StoredRun run(options_.phases_of, "--phases-of");
-      set_phases(tasks.set, run.first_timestamps(tasks.set, executor.label, 0));
+      const results::StoredRun run(options_.phases_of, "--phases-of");
+      setup::set_phases(tasks.set, run.first_timestamps(tasks.set, executor.label, 0));
     } else if (options_.known_phases) {
       options_.phases = *options_.known_phases;
-      set_phases(tasks.set, phases_of_repetition(options_, graph_, tasks, executor, 0));
+      setup::set_phases(tasks.set, setup::phases_of_repetition(options_, graph_, tasks, executor, 0));
     } else {
       known = false;
     }
-    return callback_graph(graph_, tasks, known);
+    return bounds::callback_graph(graph_, tasks, known);
   }
 
-  void bound(const ExecutorSpec& executor, BoundReport& report) {
+  void bound(const setup::ExecutorSpec& executor, bounds::Report& report) {
     const CallbackGraph callbacks = callbacks_of(executor);
     check_phases_of_run(callbacks, executor.label);
     std::string refusals;
     bool any = false;
-    const BoundedSystem system = bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
+    const BoundedSystem system =
+        bounds::bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system);
     GraphTasks tasks = tasks_;
     tasks.set = callbacks.set;
-    std::vector<ReachedWorstCase> reached;
+    std::vector<bounds::ReachedWorstCase> reached;
     if (callbacks.phases_known || options_.exact) all.push_back(exact(callbacks, tasks, executor, reached));
     for (const GraphBounds& bounds : all) {
       if (!bounds.refusal.empty()) {
@@ -177,7 +180,7 @@ class Analysis {
       any = true;
     }
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n" << refusals;
-    if (any && all.back().method == kExactMethod && !all.back().refusal.empty()) {
+    if (any && all.back().method == bounds::kExactMethod && !all.back().refusal.empty()) {
       out_ << "No exact values: " << all.back().refusal << "\n";
     }
     if (!options_.witness.empty()) {
@@ -185,74 +188,76 @@ class Analysis {
     }
   }
 
-  GraphBounds exact(const CallbackGraph& callbacks, const GraphTasks& tasks, const ExecutorSpec& executor,
-                    std::vector<ReachedWorstCase>& reached) const {
+  GraphBounds exact(const CallbackGraph& callbacks, const GraphTasks& tasks,
+                    const setup::ExecutorSpec& executor,
+                    std::vector<bounds::ReachedWorstCase>& reached) const {
     if (!callbacks.phases_known) {
       GraphBounds none;
-      none.method = kExactMethod;
+      none.method = bounds::kExactMethod;
       none.refusal = "worst cases are exact for known phases only; give --phases or --phases-of";
       return none;
     }
     const std::size_t limit =
         options_.exact ? kMostStates
                        : std::min(kMostStatesByDefault, kMostTaskStatesByDefault / tasks.set.size());
-    GraphBounds bounds = exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, limit,
-                                           options_.witness.empty() ? nullptr : &reached);
+    GraphBounds bounds = bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, limit,
+                                                   options_.witness.empty() ? nullptr : &reached);
     if (!options_.exact && bounds.refusal.ends_with(" states")) bounds.refusal += "; --exact allows more";
     return bounds;
   }
 
-  void bound_chain(const ExecutorSpec& executor) {
+  void bound_chain(const setup::ExecutorSpec& executor) {
     const CallbackGraph callbacks = callbacks_of(executor);
-    TextTable table(
-        executor.label + ", chain " + joined(options_.chain, " -> ") + ": largest reaction time and data age",
-        {"method", "ms", ""});
-    for (const TimerChainBound& b : timer_chain_bounds(
-             bounded_system(graph_, callbacks, *executor.entry, executor.scheduler), options_.chain)) {
-      table.add_row({b.method, in_ms(b.latency), b.refusal});
+    program::TextTable table(executor.label + ", chain " + program::joined(options_.chain, " -> ") +
+                                 ": largest reaction time and data age",
+                             {"method", "ms", ""});
+    for (const TimerChainBound& b :
+         timer_chain_bounds(bounds::bounded_system(graph_, callbacks, *executor.entry, executor.scheduler),
+                            options_.chain)) {
+      table.add_row({b.method, bounds::in_ms(b.latency), b.refusal});
     }
     out_ << "\n" << table;
   }
 
   /// Writes the page's data and renders the page.
-  void write_page(const BoundReport& report) const {
+  void write_page(const bounds::Report& report) const {
     const std::filesystem::path folder = options_.page;
-    create_folder(folder, "--page");
+    program::create_folder(folder, "--page");
     const nlohmann::json facts = {{"graph", graph_.name},
                                   {"load_percent", load_percent(graph_)},
                                   {"costs", costs_text()},
                                   {"trace", options_.trace},
                                   {"refused", refused_}};
-    write_whole_file(folder / "bounds.csv", "--page", report.csv());
-    write_whole_file(folder / "bounds.json", "--page", facts.dump(1) + "\n");
-    draw_figure("guarantees", folder);
+    program::write_whole_file(folder / "bounds.csv", "--page", report.csv());
+    program::write_whole_file(folder / "bounds.json", "--page", facts.dump(1) + "\n");
+    program::draw_figure("guarantees", folder);
   }
 
   /// Throws RunError if a bound is violated although its assumptions hold.
-  void judge(const BoundReport& report) const {
-    const std::string share =
-        text("%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
-             report.compared(),
-             100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
-             report.first_violation().c_str());
+  void judge(const bounds::Report& report) const {
+    const std::string share = program::text(
+        "%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
+        report.compared(),
+        100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
+        report.first_violation().c_str());
     if (simulated()) {
-      throw RunError("--trace " + options_.trace + ": " + share +
-                     ". A bound is wrong; please report the graph " + find_graph(options_.graph) +
-                     " and the command that reproduces it: " + trace_->record().command_line());
+      throw program::RunError("--trace " + options_.trace + ": " + share +
+                              ". A bound is wrong; please report the graph " + find_graph(options_.graph) +
+                              " and the command that reproduces it: " + trace_->record().command_line());
     }
     out_ << "\n"
          << share << ". Bounds assume a dedicated processor, no job longer than its execution time, and the "
          << "platform's costs. A live run can violate these assumptions:\n";
     for (const std::string& warning : trace_->record().warnings) out_ << "  " << warning << "\n";
-    if (options_.strict) throw RunError("--strict: " + share);
+    if (options_.strict) throw program::RunError("--strict: " + share);
   }
 
   AnalyzeOptions options_;
   std::ostream& out_;
-  std::optional<StoredRun> trace_;
+  std::optional<results::StoredRun> trace_;
   Graph graph_;
   GraphTasks tasks_;
-  std::optional<Observed> observed_;
+  std::optional<bounds::Observed> observed_;
   nlohmann::json refused_ = nlohmann::json::array();
 };
 
@@ -260,4 +265,4 @@ class Analysis {
 
 std::string analyze(const AnalyzeOptions& options, std::ostream& out) { return Analysis(options, out).run(); }
 
-}  // namespace hotpath
+}  // namespace hotpath::guarantees

@@ -8,10 +8,10 @@
 
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::guarantees {
 
 /// A graph or a stored run, the phases for which its bounds hold, and where they go.
-struct AnalyzeOptions : CommonOptions, PlatformOptions {
+struct AnalyzeOptions : setup::CommonOptions, setup::PlatformOptions {
   std::string trace, csv, page, phases_of, witness;
   std::optional<Phases> known_phases;
   std::vector<std::string> chain;
@@ -24,4 +24,4 @@ struct AnalyzeOptions : CommonOptions, PlatformOptions {
 /// if a bound is violated.
 std::string analyze(const AnalyzeOptions& options, std::ostream& out);
 
-}  // namespace hotpath
+}  // namespace hotpath::guarantees

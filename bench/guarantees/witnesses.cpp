@@ -15,7 +15,7 @@
 #include "simulated/repetition.hpp"
 #include "simulated/simulated_run.hpp"
 
-namespace hotpath {
+namespace hotpath::guarantees {
 
 namespace {
 
@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 constexpr std::int64_t kShortestRun_ms = 100;  // of `simulate`
 
 std::string in_ms(Duration d) {
-  return text("%lld.%06lld", static_cast<long long>(d.count() / 1'000'000),
-              static_cast<long long>(d.count() % 1'000'000));
+  return program::text("%lld.%06lld", static_cast<long long>(d.count() / 1'000'000),
+                       static_cast<long long>(d.count() % 1'000'000));
 }
 
 /// Keeps what a file may be called everywhere.
@@ -37,15 +37,15 @@ std::string file_name(std::string name) {
 
 class Witnesses {
  public:
-  Witnesses(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-            const CommonOptions& options, const fs::path& folder, std::ostream& out)
+  Witnesses(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
+            const setup::CommonOptions& options, const fs::path& folder, std::ostream& out)
       : graph_(graph),
         tasks_(tasks),
         executor_(executor),
-        chains_(measured_chains(graph, tasks)),
+        chains_(setup::measured_chains(graph, tasks)),
         folder_(folder / file_name(executor.label)),
         out_(out) {
-    create_folder(folder_, "--witness");
+    program::create_folder(folder_, "--witness");
     const fs::path graph_file = folder_ / "graph.yaml";
     write_graph(graph_file, graph);
     std::string phases = "task,first_release_ms\n", order;
@@ -65,7 +65,7 @@ class Witnesses {
     simulation_.threads = 1;
   }
 
-  void add(const ReachedWorstCase& worst) {
+  void add(const bounds::ReachedWorstCase& worst) {
     const WitnessTimes times(tasks_.set, worst.witness);
     const std::string quantity = worst.kind == "task"       ? "response_"
                                  : worst.kind == "hot_path" ? "hot_path_"
@@ -76,16 +76,17 @@ class Witnesses {
     while (fs::exists(folder_ / name)) name += "_";
     const std::int64_t ms =
         std::max<std::int64_t>(kShortestRun_ms, (worst.witness.instant - Time{}).count() / 1'000'000 + 1);
-    SimulationPlan plan{executor_, graph_, tasks_, chains_, times};
+    simulated::Plan plan{executor_, graph_, tasks_, chains_, times};
     plan.duration = std::chrono::milliseconds(ms);
-    if (const std::int64_t reached = largest(simulate_repetition(plan), worst); reached != worst.value_ns) {
-      throw RunError(concat("the schedule for the ", quantity, subject, " of ", worst.value_ns, " ns under ",
-                            executor_.label, " gives ", reached, " ns. Please report the graph ",
-                            folder_ / "graph.yaml"));
+    if (const std::int64_t reached = largest(simulated::simulate_repetition(plan), worst);
+        reached != worst.value_ns) {
+      throw program::RunError(program::concat(
+          "the schedule for the ", quantity, subject, " of ", worst.value_ns, " ns under ", executor_.label,
+          " gives ", reached, " ns. Please report the graph ", folder_ / "graph.yaml"));
     }
-    std::string list(kListedColumns);
+    std::string list(simulated::kListedColumns);
     for (const auto& [job, time] : times.given()) {
-      list += concat("\n", tasks_.set[job.task].name, ",", job.sequence, ",", time.count());
+      list += program::concat("\n", tasks_.set[job.task].name, ",", job.sequence, ",", time.count());
     }
     write(name + ".csv", list + "\n");
     store(name, static_cast<double>(ms) / 1000);
@@ -94,14 +95,14 @@ class Witnesses {
 
  private:
   void write(const std::string& name, const std::string& content) const {
-    write_whole_file(folder_ / name, "--witness", content);
+    program::write_whole_file(folder_ / name, "--witness", content);
   }
 
-  static std::int64_t largest(const Repetition& repetition, const ReachedWorstCase& worst) {
+  static std::int64_t largest(const results::Repetition& repetition, const bounds::ReachedWorstCase& worst) {
     Duration largest{-1};
     for (const JobRecord& r : repetition.trace.jobs) {
       if (worst.kind != "task" || r.outcome != Outcome::ran || r.job.task != worst.number) continue;
-      largest = std::max(largest, response_time(r));
+      largest = std::max(largest, results::response_time(r));
     }
     for (const ChainRecord& c : repetition.trace.chains) {
       if (worst.kind == "task" || c.chain != worst.number) continue;
@@ -111,8 +112,8 @@ class Witnesses {
   }
 
   void store(const std::string& name, double seconds) {
-    SimulateOptions o = simulation_;
-    o.execution_times = std::string(kListed) + (folder_ / (name + ".csv")).string();
+    simulated::Options o = simulation_;
+    o.execution_times = std::string(simulated::kListed) + (folder_ / (name + ".csv")).string();
     o.duration_s = seconds;
     o.output = folder_ / name;
     o.command = {"simulate",
@@ -120,30 +121,30 @@ class Witnesses {
                  "--executors=" + o.executors.front(),
                  "--phases-file=" + o.phases_file,
                  "--execution-times=" + *o.execution_times,
-                 text("--duration=%.3f", seconds),
+                 program::text("--duration=%.3f", seconds),
                  "--warm-up=0"};
     if (o.rule != SubscriptionRule::inherit) o.command.push_back("--rule=" + std::string(to_string(o.rule)));
     if (o.ties != Ties::lifo) o.command.push_back("--ties=" + std::string(to_string(o.ties)));
     if (o.entity_order != "creation") o.command.push_back("--entity-order=" + o.entity_order);
-    store_simulation(o);
+    simulated::store_simulation(o);
   }
 
   const Graph& graph_;
   const GraphTasks& tasks_;
-  const ExecutorSpec& executor_;
-  const std::vector<MeasuredChain> chains_;
+  const setup::ExecutorSpec& executor_;
+  const std::vector<results::MeasuredChain> chains_;
   const fs::path folder_;
   std::ostream& out_;
-  SimulateOptions simulation_;
+  simulated::Options simulation_;
 };
 
 }  // namespace
 
-void write_witnesses(const std::vector<ReachedWorstCase>& worst_cases, const Graph& graph,
-                     const GraphTasks& tasks, const ExecutorSpec& executor, const CommonOptions& options,
-                     const fs::path& folder, std::ostream& out) {
+void write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_cases, const Graph& graph,
+                     const GraphTasks& tasks, const setup::ExecutorSpec& executor,
+                     const setup::CommonOptions& options, const fs::path& folder, std::ostream& out) {
   Witnesses witnesses(graph, tasks, executor, options, folder, out);
-  for (const ReachedWorstCase& worst : worst_cases) witnesses.add(worst);
+  for (const bounds::ReachedWorstCase& worst : worst_cases) witnesses.add(worst);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::guarantees

@@ -8,14 +8,15 @@
 #include "bounds/exact_worst_cases.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::guarantees {
 
 /// Writes a run folder for each worst case below FOLDER/EXECUTOR, and names it on `out`: the simulated
 /// schedule that reaches it. The folder's command repeats the run: it reads the graph, the phases and the
 /// execution times from files beside the run folder. `graph` and `tasks` are those of the exploration;
 /// `options` are those of the command. Throws UsageError, and RunError if a schedule misses its value.
-void write_witnesses(const std::vector<ReachedWorstCase>& worst_cases, const Graph& graph,
-                     const GraphTasks& tasks, const ExecutorSpec& executor, const CommonOptions& options,
-                     const std::filesystem::path& folder, std::ostream& out);
+void write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_cases, const Graph& graph,
+                     const GraphTasks& tasks, const setup::ExecutorSpec& executor,
+                     const setup::CommonOptions& options, const std::filesystem::path& folder,
+                     std::ostream& out);
 
-}  // namespace hotpath
+}  // namespace hotpath::guarantees

@@ -6,7 +6,7 @@
 #include "import/import_caret.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -24,12 +24,12 @@ class Paths {
       const std::string node = graph_node_name(step.node);
       if (!step.subscribed.empty()) {
         const auto named = tasks_named(graph_, tasks_, node + "/" + graph_topic_name(step.subscribed));
-        if (named.empty()) return concat("node ", node, " does not subscribe to ", step.subscribed);
+        if (named.empty()) return program::concat("node ", node, " does not subscribe to ", step.subscribed);
         append(named.front());
       }
       if (step.published.empty()) continue;
       const auto publisher = publisher_of(node, graph_topic_name(step.published));
-      if (!publisher) return concat("no callback of ", node, " publishes ", step.published);
+      if (!publisher) return program::concat("no callback of ", node, " publishes ", step.published);
       append(*publisher);
     }
     if (along.empty()) return "it names no topic";
@@ -38,7 +38,8 @@ class Paths {
     for (std::size_t i = 1; i < along.size(); ++i) {
       const std::vector<TaskId> next = tasks_.downstream(along[i - 1]);
       if (std::ranges::count(next, along[i]) == 0) {
-        return concat("data of ", name(along[i - 1]), " does not reach the messages of ", name(along[i]));
+        return program::concat("data of ", name(along[i - 1]), " does not reach the messages of ",
+                               name(along[i]));
       }
     }
     for (const TaskId id : along) chain.nodes.push_back(name(id));
@@ -71,7 +72,7 @@ void add_chains(const CaretArchitecture& architecture, ImportedGraph& imported) 
     Chain chain;
     chain.name = graph_node_name(path.name);
     if (const std::string broken = paths.follow(path, chain); !broken.empty()) {
-      imported.missing.push_back(concat("path ", path.name, " is not a chain: ", broken, "."));
+      imported.missing.push_back(program::concat("path ", path.name, " is not a chain: ", broken, "."));
     } else {
       chains.push_back(std::move(chain));
     }
@@ -79,4 +80,4 @@ void add_chains(const CaretArchitecture& architecture, ImportedGraph& imported) 
   imported.graph.chains = std::move(chains);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -5,7 +5,7 @@
 #include "import/import_caret.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -20,7 +20,7 @@ DeployedExecutor executor_of(const CaretExecutor& caret) {
   executor.name = graph_topic_name(caret.name);
   // More threads than groups would stay idle.
   const std::size_t threads = std::clamp<std::size_t>(caret.groups.size(), 2, kMostThreads);
-  executor.executor = caret.multi_threaded ? concat("multi:", threads) : kBaselineExecutor;
+  executor.executor = caret.multi_threaded ? program::concat("multi:", threads) : kBaselineExecutor;
   return executor;
 }
 
@@ -70,4 +70,4 @@ Deployment deployment_of(const CaretArchitecture& architecture,
   return deployment;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -6,7 +6,7 @@
 #include "import/imported_graph.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -25,7 +25,7 @@ CaretDraft draft_of(const std::string& ros_node, std::size_t n, const CaretCallb
   CaretDraft draft{.node = n, .caret = &caret, .stats = stats, .hertz = 0, .callback = {}};
   Callback& c = draft.callback;
   const std::string node = graph_node_name(ros_node);
-  c.task = concat(
+  c.task = program::concat(
       node, "/",
       graph_topic_name(caret.topic ? *caret.topic : caret.name.substr(caret.name.find_last_of('/') + 1)));
   if (!caret.topic) c.period = c.deadline = caret.period;
@@ -75,4 +75,4 @@ CaretDrafts make_drafts(const CaretArchitecture& architecture,
   return drafts;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

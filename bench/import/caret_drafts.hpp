@@ -10,7 +10,7 @@
 #include "hotpath/reference_system/callback.hpp"
 #include "import/caret_files.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// A callback of the graph under construction.
 struct CaretDraft {
@@ -56,4 +56,4 @@ using CaretSteps = std::set<std::tuple<std::string, std::string, std::string>>;
 void assign_publications(const CaretArchitecture& architecture, const CaretSteps& on_path, bool measured,
                          CaretDrafts& drafts);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

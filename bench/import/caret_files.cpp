@@ -11,7 +11,7 @@
 #include "hotpath/reference_system/yaml_value.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -101,7 +101,7 @@ std::optional<Duration> milliseconds(const YamlValue& value) {
   try {
     return Duration(std::llround(std::stod(text) * 1e6));
   } catch (const std::exception&) {
-    value.fail(concat("`", text, "` is not a number"), "give milliseconds, or --- for none");
+    value.fail(program::concat("`", text, "` is not a number"), "give milliseconds, or --- for none");
   }
 }
 
@@ -168,4 +168,4 @@ std::map<std::string, CaretStats> read_caret_stats(const std::string& folder) {
   return all;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

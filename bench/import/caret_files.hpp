@@ -9,7 +9,7 @@
 #include "hotpath/core/time.hpp"
 #include "hotpath/reference_system/callback.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// CARET's architecture.yaml, with its names. The name UNDEFINED (unknown to CARET) is empty.
 struct CaretCallback {
@@ -69,4 +69,4 @@ struct CaretStats {
 /// Reads stats_node files (*.yaml) of a folder, by callback. Throws InputError with file and line.
 [[nodiscard]] std::map<std::string, CaretStats> read_caret_stats(const std::string& folder);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

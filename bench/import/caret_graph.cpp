@@ -7,7 +7,7 @@
 #include "import/import_caret.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -45,7 +45,7 @@ class CaretGraph {
         std::string name = graph_topic_name(topic);
         timer.publishes.emplace_back().topic = name;
         std::replace(name.begin(), name.end(), '/', '.');
-        timer.task = concat(kExternal, "/", name);
+        timer.task = program::concat(kExternal, "/", name);
         timer.period = timer.deadline = Duration(std::llround(1e9 / hertz));
         external_.push_back(std::move(timer));
       } else {
@@ -55,7 +55,7 @@ class CaretGraph {
     }
     if (silent > 0) {
       out_.missing.push_back(
-          concat(silent, " subscriptions to topics that no known callback publishes are left out."));
+          program::concat(silent, " subscriptions to topics that no known callback publishes are left out."));
     }
   }
 
@@ -108,7 +108,8 @@ class CaretGraph {
     for (const std::size_t d : kept) {
       finish_rules(drafts_.all[d], node);
       if (const auto guess = drafts_.guesses.find(d); guess != drafts_.guesses.end()) {
-        out_.comments.of[drafts_.all[d].callback.task] = "guessed: publishes " + joined(guess->second);
+        out_.comments.of[drafts_.all[d].callback.task] =
+            "guessed: publishes " + program::joined(guess->second);
       }
       if (drafts_.all[d].callback.group == node.groups.size()) {
         node.groups.push_back(CallbackGroup::mutually_exclusive);
@@ -158,28 +159,31 @@ class CaretGraph {
 
   void describe() {
     out_.summary.push_back(counts_of(out_));
-    out_.summary.push_back(concat(drafts_.known, " publications by callbacks that CARET names, ",
-                                  drafts_.guessed,
-                                  " guessed from frequencies and paths (marked in the file), ",
-                                  external_.size(), " topics from outside."));
+    out_.summary.push_back(program::concat(drafts_.known, " publications by callbacks that CARET names, ",
+                                           drafts_.guessed,
+                                           " guessed from frequencies and paths (marked in the file), ",
+                                           external_.size(), " topics from outside."));
     auto& missing = out_.missing;
     if (drafts_.idle > 0)
       missing.push_back(
-          concat(drafts_.idle, " callbacks that did not run while CARET measured are left out."));
+          program::concat(drafts_.idle, " callbacks that did not run while CARET measured are left out."));
     if (drafts_.twice > 0)
-      missing.push_back(concat(drafts_.twice, " second subscriptions of a node to a topic are left out."));
+      missing.push_back(
+          program::concat(drafts_.twice, " second subscriptions of a node to a topic are left out."));
     if (!drafts_.unassigned.empty()) {
-      missing.push_back(concat("the publishers of ", joined(drafts_.unassigned), "."));
+      missing.push_back(program::concat("the publishers of ", program::joined(drafts_.unassigned), "."));
     }
     if (drafts_.unheard > 0) {
-      missing.push_back(concat("the publishers of ", drafts_.unheard,
-                               " topics without subscribers; the topics are left out."));
+      missing.push_back(program::concat("the publishers of ", drafts_.unheard,
+                                        " topics without subscribers; the topics are left out."));
     }
     if (drafts_.cycles > 0)
-      missing.push_back(concat(drafts_.cycles, " guesses would have closed a cycle and were rejected."));
-    if (empty_ > 0) missing.push_back(concat(empty_, " nodes without callbacks that ran are left out."));
+      missing.push_back(
+          program::concat(drafts_.cycles, " guesses would have closed a cycle and were rejected."));
+    if (empty_ > 0)
+      missing.push_back(program::concat(empty_, " nodes without callbacks that ran are left out."));
     if (architecture_.services > 0) {
-      missing.push_back(concat(architecture_.services, " callbacks of services are left out."));
+      missing.push_back(program::concat(architecture_.services, " callbacks of services are left out."));
     }
     missing.push_back("phases of timers; depths of subscriptions are taken as 1.");
     missing.push_back(measured_ ? "execution times without preemption: CARET measures start to end."
@@ -203,4 +207,4 @@ ImportedGraph graph_of(const CaretArchitecture& architecture,
   return CaretGraph(architecture, stats).take();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

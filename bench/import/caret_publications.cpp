@@ -5,7 +5,7 @@
 #include "import/caret_drafts.hpp"
 #include "import/imported_graph.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -137,4 +137,4 @@ void assign_publications(const CaretArchitecture& architecture, const CaretSteps
   Assignment(architecture, on_path, measured, drafts).assign_all();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -10,7 +10,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -20,17 +20,17 @@ TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string
   if (named.size() > 1)
     std::erase_if(named, [&](TaskId id) { return (tasks.set[id].kind == TaskKind::timer) != timer; });
   if (named.size() == 1) return named.front();
-  throw UsageError(
-      concat("--chain: ", name,
-             named.empty() ? " is not a node or task of the graph" : " has several such callbacks; name one",
-             "; the tasks are in graph.yaml, for example ", tasks.set[0].name));
+  throw program::UsageError(program::concat(
+      "--chain: ", name,
+      named.empty() ? " is not a node or task of the graph" : " has several such callbacks; name one",
+      "; the tasks are in graph.yaml, for example ", tasks.set[0].name));
 }
 
 }  // namespace
 
 Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& tasks) {
   const auto colon = text.rfind(':');
-  if (colon == std::string::npos) throw UsageError("--chain: `" + text + "` is not SOURCE,...:SINK");
+  if (colon == std::string::npos) throw program::UsageError("--chain: `" + text + "` is not SOURCE,...:SINK");
   Chain chain;
   chain.name = text.substr(colon + 1);
   const TaskId sink = named_task(graph, tasks, chain.name, false);
@@ -48,8 +48,9 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
   for (std::string name; std::getline(names, name, ',');) {
     const TaskId source = named_task(graph, tasks, name, true);
     if (tasks.set[source].kind != TaskKind::timer)
-      throw UsageError("--chain: " + name + " is not a timer, and chains begin at timers");
-    if (!reaches[source]) throw UsageError("--chain: no data flows from " + name + " to " + chain.name);
+      throw program::UsageError("--chain: " + name + " is not a timer, and chains begin at timers");
+    if (!reaches[source])
+      throw program::UsageError("--chain: no data flows from " + name + " to " + chain.name);
     chain.sources.push_back(tasks.set[source].name);
     open.push_back(source);
   }
@@ -67,4 +68,4 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
   return chain;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -9,10 +9,10 @@
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
-void import_caret(const ImportCaretOptions& options) {
-  if (!options.output.empty()) check_output_folder(options.output);
+void import_caret(const CaretOptions& options) {
+  if (!options.output.empty()) program::check_output_folder(options.output);
   const CaretArchitecture architecture = read_caret_architecture(options.file);
   std::map<std::string, CaretStats> stats;
   if (!options.stats.empty()) stats = read_caret_stats(options.stats);
@@ -31,4 +31,4 @@ void import_caret(const ImportCaretOptions& options) {
   write_import(std::move(imported), output);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

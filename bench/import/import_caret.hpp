@@ -7,10 +7,10 @@
 #include "import/caret_files.hpp"
 #include "import/imported_graph.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// The command line of `hotpath import caret`.
-struct ImportCaretOptions {
+struct CaretOptions {
   std::string file;    ///< architecture.yaml.
   std::string stats;   ///< Folder of stats_node files; empty: frequencies and execution times are unknown.
   std::string output;  ///< New folder.
@@ -18,7 +18,7 @@ struct ImportCaretOptions {
 };
 
 /// Throws InputError with file and line if the files are not CARET's.
-void import_caret(const ImportCaretOptions& options);
+void import_caret(const CaretOptions& options);
 
 /// The graph that CARET recorded. `stats` may be empty. If CARET does not name the callback that
 /// publishes a topic with subscribers, it is guessed: the callback whose frequency fits the
@@ -36,4 +36,4 @@ void add_chains(const CaretArchitecture& architecture, ImportedGraph& imported);
                                        const std::map<std::string, std::string>& task_of,
                                        const GraphTasks& tasks);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -28,7 +28,7 @@
 #include "setup/run_setup.hpp"
 #include "setup/setup_facts.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -44,7 +44,7 @@ constexpr const char* kDeploymentComment =
     "# A trace has no policies: fifo stands for threads that preempted others and were not\n"
     "# preempted by them. Correct the policies if you know them.\n";
 
-fs::path output_of(const ImportCtfOptions& options) {
+fs::path output_of(const CtfOptions& options) {
   if (!options.output.empty()) return options.output;
   return fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
 }
@@ -52,10 +52,10 @@ fs::path output_of(const ImportCtfOptions& options) {
 /// Reads the trace. When the first jobs suffice, it interprets them; from then on it writes.
 class CtfImport final : public tracing::Sink {
  public:
-  explicit CtfImport(const ImportCtfOptions& options) : options_(options), output_(output_of(options)) {}
+  explicit CtfImport(const CtfOptions& options) : options_(options), output_(output_of(options)) {}
 
   void run(const tracing::CtfTrace& trace) {
-    Progress progress(1, Duration::zero());
+    program::Progress progress(1, Duration::zero());
     const auto began = std::chrono::steady_clock::now();
     progress.begin("reading " + options_.trace);
     const auto update = [&, updated = Duration::zero()](double share) mutable {
@@ -93,18 +93,18 @@ class CtfImport final : public tracing::Sink {
  private:
   void check_name(std::string_view name, const char* where) const {
     if (is_utf8(name)) return;
-    throw UsageError(concat(options_.trace, " is a damaged CTF trace: a name in `", where,
-                            "` is not valid UTF-8; record it again"));
+    throw program::UsageError(program::concat(options_.trace, " is a damaged CTF trace: a name in `", where,
+                                              "` is not valid UTF-8; record it again"));
   }
 
   void interpret_jobs() {
-    if (jobs_.empty()) throw UsageError(no_jobs());
+    if (jobs_.empty()) throw program::UsageError(no_jobs());
     recording_ = std::make_unique<Recording>(Recording{.system = assembler_.system(),
                                                        .jobs = std::exchange(jobs_, {}),
                                                        .lost = std::exchange(lost_, {}),
                                                        .deployment_file = output_ / "deployment.yaml"});
     interpretations_ = interpret(*recording_, options_);
-    folder_ = std::make_unique<RunFolder>(output_ / "run");
+    folder_ = std::make_unique<results::RunFolder>(output_ / "run");
     append_window();
   }
 
@@ -127,8 +127,8 @@ class CtfImport final : public tracing::Sink {
     Trace rows = best.trace;
     std::ranges::stable_sort(rows.jobs, {},
                              [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    rows.chains = counted_chains(best.trace, measured_chains(best.graph, best.tasks), Time{});
-    folder_->append(best.tasks.set, chain_names(best.graph), rows);
+    rows.chains = results::counted_chains(best.trace, setup::measured_chains(best.graph, best.tasks), Time{});
+    folder_->append(best.tasks.set, setup::chain_names(best.graph), rows);
   }
 
   /// Appends the jobs after the window.
@@ -155,43 +155,48 @@ class CtfImport final : public tracing::Sink {
     const fs::path graph_file = output_ / "graph.yaml";
     if (best.executor->deployment && !recording_->deployment) {
       const Deployment& plan = best.executor->deployment->plan;
-      write_whole_file(plan.file, kDeploymentComment + deployment_yaml(best.graph, best.tasks, plan));
+      program::write_whole_file(plan.file,
+                                kDeploymentComment + deployment_yaml(best.graph, best.tasks, plan));
     }
-    write_graph(graph_file, best.graph, import_comments(*recording_, best), write_with_folder);
-    write_run(*folder_, graph_file, best.trace, RunKind::recorded);
+    write_graph(graph_file, best.graph, import_comments(*recording_, best), program::write_with_folder);
+    write_run(*folder_, graph_file, best.trace, results::RunKind::recorded);
     if (best.check.failure.empty()) {
-      RunFolder simulated(output_ / "simulated");
-      simulated.append(best.tasks.set, chain_names(best.graph), best.check.simulated);
-      write_run(simulated, graph_file, best.check.simulated, RunKind::simulated);
+      results::RunFolder simulated(output_ / "simulated");
+      simulated.append(best.tasks.set, setup::chain_names(best.graph), best.check.simulated);
+      write_run(simulated, graph_file, best.check.simulated, results::RunKind::simulated);
     }
-    const ImportFacts facts{reading_, *recording_, interpretations_, later_jobs_, options_.trace};
-    write_whole_file(output_ / "import.json", "--output", import_json(facts));
-    draw_figure("import-page", output_);
+    const Facts facts{reading_, *recording_, interpretations_, later_jobs_, options_.trace};
+    program::write_whole_file(output_ / "import.json", "--output", import_json(facts));
+    program::draw_figure("import-page", output_);
     print_import(std::cout, facts, output_);
   }
 
-  void write_run(RunFolder& folder, const fs::path& graph_file, const Trace& trace, RunKind kind) {
+  void write_run(results::RunFolder& folder, const fs::path& graph_file, const Trace& trace,
+                 results::RunKind kind) {
     const Interpretation& best = interpretations_.best;
-    CommonOptions common;
+    setup::CommonOptions common;
     common.graph = graph_file;
     common.phases = Phases::given;
     common.warm_up_s = 0;
     common.duration_s = to_ms(trace.end - Time{}) / 1000;
-    RunRecord record = record_of(common, best.graph, best.tasks.set, {*best.executor});
+    results::RunRecord record = setup::record_of(common, best.graph, best.tasks.set, {*best.executor});
     record.kind = kind;
-    record.simulation = SimulationRecord{.platform = best.graph.platform, .execution_times = "recorded"};
-    Repetition repetition;
+    record.simulation =
+        results::SimulationRecord{.platform = best.graph.platform, .execution_times = "recorded"};
+    results::Repetition repetition;
     repetition.trace = trace;
-    repetition.trace.chains = counted_chains(trace, measured_chains(best.graph, best.tasks), Time{});
+    repetition.trace.chains =
+        results::counted_chains(trace, setup::measured_chains(best.graph, best.tasks), Time{});
     repetition.accounts = account(best.tasks.set, repetition.trace);
-    record.runs.push_back(record_of(best.tasks.set, chain_names(best.graph), repetition));
+    record.runs.push_back(results::record_of(best.tasks.set, setup::chain_names(best.graph), repetition));
     folder.write("run.json", json(record));
-    const Summary summary = summarize(best.tasks.set, {{trace.executor, {repetition}}},
-                                      summary_options(common, best.graph, best.tasks));
+    const results::Summary summary =
+        results::summarize(best.tasks.set, {{trace.executor, {repetition}}},
+                           setup::summary_options(common, best.graph, best.tasks));
     folder.close(record, json(summary));
   }
 
-  const ImportCtfOptions& options_;
+  const CtfOptions& options_;
   const fs::path output_;
   tracing::Assembler assembler_{*this};
   tracing::TraceReading reading_;
@@ -199,7 +204,7 @@ class CtfImport final : public tracing::Sink {
   std::vector<tracing::LostSample> lost_;
   std::unique_ptr<Recording> recording_;  // null: the first jobs are not all read
   Interpretations interpretations_;
-  std::unique_ptr<RunFolder> folder_;
+  std::unique_ptr<results::RunFolder> folder_;
   std::uint64_t later_jobs_ = 0;
 };
 
@@ -213,13 +218,13 @@ void remove_files(const fs::path& output, bool is_new) {
 
 }  // namespace
 
-void import_ctf(const ImportCtfOptions& options) {
+void import_ctf(const CtfOptions& options) {
   const fs::path output = output_of(options);
-  check_output_folder(output);
+  program::check_output_folder(output);
   const tracing::CtfTrace trace(options.trace);
   const bool is_new = !fs::exists(output);
   // Some damaged traces end the process of libbabeltrace2 by an assertion or a division by zero.
-  const std::optional<int> status = continue_in_child();
+  const std::optional<int> status = program::continue_in_child();
   if (!status) {
     try {
       return CtfImport(options).run(trace);
@@ -229,10 +234,10 @@ void import_ctf(const ImportCtfOptions& options) {
     }
   }
   remove_files(output, is_new);
-  const std::string problem = "reading " + options.trace + " " + how_it_ended(*status);
-  if (WTERMSIG(*status) == SIGKILL) throw RunError(problem + "; memory may have run out");
-  throw UsageError(problem +
-                   ": the trace is damaged, and libbabeltrace2 does not survive it; record it again");
+  const std::string problem = "reading " + options.trace + " " + program::how_it_ended(*status);
+  if (WTERMSIG(*status) == SIGKILL) throw program::RunError(problem + "; memory may have run out");
+  throw program::UsageError(
+      problem + ": the trace is damaged, and libbabeltrace2 does not survive it; record it again");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// The command line of `hotpath import ctf`.
-struct ImportCtfOptions {
+struct CtfOptions {
   std::string trace;                ///< Folder of a CTF trace.
   std::string output;               ///< Folder of the results.
   std::string executor;             ///< Name in the registry; empty: inferred.
@@ -21,9 +21,9 @@ struct ImportCtfOptions {
 /// Reads a trace of ros2_tracing and writes graph, execution times, a run folder, deployment and
 /// page; then simulates the recording and compares. Throws UsageError if the folder holds no
 /// readable trace of ros2_tracing, RunError for other failures.
-void import_ctf(const ImportCtfOptions& options);
+void import_ctf(const CtfOptions& options);
 
 /// Writes a stored run as a CTF trace with the events of ros2_tracing. Throws UsageError, RunError.
 void export_ctf(const std::string& run, const std::string& output);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -8,7 +8,7 @@
 
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -24,13 +24,13 @@ std::string rule_text(const Recording& recording, const InferredRule& rule) {
     std::vector<std::string> names;
     for (const std::uint32_t c : rule.of)
       names.push_back(recording.system.topics[recording.system.callbacks[c].topic].name);
-    return joined(names, ", ");
+    return program::joined(names, ", ");
   };
   switch (rule.rule) {
     case PublishRule::always:
       return "with every job";
     case PublishRule::every:
-      return concat("with one in ", rule.n, " jobs");
+      return program::concat("with one in ", rule.n, " jobs");
     case PublishRule::all_new:
       return "when all are new: " + topics();
     case PublishRule::last_of:
@@ -60,7 +60,7 @@ json cost_json(const MeasuredCost& cost) {
   return {{"n", cost.n}, {"median_us", to_us(cost.median)}, {"p90_us", to_us(cost.p90)}};
 }
 
-json executors_json(const ImportFacts& facts) {
+json executors_json(const Facts& facts) {
   json executors = json::array();
   for (std::size_t e = 0; e < facts.recording.executors.executors.size(); ++e) {
     const RecordedExecutor& executor = facts.recording.executors.executors[e];
@@ -85,7 +85,7 @@ json executors_json(const ImportFacts& facts) {
 }
 
 /// The data of the trace about each task.
-json tasks_json(const ImportFacts& facts) {
+json tasks_json(const Facts& facts) {
   const RecordedGraph& graph = facts.recording.graph;
   const tracing::System& system = facts.recording.system;
   std::vector<std::vector<double>> durations(graph.tasks.set.size());
@@ -128,7 +128,7 @@ json tasks_json(const ImportFacts& facts) {
 }
 
 /// How often and how long callbacks ran that are not in the graph.
-json housekeeping_json(const ImportFacts& facts) {
+json housekeeping_json(const Facts& facts) {
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
   for (std::uint32_t c = 0; c < facts.recording.system.callbacks.size(); ++c) {
@@ -141,13 +141,13 @@ json housekeeping_json(const ImportFacts& facts) {
   return {{"callbacks", callbacks}, {"jobs", jobs}, {"busy_ms", to_ms(busy)}};
 }
 
-std::vector<std::string> warnings(const ImportFacts& facts) {
+std::vector<std::string> warnings(const Facts& facts) {
   std::vector<std::string> all;
   const tracing::TraceReading& r = facts.reading;
   if (!r.broken_off.empty())
     all.push_back("The trace breaks off: " + r.broken_off + ". The events before are used.");
   if (r.discarded_events + r.discarded_packets > 0) {
-    all.push_back(concat(
+    all.push_back(program::concat(
         "The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
         " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
         "(`--subbuf-size`, `--num-subbuf`)."));
@@ -156,23 +156,23 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
   Duration longest_period = std::chrono::milliseconds(100);
   for (const tracing::Callback& c : system.callbacks) longest_period = std::max(longest_period, c.period);
   if (r.longest_gap > kGap * longest_period) {
-    all.push_back(text(
+    all.push_back(program::text(
         "The trace has no event for %.1f s from %.1f s on: its clock jumped, or the system stood still. Jobs "
         "that were due meanwhile count as lost, and the self-check is not reliable.",
         seconds_of(r.longest_gap), seconds_of(r.gap_begin - r.first)));
   }
   if (system.reused_handles > 0)
-    all.push_back(concat(
+    all.push_back(program::concat(
         system.reused_handles,
         " addresses of callbacks were reused after the end of their callback; jobs are told apart by time."));
   if (system.ends_without_start > 0)
-    all.push_back(concat(system.ends_without_start, " ends of callbacks have no start."));
+    all.push_back(program::concat(system.ends_without_start, " ends of callbacks have no start."));
   std::uint64_t never_ended = 0;
   for (const tracing::Callback& c : system.callbacks) never_ended += c.never_ended;
   if (never_ended > 0)
-    all.push_back(concat(never_ended, " jobs have no end in the trace; they count as running."));
+    all.push_back(program::concat(never_ended, " jobs have no end in the trace; they count as running."));
   for (const EarlyPublication& e : early_publications(facts.recording.graph, facts.recording.jobs)) {
-    all.push_back(text(
+    all.push_back(program::text(
         "%s publishes %.1f ms before its jobs end, after %.0f %% of each (medians); the simulation publishes "
         "at their ends.",
         facts.recording.graph.tasks.set[e.task].name.c_str(), to_ms(e.before_end), 100 * e.share));
@@ -185,7 +185,7 @@ std::vector<std::string> warnings(const ImportFacts& facts) {
 
 GraphComments import_comments(const Recording& recording, const Interpretation& best) {
   GraphComments comments;
-  comments.header = concat(
+  comments.header = program::concat(
       "Imported from a trace of ros2_tracing; see import.md.\n"
       "Recorded executor: ",
       best.executor->label, ".");
@@ -193,14 +193,14 @@ GraphComments import_comments(const Recording& recording, const Interpretation& 
     for (const std::uint32_t c : rule.publishers) {
       std::string& text = comments.of[recording.graph.tasks.set[recording.graph.task_of[c]].name];
       if (!text.empty()) text += "; ";
-      text += concat(recording.system.topics[rule.topic].name, " ", rule_text(recording, rule), ": explains ",
-                     rule.explained, " of ", rule.jobs, " jobs");
+      text += program::concat(recording.system.topics[rule.topic].name, " ", rule_text(recording, rule),
+                              ": explains ", rule.explained, " of ", rule.jobs, " jobs");
     }
   }
   return comments;
 }
 
-json import_json(const ImportFacts& facts) {
+json import_json(const Facts& facts) {
   const Interpretation& best = facts.interpretations.best;
   json tried = json::array();
   for (const auto& [label, similarity] : facts.interpretations.tried)
@@ -225,27 +225,27 @@ json import_json(const ImportFacts& facts) {
           {"self_check", best.check}};
 }
 
-void print_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output) {
+void print_import(std::ostream& out, const Facts& facts, const std::filesystem::path& output) {
   const Interpretation& best = facts.interpretations.best;
-  out << text("%llu events in %.1f s: %zu nodes, %u tasks, %zu jobs; executor %s\n",
-              static_cast<unsigned long long>(facts.reading.all_events), seconds_of(facts.reading.length()),
-              best.graph.nodes.size(), best.tasks.set.size(), facts.recording.jobs.size() + facts.later_jobs,
-              best.executor->label.c_str());
+  out << program::text("%llu events in %.1f s: %zu nodes, %u tasks, %zu jobs; executor %s\n",
+                       static_cast<unsigned long long>(facts.reading.all_events),
+                       seconds_of(facts.reading.length()), best.graph.nodes.size(), best.tasks.set.size(),
+                       facts.recording.jobs.size() + facts.later_jobs, best.executor->label.c_str());
   for (const std::string& warning : warnings(facts)) out << "warning: " << warning << '\n';
   const SelfCheck& check = best.check;
-  out << text("Self-check: %s (order of jobs %.3f similar)\n", to_string(check.light),
-              check.schedule.similarity);
+  out << program::text("Self-check: %s (order of jobs %.3f similar)\n", to_string(check.light),
+                       check.schedule.similarity);
   for (const auto& chain : check.chains) {
     if (!std::isfinite(chain.recorded_ms.p50) || !std::isfinite(chain.simulated_ms.p50)) continue;
-    out << text("  %s: median %.2f ms recorded, %.2f simulated (%+.1f %%); p99 %.2f, %.2f (%+.1f %%)\n",
-                chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50,
-                chain.median_error_percent, chain.recorded_ms.p99, chain.simulated_ms.p99,
-                chain.p99_error_percent);
+    out << program::text(
+        "  %s: median %.2f ms recorded, %.2f simulated (%+.1f %%); p99 %.2f, %.2f (%+.1f %%)\n",
+        chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50, chain.median_error_percent,
+        chain.recorded_ms.p99, chain.simulated_ms.p99, chain.p99_error_percent);
   }
-  out << text("  lost: %.2f %% recorded, %.2f %% simulated\n", check.lost_recorded_percent,
-              check.lost_simulated_percent);
+  out << program::text("  lost: %.2f %% recorded, %.2f %% simulated\n", check.lost_recorded_percent,
+                       check.lost_simulated_percent);
   for (const std::string& reason : check.reasons) out << "  " << reason << '\n';
   out << "\nResults: " << output.string() << " (graph.yaml, run/, simulated/, import.md)\n";
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -8,10 +8,10 @@
 #include "hotpath/tracing/ctf_trace.hpp"
 #include "import/interpretation.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// The results of an import.
-struct ImportFacts {
+struct Facts {
   const tracing::TraceReading& reading;
   const Recording& recording;
   const Interpretations& interpretations;
@@ -23,9 +23,9 @@ struct ImportFacts {
 [[nodiscard]] GraphComments import_comments(const Recording& recording, const Interpretation& best);
 
 /// The content of import.json; keys end with their units.
-[[nodiscard]] nlohmann::json import_json(const ImportFacts& facts);
+[[nodiscard]] nlohmann::json import_json(const Facts& facts);
 
 /// Prints the summary of the import.
-void print_import(std::ostream& out, const ImportFacts& facts, const std::filesystem::path& output);
+void print_import(std::ostream& out, const Facts& facts, const std::filesystem::path& output);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

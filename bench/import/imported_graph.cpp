@@ -9,7 +9,7 @@
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 std::string counts_of(const ImportedGraph& imported) {
   std::size_t timers = 0, subscriptions = 0;
@@ -18,19 +18,19 @@ std::string counts_of(const ImportedGraph& imported) {
     timers += node.callbacks.size() - node.inputs.size();
   }
   const std::size_t chains = imported.graph.chains.size();
-  return concat(imported.graph.nodes.size(), " nodes, ", timers, " timers, ", subscriptions,
-                " subscriptions, ", imported.deployment.executors.size(), " executors",
-                chains > 0 ? concat(", ", chains, " chains.") : std::string("."));
+  return program::concat(imported.graph.nodes.size(), " nodes, ", timers, " timers, ", subscriptions,
+                         " subscriptions, ", imported.deployment.executors.size(), " executors",
+                         chains > 0 ? program::concat(", ", chains, " chains.") : std::string("."));
 }
 
 void write_import(ImportedGraph imported, const std::string& folder) {
   const std::filesystem::path path = folder, file = path / "graph.yaml";
-  check_output_folder(path);
-  create_folder(path);
+  program::check_output_folder(path);
+  program::create_folder(path);
   std::string& header = imported.comments.header;
   for (const std::string& line : imported.summary) header += "\n" + line;
   for (const std::string& line : imported.missing) header += "\nNot known: " + line;
-  write_graph(file, imported.graph, imported.comments, write_with_folder);
+  write_graph(file, imported.graph, imported.comments, program::write_with_folder);
   const Graph graph = load_graph(file);  // throws if the written file is not valid
   for (const std::string& line : imported.summary) std::cout << line << "\n";
   for (const std::string& line : imported.missing) std::cout << "Not known: " << line << "\n";
@@ -38,11 +38,11 @@ void write_import(ImportedGraph imported, const std::string& folder) {
   if (imported.deployment.executors.empty()) return;
   const std::filesystem::path deployment = path / "deployment.yaml";
   try {
-    write_whole_file(deployment, deployment_yaml(graph, make_tasks(graph), imported.deployment));
+    program::write_whole_file(deployment, deployment_yaml(graph, make_tasks(graph), imported.deployment));
     std::cout << "Deployment: " << deployment.string() << "\n";
   } catch (const std::invalid_argument& error) {
     std::cout << "No deployment is written: " << error.what() << "; write one by hand.\n";
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -8,7 +8,7 @@
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "hotpath/reference_system/ros_names.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// A graph made from the description of a real system, with notes for the user.
 struct ImportedGraph {
@@ -26,4 +26,4 @@ struct ImportedGraph {
 /// the notes. Throws UsageError, InputError.
 void write_import(ImportedGraph imported, const std::string& folder);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -12,7 +12,7 @@
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -28,7 +28,7 @@ constexpr std::size_t kChainsFound = 5;
 /// Share of pairs of tasks that may contradict an order.
 constexpr double kSameOrder = 0.01;
 
-const ExecutorEntry& entry_of(const std::string& label) { return *parse_executor(label, {}).entry; }
+const ExecutorEntry& entry_of(const std::string& label) { return *setup::parse_executor(label, {}).entry; }
 
 class Interpreter {
  public:
@@ -187,11 +187,11 @@ class Interpreter {
 
   void choose_executor() {
     if (recording_.deployment) {
-      result_.executor = deploy(*recording_.deployment, {});
+      result_.executor = setup::deploy(*recording_.deployment, {});
     } else if (result_.labels.size() == 1) {
-      result_.executor = parse_executor(result_.labels.front(), {});
+      result_.executor = setup::parse_executor(result_.labels.front(), {});
     } else {
-      result_.executor = deploy(recorded_deployment(), {});
+      result_.executor = setup::deploy(recorded_deployment(), {});
     }
     result_.trace.executor = result_.executor->label;
   }
@@ -202,11 +202,12 @@ class Interpreter {
     if (early.empty()) return;
     const EarlyPublication& most = early.front();
     const std::string others =
-        early.size() == 1 ? "" : concat(" (and ", early.size() - 1, " other tasks also publish early)");
-    result_.check.reasons.push_back(
-        text("%s publishes %.1f ms before its jobs end%s; the simulation publishes at their ends, so that "
-             "its data comes later by this time, and readers on other threads start later.",
-             result_.tasks.set[most.task].name.c_str(), to_ms(most.before_end), others.c_str()));
+        early.size() == 1 ? ""
+                          : program::concat(" (and ", early.size() - 1, " other tasks also publish early)");
+    result_.check.reasons.push_back(program::text(
+        "%s publishes %.1f ms before its jobs end%s; the simulation publishes at their ends, so that "
+        "its data comes later by this time, and readers on other threads start later.",
+        result_.tasks.set[most.task].name.c_str(), to_ms(most.before_end), others.c_str()));
   }
 
   /// The recorded threads. A trace has no policies: fifo stands for threads that preempted others.
@@ -272,7 +273,7 @@ Interpretations best_of(const Recording& recording) {
   std::vector<std::string> labels;
   for (const RecordedExecutor& e : recording.executors.executors) labels.push_back(e.candidates.front());
   if (labels.empty())
-    throw UsageError("the trace shows no executor: record it from the start of the nodes on");
+    throw program::UsageError("the trace shows no executor: record it from the start of the nodes on");
   Interpretations all{Interpreter(recording, labels, TimerThread::by_executor).interpret(), {}};
   const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
   const auto attempt = [&](const std::vector<std::string>& with, TimerThread timer_thread,
@@ -329,7 +330,7 @@ void set_phases(Recording& recording) {
 }
 
 /// Makes the graph with nodes and callbacks in that order.
-void arrange(Recording& r, const ServiceOrder& order, const ImportCtfOptions& options) {
+void arrange(Recording& r, const ServiceOrder& order, const CtfOptions& options) {
   const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
   r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback, name, order);
   r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
@@ -342,7 +343,7 @@ void arrange(Recording& r, const ServiceOrder& order, const ImportCtfOptions& op
 
 }  // namespace
 
-Interpretations interpret(Recording& recording, const ImportCtfOptions& options) {
+Interpretations interpret(Recording& recording, const CtfOptions& options) {
   std::ranges::sort(recording.jobs, {}, &tracing::Job::started);
   const tracing::Job& last = recording.jobs.back();
   recording.end = (last.ended ? last.finish : last.start) + Duration(1);
@@ -354,11 +355,11 @@ Interpretations interpret(Recording& recording, const ImportCtfOptions& options)
   if (contradicting <= kSameOrder) return all;
   arrange(recording, service_order(recording.system, recording.graph, all.best.precedence), options);
   all.best = Interpreter(recording, all.best.labels, all.best.graph.platform.timer_thread).interpret();
-  recording.graph.notes.push_back(
-      text("Nodes and callbacks are in the order in which the executor served them; it contradicts their "
-           "order of creation in %.0f %% of pairs.",
-           100 * contradicting));
+  recording.graph.notes.push_back(program::text(
+      "Nodes and callbacks are in the order in which the executor served them; it contradicts their "
+      "order of creation in %.0f %% of pairs.",
+      100 * contradicting));
   return all;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

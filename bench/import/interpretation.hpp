@@ -11,7 +11,7 @@
 #include "import/recorded_window.hpp"
 #include "import/self_check.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// The jobs of a recording, and what does not depend on its executors.
 struct Recording {
@@ -39,7 +39,7 @@ struct Interpretation {
   Graph graph;  ///< With execution times and platform.
   GraphTasks tasks;
   Trace trace;  ///< Relative to its epoch.
-  std::optional<ExecutorSpec> executor;
+  std::optional<setup::ExecutorSpec> executor;
   SelfCheck check;
 };
 
@@ -52,6 +52,6 @@ struct Interpretations {
 /// Learns executors, graph, timers and chains from the jobs, in any order, and tries the executors
 /// that may have run them. Writes no file, and reads none but a deployment of the user. Throws
 /// UsageError if the jobs do not suffice, and the errors of the options.
-[[nodiscard]] Interpretations interpret(Recording& recording, const ImportCtfOptions& options);
+[[nodiscard]] Interpretations interpret(Recording& recording, const CtfOptions& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

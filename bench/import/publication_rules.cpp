@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <set>
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -215,4 +215,4 @@ std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<c
   return rules;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

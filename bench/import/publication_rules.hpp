@@ -8,7 +8,7 @@
 #include "hotpath/reference_system/callback.hpp"
 #include "hotpath/tracing/system.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 using tracing::kNone;
 
@@ -36,4 +36,4 @@ struct InferredRule {
                                                     std::span<const tracing::Job> jobs,
                                                     const std::vector<bool>& is_task);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

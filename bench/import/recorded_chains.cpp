@@ -10,7 +10,7 @@
 #include "hotpath/reference_system/observe.hpp"
 #include "hotpath/reference_system/simulated_message.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -140,4 +140,4 @@ std::vector<ChainObservation> recorded_chains(const tracing::System& system, con
   return Follower(system, graph, window).follow();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -5,7 +5,7 @@
 
 #include "import/recorded_window.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -175,4 +175,4 @@ std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
   return early;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

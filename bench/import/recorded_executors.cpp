@@ -8,7 +8,7 @@
 
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -55,9 +55,9 @@ void find_candidates(const tracing::System& system, const std::vector<ThreadUse>
     executor.candidates = {"default"};
     executor.why = "it has the events of rclcpp's waits and one thread runs its callbacks";
   } else if (waits) {
-    executor.candidates = {concat(is_jazzy_or_later(system) ? "multi-jazzy:" : "multi:", threads)};
-    executor.why = concat("it has the events of rclcpp's waits and ", threads,
-                          " threads run its callbacks (rcl ", system.rcl_version, ")");
+    executor.candidates = {program::concat(is_jazzy_or_later(system) ? "multi-jazzy:" : "multi:", threads)};
+    executor.why = program::concat("it has the events of rclcpp's waits and ", threads,
+                                   " threads run its callbacks (rcl ", system.rcl_version, ")");
   } else if (timers_apart) {
     executor.candidates = {"events-re"};
     executor.why = "it has no events of waits, and timers run on a separate thread";
@@ -65,9 +65,9 @@ void find_candidates(const tracing::System& system, const std::vector<ThreadUse>
     executor.candidates = {"events-ro", "static", "cbg:1"};
     executor.why = "it has no events of waits and one thread";
   } else {
-    const std::string multi = concat("multi:", threads), cbg = concat("cbg:", threads);
+    const std::string multi = program::concat("multi:", threads), cbg = program::concat("cbg:", threads);
     executor.candidates = is_jazzy_or_later(system) ? std::vector{cbg} : std::vector{multi, cbg};
-    executor.why = concat("it has no events of waits and ", threads, " threads");
+    executor.why = program::concat("it has no events of waits and ", threads, " threads");
   }
 }
 
@@ -105,8 +105,9 @@ RecordedExecutors recorded_executors(const tracing::System& system, const std::s
       // Processes of different containers may have threads with equal ids.
       const tracing::Thread& first = system.threads[t];
       const std::string of_process =
-          system.processes.size() > 1 ? concat("process_", first.process, "_") : std::string();
-      result.executors.push_back({concat(of_process, "thread_", first.id), first.process, {}, {}, {}});
+          system.processes.size() > 1 ? program::concat("process_", first.process, "_") : std::string();
+      result.executors.push_back(
+          {program::concat(of_process, "thread_", first.id), first.process, {}, {}, {}});
     }
     result.executors[at->second].threads.push_back(t);
   }
@@ -131,4 +132,4 @@ std::vector<std::int32_t> usual_processors(const tracing::Thread& thread) {
   return usual;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -6,7 +6,7 @@
 
 #include "import/recorded_graph.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// Threads that share callbacks, and the executors to which they may belong.
 struct RecordedExecutor {
@@ -28,4 +28,4 @@ struct RecordedExecutors {
 /// The processors on which at least one in a hundred of a thread's jobs ended.
 [[nodiscard]] std::vector<std::int32_t> usual_processors(const tracing::Thread& thread);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -12,7 +12,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -41,14 +41,14 @@ class Builder {
     for (const std::uint32_t n : order_.nodes) add_node(n);
     add_outside();
     if (result_.graph.nodes.empty())
-      throw UsageError("the trace has no timer and no subscription for a graph; record for longer");
+      throw program::UsageError("the trace has no timer and no subscription for a graph; record for longer");
     cut_cycles();
     index_tasks();
     return std::move(result_);
   }
 
  private:
-  void note(const auto&... parts) { result_.notes.push_back(concat(parts...)); }
+  void note(const auto&... parts) { result_.notes.push_back(program::concat(parts...)); }
   const tracing::Callback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
   const std::string& topic_of(std::uint32_t c) const { return system_.topics[callback(c).topic].name; }
 
@@ -57,7 +57,7 @@ class Builder {
     for (const std::string& node : system_.nodes) {
       const std::string plain = graph_name(node, true);
       std::string name = plain;
-      for (int i = 2; !used.insert(name).second; ++i) name = concat(plain, "_", i);
+      for (int i = 2; !used.insert(name).second; ++i) name = program::concat(plain, "_", i);
       if (name != plain)
         note("There are several nodes ", node, "; one of them is called ", name, " in the graph.");
       result_.node_names.push_back(name);
@@ -93,7 +93,7 @@ class Builder {
            "start the recording before the nodes.");
     }
     if (std::ranges::count(is_task_, true) == 0) {
-      throw UsageError(
+      throw program::UsageError(
           jobs_of_unknown > 0
               ? "the trace has callbacks but no initialisation events (ros2:rcl_node_init and others), so "
                 "that their nodes are unknown; start the recording before the nodes, and keep all events "
@@ -161,7 +161,8 @@ class Builder {
       Callback added;
       const auto input = input_of.find(c);
       if (input != input_of.end()) added.input = input->second;
-      added.task = concat(node.name, "/", added.input ? node.inputs[*added.input].topic : timer_name(c, own));
+      added.task =
+          program::concat(node.name, "/", added.input ? node.inputs[*added.input].topic : timer_name(c, own));
       added.period = added.deadline = callback(c).period;
       if (!added.input) added.phase = Duration::zero();
       add_publications(c, input_of, node, added);
@@ -178,7 +179,7 @@ class Builder {
     for (const std::uint32_t c : own)
       if (callback(c).kind == tracing::CallbackKind::timer) timers.push_back(c);
     if (timers.size() == 1) return "timer";
-    return concat("timer_", 1 + (std::ranges::find(timers, timer) - timers.begin()));
+    return program::concat("timer_", 1 + (std::ranges::find(timers, timer) - timers.begin()));
   }
 
   void add_publications(std::uint32_t c, const std::map<std::uint32_t, std::uint32_t>& input_of, Node& node,
@@ -209,8 +210,8 @@ class Builder {
         executors.insert(executor_of_[other]);
     std::string key;
     if (executors.size() > 1)
-      key = concat("e", executor_of_[c] == kNone ? *executors.begin() : executor_of_[c]);
-    if (overlaps_[c]) key = concat("own_", member.task.substr(node.name.size() + 1));
+      key = program::concat("e", executor_of_[c] == kNone ? *executors.begin() : executor_of_[c]);
+    if (overlaps_[c]) key = program::concat("own_", member.task.substr(node.name.size() + 1));
     std::ranges::replace(key, '/', '.');
     const auto [at, is_new] = groups.try_emplace(key, static_cast<std::uint32_t>(node.groups.size()));
     member.group = at->second;
@@ -237,14 +238,14 @@ class Builder {
       std::ranges::sort(at);
       Callback timer;
       const std::string name = graph_name(system_.topics[topic].name, false);
-      timer.task = concat(node.name, "/", graph_name(system_.topics[topic].name, true));
+      timer.task = program::concat(node.name, "/", graph_name(system_.topics[topic].name, true));
       timer.period = timer.deadline =
           std::max(Duration(1000), (at.back() - at.front()) / static_cast<std::int64_t>(at.size() - 1));
       timer.phase = at.front() - Time{};
       timer.publishes.emplace_back().topic = name;
       node.outputs.push_back(name);
       note("No callback of the trace publishes topic ", system_.topics[topic].name, "; a timer of ",
-           fixed(to_ms(timer.period), 1), " ms without work publishes it in the graph.");
+           program::fixed(to_ms(timer.period), 1), " ms without work publishes it in the graph.");
       result_.callback_of.push_back(kNone);
       node.callbacks.push_back(std::move(timer));
     }
@@ -320,4 +321,4 @@ RecordedGraph make_recorded_graph(const tracing::System& system, std::span<const
   return Builder(system, jobs, executor_of, name, order).build();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

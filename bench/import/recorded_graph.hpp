@@ -9,7 +9,7 @@
 #include "hotpath/tracing/system.hpp"
 #include "import/publication_rules.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// The graph of a recorded system, with the mapping between tasks and callbacks of the trace.
 struct RecordedGraph {
@@ -45,4 +45,4 @@ struct ServiceOrder {
 /// Whether every node has the topic, so that graphs leave it out: /rosout, /parameter_events.
 [[nodiscard]] bool is_housekeeping(const std::string& topic);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

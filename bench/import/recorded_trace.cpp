@@ -6,7 +6,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -28,10 +28,10 @@ void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std:
     if (task.kind != TaskKind::timer || graph.callback_of[id] == kNone) continue;
     const double span_ms = to_ms(end - timers.first[id]), releases = span_ms / to_ms(task.period);
     if (releases < std::max(kManyReleases, kReleasesPerJob * static_cast<double>(jobs))) continue;
-    throw UsageError(
-        text("the trace's clock jumps, or the trace is damaged: `%s`, of period %g ms, would have been "
-             "due %.0f times in %.0f s, in which %zu callbacks ran; record it again, or cut it",
-             task.name.c_str(), to_ms(task.period), releases, span_ms / 1e3, jobs));
+    throw program::UsageError(program::text(
+        "the trace's clock jumps, or the trace is damaged: `%s`, of period %g ms, would have been "
+        "due %.0f times in %.0f s, in which %zu callbacks ran; record it again, or cut it",
+        task.name.c_str(), to_ms(task.period), releases, span_ms / 1e3, jobs));
   }
 }
 
@@ -150,4 +150,4 @@ JobRef RecordedTrace::parent_of(const tracing::JobRef& ref) const {
   return {task, sequences_[task][ref.number % kRemembered]};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

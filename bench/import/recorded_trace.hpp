@@ -8,7 +8,7 @@
 #include "hotpath/core/trace.hpp"
 #include "import/recorded_graph.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// First release of each timer, and whether a separate thread calls it.
 struct RecordedTimers {
@@ -54,4 +54,4 @@ class RecordedTrace {
   std::vector<std::vector<std::uint64_t>> sequences_;  // by task, by number: of the latest jobs
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

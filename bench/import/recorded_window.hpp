@@ -9,7 +9,7 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "import/recorded_executors.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 /// Jobs of a recording and their records, in the order of starts.
 struct RecordedWindow {
@@ -72,4 +72,4 @@ struct EarlyPublication {
 [[nodiscard]] std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
                                                                std::span<const tracing::Job> jobs);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

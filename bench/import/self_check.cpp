@@ -12,7 +12,7 @@
 #include "setup/run_setup.hpp"
 #include "simulated/repetition.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 namespace {
 
@@ -54,23 +54,24 @@ class TimesOfMoment final : public ExecutionTimes {
   std::vector<Duration> wcet_;
 };
 
-Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                        const std::vector<MeasuredChain>& chains, const Trace& recorded) {
+Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
+                        const std::vector<results::MeasuredChain>& chains, const Trace& recorded) {
   Trace own = recorded;
   for (JobRecord& r : own.jobs)
     if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
   const TimesOfMoment times(tasks.set, working_jobs(tasks, own));
-  SimulationPlan plan{executor, graph, tasks, chains, times};
+  simulated::Plan plan{executor, graph, tasks, chains, times};
   plan.duration = recorded.end - Time{};
   plan.start = first_start(recorded);
   plan.max_backlog = 1000 * tasks.set.size();
-  return simulate_repetition(plan).trace;
+  return simulated::simulate_repetition(plan).trace;
 }
 
 /// By chain.
-std::vector<std::vector<double>> latencies_ms(const std::vector<MeasuredChain>& chains, const Trace& trace) {
+std::vector<std::vector<double>> latencies_ms(const std::vector<results::MeasuredChain>& chains,
+                                              const Trace& trace) {
   std::vector<std::vector<double>> all(chains.size());
-  for (const ChainRecord& r : counted_chains(trace, chains, Time{}))
+  for (const ChainRecord& r : results::counted_chains(trace, chains, Time{}))
     all[r.chain].push_back(to_ms(r.hot_path_latency));
   return all;
 }
@@ -93,7 +94,7 @@ std::vector<double> lost_percent(const TaskSet& set, const Trace& trace) {
     }
   }
   std::vector<double> percent;
-  for (std::size_t id = 0; id < all.size(); ++id) percent.push_back(percent_of(lost[id], all[id]));
+  for (std::size_t id = 0; id < all.size(); ++id) percent.push_back(results::percent_of(lost[id], all[id]));
   return percent;
 }
 
@@ -117,43 +118,44 @@ class Judge {
 
 void compare_latencies(SelfCheck::ChainCheck& chain, const std::vector<double>& recorded,
                        const std::vector<double>& simulated, Judge& judge) {
-  chain.recorded_ms = latency_quantiles(recorded);
-  chain.simulated_ms = latency_quantiles(simulated);
+  chain.recorded_ms = validation::latency_quantiles(recorded);
+  chain.simulated_ms = validation::latency_quantiles(simulated);
   if (recorded.empty() || simulated.empty()) {
     return judge.add(
         recorded.empty() ? Light::yellow : Light::red,
-        concat("No output of ", chain.chain, recorded.empty() ? " was recorded" : " was simulated",
-               ": its latency cannot be compared."));
+        program::concat("No output of ", chain.chain, recorded.empty() ? " was recorded" : " was simulated",
+                        ": its latency cannot be compared."));
   }
   chain.median_error_percent = error_percent(chain.recorded_ms.p50, chain.simulated_ms.p50);
   chain.p99_error_percent = error_percent(chain.recorded_ms.p99, chain.simulated_ms.p99);
   judge.see(std::abs(chain.median_error_percent), kMedianError_percent,
-            text("The median of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
-                 chain.simulated_ms.p50, chain.recorded_ms.p50));
+            program::text("The median of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
+                          chain.simulated_ms.p50, chain.recorded_ms.p50));
   judge.see(std::abs(chain.p99_error_percent), kP99Error_percent,
-            text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
-                 chain.simulated_ms.p99, chain.recorded_ms.p99));
+            program::text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
+                          chain.simulated_ms.p99, chain.recorded_ms.p99));
 }
 
 }  // namespace
 
-SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
                      const Trace& recorded) {
   SelfCheck check;
-  const std::vector<MeasuredChain> chains = measured_chains(graph, tasks);
+  const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
   Trace& simulated = check.simulated;
   try {
     simulated = simulate_recorded(graph, tasks, executor, chains, recorded);
   } catch (const SimulationError& error) {
     check.failure = error.what();
     check.light = Light::red;
-    check.reasons.push_back(concat("The simulation stops: ", check.failure, "."));
+    check.reasons.push_back(program::concat("The simulation stops: ", check.failure, "."));
     return check;
   }
   Judge judge(check);
-  check.schedule = compare_schedules(schedule_of(tasks.set, recorded), schedule_of(tasks.set, simulated));
+  check.schedule = validation::compare_schedules(results::schedule_of(tasks.set, recorded),
+                                                 results::schedule_of(tasks.set, simulated));
   judge.see(1 - check.schedule.similarity, 1 - kSimilarity,
-            text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
+            program::text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
   const auto recorded_ms = latencies_ms(chains, recorded), simulated_ms = latencies_ms(chains, simulated);
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
     SelfCheck::ChainCheck& chain = check.chains.emplace_back();
@@ -172,13 +174,13 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const Executor
   check.lost_recorded_percent = recorded_lost.back();
   check.lost_simulated_percent = simulated_lost.back();
   judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
-            text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
-                 check.lost_simulated_percent, check.lost_recorded_percent));
+            program::text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
+                          check.lost_simulated_percent, check.lost_recorded_percent));
   return check;
 }
 
 // nlohmann::json writes numbers that are not finite as null.
-static nlohmann::json json_of(const LatencyQuantiles& q) {
+static nlohmann::json json_of(const validation::LatencyQuantiles& q) {
   return {{"n", q.n.value_or(0)}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
 }
 
@@ -194,7 +196,7 @@ void to_json(nlohmann::json& j, const SelfCheck& check) {
                       {"median_error_percent", c.median_error_percent},
                       {"p99_error_percent", c.p99_error_percent}});
   }
-  const ScheduleComparison& s = check.schedule;
+  const validation::ScheduleComparison& s = check.schedule;
   j = {
       {"light", to_string(check.light)},
       {"reasons", check.reasons},
@@ -211,4 +213,4 @@ void to_json(nlohmann::json& j, const SelfCheck& check) {
        {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

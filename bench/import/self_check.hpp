@@ -8,7 +8,7 @@
 #include "setup/executor_spec.hpp"
 #include "validation/validation.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 enum class Light : std::uint8_t { green, yellow, red };
 constexpr auto enum_texts(Light) {
@@ -21,7 +21,7 @@ constexpr auto enum_texts(Light) {
 struct SelfCheck {
   struct ChainCheck {
     std::string chain;
-    LatencyQuantiles recorded_ms, simulated_ms;
+    validation::LatencyQuantiles recorded_ms, simulated_ms;
     double median_error_percent = kNoValue, p99_error_percent = kNoValue;  ///< Simulated to recorded.
   };
   /// Lost (skipped or overwritten) share of a task's timestamps or samples.
@@ -29,7 +29,7 @@ struct SelfCheck {
     std::string task;
     double recorded_percent = 0, simulated_percent = 0;
   };
-  ScheduleComparison schedule;
+  validation::ScheduleComparison schedule;
   std::vector<ChainCheck> chains;
   std::vector<LossCheck> losses;  ///< Of tasks that lost anything, the largest difference first.
   double lost_recorded_percent = 0, lost_simulated_percent = 0;  ///< Of all tasks together.
@@ -46,9 +46,9 @@ inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossEr
 /// `recorded` is relative to its epoch and `tasks` have its phases; chains are those of `graph`.
 /// The simulation begins with the recorded executors, so that there is no warm-up; jobs and outputs
 /// whose timestamp lies before the epoch do not count.
-[[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                                   const Trace& recorded);
+[[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks,
+                                   const setup::ExecutorSpec& executor, const Trace& recorded);
 
 void to_json(nlohmann::json& j, const SelfCheck& check);
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

@@ -5,7 +5,7 @@
 
 #include "import/recorded_window.hpp"
 
-namespace hotpath {
+namespace hotpath::imports {
 
 Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow& window, bool wait_sets) {
   const TaskId count = graph.tasks.set.size();
@@ -87,4 +87,4 @@ ServiceOrder service_order(const tracing::System& system, const RecordedGraph& g
           })};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::imports

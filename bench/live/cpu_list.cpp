@@ -8,12 +8,12 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 std::vector<int> parse_cpus(const std::string& option, const std::string& text) {
   static const std::regex kRange("([0-9]{1,4})(-([0-9]{1,4}))?");
   const auto refuse = [&](const auto&... words) {
-    throw UsageError(concat(option, " ", text, ": ", words...));
+    throw program::UsageError(program::concat(option, " ", text, ": ", words...));
   };
   std::set<int> cpus;
   std::istringstream parts(text);
@@ -30,9 +30,9 @@ std::vector<int> parse_cpus(const std::string& option, const std::string& text) 
   const std::vector<int> available = allowed_cpus();
   for (const int cpu : cpus) {
     if (std::ranges::find(available, cpu) != available.end()) continue;
-    refuse("this process may not use processor ", cpu, "; it may use ", joined(available, ","));
+    refuse("this process may not use processor ", cpu, "; it may use ", program::joined(available, ","));
   }
   return {cpus.begin(), cpus.end()};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

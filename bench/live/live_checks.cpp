@@ -9,24 +9,24 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 namespace {
 
 /// Reports a policy that the system does not permit.
-void check_policy(const RepetitionPlan& plan, const Deployment& deployment,
-                  const DeployedExecutor& executor) {
+void check_policy(const Plan& plan, const Deployment& deployment, const DeployedExecutor& executor) {
   if (executor.policy == ThreadPolicy{}) return;
   const auto& processors = executor.processors.empty() ? plan.cpus : executor.processors;
   const std::string refused = refusal({executor.policy, true, processors});
   if (refused.empty()) return;
-  throw UsageError(concat(deployment.file, deployment.file.empty() ? "" : concat(":", executor.line, ": "),
-                          "executor ", executor.name, ": ", refused));
+  throw program::UsageError(program::concat(
+      deployment.file, deployment.file.empty() ? "" : program::concat(":", executor.line, ": "), "executor ",
+      executor.name, ": ", refused));
 }
 
 }  // namespace
 
-void check_rclcpp_options(const RunOptions& options, const RepetitionPlan& plan) {
+void check_rclcpp_options(const Options& options, const Plan& plan) {
   const std::pair<bool, const char*> unsupported[] = {
       {plan.processes > 1 || !options.deployments.empty(),
        "runs one executor in one process; leave --processes and --deployments out"},
@@ -40,13 +40,13 @@ void check_rclcpp_options(const RunOptions& options, const RepetitionPlan& plan)
        "carries messages over the middleware of ROS 2; leave --network out"},
       {plan.measure_cpu_time, "does not measure the CPU time of a job; leave --cpu-time out"}};
   for (const auto& [given, sentence] : unsupported) {
-    if (given) throw UsageError(concat("--stack rclcpp ", sentence));
+    if (given) throw program::UsageError(program::concat("--stack rclcpp ", sentence));
   }
 }
 
-void check_network_options(const RunOptions& options, const RepetitionPlan& plan) {
+void check_network_options(const Options& options, const Plan& plan) {
   if (!options.ros2_runner.empty() && plan.rclcpp.runner.empty()) {
-    throw UsageError("--ros2-runner needs --stack rclcpp; add it, or leave --ros2-runner out");
+    throw program::UsageError("--ros2-runner needs --stack rclcpp; add it, or leave --ros2-runner out");
   }
   if (plan.transport != TransportKind::intra_process) return;
   const bool published = options.live || options.live_alternate;
@@ -55,46 +55,50 @@ void check_network_options(const RunOptions& options, const RepetitionPlan& plan
       {options.all_interfaces && !published, "--all-interfaces"},
       {plan.fastdds.domain != FastDdsOptions{}.domain && !published, "--domain"}};
   for (const auto& [given, option] : unused) {
-    if (given) throw UsageError(concat(option, " needs --transport fastdds; leave it out"));
+    if (given) throw program::UsageError(program::concat(option, " needs --transport fastdds; leave it out"));
   }
 }
 
-void check_fastdds_options(const RunOptions& options, const RepetitionPlan& plan,
-                           const std::vector<ExecutorSpec>& executors) {
+void check_fastdds_options(const Options& options, const Plan& plan,
+                           const std::vector<setup::ExecutorSpec>& executors) {
   if (has_fastdds()) return;
-  const bool native = std::ranges::count(executors, Stack::native, &ExecutorSpec::stack) > 0;
+  const bool native = std::ranges::count(executors, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
   if (native && plan.transport == TransportKind::fastdds) {
-    throw UsageError("this hotpath was built without Fast DDS: take --transport intra_process");
+    throw program::UsageError("this hotpath was built without Fast DDS: take --transport intra_process");
   }
   if (options.live || options.live_alternate) {
-    throw UsageError("--live needs Fast DDS, and this hotpath was built without it; leave --live out");
+    throw program::UsageError(
+        "--live needs Fast DDS, and this hotpath was built without it; leave --live out");
   }
 }
 
-void check_deployment(const RepetitionPlan& plan, const ExecutorSpec& executor) {
+void check_deployment(const Plan& plan, const setup::ExecutorSpec& executor) {
   if (!executor.deployment) return;
   const Deployment& deployment = executor.deployment->plan;
   if (plan.processes > 1) {
-    throw UsageError(
-        concat("--processes: deployment ", deployment.name, " sets its own processes; leave it out"));
+    throw program::UsageError(program::concat("--processes: deployment ", deployment.name,
+                                              " sets its own processes; leave it out"));
   }
   if (plan.executor_policy) {
-    throw UsageError("--executor-policy applies to single executors; a deployment sets its own policies");
+    throw program::UsageError(
+        "--executor-policy applies to single executors; a deployment sets its own policies");
   }
   if (deployment.processes.size() > 1 && plan.transport == TransportKind::intra_process) {
-    throw UsageError(concat("deployment ", deployment.name, " has ", deployment.processes.size(),
-                            " processes, which need --transport fastdds"));
+    throw program::UsageError(program::concat("deployment ", deployment.name, " has ",
+                                              deployment.processes.size(),
+                                              " processes, which need --transport fastdds"));
   }
   const std::vector<int> available = plan.cpus.empty() ? allowed_cpus() : plan.cpus;
   for (const DeployedExecutor& part : deployment.executors) {
     for (const int processor : part.processors) {
       if (std::ranges::count(available, processor) > 0) continue;
-      throw InputError(deployment.file, part.line,
-                       concat("executor ", part.name, ": this run may not use processor ", processor),
-                       "take some of " + joined(available));
+      throw InputError(
+          deployment.file, part.line,
+          program::concat("executor ", part.name, ": this run may not use processor ", processor),
+          "take some of " + program::joined(available));
     }
     check_policy(plan, deployment, part);
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

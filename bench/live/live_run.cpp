@@ -30,7 +30,7 @@
 #include "setup/run_setup.hpp"
 #include "setup/setup_facts.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 namespace {
 
@@ -42,53 +42,53 @@ constexpr Duration kOverhead = std::chrono::milliseconds(400);
 /// A name that nobody guesses.
 std::string random_name() {
   std::random_device random;
-  return text("run-%08x%08x%08x%08x", random(), random(), random(), random());
+  return program::text("run-%08x%08x%08x%08x", random(), random(), random(), random());
 }
 
 class LiveRun {
  public:
-  explicit LiveRun(const RunOptions& options) : options_(options), plan_(options.plan) {
+  explicit LiveRun(const Options& options) : options_(options), plan_(options.plan) {
     if (options_.quick) {
       options_.duration_s = 2;
       options_.warm_up_s = 0.5;
       options_.repetitions = 1;
     }
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
-    graph_ = graph_to_run(options_);
+    graph_ = setup::graph_to_run(options_);
     plan_.graph = &graph_;
     tasks_ = plan_.tasks = make_tasks(graph_);
     name_stacks();
-    executors_ = executors_to_run(options_, graph_, tasks_);
-    counting_ = summary_options(options_, graph_, tasks_);
-    for (const ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
+    executors_ = setup::executors_to_run(options_, graph_, tasks_);
+    counting_ = setup::summary_options(options_, graph_, tasks_);
+    for (const setup::ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
     check();
   }
 
   void run() {
-    RunFolder folder(output_folder(options_, graph_));
-    catch_interrupts();
-    for (const std::string& sentence : idle_options(options_, executors_)) say(sentence);
-    const auto polls = [](const ExecutorSpec& part) {
+    results::RunFolder folder(setup::output_folder(options_, graph_));
+    program::catch_interrupts();
+    for (const std::string& sentence : setup::idle_options(options_, executors_)) say(sentence);
+    const auto polls = [](const setup::ExecutorSpec& part) {
       return part.entry->traits.timers == TimerHandling::polled;
     };
-    if (plan_.timer_policy && std::ranges::all_of(executors_, [&](const ExecutorSpec& e) {
-          return std::ranges::all_of(parts(e), polls);
+    if (plan_.timer_policy && std::ranges::all_of(executors_, [&](const setup::ExecutorSpec& e) {
+          return std::ranges::all_of(setup::parts(e), polls);
         })) {
       say("--timer-policy changes nothing: none of these executors has a timer management thread");
     }
-    for (const std::string& sentence : warnings(machine_)) warn(sentence);
+    for (const std::string& sentence : machine::warnings(machine_)) warn(sentence);
     calibrate_work();
     describe();
     folder.write("run.json", json(run_));
 
     measure(folder);
     if (!run_.failures.empty() && nothing_measured()) {
-      throw RunError(runs_planned() == 1
-                         ? run_.failures.front()
-                         : "every run failed; there is no result in " + folder.path().string());
+      throw program::RunError(runs_planned() == 1
+                                  ? run_.failures.front()
+                                  : "every run failed; there is no result in " + folder.path().string());
     }
 
-    const Summary summary = summarize(tasks_.set, runs_, counting_);
+    const results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
     std::vector<PublishingEffect> effects;
     json summary_json = summary;
     if (options_.live_alternate)
@@ -99,16 +99,16 @@ class LiveRun {
   }
 
  private:
-  Duration length() const { return seconds(options_.warm_up_s + options_.duration_s); }
+  Duration length() const { return setup::seconds(options_.warm_up_s + options_.duration_s); }
 
   /// Marks executors on rclcpp in their labels; each stack adds all executors.
   void name_stacks() {
     std::vector<std::string> labels;
     for (const std::string& text : options_.stacks) {
-      const bool on_rclcpp = parse<Stack>(text) == Stack::rclcpp;
+      const bool on_rclcpp = parse<setup::Stack>(text) == setup::Stack::rclcpp;
       for (const std::string& name : options_.executors) {
-        ExecutorLabel label(name);
-        if (on_rclcpp) label.stack = kRclcppStack;
+        results::ExecutorLabel label(name);
+        if (on_rclcpp) label.stack = results::kRclcppStack;
         labels.push_back(label.text());
       }
       if (!on_rclcpp) continue;
@@ -128,7 +128,7 @@ class LiveRun {
     plan_.fastdds.partition = random_name();
     plan_.fastdds.topic_prefix = random_name() + "/";
     plan_.length = length();
-    plan_.time_out = seconds(options_.time_out_s);
+    plan_.time_out = setup::seconds(options_.time_out_s);
     check_network_options(options_, plan_);
     check_fastdds_options(options_, plan_, executors_);
     check_publishing();
@@ -137,24 +137,27 @@ class LiveRun {
         plan_.executor_policy = parse_thread_policy(options_.executor_policy);
       if (!options_.timer_policy.empty()) plan_.timer_policy = parse_thread_policy(options_.timer_policy);
     } catch (const std::invalid_argument& error) {
-      throw UsageError(error.what());
+      throw program::UsageError(error.what());
     }
     const std::string processes = "--processes " + std::to_string(plan_.processes);
     if (plan_.processes > 1 && plan_.transport == TransportKind::intra_process) {
-      throw UsageError(processes + " needs --transport fastdds: intra_process stays within one process");
+      throw program::UsageError(processes +
+                                " needs --transport fastdds: intra_process stays within one process");
     }
     if (plan_.processes > graph_.nodes.size()) {
-      throw UsageError(concat(processes, ": the graph has only ", graph_.nodes.size(), " nodes"));
+      throw program::UsageError(
+          program::concat(processes, ": the graph has only ", graph_.nodes.size(), " nodes"));
     }
-    for (const ExecutorSpec& e : executors_) {
-      phases_of_repetition(options_, graph_, tasks_, e, 0);
+    for (const setup::ExecutorSpec& e : executors_) {
+      setup::phases_of_repetition(options_, graph_, tasks_, e, 0);
       check_deployment(plan_, e);
-      if (e.stack == Stack::rclcpp) check_on_rclcpp(e);
-      const bool of_rclcpp = e.stack == Stack::rclcpp && e.entry->traits.family != Family::priority_events;
+      if (e.stack == setup::Stack::rclcpp) check_on_rclcpp(e);
+      const bool of_rclcpp =
+          e.stack == setup::Stack::rclcpp && e.entry->traits.family != Family::priority_events;
       if (of_rclcpp && plan_.timer_policy && e.entry->traits.timers != TimerHandling::polled) {
-        throw UsageError(
-            concat("--timer-policy: the timer thread of ", e.label,
-                   " belongs to rclcpp and takes the policy of --executor-policy; leave it out"));
+        throw program::UsageError(
+            program::concat("--timer-policy: the timer thread of ", e.label,
+                            " belongs to rclcpp and takes the policy of --executor-policy; leave it out"));
       }
     }
     check_memory();
@@ -163,8 +166,8 @@ class LiveRun {
   /// Rejects a run without memory for the traces of all repetitions and the buffers of one.
   void check_memory() const {
     double buffers = 0;
-    for (const ExecutorSpec& e : executors_) {
-      RepetitionPlan p = plan_;
+    for (const setup::ExecutorSpec& e : executors_) {
+      Plan p = plan_;
       p.executor = e;
       if (e.deployment) p.processes = static_cast<std::uint32_t>(e.deployment->plan.processes.size());
       double own = 0;
@@ -173,20 +176,20 @@ class LiveRun {
       }
       buffers = std::max(buffers, own);
     }
-    check_trace_memory(options_, tasks_, runs_planned() + (options_.repeat_disturbed > 0), buffers,
-                       "a shorter --duration or fewer --repetitions");
+    setup::check_trace_memory(options_, tasks_, runs_planned() + (options_.repeat_disturbed > 0), buffers,
+                              "a shorter --duration or fewer --repetitions");
   }
 
   void check_publishing() {
     publisher_cpus_ = parse_cpus("--live-cpus", options_.live_cpus);
     if (!publisher_cpus_.empty() && !options_.live && !options_.live_alternate) {
-      throw UsageError("--live-cpus sets the processors of --live; add --live");
+      throw program::UsageError("--live-cpus sets the processors of --live; add --live");
     }
     if (options_.live_alternate && options_.repetitions < 2) {
-      throw UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
+      throw program::UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
     }
     if (options_.live_alternate && options_.repeat_disturbed > 0) {
-      throw UsageError(
+      throw program::UsageError(
           "--repeat-disturbed: --live-alternate needs repetitions that follow each other; leave one out");
     }
     if (publisher_cpus_.empty() && !plan_.cpus.empty()) {
@@ -209,9 +212,10 @@ class LiveRun {
   }
 
   /// `number`: of the attempt.
-  RepetitionPlan plan(std::uint32_t repetition, const ExecutorSpec& executor, std::uint32_t number) const {
-    RepetitionPlan p = plan_;
-    set_phases(p.tasks.set, phases_of_repetition(options_, graph_, tasks_, executor, repetition));
+  Plan plan(std::uint32_t repetition, const setup::ExecutorSpec& executor, std::uint32_t number) const {
+    Plan p = plan_;
+    setup::set_phases(p.tasks.set,
+                      setup::phases_of_repetition(options_, graph_, tasks_, executor, repetition));
     p.executor = executor;
     if (executor.deployment)
       p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
@@ -219,40 +223,41 @@ class LiveRun {
     if (options_.live || (options_.live_alternate && published_by_turns(repetition))) {
       json facts = run_;
       facts.erase("runs");
-      p.publishing = {publisher_cpus_, seconds(options_.warm_up_s), facts.dump()};
+      p.publishing = {publisher_cpus_, setup::seconds(options_.warm_up_s), facts.dump()};
     }
     return p;
   }
 
-  void measure(RunFolder& folder) {
-    const auto order = interleaved(options_.repetitions, executors_.size(), options_.seed);
-    Progress progress(order.size(), length() + kOverhead);
+  void measure(results::RunFolder& folder) {
+    const auto order = setup::interleaved(options_.repetitions, executors_.size(), options_.seed);
+    program::Progress progress(order.size(), length() + kOverhead);
     for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
       const auto [repetition, e] = order[i];
-      progress.begin(concat(executors_[e].label, ", repetition ", repetition));
-      std::optional<Repetition> measured =
+      progress.begin(program::concat(executors_[e].label, ", repetition ", repetition));
+      std::optional<results::Repetition> measured =
           measure_attempt(folder, progress, {e, repetition, repetition, repetition});
       if (measured) runs_[e].repetitions.push_back(std::move(*measured));
     }
     repeat(folder);
-    for (ExecutorRuns& r : runs_) {
+    for (results::ExecutorRuns& r : runs_) {
       std::ranges::sort(r.repetitions, {},
-                        [](const Repetition& repetition) { return repetition.trace.repetition; });
+                        [](const results::Repetition& repetition) { return repetition.trace.repetition; });
     }
   }
 
   /// None: the attempt failed or was interrupted.
-  std::optional<Repetition> measure_attempt(RunFolder& folder, Progress& progress, const Attempt& attempt) {
-    const ExecutorSpec& executor = executors_[attempt.executor];
-    const RepetitionPlan p = plan(attempt.repetition, executor, attempt.number);
-    RepetitionResult result =
-        run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length()); });
+  std::optional<results::Repetition> measure_attempt(results::RunFolder& folder, program::Progress& progress,
+                                                     const Attempt& attempt) {
+    const setup::ExecutorSpec& executor = executors_[attempt.executor];
+    const Plan p = plan(attempt.repetition, executor, attempt.number);
+    Result result = run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length()); });
     progress.clear();
     partial_ = result.interrupted;
     Trace& trace = result.repetition.trace;
-    trace.chains = counted_chains(trace, measured_chains(graph_, tasks_), trace.epoch + counting_.warm_up);
+    trace.chains = results::counted_chains(trace, setup::measured_chains(graph_, tasks_),
+                                           trace.epoch + counting_.warm_up);
     if (run_.tells_processor_speed()) {
-      result.repetition.speed = speed_windows(tasks_.set, trace, counting_.warm_up);
+      result.repetition.speed = results::speed_windows(tasks_.set, trace, counting_.warm_up);
     }
     // A failed repetition is recorded in run.json only. Rows are stored before the record that
     // names them, so that a killed run can be recovered.
@@ -260,12 +265,12 @@ class LiveRun {
     note(p, result);
     record_attempt(run_.runs, executor.label, attempt);
     folder.write("run.json", json(run_));
-    if (result.setup_failed) throw RunError(result.failure);
+    if (result.setup_failed) throw program::RunError(result.failure);
     if (!result.measured || (attempt.number != attempt.counted && partial_)) return std::nullopt;
     return std::move(result.repetition);
   }
 
-  void repeat(RunFolder& folder) {
+  void repeat(results::RunFolder& folder) {
     if (options_.repeat_disturbed == 0) return;
     const auto [observed, slow] = count_slow(runs_);
     if (observed == 0) {
@@ -274,21 +279,22 @@ class LiveRun {
           "that a processor is slow.");
     }
     if (slow == 0) return;
-    say(concat(slow, slow == 1 ? " repetition" : " repetitions",
-               " ran on a slow processor: measuring again."));
-    Progress progress(slow, length() + kOverhead);
+    say(program::concat(slow, slow == 1 ? " repetition" : " repetitions",
+                        " ran on a slow processor: measuring again."));
+    program::Progress progress(slow, length() + kOverhead);
     repeat_disturbed(
         runs_, options_.repetitions, options_.repeat_disturbed,
-        [&](const Attempt& a) -> std::optional<Repetition> {
+        [&](const Attempt& a) -> std::optional<results::Repetition> {
           if (partial_) return std::nullopt;
-          progress.begin(concat(executors_[a.executor].label, ", repetition ", a.repetition, " again"));
+          progress.begin(
+              program::concat(executors_[a.executor].label, ", repetition ", a.repetition, " again"));
           return measure_attempt(folder, progress, a);
         },
-        [&](const Attempt& a, const std::vector<SlowPeriod>& wrong) {
+        [&](const Attempt& a, const std::vector<results::SlowPeriod>& wrong) {
           const std::string& label = executors_[a.executor].label;
           record_replacement(run_.runs, label, a);
-          warn(concat(label, ", repetition ", a.counted, ": ", hotpath::describe(wrong), "; repetition ",
-                      a.number, " was measured instead and counts."));
+          warn(program::concat(label, ", repetition ", a.counted, ": ", hotpath::results::describe(wrong),
+                               "; repetition ", a.number, " was measured instead and counts."));
           folder.write("run.json", json(run_));
         });
   }
@@ -296,23 +302,23 @@ class LiveRun {
   std::size_t runs_planned() const { return options_.repetitions * executors_.size(); }
 
   bool nothing_measured() const {
-    return std::ranges::all_of(runs_, [](const ExecutorRuns& r) { return r.repetitions.empty(); });
+    return std::ranges::all_of(runs_, [](const results::ExecutorRuns& r) { return r.repetitions.empty(); });
   }
 
-  void note(const RepetitionPlan& p, const RepetitionResult& result) {
+  void note(const Plan& p, const Result& result) {
     for (const std::string& w : result.warnings) warn(w);
     if (!result.failure.empty()) {
       run_.failures.push_back(result.failure);
       if (runs_planned() > 1 && !result.setup_failed) say(result.failure);
     }
     if (!result.measured && result.failure.empty()) return;  // interrupted before it began
-    RepetitionRecord& run =
-        run_.runs.emplace_back(record_of(p.tasks.set, counting_.chains, result.repetition));
+    results::RepetitionRecord& run =
+        run_.runs.emplace_back(results::record_of(p.tasks.set, counting_.chains, result.repetition));
     run.thread_policies = result.policies;
     run.published = p.publishing.has_value();
     run.failure = result.failure;
-    const auto raises = [](const ExecutorSpec& e) { return e.entry->traits.raises_timer_thread; };
-    const bool wanted_real_time = std::ranges::any_of(parts(p.executor), raises) && !p.timer_policy;
+    const auto raises = [](const setup::ExecutorSpec& e) { return e.entry->traits.raises_timer_thread; };
+    const bool wanted_real_time = std::ranges::any_of(setup::parts(p.executor), raises) && !p.timer_policy;
     if (wanted_real_time && result.timers_are_ordinary && !told_no_real_time_) {
       told_no_real_time_ = true;
       warn(
@@ -324,7 +330,7 @@ class LiveRun {
 
   /// The paper's release-and-execute runs jobs at SCHED_FIFO; above its limit the kernel stops them
   /// for the rest of each period.
-  void check_throttling(const RepetitionPlan& p) {
+  void check_throttling(const Plan& p) {
     if (told_throttling_ || machine_.rt_runtime_us < 0 || machine_.rt_period_us <= 0) return;
     if (p.executor.deployment) return;
     const ExecutorOptions defaults = default_options(*p.executor.entry);
@@ -339,62 +345,63 @@ class LiveRun {
         static_cast<double>(machine_.rt_runtime_us) / static_cast<double>(machine_.rt_period_us);
     if (timers < limit) return;
     told_throttling_ = true;
-    warn(
-        text("Timers alone need %ld %% of a core at SCHED_FIFO, and the kernel's real-time throttling allows "
-             "%ld %%: "
-             "jobs will be delayed. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.",
-             std::lround(100 * timers), std::lround(100 * limit)));
+    warn(program::text(
+        "Timers alone need %ld %% of a core at SCHED_FIFO, and the kernel's real-time throttling allows "
+        "%ld %%: "
+        "jobs will be delayed. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.",
+        std::lround(100 * timers), std::lround(100 * limit)));
   }
 
   void describe() {
     Graph bounded = graph_;
-    bounded.platform.release_cost = measure_release_cost().p999;
+    bounded.platform.release_cost = machine::measure_release_cost().p999;
     std::vector<std::string> warnings = std::move(run_.warnings);
-    run_ = record_of(options_, graph_, tasks_.set, executors_);
-    run_.kind = RunKind::live;
-    run_.bounds = timer_bounds(bounded, tasks_, executors_);
+    run_ = setup::record_of(options_, graph_, tasks_.set, executors_);
+    run_.kind = results::RunKind::live;
+    run_.bounds = setup::timer_bounds(bounded, tasks_, executors_);
     run_.warnings = std::move(warnings);
-    run_.live = LiveRecord{.date = time_stamp("%Y-%m-%dT%H:%M:%S%z"),
-                           .transport = plan_.transport,
-                           .stacks = options_.stacks,
-                           .network = plan_.fastdds.network,
-                           .processes = plan_.processes,
-                           .domain = plan_.fastdds.domain,
-                           .all_interfaces = options_.all_interfaces,
-                           .executor_policy = options_.executor_policy,
-                           .timer_policy = options_.timer_policy,
-                           .lock_memory = plan_.lock_memory,
-                           .cpu_time = plan_.measure_cpu_time,
-                           .cpus = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus,
-                           .live_cpus = publisher_cpus_,
-                           .calibration = plan_.calibration,
-                           .machine = machine_};
+    run_.live = results::LiveRecord{.date = setup::time_stamp("%Y-%m-%dT%H:%M:%S%z"),
+                                    .transport = plan_.transport,
+                                    .stacks = options_.stacks,
+                                    .network = plan_.fastdds.network,
+                                    .processes = plan_.processes,
+                                    .domain = plan_.fastdds.domain,
+                                    .all_interfaces = options_.all_interfaces,
+                                    .executor_policy = options_.executor_policy,
+                                    .timer_policy = options_.timer_policy,
+                                    .lock_memory = plan_.lock_memory,
+                                    .cpu_time = plan_.measure_cpu_time,
+                                    .cpus = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus,
+                                    .live_cpus = publisher_cpus_,
+                                    .calibration = plan_.calibration,
+                                    .machine = machine_};
   }
 
-  void report(const RunFolder& folder, const Summary& summary, const std::vector<PublishingEffect>& effects) {
+  void report(const results::RunFolder& folder, const results::Summary& summary,
+              const std::vector<PublishingEffect>& effects) {
     if (nothing_measured()) {
       warn("Interrupted before anything was measured.");
       return;
     }
     folder.show([&] {
-      write_table(std::cout, summary);
+      results::write_table(std::cout, summary);
       if (options_.live_alternate) write_publishing_effects(std::cout, effects);
       draw(folder, summary);
       if (partial_) warn("Interrupted: the measurements until then are kept and marked as partial.");
     });
     if (!run_.failures.empty()) {
-      throw RunError(concat(run_.failures.size(), " of ", runs_planned(), " runs failed; the rest is in ",
-                            folder.path().string()));
+      throw program::RunError(program::concat(run_.failures.size(), " of ", runs_planned(),
+                                              " runs failed; the rest is in ", folder.path().string()));
     }
   }
 
-  void draw(const RunFolder& folder, const Summary& summary) const {
-    const bool outputs = std::ranges::any_of(summary.executors, [](const ExecutorSummary& executor) {
+  void draw(const results::RunFolder& folder, const results::Summary& summary) const {
+    const bool outputs = std::ranges::any_of(summary.executors, [](const results::ExecutorSummary& executor) {
       return std::ranges::any_of(executor.chains,
-                                 [](const ChainSummary& c) { return c.hot_path.quantiles.n > 0; });
+                                 [](const results::ChainSummary& c) { return c.hot_path.quantiles.n > 0; });
     });
     if (outputs || graph_.chains.empty()) {
-      draw_figure(outputs ? "hot-path" : "timers-only", folder.path());
+      program::draw_figure(outputs ? "hot-path" : "timers-only", folder.path());
     } else {
       say("No output of a chain was counted, so there is no figure; measure longer.");
     }
@@ -407,22 +414,22 @@ class LiveRun {
     say(sentence);
   }
 
-  RunOptions options_;
-  RepetitionPlan plan_;
+  Options options_;
+  Plan plan_;
   Graph graph_;
   GraphTasks tasks_;
-  std::vector<ExecutorSpec> executors_;
-  SummaryOptions counting_;
-  std::vector<ExecutorRuns> runs_;
+  std::vector<setup::ExecutorSpec> executors_;
+  results::SummaryOptions counting_;
+  std::vector<results::ExecutorRuns> runs_;
   std::vector<int> publisher_cpus_;
-  const Machine machine_ = read_machine();
-  RunRecord run_;
+  const machine::Machine machine_ = machine::read_machine();
+  results::RunRecord run_;
   bool partial_ = false;
   bool told_no_real_time_ = false, told_throttling_ = false;
 };
 
 }  // namespace
 
-void run_live(const RunOptions& options) { LiveRun(options).run(); }
+void run_live(const Options& options) { LiveRun(options).run(); }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

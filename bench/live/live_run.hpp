@@ -7,16 +7,16 @@
 #include "live/repetition_runner.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 /// The command line of `run` and `compare`.
-struct RunOptions : CommonOptions {
+struct Options : setup::CommonOptions {
   double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
-  RepetitionPlan plan;     ///< Common to all repetitions.
+  Plan plan;               ///< Common to all repetitions.
   bool all_interfaces = false;
   std::string cpus;
   std::string executor_policy, timer_policy;
-  std::vector<std::string> stacks = {to_string(Stack::native)};
+  std::vector<std::string> stacks = {to_string(setup::Stack::native)};
   std::string ros2_runner;
   bool live = false, live_alternate = false;
   std::string live_cpus;
@@ -32,6 +32,6 @@ std::vector<int> parse_cpus(const std::string& option, const std::string& text);
 
 /// Runs all repetitions of all executors, interleaved in seeded random order, into one result
 /// folder; prints the table and draws the figures. Throws UsageError, InputError, RunError.
-void run_live(const RunOptions& options);
+void run_live(const Options& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::live

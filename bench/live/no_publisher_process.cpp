@@ -4,10 +4,8 @@
 
 #include "live/publisher.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
-int run_publisher_process(const RepetitionPlan&, const std::deque<RunMemory>&, const Channel&) {
-  std::abort();
-}
+int run_publisher_process(const Plan&, const std::deque<RunMemory>&, const Channel&) { std::abort(); }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

@@ -15,14 +15,14 @@
 #include "program/child_process.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 /// The process that publishes a repetition while it runs (`plan.publishing`), from its fork to its
 /// end. It reads the records of the measured processes in `memories` and yields to all other
 /// processes (nice 19). Messages with the coordinator: `matched` when it is ready, then `begin`,
 /// then `stop` with the end of the run, then `done` with the number of lost chain samples. Returns
 /// the exit code.
-int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
+int run_publisher_process(const Plan& plan, const std::deque<RunMemory>& memories,
                           const Channel& coordinator);
 
 /// The coordinator's side of the publishing process, whose failure does not end the repetition.
@@ -44,8 +44,9 @@ class Publisher {
     if (!failure_.empty())
       warnings.push_back("Live publishing stopped (" + failure_ + "); the run itself continued.");
     if (samples_lost_ > 0) {
-      warnings.push_back(concat("Live publishing: ", samples_lost_,
-                                " chain samples may not have reached every reader: a reader was too slow."));
+      warnings.push_back(
+          program::concat("Live publishing: ", samples_lost_,
+                          " chain samples may not have reached every reader: a reader was too slow."));
     }
   }
 
@@ -69,16 +70,16 @@ class Publisher {
     if (process_.id < 0) return "its process could not be started";
     int status = 0;
     const Time limit = now() + kTimeToEnd;
-    while (await_process(process_.id, &status, WNOHANG) == 0) {
+    while (program::await_process(process_.id, &status, WNOHANG) == 0) {
       if (now() < limit) {
         usleep(1000);
         continue;
       }
       kill(process_.id, SIGKILL);
-      await_process(process_.id, nullptr);
+      program::await_process(process_.id, nullptr);
       return "its process did not end in time and was killed";
     }
-    return status == 0 ? "" : "its process " + how_it_ended(status);
+    return status == 0 ? "" : "its process " + program::how_it_ended(status);
   }
 
   ForkedProcess process_;
@@ -86,4 +87,4 @@ class Publisher {
   std::string failure_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::live

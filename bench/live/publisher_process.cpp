@@ -12,7 +12,7 @@
 #include "telemetry/telemetry_writers.hpp"
 #include "telemetry/trace_tail.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 namespace {
 
@@ -25,8 +25,9 @@ constexpr int kNice = 19;
 /// Time for the last samples to reach their readers.
 constexpr Duration kFlush = std::chrono::seconds(1);
 
-telemetry::RunInfo run_info(const RepetitionPlan& plan, std::int64_t epoch_ns) {
-  telemetry::RunInfo info = make_run_info(*plan.graph, plan.executor.label, plan.repetition, epoch_ns);
+telemetry::RunInfo run_info(const Plan& plan, std::int64_t epoch_ns) {
+  telemetry::RunInfo info =
+      telemetry::make_run_info(*plan.graph, plan.executor.label, plan.repetition, epoch_ns);
   info.transport(to_string(plan.transport));
   if (plan.transport == TransportKind::fastdds) info.topic_prefix(plan.fastdds.topic_prefix);
   info.origin("live");
@@ -38,14 +39,14 @@ telemetry::RunInfo run_info(const RepetitionPlan& plan, std::int64_t epoch_ns) {
 /// Sends the records of one repetition to the writers.
 class Sender {
  public:
-  Sender(const RepetitionPlan& plan, const std::deque<RunMemory>& memories, TelemetryWriters& writers,
-         Time epoch, Time end)
+  Sender(const Plan& plan, const std::deque<RunMemory>& memories, telemetry::Writers& writers, Time epoch,
+         Time end)
       : plan_(plan),
         memories_(memories),
         writers_(writers),
         tail_(memories),
         join_(*plan.graph, plan.tasks),
-        info_(run_info(plan, unix_ns(epoch - now()))),
+        info_(run_info(plan, telemetry::unix_ns(epoch - now()))),
         statistics_(*plan.graph, plan.tasks, info_.run_id(), {epoch, info_.epoch_ns()},
                     plan.publishing->warm_up),
         counted_from_(epoch + plan.publishing->warm_up),
@@ -54,7 +55,7 @@ class Sender {
   }
 
   void send_samples() {
-    TraceTail::News news = tail_.read();
+    telemetry::TraceTail::News news = tail_.read();
     for (JobRecord& record : news.jobs) {
       if (record.outcome == Outcome::ran && record.finish > end_) record.outcome = Outcome::running;
       statistics_.add(record);
@@ -98,13 +99,13 @@ class Sender {
     return statistics_.take(now);
   }
 
-  const RepetitionPlan& plan_;
+  const Plan& plan_;
   const std::deque<RunMemory>& memories_;
-  TelemetryWriters& writers_;
-  TraceTail tail_;
+  telemetry::Writers& writers_;
+  telemetry::TraceTail tail_;
   ChainJoin join_;
   const telemetry::RunInfo info_;
-  RunStatistics statistics_;
+  telemetry::RunStatistics statistics_;
   const Time counted_from_;
   Time end_;
   std::vector<ChainObservation> pending_;
@@ -125,10 +126,10 @@ void send_until_stop(Sender& sender, const Channel& coordinator, Time epoch, Tim
   }
 }
 
-void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories, const Channel& coordinator) {
+void send_run(const Plan& plan, const std::deque<RunMemory>& memories, const Channel& coordinator) {
   FastDdsOptions options = plan.fastdds;
   options.network = FastDdsOptions::Network::udp;  // leaves no file behind, however this process ends
-  TelemetryWriters writers(options);
+  telemetry::Writers writers(options);
   coordinator.send(Kind::matched);
 
   for (;;) {
@@ -146,7 +147,7 @@ void send_run(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
 
 }  // namespace
 
-int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory>& memories,
+int run_publisher_process(const Plan& plan, const std::deque<RunMemory>& memories,
                           const Channel& coordinator) {
   // As in the measured processes, the coordinator handles the terminal's signals.
   std::signal(SIGINT, SIG_IGN);
@@ -163,4 +164,4 @@ int run_publisher_process(const RepetitionPlan& plan, const std::deque<RunMemory
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

@@ -7,14 +7,14 @@
 
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 namespace {
 
 /// Hot-path latencies (ms) of one chain, either in the published repetitions or in the others.
-RepeatedSamples samples_of(const ExecutorRuns& runs, std::size_t chain, bool published) {
+RepeatedSamples samples_of(const results::ExecutorRuns& runs, std::size_t chain, bool published) {
   std::vector<std::vector<double>> samples;
-  for (const Repetition& repetition : runs.repetitions) {
+  for (const results::Repetition& repetition : runs.repetitions) {
     if (published_by_turns(repetition.trace.repetition) != published) continue;
     std::vector<double>& latencies = samples.emplace_back();
     for (const ChainRecord& r : repetition.trace.chains) {
@@ -28,10 +28,10 @@ double percent(double ratio) { return 100 * (ratio - 1); }
 
 }  // namespace
 
-std::vector<PublishingEffect> publishing_effects(const std::vector<ExecutorRuns>& runs,
-                                                 const SummaryOptions& options) {
+std::vector<PublishingEffect> publishing_effects(const std::vector<results::ExecutorRuns>& runs,
+                                                 const results::SummaryOptions& options) {
   std::vector<PublishingEffect> effects;
-  for (const ExecutorRuns& of_executor : runs) {
+  for (const results::ExecutorRuns& of_executor : runs) {
     for (std::size_t c = 0; c < options.chains.size(); ++c) {
       const RepeatedSamples with = samples_of(of_executor, c, true);
       const RepeatedSamples without = samples_of(of_executor, c, false);
@@ -48,12 +48,12 @@ void write_publishing_effects(std::ostream& out, const std::vector<PublishingEff
     const double change = percent(e.median_ratio.value);
     out << "  " << e.executor << ", " << e.chain << ": ";
     if (const auto& interval = e.median_ratio.interval) {
-      out << text("%+.2f %% [%+.2f, %+.2f], 95 %% interval over repetitions\n", change,
-                  percent(interval->low), percent(interval->high));
+      out << program::text("%+.2f %% [%+.2f, %+.2f], 95 %% interval over repetitions\n", change,
+                           percent(interval->low), percent(interval->high));
     } else if (std::isnan(change)) {
       out << "one side has no samples; measure longer\n";
     } else {
-      out << text("%+.2f %%; an interval needs at least four repetitions\n", change);
+      out << program::text("%+.2f %%; an interval needs at least four repetitions\n", change);
     }
   }
 }
@@ -66,4 +66,4 @@ void to_json(nlohmann::json& j, const PublishingEffect& effect) {
        {"median_ratio", effect.median_ratio}};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

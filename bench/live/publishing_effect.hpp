@@ -7,7 +7,7 @@
 
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 /// The repetitions that `--live-alternate` publishes: the 2nd and 3rd of every four, so that a
 /// steady drift affects both sides equally.
@@ -24,11 +24,11 @@ struct PublishingEffect {
 };
 
 /// For repetitions that were published in turns.
-std::vector<PublishingEffect> publishing_effects(const std::vector<ExecutorRuns>& runs,
-                                                 const SummaryOptions& options);
+std::vector<PublishingEffect> publishing_effects(const std::vector<results::ExecutorRuns>& runs,
+                                                 const results::SummaryOptions& options);
 
 /// Writes a line for each effect, in percent.
 void write_publishing_effects(std::ostream& out, const std::vector<PublishingEffect>& effects);
 void to_json(nlohmann::json& j, const PublishingEffect& effect);
 
-}  // namespace hotpath
+}  // namespace hotpath::live

@@ -15,7 +15,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 namespace {
 
@@ -27,13 +27,14 @@ std::string environment(const char* name) {
 }
 
 /// In the notation of PriorityExecutorOptions, with rule and ties; `threads` is a separate key.
-std::string executor_text(const ExecutorSpec& executor) {
+std::string executor_text(const setup::ExecutorSpec& executor) {
   std::string name(executor.entry->name);
   if (executor.entry->traits.family != Family::priority_events) return name;
-  return concat(name, ":", to_string(executor.scheduler.rule), ":", to_string(executor.scheduler.ties));
+  return program::concat(name, ":", to_string(executor.scheduler.rule), ":",
+                         to_string(executor.scheduler.ties));
 }
 
-json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
+json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordinator) {
   const RunMemory::Size size = memory_size(plan, 0);
   const bool manages_timers = plan.executor.entry->traits.timers != TimerHandling::polled;
   json phases = json::array();
@@ -69,13 +70,13 @@ json plan_json(const RepetitionPlan& plan, const RunMemory& memory, const Channe
 std::string find_rclcpp_runner(const std::string& given) {
   std::string path = given.empty() ? environment("HOTPATH_ROS2_RUNNER") : given;
   if (environment("AMENT_PREFIX_PATH").empty()) {
-    throw UsageError(
+    throw program::UsageError(
         "--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
         "workspace with hotpath_rclcpp_system (launch_scripts/ros2_build.sh)");
   }
   if (!path.empty()) {
     if (access(path.c_str(), X_OK) == 0) return path;
-    throw UsageError(concat("--stack rclcpp: there is no executable program ", path));
+    throw program::UsageError(program::concat("--stack rclcpp: there is no executable program ", path));
   }
   std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
   for (std::string prefix; std::getline(prefixes, prefix, ':');) {
@@ -83,12 +84,12 @@ std::string find_rclcpp_runner(const std::string& given) {
         std::filesystem::path(prefix) / "lib/hotpath_rclcpp_system/hotpath_rclcpp_runner";
     if (access(runner.c_str(), X_OK) == 0) return runner;
   }
-  throw UsageError(
+  throw program::UsageError(
       "no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
       "and source its setup.bash, or name the program with --ros2-runner");
 }
 
-void check_on_rclcpp(const ExecutorSpec& executor) {
+void check_on_rclcpp(const setup::ExecutorSpec& executor) {
   const std::string name = environment("ROS_DISTRO");
   const std::optional<RosDistro> sourced = parse<RosDistro>(name);
   const auto available = [&](const ExecutorTraits& traits) {
@@ -97,22 +98,23 @@ void check_on_rclcpp(const ExecutorSpec& executor) {
   if (available(executor.entry->traits)) return;
   std::string others;
   for (const ExecutorEntry& e : executors()) {
-    if (available(e.traits)) others += concat(others.empty() ? "" : ", ", e.name);
+    if (available(e.traits)) others += program::concat(others.empty() ? "" : ", ", e.name);
   }
-  throw UsageError(concat("executor `", executor.label, "`: ", sourced ? "ROS 2 " + name : "rclcpp",
-                          " has no such executor; rclcpp has ", others));
+  throw program::UsageError(program::concat("executor `", executor.label,
+                                            "`: ", sourced ? "ROS 2 " + name : "rclcpp",
+                                            " has no such executor; rclcpp has ", others));
 }
 
-int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator) {
+int become_rclcpp_runner(const Plan& plan, const RunMemory& memory, const Channel& coordinator) {
   std::vector<std::string> words = {plan.rclcpp.runner, plan_json(plan, memory, coordinator).dump()};
   // rclcpp has no partitions: the namespace keeps out other programs of this machine, and the
   // runner keeps out other machines.
   setenv("ROS_DOMAIN_ID", std::to_string(plan.fastdds.domain).c_str(), 1);
-  execv(words.front().c_str(), argument_list(words).data());
+  execv(words.front().c_str(), program::argument_list(words).data());
   coordinator.send({ChannelMessage::Kind::failed,
                     {},
-                    concat(words.front(), " cannot be started: ", std::strerror(errno))});
+                    program::concat(words.front(), " cannot be started: ", std::strerror(errno))});
   return 1;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

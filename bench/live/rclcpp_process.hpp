@@ -6,7 +6,7 @@
 #include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 /// The path of hotpath_rclcpp_runner: `given`, else HOTPATH_ROS2_RUNNER, else the program of a
 /// sourced ROS 2 workspace (AMENT_PREFIX_PATH). Throws UsageError with a remedy.
@@ -14,10 +14,10 @@ namespace hotpath {
 
 /// Rejects an executor that rclcpp lacks, in general or in the sourced ROS 2 (ROS_DISTRO). Throws
 /// UsageError that lists the available executors.
-void check_on_rclcpp(const ExecutorSpec& executor);
+void check_on_rclcpp(const setup::ExecutorSpec& executor);
 
 /// Replaces the calling process by hotpath_rclcpp_runner, which talks to the coordinator like
 /// run_process(). Returns only on failure, which it reports to the coordinator, with the exit code.
-int become_rclcpp_runner(const RepetitionPlan& plan, const RunMemory& memory, const Channel& coordinator);
+int become_rclcpp_runner(const Plan& plan, const RunMemory& memory, const Channel& coordinator);
 
-}  // namespace hotpath
+}  // namespace hotpath::live

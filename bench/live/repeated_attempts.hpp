@@ -9,7 +9,7 @@
 #include "results/run_record.hpp"
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 /// An attempt at a repetition. The first attempt has the number of its repetition and counts; more
 /// attempts follow where it ran on a slow processor.
@@ -27,7 +27,7 @@ struct SpeedCounts {
 };
 
 /// Judges the repetitions with judge_speed().
-[[nodiscard]] SpeedCounts count_slow(const std::vector<ExecutorRuns>& runs);
+[[nodiscard]] SpeedCounts count_slow(const std::vector<results::ExecutorRuns>& runs);
 
 /// Measures the repetitions that ran on a slow processor again, at most `times` each. This happens
 /// after all other repetitions, so that the disturbance has time to pass. Of two attempts `runs`
@@ -35,15 +35,16 @@ struct SpeedCounts {
 /// numbered from there on. `measure` returns none if the attempt failed; `replaced` is called when
 /// an attempt replaces the counted one, with the slow periods of the replaced attempt.
 void repeat_disturbed(
-    std::vector<ExecutorRuns>& runs, std::uint32_t planned, std::uint32_t times,
-    const std::function<std::optional<Repetition>(const Attempt&)>& measure,
-    const std::function<void(const Attempt&, const std::vector<SlowPeriod>& slow)>& replaced);
+    std::vector<results::ExecutorRuns>& runs, std::uint32_t planned, std::uint32_t times,
+    const std::function<std::optional<results::Repetition>(const Attempt&)>& measure,
+    const std::function<void(const Attempt&, const std::vector<results::SlowPeriod>& slow)>& replaced);
 
 /// Records in `runs` of run.json that the counted attempt replaces this one, if it is another.
-void record_attempt(std::vector<RepetitionRecord>& runs, const std::string& executor, const Attempt& attempt);
+void record_attempt(std::vector<results::RepetitionRecord>& runs, const std::string& executor,
+                    const Attempt& attempt);
 
 /// Records in `runs` of run.json that the attempt replaces the counted one.
-void record_replacement(std::vector<RepetitionRecord>& runs, const std::string& executor,
+void record_replacement(std::vector<results::RepetitionRecord>& runs, const std::string& executor,
                         const Attempt& attempt);
 
-}  // namespace hotpath
+}  // namespace hotpath::live

@@ -20,19 +20,19 @@
 #include "program/interrupt.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 namespace {
 
 using Kind = ChannelMessage::Kind;
 
 /// For each worker of a process: its number in the whole run.
-std::vector<std::uint16_t> worker_numbers(const RepetitionPlan& plan, std::uint32_t process) {
+std::vector<std::uint16_t> worker_numbers(const Plan& plan, std::uint32_t process) {
   std::vector<std::uint16_t> numbers;
   const std::vector<std::size_t> own = parts_in(plan, process);
   std::uint16_t next = 0;
-  for (std::size_t e = 0; e < parts(plan.executor).size(); ++e) {
-    const ExecutorSpec& part = parts(plan.executor)[e];
+  for (std::size_t e = 0; e < setup::parts(plan.executor).size(); ++e) {
+    const setup::ExecutorSpec& part = setup::parts(plan.executor)[e];
     for (std::uint32_t w = worker_count(*part.entry, part.scheduler); w > 0; --w, ++next) {
       if (std::ranges::count(own, e) > 0) numbers.push_back(next);
     }
@@ -43,7 +43,7 @@ std::vector<std::uint16_t> worker_numbers(const RepetitionPlan& plan, std::uint3
 /// The processes of one repetition as the coordinator sees them.
 class Coordinator {
  public:
-  Coordinator(const RepetitionPlan& plan, const std::function<void(Duration)>& progress)
+  Coordinator(const Plan& plan, const std::function<void(Duration)>& progress)
       : plan_(plan),
         progress_(progress),
         process_of_node_(plan.executor.deployment
@@ -52,8 +52,8 @@ class Coordinator {
     for (std::uint32_t p = 0; p < plan.processes; ++p) memories_.emplace_back(memory_size(plan, p));
   }
 
-  RepetitionResult run() {
-    const Duration stolen_before = stolen_time(plan_.cpus);
+  Result run() {
+    const Duration stolen_before = machine::stolen_time(plan_.cpus);
     for (std::uint32_t p = 0; p < plan_.processes; ++p) start(p);
     start_publisher();
     execute();
@@ -61,7 +61,7 @@ class Coordinator {
     if (publisher_) publisher_->stop(end_);
     collect();
     if (publisher_) publisher_->finish(result_.warnings);
-    result_.repetition.usage.stolen = stolen_time(plan_.cpus) - stolen_before;
+    result_.repetition.usage.stolen = machine::stolen_time(plan_.cpus) - stolen_before;
     result_.measured = began_ && result_.failure.empty();
     return std::move(result_);
   }
@@ -77,7 +77,7 @@ class Coordinator {
       children_.clear();  // closes the channels of the other processes
       // When memory runs out, Linux kills this process; the coordinator survives and reports it.
       std::ofstream("/proc/self/oom_score_adj") << 500;
-      if (plan_.executor.stack == Stack::rclcpp)
+      if (plan_.executor.stack == setup::Stack::rclcpp)
         return become_rclcpp_runner(plan_, memories_[process], coordinator);
       return run_process(plan_, process, process_of_node_, memories_, coordinator);
     });
@@ -155,7 +155,7 @@ class Coordinator {
   }
 
   bool watch_interrupt() {
-    if (interrupted() == 0 || result_.interrupted) return true;
+    if (program::interrupted() == 0 || result_.interrupted) return true;
     result_.interrupted = true;
     if (!began_) return false;
     tell_all(Kind::stop);
@@ -163,7 +163,7 @@ class Coordinator {
   }
 
   void note(const ChannelMessage& message) {
-    ProcessUsage& usage = result_.repetition.usage;
+    results::ProcessUsage& usage = result_.repetition.usage;
     switch (message.kind) {
       case Kind::begun:
         result_.policies.emplace_back(message.text.data());
@@ -190,16 +190,16 @@ class Coordinator {
       for (const std::size_t e : parts_in(plan_, p))
         executors.push_back(plan_.executor.deployment->plan.executors[e].name);
     }
-    return concat("process ", p + 1, " of ", plan_.processes,
-                  executors.empty() ? "" : " with " + joined(executors), " (executor ", plan_.executor.label,
-                  ", repetition ", plan_.repetition, ")");
+    return program::concat("process ", p + 1, " of ", plan_.processes,
+                           executors.empty() ? "" : " with " + program::joined(executors), " (executor ",
+                           plan_.executor.label, ", repetition ", plan_.repetition, ")");
   }
 
   std::string death(std::uint32_t p) {
     int status = 0;
-    children_[p].ended = await_process(children_[p].process.id, &status) == children_[p].process.id;
+    children_[p].ended = program::await_process(children_[p].process.id, &status) == children_[p].process.id;
     if (began_) end_ = std::min(end_, now());
-    return name(p) + " " + (children_[p].ended ? how_it_ended(status) : "closed its channel");
+    return name(p) + " " + (children_[p].ended ? program::how_it_ended(status) : "closed its channel");
   }
 
   bool fail(const std::string& failure) {
@@ -214,7 +214,7 @@ class Coordinator {
     bool killed = false;
     for (Child& c : children_) {
       while (!c.ended) {
-        c.ended = await_process(c.process.id, nullptr, WNOHANG) != 0;
+        c.ended = program::await_process(c.process.id, nullptr, WNOHANG) != 0;
         if (c.ended) break;
         if (now() >= limit && !killed) {
           note_shared_memory();
@@ -230,7 +230,7 @@ class Coordinator {
   }
 
   void collect() {
-    Repetition& r = result_.repetition;
+    results::Repetition& r = result_.repetition;
     Trace& trace = r.trace;
     trace.executor = plan_.executor.label;
     trace.repetition = plan_.repetition;
@@ -277,7 +277,7 @@ class Coordinator {
     const Trace& trace = result_.repetition.trace;
     const auto add = [&](const auto&... words) {
       result_.warnings.push_back(
-          concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", words...));
+          program::concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", words...));
     };
     if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
     if (refused_ > 0) {
@@ -294,22 +294,22 @@ class Coordinator {
     }
   }
 
-  const RepetitionPlan& plan_;
+  const Plan& plan_;
   const std::function<void(Duration)>& progress_;
   const std::vector<std::uint32_t> process_of_node_;
   std::deque<RunMemory> memories_;
   std::vector<Child> children_;
   std::optional<Publisher> publisher_;
-  SharedMemoryWatch shared_memory_;
+  machine::SharedMemoryWatch shared_memory_;
   std::int64_t refused_ = 0;  // samples of other programs
   bool began_ = false;
   Time epoch_{}, end_{};
-  RepetitionResult result_;
+  Result result_;
 };
 
 }  // namespace
 
-RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
+RunMemory::Size memory_size(const Plan& plan, std::uint32_t process) {
   const GraphTasks& tasks = plan.tasks;
   const std::vector<double> rates = activation_rates(tasks);
   std::vector<double> activations(tasks.set.size(), 0);
@@ -318,7 +318,7 @@ RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
     for (const TaskId fed : tasks.set[id].feeds) activations[fed] += rates[id];
   }
   const std::vector<ChainIndex> chains = index_chains(*plan.graph, tasks);
-  const std::span<const ExecutorSpec> all = parts(plan.executor);
+  const std::span<const setup::ExecutorSpec> all = setup::parts(plan.executor);
   std::vector<double> jobs(all.size(), 0);
   double outputs = 0;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
@@ -336,7 +336,7 @@ RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process) {
   return size;
 }
 
-Duration set_up_limit(const RepetitionPlan& plan) {
+Duration set_up_limit(const Plan& plan) {
   std::size_t endpoints = 0;
   for (const Node& node : plan.graph->nodes) endpoints += node.inputs.size() + node.outputs.size();
   // Ten times the measured time: 1 us for each pair of endpoints, which Fast DDS matches against
@@ -347,7 +347,7 @@ Duration set_up_limit(const RepetitionPlan& plan) {
          (plan.transport == TransportKind::fastdds ? comparisons + processes : Duration::zero());
 }
 
-std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t process) {
+std::vector<std::size_t> parts_in(const Plan& plan, std::uint32_t process) {
   if (!plan.executor.deployment) return {0};
   return plan.executor.deployment->plan.executors_in(process);
 }
@@ -360,8 +360,8 @@ std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t pr
   return process;
 }
 
-RepetitionResult run_repetition(const RepetitionPlan& plan, const std::function<void(Duration)>& progress) {
+Result run_repetition(const Plan& plan, const std::function<void(Duration)>& progress) {
   return Coordinator(plan, progress).run();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

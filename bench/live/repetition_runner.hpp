@@ -9,7 +9,7 @@
 #include "results/summary.hpp"
 #include "setup/executor_spec.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 /// How a repetition is published while it runs.
 struct Publishing {
@@ -27,10 +27,10 @@ struct RclcppPlan {
 };
 
 /// All settings of one live repetition.
-struct RepetitionPlan {
+struct Plan {
   const Graph* graph = nullptr;
   GraphTasks tasks;  ///< With the phases of this repetition.
-  ExecutorSpec executor;
+  setup::ExecutorSpec executor;
   std::uint32_t repetition = 0;
 
   TransportKind transport = TransportKind::fastdds;
@@ -48,8 +48,8 @@ struct RepetitionPlan {
   std::optional<Publishing> publishing;  ///< By a separate process; none: the run is not published.
 };
 
-struct RepetitionResult {
-  Repetition repetition;  ///< The records, also after a failure.
+struct Result {
+  results::Repetition repetition;  ///< The records, also after a failure.
   std::vector<std::string>
       policies;  ///< Scheduling class obtained by each worker's thread: `timer_mgmt fifo:90`.
   bool timers_are_ordinary = false;  ///< A timer management thread got the ordinary policy.
@@ -61,19 +61,19 @@ struct RepetitionResult {
 };
 
 /// The executors (of parts()) that run in a process.
-std::vector<std::size_t> parts_in(const RepetitionPlan& plan, std::uint32_t process);
+std::vector<std::size_t> parts_in(const Plan& plan, std::uint32_t process);
 
 /// Process of each node: contiguous shares of the creation order, of nearly equal size.
 std::vector<std::uint32_t> assign_processes(const Graph& graph, std::uint32_t processes);
 
 /// Time limit for the processes until all endpoints are matched.
-Duration set_up_limit(const RepetitionPlan& plan);
+Duration set_up_limit(const Plan& plan);
 
 /// Capacity of the records of one process.
-RunMemory::Size memory_size(const RepetitionPlan& plan, std::uint32_t process);
+RunMemory::Size memory_size(const Plan& plan, std::uint32_t process);
 
 /// Runs one repetition in fresh processes that share one epoch. The calling process must have one
 /// thread only. `progress(elapsed)` is called about ten times a second.
-RepetitionResult run_repetition(const RepetitionPlan& plan, const std::function<void(Duration)>& progress);
+Result run_repetition(const Plan& plan, const std::function<void(Duration)>& progress);
 
-}  // namespace hotpath
+}  // namespace hotpath::live

@@ -13,7 +13,7 @@
 #include "hotpath/reference_system/run_life.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::live {
 
 namespace {
 
@@ -38,14 +38,14 @@ const Channel* last_words = nullptr;
   for (;;) pause();  // the coordinator notes the shared memory of this process, then kills it
 }
 
-ExecutorOptions thread_options(const RepetitionPlan& plan, std::size_t part) {
-  ExecutorOptions options = default_options(*parts(plan.executor)[part].entry);
+ExecutorOptions thread_options(const Plan& plan, std::size_t part) {
+  ExecutorOptions options = default_options(*setup::parts(plan.executor)[part].entry);
   options.measure_cpu_time = plan.measure_cpu_time;
   if (plan.executor_policy) options.executor_threads = {*plan.executor_policy, true, {}};
   if (plan.executor.deployment) {
     const DeployedExecutor& deployed = plan.executor.deployment->plan.executors[part];
     options.executor_threads = {deployed.policy, deployed.policy != ThreadPolicy{}, deployed.processors};
-    const bool raised = parts(plan.executor)[part].entry->traits.raises_timer_thread;
+    const bool raised = setup::parts(plan.executor)[part].entry->traits.raises_timer_thread;
     options.timer_thread = options.executor_threads;
     if (raised) options.timer_thread.policy = raised_above(deployed.policy);
   }
@@ -53,11 +53,11 @@ ExecutorOptions thread_options(const RepetitionPlan& plan, std::size_t part) {
   return options;
 }
 
-LiveOptions live_options(const RepetitionPlan& plan, std::uint32_t process) {
+LiveOptions live_options(const Plan& plan, std::uint32_t process) {
   LiveOptions options{{}, {}, plan.transport, plan.fastdds, plan.calibration};
-  std::vector<std::uint32_t> number(parts(plan.executor).size(), 0);  // in this process
+  std::vector<std::uint32_t> number(setup::parts(plan.executor).size(), 0);  // in this process
   for (const std::size_t e : parts_in(plan, process)) {
-    const ExecutorSpec& part = parts(plan.executor)[e];
+    const setup::ExecutorSpec& part = setup::parts(plan.executor)[e];
     number[e] = static_cast<std::uint32_t>(options.executors.size());
     options.executors.push_back({part.entry, part.scheduler, thread_options(plan, e)});
   }
@@ -82,9 +82,8 @@ void settle(const GraphTasks& tasks, std::deque<RunMemory>& memories, const Live
 
 }  // namespace
 
-int run_process(const RepetitionPlan& plan, std::uint32_t process,
-                const std::vector<std::uint32_t>& process_of_node, std::deque<RunMemory>& memories,
-                const Channel& coordinator) {
+int run_process(const Plan& plan, std::uint32_t process, const std::vector<std::uint32_t>& process_of_node,
+                std::deque<RunMemory>& memories, const Channel& coordinator) {
   // The coordinator handles the terminal's signals. If it is killed, its channel closes and this
   // process ends in order, so that Fast DDS removes its files.
   std::signal(SIGINT, SIG_IGN);
@@ -107,11 +106,12 @@ int run_process(const RepetitionPlan& plan, std::uint32_t process,
     return 0;
   } catch (const CoordinatorGone&) {
   } catch (const std::system_error& error) {
-    coordinator.send({Kind::failed, {}, concat("a process of the run cannot be set up: ", error.what())});
+    coordinator.send(
+        {Kind::failed, {}, program::concat("a process of the run cannot be set up: ", error.what())});
   } catch (const std::exception& error) {
     coordinator.send({Kind::failed, {}, error.what()});
   }
   return 1;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::live

@@ -16,7 +16,7 @@
 #include "machine/proc_files.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::machine {
 
 namespace {
 
@@ -81,7 +81,7 @@ std::string boot_parameters() {
   for (std::string parameter; command_line >> parameter;) {
     if (affects_scheduling(parameter)) parameters.push_back(parameter);
   }
-  return joined(parameters, " ");
+  return program::joined(parameters, " ");
 }
 
 }  // namespace
@@ -123,15 +123,15 @@ std::vector<std::string> warnings(const Machine& m) {
   warn_if(!m.governor.empty() && m.governor != "performance",
           "The frequency governor is " + m.governor + ", not performance.");
   warn_if(m.load_average > 0.5 * m.processors,
-          text("Other programs are running: the load average is %.4s on %d processors.",
-               std::to_string(m.load_average).c_str(), m.processors));
+          program::text("Other programs are running: the load average is %.4s on %d processors.",
+                        std::to_string(m.load_average).c_str(), m.processors));
   warn_if(m.turbo == "on",
           "Turbo is on: the CPU frequency depends on the load of other cores and on the temperature.");
   warn_if(m.boot_parameters.find(kPacking) != std::string::npos,
-          concat("The kernel packs threads of the default scheduling class onto few CPUs (", kPacking,
-                 "): ready threads may stay queued while a CPU is idle."));
-  warn_if(m.stolen_percent > 1, text("The hypervisor has taken %.4s %% of the CPU time since boot.",
-                                     std::to_string(m.stolen_percent).c_str()));
+          program::concat("The kernel packs threads of the default scheduling class onto few CPUs (",
+                          kPacking, "): ready threads may stay queued while a CPU is idle."));
+  warn_if(m.stolen_percent > 1, program::text("The hypervisor has taken %.4s %% of the CPU time since boot.",
+                                              std::to_string(m.stolen_percent).c_str()));
   if (const std::size_t n = m.real_time_threads.size(); n > 0) {
     sentences.push_back(
         "Other real-time threads can preempt the measurement: " + m.real_time_threads.front() +
@@ -142,4 +142,4 @@ std::vector<std::string> warnings(const Machine& m) {
   return sentences;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

@@ -8,7 +8,7 @@
 #include "hotpath/core/time.hpp"
 #include "program/latency_histogram.hpp"
 
-namespace hotpath {
+namespace hotpath::machine {
 
 /// Interruptions of a thread on one core that only reads the clock, by the kernel, other threads or
 /// the hypervisor.
@@ -19,7 +19,7 @@ struct Hiccups {
 };
 
 /// How the machine disturbs a measurement.
-struct MachineNoise {
+struct Noise {
   Duration length{};             ///< Observation time.
   std::vector<Hiccups> cores;    ///< The cores that the process may use.
   Duration clock_resolution{};   ///< Of CLOCK_MONOTONIC, as reported by the kernel.
@@ -44,17 +44,17 @@ class HiccupHistogram {
   }
 
  private:
-  LatencyHistogram distances_;
+  program::LatencyHistogram distances_;
   Duration total_{}, lost_{};
 };
 
 /// Keeps all allowed cores busy for `length` at the same time (after rigtorp's hiccups), and joins
 /// its threads. Throws the exceptions of pin_to_cpus(), and std::system_error if no thread can be
 /// created.
-MachineNoise measure_noise(Duration length);
+Noise measure_noise(Duration length);
 
 /// Sentences about noise that affects results.
-std::vector<std::string> warnings(const MachineNoise& noise);
+std::vector<std::string> warnings(const Noise& noise);
 
 /// The properties of this machine that affect results; stored with every result.
 struct Machine {
@@ -70,7 +70,7 @@ struct Machine {
   long timer_slack_ns = 0;                     ///< Of a new thread in the default scheduling class.
   double stolen_percent = 0;                   ///< Share of all CPU time since boot that the hypervisor took.
   std::vector<std::string> real_time_threads;  ///< Of other programs: `name (fifo:50)`.
-  MachineNoise noise;
+  Noise noise;
 };
 
 /// The observation time of read_machine() for a result folder.
@@ -84,4 +84,4 @@ void from_json(const nlohmann::json& j, Machine& machine);
 /// Sentences about possible disturbances of a measurement.
 std::vector<std::string> warnings(const Machine& machine);
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

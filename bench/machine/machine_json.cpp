@@ -2,9 +2,9 @@
 #include "machine/machine.hpp"
 #include "program/json_record.hpp"
 
-namespace hotpath {
+namespace hotpath::machine {
 
-void fields(auto& visit, MaybeConst<Hiccups> auto& hiccups) {
+void fields(auto& visit, program::MaybeConst<Hiccups> auto& hiccups) {
   visit("cpu", hiccups.cpu);
   visit.ns("p99_ns", hiccups.p99);
   visit.ns("p999_ns", hiccups.p999);
@@ -12,7 +12,7 @@ void fields(auto& visit, MaybeConst<Hiccups> auto& hiccups) {
   visit("lost_percent", hiccups.lost_percent);
 }
 
-void fields(auto& visit, MaybeConst<MachineNoise> auto& noise) {
+void fields(auto& visit, program::MaybeConst<Noise> auto& noise) {
   visit.ms("watched_ms", noise.length);
   visit("hiccups", noise.cores);
   visit.ns("clock_resolution_ns", noise.clock_resolution);
@@ -20,7 +20,7 @@ void fields(auto& visit, MaybeConst<MachineNoise> auto& noise) {
   visit("cpu_clock_cost_ns", noise.cpu_clock_cost_ns);
 }
 
-static void visit_fields(auto& visit, MaybeConst<Machine> auto& machine) {
+static void visit_fields(auto& visit, program::MaybeConst<Machine> auto& machine) {
   visit("cpu_model", machine.cpu_model);
   visit("processors", machine.processors);
   visit("kernel", machine.kernel);
@@ -44,13 +44,13 @@ static void visit_fields(auto& visit, MaybeConst<Machine> auto& machine) {
 
 void to_json(nlohmann::json& j, const Machine& machine) {
   j = nlohmann::json::object();
-  JsonWriter write(j);
+  program::JsonWriter write(j);
   visit_fields(write, machine);
 }
 
 void from_json(const nlohmann::json& j, Machine& machine) {
-  JsonReader read(j);
+  program::JsonReader read(j);
   visit_fields(read, machine);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

@@ -11,7 +11,7 @@
 #include "hotpath/live/thread_setup.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::machine {
 
 namespace {
 
@@ -41,8 +41,8 @@ HiccupHistogram watch(Duration length) {
 
 }  // namespace
 
-MachineNoise measure_noise(Duration length) {
-  MachineNoise noise;
+Noise measure_noise(Duration length) {
+  Noise noise;
   noise.length = length;
   timespec resolution{};
   clock_getres(CLOCK_MONOTONIC, &resolution);
@@ -83,25 +83,26 @@ MachineNoise measure_noise(Duration length) {
   return noise;
 }
 
-std::vector<std::string> warnings(const MachineNoise& noise) {
+std::vector<std::string> warnings(const Noise& noise) {
   std::vector<std::string> sentences;
   const auto worst = std::ranges::max_element(noise.cores, {}, &Hiccups::max);
   if (worst != noise.cores.end() && worst->max > std::chrono::microseconds(500)) {
-    sentences.push_back(concat("A thread that only read the clock on CPU ", worst->cpu,
-                               " was interrupted for ", worst->max.count() / 1000,
-                               " us: the executor need not be the cause of single latencies of that size."));
+    sentences.push_back(
+        program::concat("A thread that only read the clock on CPU ", worst->cpu, " was interrupted for ",
+                        worst->max.count() / 1000,
+                        " us: the executor need not be the cause of single latencies of that size."));
   }
   for (const Hiccups& h : noise.cores) {
     if (h.lost_percent < 2) continue;
-    sentences.push_back(text("On CPU %d a busy thread lost %.4s %% of its time to interruptions.", h.cpu,
-                             std::to_string(h.lost_percent).c_str()));
+    sentences.push_back(program::text("On CPU %d a busy thread lost %.4s %% of its time to interruptions.",
+                                      h.cpu, std::to_string(h.lost_percent).c_str()));
   }
   if (noise.clock_cost_ns > 200) {
     sentences.push_back(
-        text("Reading the clock costs %d ns, so it needs a system call; check the clock source.",
-             static_cast<int>(noise.clock_cost_ns)));
+        program::text("Reading the clock costs %d ns, so it needs a system call; check the clock source.",
+                      static_cast<int>(noise.clock_cost_ns)));
   }
   return sentences;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <sstream>
 
-namespace hotpath {
+namespace hotpath::machine {
 
 std::string first_line(const std::string& path) {
   std::ifstream in(path);
@@ -91,4 +91,4 @@ double stolen_percent() {
   return total > 0 ? 100 * static_cast<double>(all.stolen()) / static_cast<double>(total) : 0;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

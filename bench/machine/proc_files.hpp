@@ -6,7 +6,7 @@
 
 #include "hotpath/core/time.hpp"
 
-namespace hotpath {
+namespace hotpath::machine {
 
 /// Readers of the kernel's small text files in /proc and /sys. A missing file counts as empty.
 
@@ -29,4 +29,4 @@ Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus)
 /// Share of all CPU time since boot that the hypervisor took.
 double stolen_percent();
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

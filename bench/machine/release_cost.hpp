@@ -11,7 +11,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/pi_mutex.hpp"
 
-namespace hotpath {
+namespace hotpath::machine {
 
 /// The cost of releasing one timer on this machine (the paper's delta), without waking another
 /// thread.
@@ -63,4 +63,4 @@ inline ReleaseCost measure_release_cost() {
   return result;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

@@ -13,7 +13,7 @@
 
 #include "machine/proc_files.hpp"
 
-namespace hotpath {
+namespace hotpath::machine {
 
 /// Records the files of /dev/shm that a process maps or has open, and removes them after the
 /// process was killed: Fast DDS's segments and lock files outlive a killed process. A file created
@@ -75,4 +75,4 @@ class SharedMemoryWatch {
   std::set<std::string> files_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::machine

@@ -11,7 +11,7 @@
 #include "microbench/executor_run.hpp"
 #include "program/text.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 namespace {
 
 constexpr Worker kExecutor = EventsScheduler::kExecutor, kTimerManagement = EventsScheduler::kTimerManagement;
@@ -158,7 +158,7 @@ double since_timestamp(const JobRecord& r) { return ns(r.start - r.job.timestamp
 
 /// A timer every millisecond on an otherwise idle executor. Wait sets release when they poll, so
 /// that their release_to_start excludes the wake-up; compare executors by their lateness.
-Measurement dispatch_timers(const ExecutorSpec& executor, Duration length) {
+Measurement dispatch_timers(const setup::ExecutorSpec& executor, Duration length) {
   LiveRun live(staggered_timers(1, 1ms), executor);
   live.run(length);
   return Measurement{}
@@ -167,7 +167,7 @@ Measurement dispatch_timers(const ExecutorSpec& executor, Duration length) {
 }
 
 /// Samples from another thread, one every millisecond, on an otherwise idle executor.
-Measurement dispatch_samples(const ExecutorSpec& executor, Duration length) {
+Measurement dispatch_samples(const setup::ExecutorSpec& executor, Duration length) {
   LiveRun live(subscriptions(1), executor);
   std::thread publisher([&] {
     minimise_timer_slack();
@@ -257,7 +257,7 @@ Measurement wake_up(const std::string& policy, Duration length) {
 }
 
 /// Every job makes its own task ready again, so that all `ready` tasks always have a job.
-Measurement throughput(const ExecutorSpec& executor, std::uint32_t ready, Duration length) {
+Measurement throughput(const setup::ExecutorSpec& executor, std::uint32_t ready, Duration length) {
   class Refill final : public JobHandler {
    public:
     void run(const Job& job, Time start, Sample, Worker) override {
@@ -283,7 +283,7 @@ Measurement cpu_time_per(Duration cpu, double callbacks, Duration length) {
 }
 
 /// CPU time of an executor with ten timers whose jobs do nothing.
-Measurement timers_only(const ExecutorSpec& executor, int callbacks_per_s, Duration length) {
+Measurement timers_only(const setup::ExecutorSpec& executor, int callbacks_per_s, Duration length) {
   const TaskSet set = staggered_timers(10, Duration(10s) / callbacks_per_s);
   LiveRun live(set, executor);
   const Duration cpu = live.run(length);
@@ -304,12 +304,12 @@ void register_release_benchmarks(bool quick) {
     for (const std::uint32_t due : {1U, 8U, 64U}) {
       for (const bool wake : {false, true}) {
         const int passes = (quick ? 1000 : 5000) * (wake ? 1 : 4);
-        register_isolated(concat("release_pass/", name, "/due:", due, "/wake:", wake),
+        register_isolated(program::concat("release_pass/", name, "/due:", due, "/wake:", wake),
                           [=, &e] { return release_passes(e, due, wake, passes); });
       }
     }
     for (const bool busy : {false, true}) {
-      register_isolated(concat("live_release/", name, "/executor:", busy ? "busy" : "idle"),
+      register_isolated(program::concat("live_release/", name, "/executor:", busy ? "busy" : "idle"),
                         [=, &e] { return live_releases(e, busy, length); });
     }
   }
@@ -321,30 +321,31 @@ void register_all(bool quick) {
   register_release_benchmarks(quick);
   const Duration length = quick ? 200ms : 1s;
   for (const char* policy : {"other", "fifo:90"}) {
-    register_isolated(concat("wake_up/policy:", policy), [=] { return wake_up(policy, 2 * length); });
+    register_isolated(program::concat("wake_up/policy:", policy),
+                      [=] { return wake_up(policy, 2 * length); });
   }
   register_isolated("dispatch_sample/condition_variable", [=] { return hand_over(length); });
   for (const int rate : {100, 1000}) {
-    register_isolated(concat("timers_only/bare_sleep/per_s:", rate),
+    register_isolated(program::concat("timers_only/bare_sleep/per_s:", rate),
                       [=] { return bare_timer(rate, length); });
   }
   for (const std::string name : {"default", "static", "multi:1", "multi:2", "multi:4", "multi:8", "cbg:1",
                                  "events-ro", "events-re", "rm-ro", "rm-re"}) {
     for (const std::uint32_t ready : {1U, 100U}) {
-      register_isolated(concat("throughput/", name, "/ready:", ready),
-                        [=] { return throughput(parse_executor(name, {}), ready, length / 4); });
+      register_isolated(program::concat("throughput/", name, "/ready:", ready),
+                        [=] { return throughput(setup::parse_executor(name, {}), ready, length / 4); });
     }
   }
   for (const std::string name :
        {"default", "static", "multi", "cbg:1", "events-ro", "events-re", "rm-ro", "rm-re"}) {
-    const ExecutorSpec e = parse_executor(name, {});
+    const setup::ExecutorSpec e = setup::parse_executor(name, {});
     register_isolated("dispatch_timer/" + name, [=] { return dispatch_timers(e, length); });
     register_isolated("dispatch_sample/" + name, [=] { return dispatch_samples(e, length); });
     for (const int rate : {100, 1000}) {
-      register_isolated(concat("timers_only/", name, "/per_s:", rate),
+      register_isolated(program::concat("timers_only/", name, "/per_s:", rate),
                         [=] { return timers_only(e, rate, length); });
     }
   }
 }
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

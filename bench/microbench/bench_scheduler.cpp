@@ -9,7 +9,7 @@
 #include "microbench/measurement.hpp"
 #include "microbench/scheduler_cycles.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 namespace {
 
 /// Jobs of one timed block: enough to hide the cost of reading the clock, and few enough to hardly
@@ -112,4 +112,4 @@ void register_all(bool quick) {
   register_queues(most, min_time);
 }
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

@@ -12,13 +12,13 @@
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 namespace {
 
 /// A graph with the default phases of simulations.
 struct Subject {
   explicit Subject(const char* name) : graph(load_graph(find_graph(name))), tasks(make_tasks(graph)) {
-    set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
+    setup::set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
   }
   Graph graph;
   GraphTasks tasks;
@@ -74,24 +74,24 @@ void growing_set(benchmark::State& state, const ExecutorEntry& executor) {
 Graph universe() {
   Graph graph;
   for (std::uint32_t n = 0; n < 131; ++n) {
-    const std::string name = concat("N", n);
+    const std::string name = program::concat("N", n);
     Node& node = graph.nodes.emplace_back();
     node.name = name;
     node.type = NodeType::callbacks;
     node.outputs = {name};
     for (std::uint32_t c = 0; c < (n < 20 ? 3 : 2); ++c) {
       Callback& callback = node.callbacks.emplace_back();
-      callback.task = concat(name, "/", c);
+      callback.task = program::concat(name, "/", c);
       callback.worst = callback.best = 1ms;
       callback.group = c;
       node.groups.push_back(CallbackGroup::mutually_exclusive);
-      node.group_names.push_back(concat("g", c));
+      node.group_names.push_back(program::concat("g", c));
       if (c == 0) callback.publishes.emplace_back().topic = name;
       if (c == 0 && n < 66) {
         callback.period = callback.deadline = n % 22 == 5 ? 20ms : n < 42 ? 100ms : 1s;
       } else {
         callback.input = static_cast<std::uint32_t>(node.inputs.size());
-        node.inputs.push_back({.topic = concat("N", n == 0 ? 1 : (n * 37 + c) % n), .priority = {}});
+        node.inputs.push_back({.topic = program::concat("N", n == 0 ? 1 : (n * 37 + c) % n), .priority = {}});
       }
     }
   }
@@ -104,7 +104,7 @@ void simulate_universe(benchmark::State& state) {
   constexpr Duration kLength = 10s;
   const Graph graph = universe();
   GraphTasks tasks = make_tasks(graph);
-  set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
+  setup::set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
   const WorstCaseTimes times(tasks.set);
   std::vector<std::uint32_t> executor_of(tasks.set.size());
   std::iota(executor_of.begin(), executor_of.end(), 0U);
@@ -167,4 +167,4 @@ void register_all(bool quick) {
   }
 }
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

@@ -15,7 +15,7 @@
 #include "microbench/raw_graph.hpp"
 #include "program/text.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 namespace {
 
 using Kind = ChannelMessage::Kind;
@@ -241,7 +241,7 @@ void add_path(const char* path_name, Path path, std::uint32_t subscribers, bool 
   plan.period = 1ms * std::max<std::int64_t>(1, std::max<std::int64_t>(kib / 64, subscribers / 10));
   // About the same time for all plans, with enough messages for a median.
   plan.messages = static_cast<int>(std::clamp<std::int64_t>((quick ? 100ms : 400ms) / plan.period, 30, 400));
-  const std::string name = concat("one_way/", path_name, "/kib:", kib, "/subscribers:", subscribers);
+  const std::string name = program::concat("one_way/", path_name, "/kib:", kib, "/subscribers:", subscribers);
   add<HotpathSide<Traits>>(name + "/hotpath", plan);
   if (path != Path::intra_process) add<RawSide<Traits>>(name + "/raw_fastdds", plan);
 }
@@ -265,4 +265,4 @@ void register_all(bool quick) {
   })->Unit(benchmark::kMicrosecond);
 }
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   argc = static_cast<int>(end - argv);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  hotpath::gbench::register_all(quick);
+  hotpath::microbench::register_all(quick);
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return 0;

@@ -10,7 +10,7 @@
 #include "microbench/measurement.hpp"
 #include "setup/executor_spec.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 
 /// Sleeps until an absolute time, so that delays do not add up as with relative sleeps.
 inline void sleep_until(Time instant) {
@@ -44,7 +44,7 @@ class LiveRun {
         executor_(set, std::move(scheduler), handler, memory_.jobs(), options) {}
 
   /// An executor with its defaults and jobs that do nothing.
-  LiveRun(const TaskSet& set, const ExecutorSpec& executor)
+  LiveRun(const TaskSet& set, const setup::ExecutorSpec& executor)
       : LiveRun(set, executor.entry->make(set, executor.scheduler), no_work(),
                 default_options(*executor.entry)) {}
 
@@ -103,4 +103,4 @@ inline TaskSet subscriptions(std::uint32_t n, std::uint32_t depth = 1) {
   return set;
 }
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

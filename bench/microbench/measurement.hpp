@@ -19,7 +19,7 @@
 #include "hotpath/core/time.hpp"
 #include "hotpath/live/clock.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 
 using namespace std::chrono_literals;
 
@@ -104,4 +104,4 @@ inline benchmark::internal::Benchmark* register_isolated(const std::string& name
 /// Registers the benchmarks of a program: each defines it, and benchmark_main.cpp calls it.
 void register_all(bool quick);
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

@@ -17,7 +17,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/thread_setup.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 
 /// Borrows an uninitialised message from `writer`. Throws std::runtime_error if there is none.
 inline void* borrow_raw(eprosima::fastdds::dds::DataWriter& writer) {
@@ -164,4 +164,4 @@ class RawExecutor {
   std::thread thread_;
 };
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

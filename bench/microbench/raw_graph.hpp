@@ -13,7 +13,7 @@
 #include "microbench/raw_executor.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 
 /// The yardstick of a whole graph without work: its topics, timers and message sizes over Fast DDS
 /// alone, with the threads of a live executor. Nodes only forward data, as messages with
@@ -97,7 +97,7 @@ inline Measurement raw_callback(const FastDdsOptions& options, Duration length) 
   Graph graph = load_graph(find_graph("autoware"));
   scale_to_load(graph, 0);
   GraphTasks tasks = make_tasks(graph);
-  set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
+  setup::set_phases(tasks.set, make_phases(graph, tasks, Phases::creation));
   const Time epoch = now() + 500ms;
   RawGraph raw(graph, tasks, options, epoch);
   std::this_thread::sleep_until(epoch);
@@ -110,4 +110,4 @@ inline Measurement raw_callback(const FastDdsOptions& options, Duration length) 
   return {each, {{"cpu_per_callback_ns", each}, {"callbacks", callbacks}}};
 }
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

@@ -15,7 +15,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/core/simple_events_queue.hpp"
 
-namespace hotpath::gbench {
+namespace hotpath::microbench {
 
 using namespace std::chrono_literals;
 
@@ -176,4 +176,4 @@ inline void register_queues(std::int64_t most, double min_time) {
   });
 }
 
-}  // namespace hotpath::gbench
+}  // namespace hotpath::microbench

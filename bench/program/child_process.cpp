@@ -16,7 +16,7 @@
 
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 std::vector<char*> argument_list(std::vector<std::string>& words) {
   std::vector<char*> arguments;
@@ -109,4 +109,4 @@ std::string how_it_ended(int status) {
 
 bool exited_with(int status, int code) { return WIFEXITED(status) && WEXITSTATUS(status) == code; }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// The words as an argument list for execv(); it must not outlive `words`.
 std::vector<char*> argument_list(std::vector<std::string>& words);
@@ -41,4 +41,4 @@ std::string how_it_ended(int status);
 /// Whether the process exited with this code, not by a signal.
 bool exited_with(int status, int code);
 
-}  // namespace hotpath
+}  // namespace hotpath::program

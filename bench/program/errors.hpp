@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// Wrong use, which the user can correct: exit code 2.
 struct UsageError : std::runtime_error {
@@ -20,4 +20,4 @@ struct RunError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::program

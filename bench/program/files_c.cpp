@@ -27,25 +27,25 @@ extern "C" {
 
 /// Replaces a file; see write_whole_file().
 const char* hotpath_write_file(const char* path, const char* content, std::size_t size) {
-  return message_of([&] { hotpath::write_whole_file(path, std::string(content, size)); });
+  return message_of([&] { hotpath::program::write_whole_file(path, std::string(content, size)); });
 }
 
 /// Writes the file that `option` names; see write_output_file().
 const char* hotpath_write_output(const char* path, const char* option, const char* content,
                                  std::size_t size) {
-  return message_of([&] { hotpath::write_output_file(path, option, std::string(content, size)); });
+  return message_of([&] { hotpath::program::write_output_file(path, option, std::string(content, size)); });
 }
 
 /// Creates a folder and its parents durably.
 const char* hotpath_make_folder(const char* path) {
-  return message_of([&] { hotpath::create_folder(path); });
+  return message_of([&] { hotpath::program::create_folder(path); });
 }
 
 /// Renames `part` to `path` durably.
 const char* hotpath_name_durably(const char* part, const char* path) {
   return message_of([&] {
-    if (const std::error_code error = hotpath::name_durably(part, path)) {
-      throw hotpath::RunError(std::string(path) + " cannot be written (" + error.message() + ")");
+    if (const std::error_code error = hotpath::program::name_durably(part, path)) {
+      throw hotpath::program::RunError(std::string(path) + " cannot be written (" + error.message() + ")");
     }
   });
 }

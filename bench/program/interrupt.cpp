@@ -4,7 +4,7 @@
 #include <csignal>
 #include <ctime>
 
-namespace hotpath {
+namespace hotpath::program {
 
 namespace {
 
@@ -39,4 +39,4 @@ void catch_interrupts() {
 
 int interrupted() { return received; }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

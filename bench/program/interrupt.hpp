@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// From now on SIGINT and SIGTERM request an orderly end. A second signal kills as usual, unless it
 /// arrives within a second: a program that forwards a terminal's signal, such as timeout(1), sends
@@ -11,4 +11,4 @@ void catch_interrupts();
 /// The signal that requested the end; 0: none so far.
 int interrupted();
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -15,7 +15,7 @@
   }                                                                            \
   static_assert(true)
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// The JSON of a file. Throws nlohmann's exceptions for invalid JSON, std::out_of_range for nesting
 /// so deep that a copy would overflow the stack.
@@ -41,7 +41,7 @@ template <class Number>
                           nlohmann::json(most).dump());
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program
 
 /// std::nullopt becomes null.
 template <class T>

@@ -15,7 +15,7 @@
 #include "hotpath/core/time.hpp"
 #include "program/json_fields.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// The visitors below get a constant Record to write and another to read.
 template <class T, class Record>
@@ -24,6 +24,7 @@ concept MaybeConst = std::same_as<std::remove_const_t<T>, Record>;
 /// A type that is stored as a JSON object has one function, which names each member and its key once, for
 /// JsonWriter and JsonReader alike:
 ///   void fields(auto& visit, MaybeConst<Part> auto& part) { visit("name", part.name); }
+/// The function stands in the namespace of the type, where argument-dependent lookup finds it.
 class JsonWriter {
  public:
   explicit JsonWriter(nlohmann::json& object) : object_(object) {}
@@ -127,16 +128,18 @@ concept JsonRecord = requires(JsonWriter& writer, const T& value) {
   fields(writer, value);
 };
 
-template <JsonRecord T>
-void to_json(nlohmann::json& j, const T& value) {
-  j = nlohmann::json::object();
-  JsonWriter writer(j);
-  fields(writer, value);
-}
-template <JsonRecord T>
-void from_json(const nlohmann::json& j, T& value) {
-  JsonReader reader(j);
-  fields(reader, value);
-}
+}  // namespace hotpath::program
 
-}  // namespace hotpath
+/// nlohmann's library stores such a type as a JSON object.
+template <hotpath::program::JsonRecord T>
+struct nlohmann::adl_serializer<T> {
+  static void to_json(json& j, const T& value) {
+    j = json::object();
+    hotpath::program::JsonWriter writer(j);
+    fields(writer, value);
+  }
+  static void from_json(const json& j, T& value) {
+    hotpath::program::JsonReader reader(j);
+    fields(reader, value);
+  }
+};

@@ -9,7 +9,7 @@
 
 #include "hotpath/core/time.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// A histogram of durations. A bucket is at most 1/64 of its values wide, so quantiles are within
 /// 1 % of the exact values, in a few kilobytes for any number of samples.
@@ -61,4 +61,4 @@ class LatencyHistogram {
   Duration max_{-1};
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -12,7 +12,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 namespace fs = std::filesystem;
 
@@ -90,4 +90,4 @@ void check_trace_memory(double bytes, const std::string& option, const std::stri
   check_memory(bytes, option, "the traces", remedy);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

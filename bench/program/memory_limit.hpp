@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// Bytes of memory that this process may use: the machine's memory, or less if a cgroup,
 /// `ulimit -v` or `ulimit -d` limits it.
@@ -27,4 +27,4 @@ void check_memory(double bytes, const std::string& option, const std::string& wh
 /// The same for traces.
 void check_trace_memory(double bytes, const std::string& option, const std::string& remedy);
 
-}  // namespace hotpath
+}  // namespace hotpath::program

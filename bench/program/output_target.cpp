@@ -9,7 +9,7 @@
 
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 namespace fs = std::filesystem;
 
@@ -119,4 +119,4 @@ void check_output_folder(const fs::path& folder, const std::string& mark, const 
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

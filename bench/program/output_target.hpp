@@ -5,7 +5,7 @@
 #include <string>
 #include <system_error>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// The target of an output file.
 struct OutputTarget {
@@ -30,4 +30,4 @@ void check_output_file(const std::filesystem::path& file, const std::string& opt
 void check_output_folder(const std::filesystem::path& folder, const std::string& mark = "",
                          const std::string& option = "--output");
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// Calls `work(0)` to `work(count - 1)` in threads (0: one for each processor) that take the
 /// indices in order. When calls have thrown, the exception of the smallest index is thrown after
@@ -36,4 +36,4 @@ void for_each_index(std::size_t count, std::size_t threads, const Work& work) {
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -10,7 +10,7 @@
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// A progress line with the remaining time on standard error, if that is a terminal.
 class Progress {
@@ -50,4 +50,4 @@ class Progress {
   std::string name_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::program

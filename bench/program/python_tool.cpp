@@ -15,7 +15,7 @@
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 namespace {
 
@@ -72,4 +72,4 @@ void draw_figure(const std::string& command, const fs::path& folder) {
             << errors.substr(errors.rfind('\n') + 1) << "\n";
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// Executes `COMMAND ARGUMENTS` of the Python package hotpath_report in place of this process. The
 /// package reports errors in its input itself and uses our exit codes. Throws RunError when Python
@@ -17,4 +17,4 @@ namespace hotpath {
 /// disables all such figures.
 void draw_figure(const std::string& command, const std::filesystem::path& folder);
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -9,7 +9,7 @@
 
 #include "hotpath/core/utf8.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 namespace {
 
@@ -107,4 +107,4 @@ std::string markdown(const std::string& text) {
   return shown;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-namespace hotpath {
+namespace hotpath::program {
 
 // Text for people may contain untrusted names of graphs, traces and files. Each medium has one
 // function that escapes control sequences of the medium. CSV, JSON, YAML and DOT are data and keep
@@ -35,4 +35,4 @@ void replace_terminal_line(const std::string& text);
 /// markup.
 [[nodiscard]] std::string markdown(const std::string& text);
 
-}  // namespace hotpath
+}  // namespace hotpath::program

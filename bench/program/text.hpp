@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// printf's `format` as a string.
 std::string text(const char* format, auto... values) {
@@ -76,4 +76,4 @@ std::string joined(const auto& items, const char* separator = ", ") {
   return all.str();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <ostream>
 
-namespace hotpath {
+namespace hotpath::program {
 
 namespace {
 
@@ -74,4 +74,4 @@ std::ostream& operator<<(std::ostream& out, const TextTable& table) {
   return out;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

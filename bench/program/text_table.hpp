@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// A table that a command prints: a title, a header of one or two lines, and rows of cells.
 class TextTable {
@@ -32,4 +32,4 @@ class TextTable {
   std::vector<Line> header_, lines_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -14,7 +14,7 @@
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::program {
 
 namespace fs = std::filesystem;
 
@@ -200,4 +200,4 @@ void create_folder(const fs::path& folder, const std::string& option) {
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::program

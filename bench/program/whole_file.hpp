@@ -11,7 +11,7 @@
 #include <system_error>
 #include <variant>
 
-namespace hotpath {
+namespace hotpath::program {
 
 /// The content of a file: text, JSON (a line break is added), or a function that writes it.
 using FileContent = std::variant<std::string, nlohmann::json, std::function<void(std::ostream&)>>;
@@ -64,4 +64,4 @@ void write_with_folder(const std::filesystem::path& file, const std::string& tex
 /// names `option`.
 void create_folder(const std::filesystem::path& folder, const std::string& option = "--output");
 
-}  // namespace hotpath
+}  // namespace hotpath::program

@@ -13,7 +13,7 @@
 #include "program/text.hpp"
 #include "results/stored_run.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 namespace {
 
@@ -73,8 +73,8 @@ class RunCheck {
   }
 
   [[noreturn]] void fail(std::size_t line, const std::string& violation) const {
-    throw RunError(
-        concat(file_, ":", line, ": ", current_.first, ", repetition ", current_.second, ": ", violation));
+    throw program::RunError(program::concat(file_, ":", line, ": ", current_.first, ", repetition ",
+                                            current_.second, ": ", violation));
   }
 
   const StoredRun& run_;
@@ -95,4 +95,4 @@ CheckedRun check_run(const std::filesystem::path& folder) {
   return run.check([&] { return RunCheck(run).check(rows); });
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
-namespace hotpath {
+namespace hotpath::results {
 
 struct CheckedRun {
   std::uint64_t rows = 0;  ///< Rows of jobs.csv.
@@ -16,4 +16,4 @@ struct CheckedRun {
 /// RunError with the line of a violation, UsageError and InputError like StoredRun.
 CheckedRun check_run(const std::filesystem::path& folder);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace hotpath {
+namespace hotpath::results {
 
 inline constexpr std::string_view kRclcppStack = "rclcpp";
 
@@ -34,4 +34,4 @@ struct ExecutorLabel {
   }
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::results

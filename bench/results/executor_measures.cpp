@@ -9,7 +9,7 @@
 
 #include "hotpath/core/registry.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 namespace {
 
 constexpr std::array kInterval = {0.5, 0.99, 0.999, 1.0};
@@ -193,4 +193,4 @@ void compare_with_baseline(Summary& summary, const std::vector<std::vector<Repea
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -10,7 +10,7 @@
 
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// The timers' response times of one repetition, as the paper's authors measure them. Needs 32
 /// bytes per job: a timer's next call at the start of a job follows from later jobs.
@@ -88,4 +88,4 @@ class ExecutorMeasures {
 /// Adds the comparisons with the baseline. `hot_paths`: by executor and chain, from finish().
 void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -8,7 +8,7 @@
 
 #include "hotpath/core/trace.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// Finish of a job that ran minus its own timestamp.
 [[nodiscard]] inline Duration response_time(const JobRecord& ran) { return ran.finish - ran.job.timestamp; }
@@ -109,4 +109,4 @@ struct MeasuredChain {
   return counted;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -8,7 +8,7 @@
 #include "hotpath/core/time.hpp"
 #include "program/json_fields.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// Resource usage of a run from its first release to its stop, summed over its processes.
 struct ProcessUsage {
@@ -50,12 +50,12 @@ inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
   // Ten days, so that the sum over 10000 repetitions does not overflow.
   constexpr double kMostMs = 9e8;
   constexpr std::int64_t kMost = 1'000'000'000'000;
-  usage = {.cpu_time = from_ms(number_up_to(kMostMs, j, "cpu_time_ms")),
-           .peak_memory_kib = number_up_to(kMost, j, "peak_memory_kib"),
-           .voluntary_switches = number_up_to(kMost, j, "voluntary_context_switches"),
-           .involuntary_switches = number_up_to(kMost, j, "involuntary_context_switches"),
-           .stolen = from_ms(number_up_to(kMostMs, j, "stolen_ms")),
-           .wall = from_ms(number_up_to(kMostMs, j, "wall_ms"))};
+  usage = {.cpu_time = from_ms(program::number_up_to(kMostMs, j, "cpu_time_ms")),
+           .peak_memory_kib = program::number_up_to(kMost, j, "peak_memory_kib"),
+           .voluntary_switches = program::number_up_to(kMost, j, "voluntary_context_switches"),
+           .involuntary_switches = program::number_up_to(kMost, j, "involuntary_context_switches"),
+           .stolen = from_ms(program::number_up_to(kMostMs, j, "stolen_ms")),
+           .wall = from_ms(program::number_up_to(kMostMs, j, "wall_ms"))};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

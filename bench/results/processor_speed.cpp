@@ -5,7 +5,7 @@
 
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 namespace {
 
 /// The least busy time of a judged window, so that a preemption of a few milliseconds does not look
@@ -173,10 +173,11 @@ std::string describe(std::span<const SlowPeriod> slow) {
   constexpr std::size_t kMost = 3;
   std::string sentence;
   for (const SlowPeriod& p : slow.first(std::min(kMost, slow.size()))) {
-    sentence += text("%sfrom %.1f to %.1f s processor %d was slow by a factor of %.2f",
-                     sentence.empty() ? "" : ", ", to_ms(p.begin) / 1e3, to_ms(p.end) / 1e3, p.cpu, p.factor);
+    sentence += program::text("%sfrom %.1f to %.1f s processor %d was slow by a factor of %.2f",
+                              sentence.empty() ? "" : ", ", to_ms(p.begin) / 1e3, to_ms(p.end) / 1e3, p.cpu,
+                              p.factor);
   }
-  if (slow.size() > kMost) sentence += concat(", and ", slow.size() - kMost, " times more");
+  if (slow.size() > kMost) sentence += program::concat(", and ", slow.size() - kMost, " times more");
   return sentence;
 }
 
@@ -193,4 +194,4 @@ Duration slow_time(std::span<const SlowPeriod> slow) {
   return longest;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -12,7 +12,7 @@
 #include "hotpath/core/task.hpp"
 #include "hotpath/core/trace.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// The work of the nodes that a CPU executed in a window of a repetition.
 struct SpeedWindow {
@@ -94,4 +94,4 @@ inline constexpr double kSlowFactor = 1.1;
 /// The total length of these periods, of the CPU that was slow for the longest time.
 [[nodiscard]] Duration slow_time(std::span<const SlowPeriod> slow);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -13,7 +13,7 @@
 #include "results/run_folder.hpp"
 #include "results/stored_summary.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -75,7 +75,7 @@ Summary recover_run(const fs::path& folder) {
   for (const char* name : {"jobs.csv", "chains.csv"}) {
     const fs::path whole = folder / name, grown = whole.string() + ".part";
     if (!fs::exists(grown)) continue;  // killed after the file was renamed
-    write_whole_file(whole, [&](std::ostream& out) { copy_rows(grown, kept, out); });
+    program::write_whole_file(whole, [&](std::ostream& out) { copy_rows(grown, kept, out); });
     fs::remove(grown);
   }
   if (lock >= 0) close(lock);
@@ -83,12 +83,12 @@ Summary recover_run(const fs::path& folder) {
 
   const StoredRun run(folder, "recover");
   Summary summary = summarize(run, run.summary_options());
-  write_whole_file(folder / "summary.json", json(summary));
+  program::write_whole_file(folder / "summary.json", json(summary));
   RunRecord record = run.record();
   record.partial = true;
   record.warnings.emplace_back("The run was killed: its finished repetitions were recovered.");
-  write_whole_file(folder / "run.json", json(record));
+  program::write_whole_file(folder / "run.json", json(record));
   return summary;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -5,7 +5,7 @@
 
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// Turns the folder of a killed run into a result: keeps the repetitions that run.json names, drops
 /// the rows of the interrupted repetition, and sets `partial` in run.json. Throws UsageError if the
@@ -13,4 +13,4 @@ namespace hotpath {
 /// files; RunError if the folder cannot be written, which then stays unchanged.
 Summary recover_run(const std::filesystem::path& folder);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -13,7 +13,7 @@
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 namespace fs = std::filesystem;
 
@@ -22,8 +22,8 @@ namespace {
 const std::string kKept = "; earlier results are kept, but the run is not complete";
 
 fs::path new_folder(const fs::path& path) {
-  check_output_folder(path);
-  create_folder(path);
+  program::check_output_folder(path);
+  program::create_folder(path);
   return path;
 }
 
@@ -31,17 +31,17 @@ fs::path new_folder(const fs::path& path) {
 
 RunFolder::RunFolder(const fs::path& path)
     : path_(new_folder(path)),
-      jobs_(create_file(path_ / "jobs.csv.part")),
-      chains_(create_file(path_ / "chains.csv.part")) {
+      jobs_(program::create_file(path_ / "jobs.csv.part")),
+      chains_(program::create_file(path_ / "chains.csv.part")) {
   const auto refuse = [&](const std::string& reason) {
-    throw UsageError("the output folder " + path_.string() + " " + reason);
+    throw program::UsageError("the output folder " + path_.string() + " " + reason);
   };
   if (!jobs_ || !chains_) {
-    refuse(concat("cannot be written (", std::strerror(errno), "); name another with --output"));
+    refuse(program::concat("cannot be written (", std::strerror(errno), "); name another with --output"));
   }
   lock_ = lock(path_);
   if (lock_ < 0) {
-    refuse(concat("cannot be locked (", std::strerror(errno), "); does another run use it?"));
+    refuse(program::concat("cannot be locked (", std::strerror(errno), "); does another run use it?"));
   }
   jobs_ << kJobsCsvHeader << '\n';
   chains_ << kChainsCsvHeader << '\n';
@@ -58,11 +58,11 @@ int RunFolder::lock(const fs::path& path) {
   return -1;
 }
 
-void RunFolder::write(const std::string& name, const FileContent& content) const {
+void RunFolder::write(const std::string& name, const program::FileContent& content) const {
   try {
-    write_whole_file(path_ / name, content);
-  } catch (const RunError& error) {
-    throw RunError(error.what() + kKept);
+    program::write_whole_file(path_ / name, content);
+  } catch (const program::RunError& error) {
+    throw program::RunError(error.what() + kKept);
   }
 }
 
@@ -93,7 +93,7 @@ void RunFolder::append(const TaskSet& set, const std::vector<std::string>& chain
   write_chains_csv(chains_, chain_names, trace);
   if (!chains_.flush()) fail("chains.csv.part", errno);
   for (const char* name : {"jobs.csv.part", "chains.csv.part"}) {
-    if (const std::error_code error = await_disk(path_ / name)) fail(name, error.value());
+    if (const std::error_code error = program::await_disk(path_ / name)) fail(name, error.value());
   }
 }
 
@@ -103,13 +103,14 @@ void RunFolder::finish() {
   chains_.close();
   if (!chains_) fail("chains.csv.part", errno);
   for (const char* name : {"jobs.csv", "chains.csv"}) {
-    const std::error_code error = name_durably(path_ / (std::string(name) + ".part"), path_ / name);
+    const std::error_code error = program::name_durably(path_ / (std::string(name) + ".part"), path_ / name);
     if (error) fail(name, error.value());
   }
 }
 
 void RunFolder::fail(const std::string& name, int cause) const {
-  throw RunError(concat((path_ / name).string(), " cannot be written (", std::strerror(cause), ")", kKept));
+  throw program::RunError(
+      program::concat((path_ / name).string(), " cannot be written (", std::strerror(cause), ")", kKept));
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -9,7 +9,7 @@
 #include "program/whole_file.hpp"
 #include "results/run_record.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// The folder of one run. Files get their names when they are complete. Until then jobs.csv and
 /// chains.csv grow under names that end in `.part`, from which recover_run() recovers a killed run.
@@ -28,7 +28,7 @@ class RunFolder {
   const std::filesystem::path& path() const { return path_; }
 
   /// Replaces a file. Throws RunError (disk full, for example) and then leaves the old file.
-  void write(const std::string& name, const FileContent& content) const;
+  void write(const std::string& name, const program::FileContent& content) const;
 
   /// Appends one repetition to jobs.csv and chains.csv and syncs its rows, so that run.json may
   /// list it. Throws RunError.
@@ -59,8 +59,8 @@ class RunFolder {
   [[noreturn]] void fail(const std::string& name, int cause) const;
 
   const std::filesystem::path path_;
-  FileStream jobs_, chains_;
+  program::FileStream jobs_, chains_;
   int lock_ = -1;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::results

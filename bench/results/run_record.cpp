@@ -9,6 +9,23 @@
 
 namespace hotpath {
 
+void fields(auto& visit, program::MaybeConst<Calibration> auto& calibration) {
+  visit("divisions_per_us", calibration.divisions_per_us);
+  visit("spread_percent", calibration.spread_percent);
+  visit("readings", calibration.readings);
+  visit("disturbed", calibration.disturbed);
+}
+
+void fields(auto& visit, program::MaybeConst<GraphPlatform> auto& platform) {
+  visit("cores", platform.cores);
+  visit("timer_thread", platform.timer_thread);
+  for (const PlatformCost& cost : kPlatformCosts) visit.us(cost.key.data(), platform.*cost.value);
+}
+
+}  // namespace hotpath
+
+namespace hotpath::results {
+
 using nlohmann::json;
 
 RepetitionRecord record_of(const TaskSet& set, const std::vector<std::string>& chains,
@@ -31,7 +48,7 @@ RepetitionRecord record_of(const TaskSet& set, const std::vector<std::string>& c
 
 std::string RunRecord::command_line() const {
   std::string line = "hotpath";
-  for (const std::string& word : command) line += " " + shell_word(word);
+  for (const std::string& word : command) line += " " + program::shell_word(word);
   return line;
 }
 
@@ -41,13 +58,13 @@ std::uint64_t RepetitionRecord::expected_of(const std::string& task) const {
   return found->second;
 }
 
-void fields(auto& visit, MaybeConst<GraphRecord> auto& graph) {
+void fields(auto& visit, program::MaybeConst<GraphRecord> auto& graph) {
   visit("name", graph.name);
   visit("nodes", graph.nodes);
   visit("file", graph.file);
 }
 
-void fields(auto& visit, MaybeConst<DeployedExecutorRecord> auto& executor) {
+void fields(auto& visit, program::MaybeConst<DeployedExecutorRecord> auto& executor) {
   visit("name", executor.name);
   visit("executor", executor.executor);
   visit("policy", executor.policy);
@@ -58,25 +75,25 @@ void fields(auto& visit, MaybeConst<DeployedExecutorRecord> auto& executor) {
   visit("tasks", executor.tasks);
 }
 
-void fields(auto& visit, MaybeConst<DeploymentRecord> auto& deployment) {
+void fields(auto& visit, program::MaybeConst<DeploymentRecord> auto& deployment) {
   visit("name", deployment.name);
   visit("file", deployment.file);
   visit("executors", deployment.executors);
 }
 
-void fields(auto& visit, MaybeConst<LimitRecord> auto& limit) {
+void fields(auto& visit, program::MaybeConst<LimitRecord> auto& limit) {
   visit("label", limit.label);
   visit.ms("ms", limit.latency);
 }
 
-void fields(auto& visit, MaybeConst<BoundRecord> auto& bound) {
+void fields(auto& visit, program::MaybeConst<BoundRecord> auto& bound) {
   visit("executor", bound.executor);
   visit("task", bound.task);
   visit.ms("ms", bound.response);
   visit("method", bound.method);
 }
 
-void fields(auto& visit, MaybeConst<RepetitionRecord> auto& repetition) {
+void fields(auto& visit, program::MaybeConst<RepetitionRecord> auto& repetition) {
   visit("executor", repetition.executor);
   visit("repetition", repetition.repetition);
   visit.ms("first_timestamps_ms", repetition.first_timestamps);
@@ -91,28 +108,15 @@ void fields(auto& visit, MaybeConst<RepetitionRecord> auto& repetition) {
   visit.if_any("replaced_by", repetition.replaced_by);
 }
 
-void fields(auto& visit, MaybeConst<Calibration> auto& calibration) {
-  visit("divisions_per_us", calibration.divisions_per_us);
-  visit("spread_percent", calibration.spread_percent);
-  visit("readings", calibration.readings);
-  visit("disturbed", calibration.disturbed);
-}
-
-void fields(auto& visit, MaybeConst<GraphPlatform> auto& platform) {
-  visit("cores", platform.cores);
-  visit("timer_thread", platform.timer_thread);
-  for (const PlatformCost& cost : kPlatformCosts) visit.us(cost.key.data(), platform.*cost.value);
-}
-
 /// The keys of SimulationRecord and LiveRecord stand beside those of RunRecord.
-void fields(auto& visit, MaybeConst<SimulationRecord> auto& simulation) {
+void fields(auto& visit, program::MaybeConst<SimulationRecord> auto& simulation) {
   visit("platform", simulation.platform);
   visit("execution_times", simulation.execution_times);
   visit.if_any("max_backlog", simulation.max_backlog);
   visit.unless(false, "no_trace", simulation.no_trace);
 }
 
-void fields(auto& visit, MaybeConst<LiveRecord> auto& live) {
+void fields(auto& visit, program::MaybeConst<LiveRecord> auto& live) {
   visit("date", live.date);
   visit("transport", live.transport);
   visit("stacks", live.stacks);
@@ -130,7 +134,7 @@ void fields(auto& visit, MaybeConst<LiveRecord> auto& live) {
   visit("machine", live.machine);
 }
 
-void fields(auto& visit, MaybeConst<RunRecord> auto& run) {
+void fields(auto& visit, program::MaybeConst<RunRecord> auto& run) {
   visit("kind", run.kind);
   visit("version", run.version);
   visit("complete", run.complete);
@@ -186,7 +190,7 @@ static TaskSet tasks_from_json(const json& tasks) {
     task.group = j.value("reentrant", false) ? 1 : 0;
     task.name = j.at("task").get<std::string>();
     task.kind = j.at("kind") == "timer" ? TaskKind::timer : TaskKind::subscription;
-    JsonReader read(j);
+    program::JsonReader read(j);
     if (j.contains("wcet_ns")) read.ns("wcet_ns", task.wcet);  // runs of the first version lack it
     if (task.kind != TaskKind::timer) continue;
     read.ns("period_ns", task.period);
@@ -198,7 +202,7 @@ static TaskSet tasks_from_json(const json& tasks) {
 
 void to_json(json& j, const RunRecord& run) {
   j = json::object();
-  JsonWriter write(j);
+  program::JsonWriter write(j);
   fields(write, run);
   j["tasks"] = tasks_json(run.tasks);
   if (run.simulation) fields(write, *run.simulation);
@@ -206,7 +210,7 @@ void to_json(json& j, const RunRecord& run) {
 }
 
 void from_json(const json& j, RunRecord& run) {
-  JsonReader read(j);
+  program::JsonReader read(j);
   fields(read, run);
   if (j.contains("tasks")) run.tasks = tasks_from_json(j.at("tasks"));
   if (j.contains("cpus")) {
@@ -216,4 +220,4 @@ void from_json(const json& j, RunRecord& run) {
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -15,7 +15,7 @@
 #include "machine/machine.hpp"
 #include "results/process_usage.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 struct Repetition;
 
@@ -111,7 +111,7 @@ struct LiveRecord {
   bool lock_memory = false, cpu_time = false;
   std::vector<int> cpus, live_cpus;  ///< Of the executors, and of the process that publishes.
   Calibration calibration;
-  Machine machine;
+  machine::Machine machine;
 };
 
 /// The content of run.json: everything that a reader of a run must know, and that a run with the same results
@@ -170,4 +170,4 @@ struct RunRecord {
 void to_json(nlohmann::json& j, const RunRecord& record);
 void from_json(const nlohmann::json& j, RunRecord& record);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace hotpath {
+namespace hotpath::results {
 
 namespace {
 
@@ -62,4 +62,4 @@ Duration response_authors(const Schedule& schedule, const ExecutedJob& job) {
   return job.finish - (job.next_call - schedule.set[job.task].period);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -6,7 +6,7 @@
 #include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/trace.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// One executed job, recorded by hotpath or by the ROS 2 stack.
 struct ExecutedJob {
@@ -41,4 +41,4 @@ struct Schedule {
 /// a release-only executor with backlog that refers to a later release than the job's own.
 [[nodiscard]] Duration response_authors(const Schedule& schedule, const ExecutedJob& job);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -42,7 +42,7 @@ void hotpath_samples_delete(void* handle) { delete static_cast<RepeatedSamples*>
 
 /// Share of a count in percent; 0 of nothing.
 double hotpath_percent_of(std::uint64_t part, std::uint64_t whole) {
-  return hotpath::percent_of(part, whole);
+  return hotpath::results::percent_of(part, whole);
 }
 
 double hotpath_mean(const void* handle) { return hotpath::quantiles(samples(handle).pooled()).mean; }

@@ -14,14 +14,14 @@
 #include "results/measures.hpp"
 #include "results/schedule.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 using nlohmann::json;
 
 namespace {
 
 std::string named(const std::string& executor, std::uint32_t repetition) {
-  return concat(executor, " (repetition ", repetition, ")");
+  return program::concat(executor, " (repetition ", repetition, ")");
 }
 
 /// Timers of nodes that also have subscriptions. Only for nodes of the reference system's types,
@@ -49,7 +49,7 @@ auto find_trace(auto& traces, const std::string& executor, std::uint32_t repetit
 StoredRun::StoredRun(std::filesystem::path folder, std::string option)
     : folder_(std::move(folder)), option_(std::move(option)) {
   std::ifstream in = open("run.json");
-  check([&] { parse_shallow(in).get_to(record_); });
+  check([&] { program::parse_shallow(in).get_to(record_); });
   if (record_.tasks.tasks.empty()) {
     fail("it was written by hotpath " + record_.version +
          ", which stored less than this version needs; run it again");
@@ -60,7 +60,7 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 std::ifstream StoredRun::open(const char* file) const {
   const char* const remedy =
       "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
-  if (!std::filesystem::exists(folder_ / file)) fail(concat("there is no ", file, "; ", remedy));
+  if (!std::filesystem::exists(folder_ / file)) fail(program::concat("there is no ", file, "; ", remedy));
   return open_input(folder_ / file, remedy);
 }
 
@@ -87,8 +87,8 @@ std::vector<Duration> StoredRun::first_timestamps(const TaskSet& set, const std:
     first[id] = timestamp->second;
   }
   if (timers != stored.size()) {
-    fail(concat("it has first timestamps for ", stored.size(), " timers, the graph has ", timers,
-                "; does it belong to another graph?"));
+    fail(program::concat("it has first timestamps for ", stored.size(), " timers, the graph has ", timers,
+                         "; does it belong to another graph?"));
   }
   return first;
 }
@@ -103,8 +103,8 @@ void StoredRun::load() {
   std::error_code none;
   const auto size = static_cast<double>(std::filesystem::file_size(folder_ / "jobs.csv", none));
   if (!none) {
-    check_trace_memory(size / kShortRow * sizeof(JobRecord), option_ + " " + folder_.string(),
-                       "a shorter run, or a machine with more memory");
+    program::check_trace_memory(size / kShortRow * sizeof(JobRecord), option_ + " " + folder_.string(),
+                                "a shorter run, or a machine with more memory");
   }
   read_jobs();
   read_chains();
@@ -152,14 +152,14 @@ SummaryOptions StoredRun::summary_options() const {
 }
 
 void StoredRun::fail(const std::string& what) const {
-  throw UsageError(option_ + " " + folder_.string() + ": " + what);
+  throw program::UsageError(option_ + " " + folder_.string() + ": " + what);
 }
 
 void StoredRun::fail_missing(const std::string& executor, std::uint32_t repetition) const {
   std::vector<std::string> runs;
   for (const RepetitionRecord& r : record_.runs) runs.push_back(named(r.executor, r.repetition));
   fail(named(executor, repetition) + " is not in this run; " +
-       (runs.empty() ? "it has no repetitions" : "it has " + joined(runs)));
+       (runs.empty() ? "it has no repetitions" : "it has " + program::joined(runs)));
 }
 
 json summarize_golden_trace(const std::filesystem::path& file) {
@@ -196,4 +196,4 @@ json summarize_golden_trace(const std::filesystem::path& file) {
   return {{"tasks", tasks}};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -10,7 +10,7 @@
 #include "results/run_record.hpp"
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// The folder of a finished live or simulated run. The epoch is time 0.
 class StoredRun {
@@ -99,4 +99,4 @@ class StoredRun {
 /// {tasks: [{task, reached, ran, skipped, deadline_overruns, response_ms, response_authors_ms}]}.
 [[nodiscard]] nlohmann::json summarize_golden_trace(const std::filesystem::path& file);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -10,7 +10,7 @@
 #include "program/text.hpp"
 #include "results/executor_measures.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 namespace {
 
@@ -151,9 +151,10 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
       executor = row.executor;
       repetition = row.repetition;
       if (!seen.emplace(executor, repetition).second) {
-        throw InputError(file, static_cast<std::int64_t>(row.line),
-                         concat("rows of ", executor, ", repetition ", repetition, ", have ended before"),
-                         "keep the rows of a repetition together");
+        throw InputError(
+            file, static_cast<std::int64_t>(row.line),
+            program::concat("rows of ", executor, ", repetition ", repetition, ", have ended before"),
+            "keep the rows of a repetition together");
       }
     }
     use(row);
@@ -211,7 +212,7 @@ void ResponsesCsv::finish() {
 }
 
 void ResponsesCsv::write(const OfRepetition& of, const Response& response) {
-  write_row(out_, of.executor, of.repetition, run_.tasks()[response.task].name, response.ns);
+  program::write_row(out_, of.executor, of.repetition, run_.tasks()[response.task].name, response.ns);
 }
 
 void ResponsesCsv::write_waiting(OfRepetition& of) {
@@ -219,4 +220,4 @@ void ResponsesCsv::write_waiting(OfRepetition& of) {
   of.waiting = {};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

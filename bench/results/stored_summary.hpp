@@ -10,7 +10,7 @@
 #include "hotpath/core/trace_csv.hpp"
 #include "results/stored_run.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// Calls `use` for every job of a stored run, in the order of jobs.csv. Throws InputError, also if
 /// the rows of a repetition are not contiguous.
@@ -55,4 +55,4 @@ class ResponsesCsv {
   std::size_t current_ = 0;                // index of the repetition of the latest row
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -7,7 +7,7 @@
 
 #include "results/executor_measures.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 namespace {
 
@@ -58,4 +58,4 @@ Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, con
   return summary;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -14,7 +14,7 @@
 #include "results/process_usage.hpp"
 #include "results/processor_speed.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// One finished run of one executor.
 struct Repetition {
@@ -139,6 +139,11 @@ struct Summary {
 /// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`,
 /// `_percent`) of all values below a key; unmeasured values are null.
 void to_json(nlohmann::json& j, const Summary& summary);
+
+}  // namespace hotpath::results
+
+namespace hotpath {
+
 void to_json(nlohmann::json& j, const Quantiles& quantiles);
 void to_json(nlohmann::json& j, const Estimate& estimate);
 

@@ -2,20 +2,25 @@
 #include "program/json_fields.hpp"
 #include "results/summary.hpp"
 
+// nlohmann's library finds these functions by argument-dependent lookup, also for elements of
+// vectors and optionals: each stands in the namespace of its type.
+
 namespace hotpath {
 
-using nlohmann::json;
-
-// nlohmann's library finds these functions by argument-dependent lookup, also for elements of
-// vectors and optionals.
-
-static void to_json(json& j, const Interval& interval) { j = {interval.low, interval.high}; }
+static void to_json(nlohmann::json& j, const Interval& interval) { j = {interval.low, interval.high}; }
 
 HOTPATH_JSON_FIELDS(Estimate, value, interval);
 HOTPATH_JSON_FIELDS(Quantiles, n, min, p50, p90, p99, p999, max, mean);
+static HOTPATH_JSON_FIELDS(BootstrapOptions, confidence, resamples, seed);
+
+}  // namespace hotpath
+
+namespace hotpath::results {
+
+using nlohmann::json;
+
 static HOTPATH_JSON_FIELDS(RepetitionLosses, repetition, skipped, overwritten);
 static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted, expected);
-static HOTPATH_JSON_FIELDS(BootstrapOptions, confidence, resamples, seed);
 
 static void to_json(json& j, const LatencySummary& latency) {
   j = latency.quantiles;
@@ -100,4 +105,4 @@ void to_json(json& j, const Summary& summary) {
        {"executors", summary.executors}};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

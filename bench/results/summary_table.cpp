@@ -12,7 +12,7 @@
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 namespace {
 
 /// Three significant digits for values below 1000, at most three decimals.
@@ -20,7 +20,7 @@ std::string number(double x) {
   if (!std::isfinite(x)) return "-";
   const double size = std::abs(x);
   const int decimals = size < 0.9995 ? 3 : size < 9.995 ? 2 : size < 999.5 ? 1 : 0;
-  return fixed(x, decimals);
+  return program::fixed(x, decimals);
 }
 
 std::string number(const std::optional<Interval>& interval) {
@@ -42,15 +42,15 @@ std::string chain_title(const Summary& summary, std::size_t chain) {
   const bool intervals = std::ranges::any_of(
       summary.executors, [&](const auto& e) { return e.chains[chain].hot_path.p50.has_value(); });
   if (intervals) {
-    title += text(" [%g %% interval over repetitions]", 100 * summary.bootstrap.confidence);
+    title += program::text(" [%g %% interval over repetitions]", 100 * summary.bootstrap.confidence);
   }
   return title + (first.median_to_default ? ", ratios to default" : "");
 }
 
-TextTable chain_table(const Summary& summary, std::size_t chain) {
-  TextTable table(chain_title(summary, chain),
-                  {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
-                   "CPU us/\ncallback", "median\nratio", "max\nratio"});
+program::TextTable chain_table(const Summary& summary, std::size_t chain) {
+  program::TextTable table(chain_title(summary, chain),
+                           {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
+                            "CPU us/\ncallback", "median\nratio", "max\nratio"});
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     const LatencySummary& l = c.hot_path;
@@ -69,10 +69,10 @@ TextTable chain_table(const Summary& summary, std::size_t chain) {
   return table;
 }
 
-TextTable jobs_table(const Summary& summary) {
-  TextTable table("jobs of all tasks",
-                  {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
-                   "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
+program::TextTable jobs_table(const Summary& summary) {
+  program::TextTable table("jobs of all tasks", {"executor", "callbacks\nexecuted", "skipped",
+                                                 "over-\nwritten", "CPU us/\ncallback", "deadline\noverruns",
+                                                 "worst\nresponse ms", "as authors\ndefine it"});
   for (const ExecutorSummary& e : summary.executors) {
     double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter only in sets without subscriptions
     for (const TaskSummary& task : e.tasks) {
@@ -147,8 +147,8 @@ void write_starved(std::ostream& out, const ExecutorSummary& e) {
     if (task->never_ran()) {
       out << " never ran\n";
     } else {
-      out << text(" waited up to %s ms (period %s ms)\n", number(to_ms(task->longest_wait)).c_str(),
-                  text("%g", to_ms(task->period)).c_str());
+      out << program::text(" waited up to %s ms (period %s ms)\n", number(to_ms(task->longest_wait)).c_str(),
+                           program::text("%g", to_ms(task->period)).c_str());
     }
   }
   if (tasks.size() > kMostLines) {
@@ -178,4 +178,4 @@ void write_table(std::ostream& out, const Summary& summary) {
   write_notes(out, summary);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -5,7 +5,7 @@
 
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// Writes one table per chain with a row per executor and each interval below its value, or one
 /// table of jobs for a graph without chains. At most ten starved tasks per executor follow: tasks
@@ -14,4 +14,4 @@ namespace hotpath {
 /// 9 characters and latencies are below 1 s. `-`: not measured.
 void write_table(std::ostream& out, const Summary& summary);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

@@ -7,7 +7,7 @@
 #include "hotpath/core/csv.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 void write_window(std::ostream& out, const std::filesystem::path& jobs_csv, const TraceWindow& window) {
   CsvReader in(jobs_csv);
@@ -32,4 +32,4 @@ void write_window(std::ostream& out, const std::filesystem::path& jobs_csv, cons
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::results

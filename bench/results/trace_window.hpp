@@ -7,7 +7,7 @@
 
 #include "hotpath/core/time.hpp"
 
-namespace hotpath {
+namespace hotpath::results {
 
 /// A time window of one repetition, counted from its epoch.
 struct TraceWindow {
@@ -21,4 +21,4 @@ struct TraceWindow {
 /// Throws InputError.
 void write_window(std::ostream& out, const std::filesystem::path& jobs_csv, const TraceWindow& window);
 
-}  // namespace hotpath
+}  // namespace hotpath::results

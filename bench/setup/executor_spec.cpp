@@ -9,7 +9,7 @@
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 namespace {
 
@@ -21,8 +21,8 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
   if (spec.entry->traits.many_workers && number.ec == std::errc{} && number.ptr == end) {
     const unsigned most = most_threads(spec.entry->traits);
     if (threads < 1 || threads > most) {
-      throw UsageError(
-          concat("executor `", spec.label, "`: the number of threads must lie between 1 and ", most));
+      throw program::UsageError(program::concat("executor `", spec.label,
+                                                "`: the number of threads must lie between 1 and ", most));
     }
     spec.scheduler.workers = threads;
   } else if (const auto rule = parse<SubscriptionRule>(variant); has_rules && rule) {
@@ -30,21 +30,22 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
   } else if (const auto ties = parse<Ties>(variant); has_rules && ties) {
     spec.scheduler.ties = *ties;
   } else {
-    throw UsageError("executor `" + spec.label + "` has no variant `" + variant +
-                     "`; the paper's executors accept inherit, first, lifo, fifo; multi, multi-jazzy, "
-                     "multi-fair, cbg accept a number of threads");
+    throw program::UsageError(
+        "executor `" + spec.label + "` has no variant `" + variant +
+        "`; the paper's executors accept inherit, first, lifo, fifo; multi, multi-jazzy, "
+        "multi-fair, cbg accept a number of threads");
   }
 }
 
 }  // namespace
 
 ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& defaults) {
-  const ExecutorLabel parts(label);
+  const results::ExecutorLabel parts(label);
   ExecutorSpec spec{label, find_executor(parts.name), defaults, nullptr, Stack::native};
-  const bool known_stack = parts.stack.empty() || parts.stack == kRclcppStack;
+  const bool known_stack = parts.stack.empty() || parts.stack == results::kRclcppStack;
   if (spec.entry == nullptr || !known_stack) {
-    throw UsageError("there is no executor `" + (known_stack ? parts.name : label) + "`; " +
-                     suggest(parts.name, all_executor_names()));
+    throw program::UsageError("there is no executor `" + (known_stack ? parts.name : label) + "`; " +
+                              suggest(parts.name, all_executor_names()));
   }
   if (!parts.stack.empty()) spec.stack = Stack::rclcpp;
   for (const std::string& variant : parts.variants) apply_variant(spec, variant);
@@ -71,16 +72,16 @@ ExecutorSpec deploy(Deployment plan, const SchedulerOptions& defaults) {
   for (const DeployedExecutor& e : deployed->plan.executors) {
     try {
       deployed->executors.push_back(parse_executor(e.executor, defaults));
-    } catch (const UsageError& error) {
+    } catch (const program::UsageError& error) {
       throw InputError(file, e.line, error.what(), "take one of `hotpath list executors`");
     }
     const bool raises = deployed->executors.back().entry->traits.raises_timer_thread;
     const bool budget = e.policy.scheduling_class == ThreadPolicy::Class::deadline;
     if (raises && (budget || e.policy.priority >= kHighestPriority)) {
-      throw InputError(
-          file, e.line,
-          concat("executor ", e.name, ": a timer thread cannot have a priority above ", to_string(e.policy)),
-          concat("take fifo with a priority below ", kHighestPriority));
+      throw InputError(file, e.line,
+                       program::concat("executor ", e.name, ": a timer thread cannot have a priority above ",
+                                       to_string(e.policy)),
+                       program::concat("take fifo with a priority below ", kHighestPriority));
     }
   }
   return {deployed->plan.name, nullptr, defaults, deployed};
@@ -99,4 +100,4 @@ std::vector<std::string> all_executor_names() {
   return names;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

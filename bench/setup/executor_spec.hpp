@@ -9,7 +9,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 struct Deployed;
 
@@ -56,4 +56,4 @@ ExecutorSpec parse_executor(const std::string& text, const SchedulerOptions& def
 std::vector<std::string> paper_executor_names();
 std::vector<std::string> all_executor_names();
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

@@ -16,7 +16,7 @@
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 void PlatformOptions::apply_to(GraphPlatform& platform) const {
   platform.cores = cores.value_or(platform.cores);
@@ -45,8 +45,8 @@ std::string output_folder(const CommonOptions& options, const Graph& graph) {
 
 Graph graph_to_run(const CommonOptions& options) {
   if (options.phase_step_ms && options.phases != Phases::creation) {
-    throw UsageError(concat("--phase-step applies to --phases creation only, not to ",
-                            to_string(options.phases), "; leave one of the two out"));
+    throw program::UsageError(program::concat("--phase-step applies to --phases creation only, not to ",
+                                              to_string(options.phases), "; leave one of the two out"));
   }
   Graph graph = load_graph(find_graph(options.graph));
   if (options.work) graph.work = *options.work;
@@ -54,14 +54,14 @@ Graph graph_to_run(const CommonOptions& options) {
     try {
       scale_to_load(graph, *options.load_percent);
     } catch (const std::invalid_argument& error) {
-      throw UsageError("--load: " + std::string(error.what()));
+      throw program::UsageError("--load: " + std::string(error.what()));
     }
   }
   if (options.rate_percent) scale_rates(graph, *options.rate_percent);
   try {
     make_copies(graph, options.copies);
   } catch (const std::invalid_argument& error) {
-    throw UsageError("--copies: " + std::string(error.what()));
+    throw program::UsageError("--copies: " + std::string(error.what()));
   }
   return graph;
 }
@@ -90,9 +90,9 @@ std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& se
     const auto task = std::ranges::find(set.tasks, name, &Task::name);
     const auto id = static_cast<TaskId>(task - set.tasks.begin());
     if (task == set.tasks.end())
-      throw InputError(text, line, concat("the graph has no task ", name), "give task names");
+      throw InputError(text, line, program::concat("the graph has no task ", name), "give task names");
     if (std::ranges::count(order, id) > 0)
-      throw InputError(text, line, concat(name, " occurs twice"), "list it once");
+      throw InputError(text, line, program::concat(name, " occurs twice"), "list it once");
     order.push_back(id);
   }
   for (TaskId id = 0; id < set.size(); ++id) {
@@ -118,7 +118,7 @@ std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const G
   std::set<std::string> labels;
   for (const ExecutorSpec& e : executors) {
     if (!labels.insert(e.label).second)
-      throw UsageError("executor or deployment `" + e.label + "` is named twice");
+      throw program::UsageError("executor or deployment `" + e.label + "` is named twice");
   }
   return executors;
 }
@@ -127,7 +127,7 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
                                            const GraphTasks& tasks, const ExecutorSpec& executor,
                                            std::uint32_t repetition) {
   if (!options.phases_file.empty()) {
-    return read_phases(options.phases_file, graph, ExecutorLabel(executor.label).name);
+    return read_phases(options.phases_file, graph, results::ExecutorLabel(executor.label).name);
   }
   PhaseOptions phase_options;
   if (options.phase_step_ms) phase_options.step = from_ms(*options.phase_step_ms);
@@ -135,7 +135,7 @@ std::vector<Duration> phases_of_repetition(const CommonOptions& options, const G
   try {
     return make_phases(graph, tasks, options.phases, phase_options);
   } catch (const std::invalid_argument& error) {
-    throw UsageError("--phases given: " + std::string(error.what()));
+    throw program::UsageError("--phases given: " + std::string(error.what()));
   }
 }
 
@@ -158,7 +158,8 @@ void check_trace_memory(const CommonOptions& options, const GraphTasks& tasks, s
   const std::vector<double> rates = activation_rates(tasks);
   const double jobs = std::reduce(rates.begin(), rates.end()) * (options.warm_up_s + options.duration_s) *
                       static_cast<double>(runs);
-  check_trace_memory(jobs * sizeof(JobRecord) + more, text("--duration %.2g", options.duration_s), remedy);
+  program::check_trace_memory(jobs * sizeof(JobRecord) + more,
+                              program::text("--duration %.2g", options.duration_s), remedy);
 }
 
 void set_phases(TaskSet& set, const std::vector<Duration>& first) {
@@ -171,18 +172,19 @@ std::vector<std::string> chain_names(const Graph& graph) {
   return names;
 }
 
-std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks) {
-  std::vector<MeasuredChain> chains;
+std::vector<results::MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks) {
+  std::vector<results::MeasuredChain> chains;
   for (ChainIndex& chain : index_chains(graph, tasks)) {
-    MeasuredChain& m = chains.emplace_back();
+    results::MeasuredChain& m = chains.emplace_back();
     m.name = graph.chains[chains.size() - 1].name;
     m.sink_tasks = std::move(chain.sink_tasks);
   }
   return chains;
 }
 
-SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks) {
-  SummaryOptions s;
+results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
+                                        const GraphTasks& tasks) {
+  results::SummaryOptions s;
   s.chains = chain_names(graph);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const bool cyclic = graph.nodes[tasks.origin[id].node].type == NodeType::cyclic;
@@ -193,4 +195,4 @@ SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
   return s;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

@@ -10,7 +10,7 @@
 #include "results/summary.hpp"
 #include "setup/executor_spec.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 /// Command-line options that live and simulated runs share.
 struct CommonOptions {
@@ -90,7 +90,8 @@ void check_trace_memory(const CommonOptions& options, const GraphTasks& tasks, s
 void set_phases(TaskSet& set, const std::vector<Duration>& first);
 
 std::vector<std::string> chain_names(const Graph& graph);
-std::vector<MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
-SummaryOptions summary_options(const CommonOptions& options, const Graph& graph, const GraphTasks& tasks);
+std::vector<results::MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
+results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
+                                        const GraphTasks& tasks);
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

@@ -7,18 +7,18 @@
 #include "hotpath/reference_system/chain_limits.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 namespace {
 
-DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set) {
+results::DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set) {
   const Deployment& plan = spec.deployment->plan;
-  DeploymentRecord record{plan.name, plan.file, {}};
+  results::DeploymentRecord record{plan.name, plan.file, {}};
   std::uint32_t first = 0;
   for (std::size_t e = 0; e < plan.executors.size(); ++e) {
     const DeployedExecutor& executor = plan.executors[e];
     const ExecutorSpec& part = spec.deployment->executors[e];
-    DeployedExecutorRecord& stored = record.executors.emplace_back();
+    results::DeployedExecutorRecord& stored = record.executors.emplace_back();
     stored.name = executor.name;
     stored.executor = executor.executor;
     stored.policy = to_string(executor.policy);
@@ -36,9 +36,9 @@ DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set) {
 
 }  // namespace
 
-RunRecord record_of(const CommonOptions& options, const Graph& graph, const TaskSet& set,
-                    const std::vector<ExecutorSpec>& executors) {
-  RunRecord record;
+results::RunRecord record_of(const CommonOptions& options, const Graph& graph, const TaskSet& set,
+                             const std::vector<ExecutorSpec>& executors) {
+  results::RunRecord record;
   record.version = HOTPATH_VERSION;
   record.command = options.command;
   record.graph = {graph.name, graph.nodes.size(), options.graph};
@@ -96,15 +96,15 @@ std::vector<std::string> idle_options(const CommonOptions& options,
   return sentences;
 }
 
-std::vector<BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& tasks,
-                                      const std::vector<ExecutorSpec>& executors) {
-  std::vector<BoundRecord> bounds;
-  if (!timers_only(tasks.set)) return bounds;
-  const CallbackGraph callbacks = callback_graph(graph, tasks, false);
+std::vector<results::BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& tasks,
+                                               const std::vector<ExecutorSpec>& executors) {
+  std::vector<results::BoundRecord> bounds;
+  if (!results::timers_only(tasks.set)) return bounds;
+  const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
   for (const ExecutorSpec& executor : executors) {
     if (executor.deployment) continue;
     const std::vector<GraphBounds> sets =
-        graph_bounds(bounded_system(graph, callbacks, *executor.entry, executor.scheduler));
+        graph_bounds(bounds::bounded_system(graph, callbacks, *executor.entry, executor.scheduler));
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       const auto bound = [&](const GraphBounds& set) {
         return set.tasks.empty() || !set.tasks[id] ? Duration::max() : Duration(*set.tasks[id]);
@@ -117,4 +117,4 @@ std::vector<BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& task
   return bounds;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

@@ -4,12 +4,12 @@
 #include "results/run_record.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 /// What live, simulated and imported runs record alike. The caller adds `kind`, `simulation` or
 /// `live`, and `bounds`.
-[[nodiscard]] RunRecord record_of(const CommonOptions& options, const Graph& graph, const TaskSet& set,
-                                  const std::vector<ExecutorSpec>& executors);
+[[nodiscard]] results::RunRecord record_of(const CommonOptions& options, const Graph& graph,
+                                           const TaskSet& set, const std::vector<ExecutorSpec>& executors);
 
 /// Warnings about options that have no effect under these executors.
 std::vector<std::string> idle_options(const CommonOptions& options,
@@ -17,7 +17,7 @@ std::vector<std::string> idle_options(const CommonOptions& options,
 
 /// For graphs without subscriptions: the tightest bound on each task's response time under each
 /// executor, if any method applies to the graph's platform. Empty for other graphs.
-std::vector<BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& tasks,
-                                      const std::vector<ExecutorSpec>& executors);
+std::vector<results::BoundRecord> timer_bounds(const Graph& graph, const GraphTasks& tasks,
+                                               const std::vector<ExecutorSpec>& executors);
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

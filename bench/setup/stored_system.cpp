@@ -5,11 +5,11 @@
 
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 namespace {
 
-CommonOptions options_of(const RunRecord& record) {
+CommonOptions options_of(const results::RunRecord& record) {
   CommonOptions options;
   options.graph = record.graph.file;
   for (const std::string& label : record.executors) {
@@ -31,16 +31,16 @@ CommonOptions options_of(const RunRecord& record) {
 }
 
 /// run.json has only the graph's name or path, so the graph may have changed.
-void check_unchanged(const StoredRun& run, const Graph& graph, const TaskSet& set) {
+void check_unchanged(const results::StoredRun& run, const Graph& graph, const TaskSet& set) {
   for (const Task& stored : run.record().tasks.tasks) {
     const auto task = std::ranges::find(set.tasks, stored.name, &Task::name);
     // A task of another graph: reading the jobs reports it, with the line.
     if (task == set.tasks.end()) continue;
     const auto compare = [&](const char* attribute, Duration before, Duration now) {
       if (before == now) return;
-      run.fail(concat("its task ", stored.name, " has ", attribute, " of ", before.count(), " ns, and of ",
-                      now.count(), " ns in graph ", graph.name,
-                      ": the graph has changed since; run it again"));
+      run.fail(program::concat("its task ", stored.name, " has ", attribute, " of ", before.count(),
+                               " ns, and of ", now.count(), " ns in graph ", graph.name,
+                               ": the graph has changed since; run it again"));
     };
     compare("an execution time", stored.wcet, task->wcet);
     compare("a period", stored.period, task->period);
@@ -48,13 +48,13 @@ void check_unchanged(const StoredRun& run, const Graph& graph, const TaskSet& se
   }
 }
 
-ExecutorSpec deployed(const StoredRun& run, const DeploymentRecord& stored, const TaskSet& set,
-                      const SchedulerOptions& scheduling) {
+ExecutorSpec deployed(const results::StoredRun& run, const results::DeploymentRecord& stored,
+                      const TaskSet& set, const SchedulerOptions& scheduling) {
   Deployment plan;
   plan.name = stored.name;
   plan.file = (run.folder() / "run.json").string();
   plan.executor_of.assign(set.size(), 0);
-  for (const DeployedExecutorRecord& of : stored.executors) {
+  for (const results::DeployedExecutorRecord& of : stored.executors) {
     DeployedExecutor& executor = plan.executors.emplace_back();
     executor.name = of.name;
     executor.executor = of.executor;
@@ -81,20 +81,20 @@ const ExecutorSpec& StoredSystem::executor(const std::string& label) const {
   return *spec;
 }
 
-GraphTasks StoredSystem::tasks_of(const StoredRun& run, const std::string& label,
+GraphTasks StoredSystem::tasks_of(const results::StoredRun& run, const std::string& label,
                                   std::uint32_t repetition) const {
   GraphTasks with_phases = tasks;
   set_phases(with_phases.set, run.first_timestamps(tasks.set, label, repetition));
   return with_phases;
 }
 
-StoredSystem stored_system(const StoredRun& run, const std::string& graph) {
-  const RunRecord& record = run.record();
+StoredSystem stored_system(const results::StoredRun& run, const std::string& graph) {
+  const results::RunRecord& record = run.record();
   StoredSystem system;
   system.options = options_of(record);
   if (!graph.empty()) system.options.graph = graph;
   system.graph = graph_to_run(system.options);
-  system.simulated = record.kind == RunKind::simulated;
+  system.simulated = record.kind == results::RunKind::simulated;
   if (record.simulation) {
     system.execution_times = record.simulation->execution_times;
     system.backlog = record.simulation->max_backlog;
@@ -114,4 +114,4 @@ StoredSystem stored_system(const StoredRun& run, const std::string& graph) {
   return system;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

@@ -8,7 +8,7 @@
 #include "results/stored_run.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::setup {
 
 /// The system of a stored run. Every command that simulates, bounds, exports or replays a run uses
 /// it, so that no option of the run is lost.
@@ -25,13 +25,13 @@ struct StoredSystem {
   [[nodiscard]] const ExecutorSpec& executor(const std::string& label) const;
   /// The tasks with the phases of a repetition of `run`, whose system this is. Throws like
   /// first_timestamps().
-  [[nodiscard]] GraphTasks tasks_of(const StoredRun& run, const std::string& label,
+  [[nodiscard]] GraphTasks tasks_of(const results::StoredRun& run, const std::string& label,
                                     std::uint32_t repetition) const;
 };
 
 /// Rebuilds the system from run.json and the graph's file, or from `graph`, another name or path. A
 /// key that an older version did not write gets the value that the older version used. Throws
 /// UsageError if the graph has changed since, InputError and UsageError for unreadable files.
-[[nodiscard]] StoredSystem stored_system(const StoredRun& run, const std::string& graph = "");
+[[nodiscard]] StoredSystem stored_system(const results::StoredRun& run, const std::string& graph = "");
 
-}  // namespace hotpath
+}  // namespace hotpath::setup

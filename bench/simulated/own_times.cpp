@@ -14,7 +14,7 @@
 #include "results/executor_label.hpp"
 #include "simulated/repetition.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 Trace with_own_times(Trace trace, unsigned cores, bool raised) {
   struct Change {
@@ -88,21 +88,21 @@ OwnCosts own_costs(const Trace& trace, unsigned cores) {
   return costs;
 }
 
-std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const GraphTasks& tasks,
+std::unique_ptr<ExecutionTimes> replayed_times(const results::StoredRun& run, const GraphTasks& tasks,
                                                const std::string& executor, std::uint32_t repetition) {
   const Trace& measured = run.trace(executor, repetition);
   // Nodes that work until an instant of the clock count preemption as work.
   if (run.record().work == WorkMode::wall) {
     return std::make_unique<ReplayedTimes>(tasks.set, working_jobs(tasks, measured));
   }
-  const ExecutorEntry* const entry = find_executor(ExecutorLabel(executor).name);
+  const ExecutorEntry* const entry = find_executor(results::ExecutorLabel(executor).name);
   const auto lacks_cpu_time = [](const JobRecord& r) {
     return r.outcome == Outcome::ran && r.cpu_time < Duration{};
   };
   if (entry == nullptr && std::ranges::any_of(measured.jobs, lacks_cpu_time)) {
-    throw UsageError(
-        concat("deployment ", executor, " in ", run.folder().string(),
-               " has no CPU times of its jobs, which preempt each other; measure with --cpu-time"));
+    throw program::UsageError(
+        program::concat("deployment ", executor, " in ", run.folder().string(),
+                        " has no CPU times of its jobs, which preempt each other; measure with --cpu-time"));
   }
   Graph machine;
   if (run.record().simulation) machine.platform = run.record().simulation->platform;
@@ -119,7 +119,8 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
   Trace trace;
   while (rows.next()) {
     const auto id = ids.find(rows.text(0));
-    if (id == ids.end()) rows.fail(concat("the graph has no task ", rows.text(0)), "give task names");
+    if (id == ids.end())
+      rows.fail(program::concat("the graph has no task ", rows.text(0)), "give task names");
     JobRecord& record = trace.jobs.emplace_back();
     record.job.task = id->second;
     record.job.sequence = rows.number<std::uint64_t>(1);
@@ -130,7 +131,7 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
   return std::make_unique<ReplayedTimes>(set, trace);
 }
 
-std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSystem& system,
+std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run, const setup::StoredSystem& system,
                                             const GraphTasks& tasks, const std::string& executor,
                                             std::uint32_t repetition) {
   if (system.simulated && parse<ExecutionTimeModel>(system.execution_times)) {
@@ -139,7 +140,7 @@ std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSy
   if (system.simulated && system.execution_times.starts_with(kReplay)) {
     const std::filesystem::path folder = system.execution_times.substr(kReplay.size());
     if (std::filesystem::exists(folder / "jobs.csv")) {
-      StoredRun replayed(folder, "--execution-times " + std::string(kReplay));
+      results::StoredRun replayed(folder, "--execution-times " + std::string(kReplay));
       replayed.load(tasks.set);
       return replayed_times(replayed, tasks, executor, repetition);
     }
@@ -152,4 +153,4 @@ std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSy
   return replayed_times(run, tasks, executor, repetition);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

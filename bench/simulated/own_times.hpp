@@ -8,7 +8,7 @@
 #include "results/stored_run.hpp"
 #include "setup/stored_system.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 /// Prefix of the run folder in `--execution-times replay:RUN`.
 inline constexpr std::string_view kReplay = "replay:";
@@ -40,16 +40,18 @@ struct OwnCosts {
 /// The execution times that `run`, which must be loaded, measured under one executor in one
 /// repetition. Throws UsageError if that repetition is missing, or if it ran a deployment without
 /// CPU times of its jobs.
-[[nodiscard]] std::unique_ptr<ExecutionTimes> replayed_times(const StoredRun& run, const GraphTasks& tasks,
+[[nodiscard]] std::unique_ptr<ExecutionTimes> replayed_times(const results::StoredRun& run,
+                                                             const GraphTasks& tasks,
                                                              const std::string& executor,
                                                              std::uint32_t repetition);
 
 /// The execution times for repeating a repetition of `run`, which must be loaded, on its `system`.
 /// A simulation gets its own times again, unless it replayed a run that no longer exists; all
 /// others as replayed_times().
-[[nodiscard]] std::unique_ptr<ExecutionTimes> times_again(const StoredRun& run, const StoredSystem& system,
+[[nodiscard]] std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run,
+                                                          const setup::StoredSystem& system,
                                                           const GraphTasks& tasks,
                                                           const std::string& executor,
                                                           std::uint32_t repetition);
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

@@ -6,20 +6,20 @@
 #include "simulated/run_totals.hpp"
 #include "simulated/simulated_system.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
-Repetition simulate_repetition(const SimulationPlan& plan, RunTotals* totals) {
+results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
   const TaskSet& set = plan.tasks.set;
-  const SimulatedSystem system(plan.executor, plan.graph, plan.tasks);
+  const System system(plan.executor, plan.graph, plan.tasks);
   std::vector<ChainObservation> observations;
   GraphWorkload workload(plan.graph, plan.tasks, plan.times, &observations);
   SimulationOptions options;
-  options.platform = make_platform(plan.graph, *parts(plan.executor).front().entry);
+  options.platform = make_platform(plan.graph, *setup::parts(plan.executor).front().entry);
   options.duration = plan.warm_up + plan.duration;
   options.start = plan.start;
   options.max_backlog = plan.max_backlog;
 
-  Repetition repetition;
+  results::Repetition repetition;
   Trace& trace = repetition.trace;
   TraceRecorder recorder(trace);
   JobSink& sink = totals != nullptr ? static_cast<JobSink&>(*totals) : recorder;
@@ -34,7 +34,7 @@ Repetition simulate_repetition(const SimulationPlan& plan, RunTotals* totals) {
     std::erase_if(observations, [&](const ChainObservation& o) { return totals->early(o.sink); });
   }
   trace.chains = join_chains(plan.graph, plan.tasks, trace, observations);
-  trace.chains = counted_chains(trace, plan.chains, Time{} + plan.warm_up);
+  trace.chains = results::counted_chains(trace, plan.chains, Time{} + plan.warm_up);
   return repetition;
 }
 
@@ -58,4 +58,4 @@ std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const Gra
   return std::make_unique<WorstCaseTimes>(tasks.set);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

@@ -9,16 +9,16 @@
 #include "results/summary.hpp"
 #include "setup/executor_spec.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 class RunTotals;
 
 /// One simulation of a graph under an executor or a deployment.
-struct SimulationPlan {
-  const ExecutorSpec& executor;
-  const Graph& graph;                        ///< Its platform describes the machine.
-  const GraphTasks& tasks;                   ///< With the phases of this repetition.
-  const std::vector<MeasuredChain>& chains;  ///< Of the graph.
+struct Plan {
+  const setup::ExecutorSpec& executor;
+  const Graph& graph;                                 ///< Its platform describes the machine.
+  const GraphTasks& tasks;                            ///< With the phases of this repetition.
+  const std::vector<results::MeasuredChain>& chains;  ///< Of the graph.
   const ExecutionTimes& times;
   Duration warm_up{}, duration{};  ///< The run takes the sum of both.
   Duration start{};                ///< When the executors begin to spin.
@@ -29,10 +29,10 @@ struct SimulationPlan {
 /// Returns trace, accounts, and the chain records after the warm-up. With `totals`, made for this
 /// plan, jobs are counted there instead of kept, and end-to-end latencies are unknown. Throws
 /// SimulationError, InputError.
-[[nodiscard]] Repetition simulate_repetition(const SimulationPlan& plan, RunTotals* totals = nullptr);
+[[nodiscard]] results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals = nullptr);
 
 /// The execution times that the graph's platform sets.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const GraphTasks& tasks,
                                                                  std::uint64_t seed);
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

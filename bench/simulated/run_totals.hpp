@@ -10,16 +10,17 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 /// The data of a summary for a simulation that keeps no jobs. Its size does not depend on the
 /// number of jobs.
 class RunTotals final : public JobSink {
  public:
   /// Jobs after the instant `counted_from` count; the run ends at `end`.
-  RunTotals(const TaskSet& set, const std::vector<MeasuredChain>& chains, Time counted_from, Time end)
+  RunTotals(const TaskSet& set, const std::vector<results::MeasuredChain>& chains, Time counted_from,
+            Time end)
       : set_(set), counted_from_(counted_from), end_(end), is_sink_(set.size(), false), of_task_(set.size()) {
-    for (const MeasuredChain& chain : chains) {
+    for (const results::MeasuredChain& chain : chains) {
       for (const TaskId id : chain.sink_tasks) is_sink_[id] = true;
     }
   }
@@ -34,11 +35,11 @@ class RunTotals final : public JobSink {
     OfTask& t = of_task_[record.job.task];
     ++t.account.count[static_cast<std::size_t>(record.outcome)];
     t.account.count[static_cast<std::size_t>(Outcome::skipped)] += record.job.skipped;
-    t.longest_wait = std::max(t.longest_wait, wait_of(record, counted_from_, end_));
+    t.longest_wait = std::max(t.longest_wait, results::wait_of(record, counted_from_, end_));
     const Task& task = set_[record.job.task];
     if (task.kind == TaskKind::timer) t.counts.add(task, record, counted_from_);
-    if (!counts(record, counted_from_)) return;
-    const Duration response = response_time(record);
+    if (!results::counts(record, counted_from_)) return;
+    const Duration response = results::response_time(record);
     ++t.responses;
     t.least = std::min(t.least, response);
     t.most = std::max(t.most, response);
@@ -52,10 +53,10 @@ class RunTotals final : public JobSink {
   /// Whether the sink's job belongs to the warm-up.
   bool early(JobRef sink) const { return early_.count({sink.task, sink.sequence}) != 0; }
   /// Adds response times, waits and deadline overruns to the summary of the run's executor.
-  void add_to(ExecutorSummary& summary) const {
+  void add_to(results::ExecutorSummary& summary) const {
     for (TaskId id = 0; id < set_.size(); ++id) {
       const OfTask& t = of_task_[id];
-      TaskSummary& task = summary.tasks[id];
+      results::TaskSummary& task = summary.tasks[id];
       task.after_warm_up += t.counts;
       summary.after_warm_up += t.counts;
       task.longest_wait = std::max(task.longest_wait, t.longest_wait);
@@ -72,7 +73,7 @@ class RunTotals final : public JobSink {
  private:
   struct OfTask {
     TaskAccount account;
-    TimerCounts counts;
+    results::TimerCounts counts;
     std::uint64_t responses = 0;
     Duration least = Duration::max(), most{}, longest_wait{};
     double sum_ms = 0;
@@ -84,4 +85,4 @@ class RunTotals final : public JobSink {
   std::set<std::pair<TaskId, std::uint64_t>> early_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

@@ -22,15 +22,15 @@
 #include "simulated/run_totals.hpp"
 #include "simulated/simulated_system.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 namespace {
 
 using nlohmann::json;
 
 /// The graph to run, with the options' changes to its platform.
-Graph simulated_graph(const SimulateOptions& options) {
-  Graph graph = graph_to_run(options);
+Graph simulated_graph(const Options& options) {
+  Graph graph = setup::graph_to_run(options);
   GraphPlatform& p = graph.platform;
   options.apply_to(p);
   if (options.execution_times) {
@@ -41,19 +41,19 @@ Graph simulated_graph(const SimulateOptions& options) {
 
 class SimulatedRun {
  public:
-  explicit SimulatedRun(const SimulateOptions& options)
+  explicit SimulatedRun(const Options& options)
       : options_(options),
         graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
-        executors_(executors_to_run(options, graph_, tasks_, graph_.platform.cores)),
-        counting_(summary_options(options, graph_, tasks_)),
-        chains_(measured_chains(graph_, tasks_)) {
+        executors_(setup::executors_to_run(options, graph_, tasks_, graph_.platform.cores)),
+        counting_(setup::summary_options(options, graph_, tasks_)),
+        chains_(setup::measured_chains(graph_, tasks_)) {
     prepare();
   }
 
-  Summary summary() {
+  results::Summary summary() {
     simulate_all();
-    Summary summary = summarize(tasks_.set, runs_, counting_);
+    results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
     for (std::size_t i = 0; i < simulations_.size(); ++i) {
       if (options_.no_trace) simulations_[i].totals->add_to(summary.executors[i / options_.repetitions]);
     }
@@ -61,29 +61,30 @@ class SimulatedRun {
   }
 
   void run() {
-    check_output_folder(output_folder(options_, graph_));
-    for (const std::string& sentence : idle_options(options_, executors_)) {
+    program::check_output_folder(setup::output_folder(options_, graph_));
+    for (const std::string& sentence : setup::idle_options(options_, executors_)) {
       std::cerr << "note: " << sentence << "\n";
     }
-    const Summary all = summary();
-    RunFolder folder(output_folder(options_, graph_));
+    const results::Summary all = summary();
+    results::RunFolder folder(setup::output_folder(options_, graph_));
     store(all, folder);
     folder.show([&] {
-      write_table(std::cout, all);
+      results::write_table(std::cout, all);
       const bool chains = !graph_.chains.empty();
-      if (chains || !options_.no_trace) draw_figure(chains ? "hot-path" : "timers-only", folder.path());
+      if (chains || !options_.no_trace)
+        program::draw_figure(chains ? "hot-path" : "timers-only", folder.path());
     });
   }
 
   void store() {
-    RunFolder folder(output_folder(options_, graph_));
+    results::RunFolder folder(setup::output_folder(options_, graph_));
     store(summary(), folder);
   }
 
  private:
   struct Simulation {
     GraphTasks tasks;  ///< With the phases of this repetition.
-    Repetition* repetition = nullptr;
+    results::Repetition* repetition = nullptr;
     std::unique_ptr<RunTotals> totals;  ///< With --no-trace.
   };
 
@@ -95,38 +96,38 @@ class SimulatedRun {
       replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + std::string(kReplay));
       replayed_->load(tasks_.set);
     } else if (!times.starts_with(kListed) && !parse<ExecutionTimeModel>(times)) {
-      throw UsageError("--execution-times: `" + times +
-                       "` is not worst, uniform, measured, replayed, replay:RUN or listed:FILE");
+      throw program::UsageError("--execution-times: `" + times +
+                                "` is not worst, uniform, measured, replayed, replay:RUN or listed:FILE");
     }
-    for (const ExecutorSpec& e : executors_) {
-      runs_.push_back({e.label, std::vector<Repetition>(options_.repetitions)});
+    for (const setup::ExecutorSpec& e : executors_) {
+      runs_.push_back({e.label, std::vector<results::Repetition>(options_.repetitions)});
     }
     simulations_.resize(executors_.size() * options_.repetitions);
     for (std::size_t i = 0; i < simulations_.size(); ++i) {
       simulations_[i].tasks = tasks_;
       simulations_[i].repetition = &runs_[i / options_.repetitions].repetitions[repetition(i)];
-      set_phases(simulations_[i].tasks.set, first_timestamps(executor(i), repetition(i)));
+      setup::set_phases(simulations_[i].tasks.set, first_timestamps(executor(i), repetition(i)));
       // Throws before anything runs, if a system is impossible or a measurement is missing.
-      [[maybe_unused]] const SimulatedSystem system(executor(i), graph_, tasks_);
+      [[maybe_unused]] const System system(executor(i), graph_, tasks_);
       execution_times(i);
     }
     if (options_.no_trace) return;
-    check_trace_memory(options_, tasks_, simulations_.size(), 0,
-                       "a shorter --duration, fewer --repetitions, or --no-trace");
+    setup::check_trace_memory(options_, tasks_, simulations_.size(), 0,
+                              "a shorter --duration, fewer --repetitions, or --no-trace");
   }
 
   std::string execution_times_name() const {
     return options_.execution_times.value_or(to_string(graph_.platform.execution_times));
   }
 
-  const ExecutorSpec& executor(std::size_t i) const { return executors_[i / options_.repetitions]; }
+  const setup::ExecutorSpec& executor(std::size_t i) const { return executors_[i / options_.repetitions]; }
   std::uint32_t repetition(std::size_t i) const {
     return static_cast<std::uint32_t>(i % options_.repetitions);
   }
 
-  std::vector<Duration> first_timestamps(const ExecutorSpec& e, std::uint32_t r) const {
+  std::vector<Duration> first_timestamps(const setup::ExecutorSpec& e, std::uint32_t r) const {
     if (phases_of_) return phases_of_->first_timestamps(tasks_.set, e.label, r);
-    return phases_of_repetition(options_, graph_, tasks_, e, r);
+    return setup::phases_of_repetition(options_, graph_, tasks_, e, r);
   }
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
@@ -139,11 +140,11 @@ class SimulatedRun {
 
   void simulate_one(std::size_t i) {
     Simulation& simulation = simulations_[i];
-    const ExecutorSpec& e = executor(i);
+    const setup::ExecutorSpec& e = executor(i);
     const auto times = execution_times(i);
-    SimulationPlan plan{e, graph_, simulation.tasks, chains_, *times};
+    Plan plan{e, graph_, simulation.tasks, chains_, *times};
     plan.warm_up = counting_.warm_up;
-    plan.duration = seconds(options_.duration_s);
+    plan.duration = setup::seconds(options_.duration_s);
     if (options_.max_backlog) plan.max_backlog = *options_.max_backlog;
     if (options_.no_trace) {
       simulation.totals = std::make_unique<RunTotals>(simulation.tasks.set, chains_, Time{} + plan.warm_up,
@@ -152,58 +153,59 @@ class SimulatedRun {
     try {
       *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
     } catch (const SimulationError& error) {
-      throw OverloadError("executor `" + e.label + "`: " + error.what());
+      throw program::OverloadError("executor `" + e.label + "`: " + error.what());
     }
     simulation.repetition->trace.repetition = repetition(i);
   }
 
   /// Each simulation depends on its index alone, so threads may take them in any order.
   void simulate_all() {
-    for_each_index(simulations_.size(), options_.threads, [this](std::size_t i) { simulate_one(i); });
+    program::for_each_index(simulations_.size(), options_.threads,
+                            [this](std::size_t i) { simulate_one(i); });
   }
 
   /// Contains neither date nor machine, so that the same input gives the same bytes.
-  RunRecord describe() const {
-    RunRecord record = record_of(options_, graph_, tasks_.set, executors_);
-    record.kind = RunKind::simulated;
+  results::RunRecord describe() const {
+    results::RunRecord record = setup::record_of(options_, graph_, tasks_.set, executors_);
+    record.kind = results::RunKind::simulated;
     if (!options_.phases_of.empty()) record.phases = "as in " + options_.phases_of;
-    record.simulation = SimulationRecord{.platform = graph_.platform,
-                                         .execution_times = execution_times_name(),
-                                         .max_backlog = options_.max_backlog,
-                                         .no_trace = options_.no_trace};
-    record.bounds = timer_bounds(graph_, tasks_, executors_);
+    record.simulation = results::SimulationRecord{.platform = graph_.platform,
+                                                  .execution_times = execution_times_name(),
+                                                  .max_backlog = options_.max_backlog,
+                                                  .no_trace = options_.no_trace};
+    record.bounds = setup::timer_bounds(graph_, tasks_, executors_);
     return record;
   }
 
-  void store(const Summary& summary, RunFolder& folder) {
-    RunRecord record = describe();
+  void store(const results::Summary& summary, results::RunFolder& folder) {
+    results::RunRecord record = describe();
     folder.write("run.json", json(record));
     for (const Simulation& s : simulations_) {
       folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
-      record.runs.push_back(record_of(s.tasks.set, counting_.chains, *s.repetition));
+      record.runs.push_back(results::record_of(s.tasks.set, counting_.chains, *s.repetition));
     }
     folder.close(record, json(summary));
   }
 
-  SimulateOptions options_;
+  Options options_;
   const Graph graph_;
   const GraphTasks tasks_;
-  const std::vector<ExecutorSpec> executors_;
-  const SummaryOptions counting_;
-  const std::vector<MeasuredChain> chains_;
-  std::optional<StoredRun> phases_of_, replayed_;
-  std::vector<ExecutorRuns> runs_;
+  const std::vector<setup::ExecutorSpec> executors_;
+  const results::SummaryOptions counting_;
+  const std::vector<results::MeasuredChain> chains_;
+  std::optional<results::StoredRun> phases_of_, replayed_;
+  std::vector<results::ExecutorRuns> runs_;
   std::vector<Simulation> simulations_;  // executor by executor, repetition by repetition
 };
 
 }  // namespace
 
-void run_simulated(const SimulateOptions& options) { SimulatedRun(options).run(); }
+void run_simulated(const Options& options) { SimulatedRun(options).run(); }
 
-void store_simulation(const SimulateOptions& options) { SimulatedRun(options).store(); }
+void store_simulation(const Options& options) { SimulatedRun(options).store(); }
 
-Summary summary_of_simulation(const SimulateOptions& options) { return SimulatedRun(options).summary(); }
+results::Summary summary_of_simulation(const Options& options) { return SimulatedRun(options).summary(); }
 
-void check_simulation(const SimulateOptions& options) { const SimulatedRun checked(options); }
+void check_simulation(const Options& options) { const SimulatedRun checked(options); }
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

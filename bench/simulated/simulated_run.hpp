@@ -4,10 +4,10 @@
 #include "hotpath/reference_system/graph.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 /// The command line of `simulate`.
-struct SimulateOptions : CommonOptions, PlatformOptions {
+struct Options : setup::CommonOptions, setup::PlatformOptions {
   std::string phases_of;  ///< Folder of a run whose first timestamps are used.
   std::optional<std::string> execution_times;
   std::optional<std::uint64_t> max_backlog;
@@ -19,15 +19,15 @@ struct SimulateOptions : CommonOptions, PlatformOptions {
 /// draws the figure. The same options give the same files, byte by byte. Throws UsageError,
 /// InputError, RunError, and OverloadError if a simulation does not reach its end; then it writes
 /// nothing.
-void run_simulated(const SimulateOptions& options);
+void run_simulated(const Options& options);
 
 /// run_simulated() without table and figure.
-void store_simulation(const SimulateOptions& options);
+void store_simulation(const Options& options);
 
 /// The summary of run_simulated(), without writing or printing. Throws as run_simulated().
-[[nodiscard]] Summary summary_of_simulation(const SimulateOptions& options);
+[[nodiscard]] results::Summary summary_of_simulation(const Options& options);
 
 /// Throws the errors with which run_simulated() would not begin.
-void check_simulation(const SimulateOptions& options);
+void check_simulation(const Options& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

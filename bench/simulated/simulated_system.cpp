@@ -10,7 +10,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 namespace {
 
@@ -27,10 +27,10 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
     case ThreadPolicy::Class::idle:
     case ThreadPolicy::Class::rr:
     case ThreadPolicy::Class::deadline:
-      throw InputError(
-          file, executor.line,
-          concat("executor ", executor.name, ": the simulator does not support ", to_string(executor.policy)),
-          "take fifo or other");
+      throw InputError(file, executor.line,
+                       program::concat("executor ", executor.name, ": the simulator does not support ",
+                                       to_string(executor.policy)),
+                       "take fifo or other");
   }
   if (executor.processors.empty()) return thread;
   thread.processors = 0;
@@ -38,8 +38,8 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
     if (static_cast<unsigned>(processor) >= cores) {
       throw InputError(
           file, executor.line,
-          concat("executor ", executor.name, ": the simulated machine has no processor ", processor),
-          concat("it has processors 0 to ", cores - 1, "; add some with --cores"));
+          program::concat("executor ", executor.name, ": the simulated machine has no processor ", processor),
+          program::concat("it has processors 0 to ", cores - 1, "; add some with --cores"));
     }
     thread.processors |= std::uint64_t{1} << processor;
   }
@@ -56,7 +56,7 @@ class Parts {
 
   const std::vector<TaskId>& tasks(std::size_t executor) const { return tasks_[executor]; }
 
-  std::unique_ptr<Scheduler> make(std::size_t executor, const ExecutorSpec& spec) {
+  std::unique_ptr<Scheduler> make(std::size_t executor, const setup::ExecutorSpec& spec) {
     const TaskPart part = part_of(set_, tasks_[executor], urgent_timers(spec.entry->traits.policy));
     SchedulerOptions options = spec.scheduler;
     if (!options.entity_order.empty()) options.entity_order = order_in(part, options.entity_order);
@@ -90,10 +90,10 @@ class Parts {
 
 }  // namespace
 
-SimulatedSystem::SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks)
+System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks)
     : executor_of_(spec.deployment ? spec.deployment->plan.executor_of
                                    : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
-  const std::span<const ExecutorSpec> all = parts(spec);
+  const std::span<const setup::ExecutorSpec> all = setup::parts(spec);
   Parts parts(tasks.set, executor_of_, all.size());
   for (std::size_t e = 0; e < all.size(); ++e) {
     SimulatedExecutor executor;
@@ -124,4 +124,4 @@ SimulatedSystem::SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, c
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

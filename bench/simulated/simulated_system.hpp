@@ -7,14 +7,14 @@
 #include "hotpath/core/simulator.hpp"
 #include "setup/executor_spec.hpp"
 
-namespace hotpath {
+namespace hotpath::simulated {
 
 /// The executors of one simulation of a graph, with the same threads as in a live run.
-class SimulatedSystem {
+class System {
  public:
   /// Throws UsageError, or InputError with the line of the deployment, if the simulated machine
   /// lacks a processor or a policy.
-  SimulatedSystem(const ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks);
+  System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks);
 
   [[nodiscard]] std::span<const SimulatedExecutor> executors() const { return executors_; }
   /// By task.
@@ -26,4 +26,4 @@ class SimulatedSystem {
   std::vector<std::uint32_t> executor_of_;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::simulated

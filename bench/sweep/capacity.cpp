@@ -8,7 +8,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 std::size_t Levels::count() const { return static_cast<std::size_t>((high - low) / step + 1e-9) + 1; }
 
@@ -60,11 +60,11 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
       const char* const end = word.data() + word.size();
       const auto parsed = std::from_chars(word.data() + latency.size(), end, ms);
       if (parsed.ec != std::errc{} || parsed.ptr != end || !(ms > 0)) {
-        throw UsageError("--require: `" + word + "` is not a latency; write latency:60 for 60 ms");
+        throw program::UsageError("--require: `" + word + "` is not a latency; write latency:60 for 60 ms");
       }
       r.latency_ms = ms;
     } else {
-      throw UsageError("--require: `" + word + "` is not no-loss, deadlines or latency:MS");
+      throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines or latency:MS");
     }
   }
   return r;
@@ -76,15 +76,16 @@ std::string Requirement::failure(const std::vector<MeasuredRow>& rows, const std
     if (row.executor != executor) continue;
     measured = true;
     if (no_loss && row.lost() > 0) {
-      return concat(row.skipped, " timestamps skipped, ", row.overwritten, " samples overwritten");
+      return program::concat(row.skipped, " timestamps skipped, ", row.overwritten, " samples overwritten");
     }
-    if (deadlines && row.deadline_overruns > 0) return concat(row.deadline_overruns, " deadlines missed");
-    if (row.never_ran > 0) return concat(row.never_ran, " tasks never ran");
+    if (deadlines && row.deadline_overruns > 0)
+      return program::concat(row.deadline_overruns, " deadlines missed");
+    if (row.never_ran > 0) return program::concat(row.never_ran, " tasks never ran");
     if (!latency_ms || row.chain.empty()) continue;
     if (!row.hot_path_max_ms) return "no output of chain " + row.chain;
-    if (*row.hot_path_max_ms > *latency_ms) return text("latency %.1f ms", *row.hot_path_max_ms);
+    if (*row.hot_path_max_ms > *latency_ms) return program::text("latency %.1f ms", *row.hot_path_max_ms);
   }
   return measured ? "" : "nothing was measured";
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

@@ -9,7 +9,7 @@
 
 #include "sweep/rows.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 /// The levels of a search: from `low` to `high`, `step` apart.
 struct Levels {
@@ -44,4 +44,4 @@ struct Requirement {
   [[nodiscard]] std::string failure(const std::vector<MeasuredRow>& rows, const std::string& executor) const;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

@@ -7,7 +7,7 @@
 
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 /// Runs this program, or another build of it, with these words in its own process, silently and
 /// without figures. On failure, throws its last line of output: UsageError for wrong use (exit code
@@ -15,6 +15,6 @@ namespace hotpath {
 void run_hotpath(std::vector<std::string> words, const std::string& program = "");
 
 /// The measures of a finished run.
-[[nodiscard]] Summary summary_of_folder(const std::filesystem::path& folder);
+[[nodiscard]] results::Summary summary_of_folder(const std::filesystem::path& folder);
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

@@ -9,13 +9,13 @@
 #include "hotpath/campaign/crew.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 namespace {
 
 constexpr int kDigits = 10;  // of numbers of a range in the cells' commands
 
-std::string number_text(double value) { return text("%.*g", kDigits, value); }
+std::string number_text(double value) { return program::text("%.*g", kDigits, value); }
 
 }  // namespace
 
@@ -23,26 +23,26 @@ bool names_executor(const std::string& option) {
   return option == "executor" || option == "executors" || option == "deployment" || option == "deployments";
 }
 
-bool SweepAxis::values_differ() const {
+bool Axis::values_differ() const {
   const double finest = std::max(std::abs(low), std::abs(high)) * std::pow(10, 1 - kDigits);
   return step > finest && std::isfinite(high - low);
 }
 
-std::uint64_t SweepAxis::size() const {
+std::uint64_t Axis::size() const {
   return step == 0 ? listed.size() : static_cast<std::uint64_t>(std::floor((high - low) / step + 1e-9)) + 1;
 }
 
-std::string SweepAxis::value(std::uint64_t i) const {
+std::string Axis::value(std::uint64_t i) const {
   return step == 0 ? listed[i] : number_text(low + static_cast<double>(i) * step);
 }
 
-std::vector<std::string> SweepAxis::examples() const {
+std::vector<std::string> Axis::examples() const {
   if (!listed.empty()) return listed;
   if (step == 0) return {number_text(low), number_text(high)};
   return {value(0), value(std::min<std::uint64_t>(1, size() - 1)), value(size() - 1)};
 }
 
-std::string SweepAxis::named(const std::string& wanted) const {
+std::string Axis::named(const std::string& wanted) const {
   if (step == 0) return std::ranges::count(listed, wanted) > 0 ? wanted : "";
   const double given = std::strtod(wanted.c_str(), nullptr);
   const double i = std::round((given - low) / step);
@@ -51,12 +51,12 @@ std::string SweepAxis::named(const std::string& wanted) const {
   return nearest == number_text(given) ? nearest : "";
 }
 
-std::vector<SweepOption> SweepDesign::coordinates(std::uint64_t cell) const {
+std::vector<Option> Design::coordinates(std::uint64_t cell) const {
   const std::uint64_t point = cell / repetitions;
-  std::vector<SweepOption> at;
+  std::vector<Option> at;
   std::uint64_t rest = point;
   for (std::size_t i = axes.size(); i-- > 0;) {
-    const SweepAxis& axis = axes[i];
+    const Axis& axis = axes[i];
     std::string value;
     if (random) {
       RandomStream stream(seed, {point, i});
@@ -72,25 +72,24 @@ std::vector<SweepOption> SweepDesign::coordinates(std::uint64_t cell) const {
   return at;
 }
 
-std::uint64_t SweepDesign::seed_of(std::uint64_t cell) const {
+std::uint64_t Design::seed_of(std::uint64_t cell) const {
   std::string place = std::to_string(seed) + ";";
-  std::vector<SweepOption> at = coordinates(cell);
-  std::ranges::sort(at, {}, &SweepOption::name);  // the order of axes in the file does not matter
-  for (const SweepOption& option : at) {
+  std::vector<Option> at = coordinates(cell);
+  std::ranges::sort(at, {}, &Option::name);  // the order of axes in the file does not matter
+  for (const Option& option : at) {
     if (!names_executor(option.name)) place += option.name + "=" + option.value + ";";
   }
   return hash_of(place + std::to_string(repetition(cell))) >> 11;  // 53 bits, exact in JSON
 }
 
-bool SweepDesign::keeps(std::uint64_t cell) const {
-  const std::vector<SweepOption> at = coordinates(cell);
-  const auto matches = [&](const std::vector<SweepOption>& wanted) {
-    return std::ranges::all_of(wanted, [&](const SweepOption& w) {
-      return std::ranges::any_of(
-          at, [&](const SweepOption& o) { return o.name == w.name && o.value == w.value; });
+bool Design::keeps(std::uint64_t cell) const {
+  const std::vector<Option> at = coordinates(cell);
+  const auto matches = [&](const std::vector<Option>& wanted) {
+    return std::ranges::all_of(wanted, [&](const Option& w) {
+      return std::ranges::any_of(at, [&](const Option& o) { return o.name == w.name && o.value == w.value; });
     });
   };
   return keep_all || std::ranges::any_of(keep, matches);
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

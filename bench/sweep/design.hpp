@@ -6,19 +6,19 @@
 #include <utility>
 #include <vector>
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 /// An option of the command that a sweep runs, its value, and its line in the sweep file.
-struct SweepOption {
+struct Option {
   std::string name;  ///< Without the dashes.
   std::string value;
   int line = 0;
 
-  friend bool operator==(const SweepOption&, const SweepOption&) = default;
+  friend bool operator==(const Option&, const Option&) = default;
 };
 
 /// An option whose values a sweep varies: listed values, or numbers from `low` to `high`.
-struct SweepAxis {
+struct Axis {
   std::string name;
   int line = 0;
   std::vector<std::string> listed;
@@ -40,24 +40,24 @@ struct SweepAxis {
 
 /// The content of a sweep file: the cells, and how each is computed. A cell is a point of the axes
 /// and a repetition; both follow from its number.
-struct SweepDesign {
+struct Design {
   std::string file, text;
   std::string command;  ///< simulate, run or analyze.
-  std::vector<SweepOption> fixed;
-  std::vector<SweepAxis> axes;  ///< The last one changes fastest.
-  std::uint64_t points = 0;     ///< Of the grid, or drawn at random.
+  std::vector<Option> fixed;
+  std::vector<Axis> axes;    ///< The last one changes fastest.
+  std::uint64_t points = 0;  ///< Of the grid, or drawn at random.
   bool random = false;
   std::uint32_t repetitions = 1;
   std::uint64_t seed = 1;
   bool keep_all = false;
-  std::vector<std::vector<SweepOption>> keep;  ///< Coordinates of cells whose folders are kept.
+  std::vector<std::vector<Option>> keep;  ///< Coordinates of cells whose folders are kept.
 
   [[nodiscard]] std::uint64_t cells() const { return points * repetitions; }
   [[nodiscard]] std::uint32_t repetition(std::uint64_t cell) const {
     return static_cast<std::uint32_t>(cell % repetitions);
   }
   /// The values of the axes, in their order.
-  [[nodiscard]] std::vector<SweepOption> coordinates(std::uint64_t cell) const;
+  [[nodiscard]] std::vector<Option> coordinates(std::uint64_t cell) const;
   /// The seed of a cell, from its coordinates and repetition. Executor and deployment do not enter,
   /// so that all of them meet the same phases and execution times.
   [[nodiscard]] std::uint64_t seed_of(std::uint64_t cell) const;
@@ -72,6 +72,6 @@ inline constexpr std::uint64_t kMostCells = 100'000'000;
 
 /// Throws InputError with file and line for unknown keys and for axes that contradict each other.
 /// It does not check that the command has the options.
-[[nodiscard]] SweepDesign load_sweep(const std::string& file);
+[[nodiscard]] Design load_sweep(const std::string& file);
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

@@ -9,7 +9,7 @@
 #include "hotpath/reference_system/yaml_value.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 namespace {
 
@@ -30,7 +30,7 @@ double number(const YamlValue& value) {
 }
 
 /// {from, to, step}, or {from, to} for a random design.
-void parse_range(const YamlValue& value, bool random, SweepAxis& axis) {
+void parse_range(const YamlValue& value, bool random, Axis& axis) {
   const YamlMap range(value, "axis " + axis.name);
   range.check_keys({"from", "to", "step"});
   axis.low = number(range.require("from", "NUMBER"));
@@ -48,7 +48,7 @@ std::string option_text(const YamlValue& value, const std::string& item_name) {
   if (!value.is_list()) return value.text();
   std::vector<std::string> words;
   for (const YamlValue& item : value.list(item_name)) words.push_back(item.text());
-  return joined(words, ",");
+  return program::joined(words, ",");
 }
 
 void check_own(const YamlMap& map, const std::string& name, int line, const std::string& file) {
@@ -64,7 +64,7 @@ class Parser {
     design_.text = read_text_file(file);
   }
 
-  SweepDesign parse() {
+  Design parse() {
     const YAML::Node root = read_yaml(design_.file, design_.text, kRemedy);
     const YamlMap map(YamlValue(design_.file, root, "the sweep", 1), "the sweep");
     map.check_keys({"command", "fixed", "axes", "design", "repetitions", "seed", "keep"});
@@ -112,7 +112,7 @@ class Parser {
     for (const std::string& key : map.keys()) {
       const YamlValue given = *map.find(key);
       check_own(map, key, given.line(), design_.file);
-      SweepAxis axis{key, given.line(), {}, 0, 0, 0};
+      Axis axis{key, given.line(), {}, 0, 0, 0};
       if (given.is_list()) {
         for (const YamlValue& item : given.list("a value of " + key)) axis.listed.push_back(item.text());
       } else {
@@ -126,20 +126,20 @@ class Parser {
     const double cells =
         (design_.random ? static_cast<double>(design_.points) : points) * design_.repetitions;
     if (cells > static_cast<double>(kMostCells)) {
-      value.fail(text("the design has %.3g cells; the limit is 100 million", cells),
+      value.fail(program::text("the design has %.3g cells; the limit is 100 million", cells),
                  "take larger steps, or `design: {random: N}`");
     }
     if (!design_.random) design_.points = static_cast<std::uint64_t>(points);
   }
 
-  void check_axis(const SweepAxis& axis, const YamlValue& given) const {
-    for (const SweepOption& fixed : design_.fixed) {
+  void check_axis(const Axis& axis, const YamlValue& given) const {
+    for (const Option& fixed : design_.fixed) {
       if (!same_kind(fixed.name, axis.name)) continue;
       given.fail("axis " + axis.name + " contradicts the fixed " + fixed.name + " in line " +
                      std::to_string(fixed.line),
                  "keep one of them");
     }
-    for (const SweepAxis& other : design_.axes) {
+    for (const Axis& other : design_.axes) {
       if (!same_kind(other.name, axis.name)) continue;
       given.fail("axis " + axis.name + " contradicts axis " + other.name + ": both set what runs the graph",
                  "make a sweep for each");
@@ -164,12 +164,12 @@ class Parser {
     for (const YamlValue& item : value.list("cells to keep")) {
       const YamlMap map(item, "cells to keep");
       std::vector<std::string> names;
-      for (const SweepAxis& axis : design_.axes) names.push_back(axis.name);
+      for (const Axis& axis : design_.axes) names.push_back(axis.name);
       map.check_keys(names);
-      std::vector<SweepOption>& coordinates = design_.keep.emplace_back();
+      std::vector<Option>& coordinates = design_.keep.emplace_back();
       for (const std::string& key : map.keys()) {
         const YamlValue given = *map.find(key);
-        const auto axis = std::ranges::find(design_.axes, key, &SweepAxis::name);
+        const auto axis = std::ranges::find(design_.axes, key, &Axis::name);
         coordinates.push_back({key, axis->named(given.text()), given.line()});
         if (!coordinates.back().value.empty()) continue;
         given.fail("axis " + key + " has no value `" + given.text() + "`", "take one of its values");
@@ -177,11 +177,11 @@ class Parser {
     }
   }
 
-  SweepDesign design_;
+  Design design_;
 };
 
 }  // namespace
 
-SweepDesign load_sweep(const std::string& file) { return Parser(file).parse(); }
+Design load_sweep(const std::string& file) { return Parser(file).parse(); }
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

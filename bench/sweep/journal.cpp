@@ -23,7 +23,7 @@
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -35,7 +35,7 @@ constexpr std::size_t kChecksumDigits = 8;
 constexpr const char *kJournal = "cells.journal", *kFacts = "sweep.json";
 
 std::string checksum(const std::string& record) {
-  return text("%08lx", crc32_z(0, reinterpret_cast<const Bytef*>(record.data()), record.size()));
+  return program::text("%08lx", crc32_z(0, reinterpret_cast<const Bytef*>(record.data()), record.size()));
 }
 
 /// A line of the journal: checksum, space, JSON (so that a row may have line breaks).
@@ -57,29 +57,29 @@ bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
   return true;
 }
 
-void check_same_sweep(const fs::path& folder, const SweepDesign& design) {
+void check_same_sweep(const fs::path& folder, const Design& design) {
   std::ifstream in = open_input(folder / kFacts, "give a new folder");
-  const json facts = parse_shallow(in);
+  const json facts = program::parse_shallow(in);
   if (read_text_file(folder / "sweep.yaml") != design.text) {
-    throw UsageError("--output: " + folder.string() + " holds results of another sweep than " + design.file +
-                     " (see sweep.yaml there); give a new folder");
+    throw program::UsageError("--output: " + folder.string() + " holds results of another sweep than " +
+                              design.file + " (see sweep.yaml there); give a new folder");
   }
   if (facts.value("build", std::uint64_t{0}) == build_fingerprint()) return;
-  throw UsageError("--output: " + folder.string() + " was begun by another build of hotpath (version " +
-                   facts.value("version", "unknown") +
-                   "), whose results may differ; continue with that build, or give a new folder");
+  throw program::UsageError("--output: " + folder.string() +
+                            " was begun by another build of hotpath (version " +
+                            facts.value("version", "unknown") +
+                            "), whose results may differ; continue with that build, or give a new folder");
 }
 
 }  // namespace
 
-SweepJournal::SweepJournal(fs::path folder, std::uint64_t cells)
+Journal::Journal(fs::path folder, std::uint64_t cells)
     : folder_(std::move(folder)), file_(folder_ / kJournal), is_done_(cells, false) {}
 
-SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
-    : SweepJournal(std::move(folder), design.cells()) {
+Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(folder), design.cells()) {
   std::error_code unknown;
-  check_output_folder(folder_, fs::exists(folder_ / kFacts, unknown) ? kFacts : kJournal);
-  create_folder(folder_);
+  program::check_output_folder(folder_, fs::exists(folder_ / kFacts, unknown) ? kFacts : kJournal);
+  program::create_folder(folder_);
   open();
   // All other files of the folder are read and written under the lock.
   if (fs::exists(folder_ / kFacts)) {
@@ -92,33 +92,33 @@ SweepJournal::SweepJournal(fs::path folder, const SweepDesign& design)
     }
     read_back();
     // Syncs the name of a new journal. Below, writing a new sweep.json syncs both names.
-    if (const std::error_code error = await_disk(folder_)) {
+    if (const std::error_code error = program::await_disk(folder_)) {
       errno = error.value();
       fail();
     }
     return;
   }
   if (fs::is_regular_file(file_) && fs::file_size(file_) > 0) {
-    throw UsageError("--output: " + folder_.string() + " holds results of a sweep without its " + kFacts +
-                     "; give a new folder");
+    throw program::UsageError("--output: " + folder_.string() + " holds results of a sweep without its " +
+                              kFacts + "; give a new folder");
   }
-  write_whole_file(folder_ / "sweep.yaml", "--output", design.text);
+  program::write_whole_file(folder_ / "sweep.yaml", "--output", design.text);
   json axes = json::array();
-  for (const SweepAxis& axis : design.axes) axes.push_back(axis.name);
-  write_whole_file(folder_ / kFacts, "--output",
-                   json{{"version", HOTPATH_VERSION},
-                        {"build", build_fingerprint()},
-                        {"command", design.command},
-                        {"axes", axes},
-                        {"cells", design.cells()},
-                        {"repetitions", design.repetitions}});
+  for (const Axis& axis : design.axes) axes.push_back(axis.name);
+  program::write_whole_file(folder_ / kFacts, "--output",
+                            json{{"version", HOTPATH_VERSION},
+                                 {"build", build_fingerprint()},
+                                 {"command", design.command},
+                                 {"axes", axes},
+                                 {"cells", design.cells()},
+                                 {"repetitions", design.repetitions}});
 }
 
-SweepJournal::~SweepJournal() {
+Journal::~Journal() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-void SweepJournal::read_back() {
+void Journal::read_back() {
   if (!fs::is_regular_file(file_)) return;  // a device, which may have no end
   std::ifstream in(file_);
   std::string line, rows;
@@ -140,7 +140,7 @@ void SweepJournal::read_back() {
   }
   if (in.bad()) fail();
   if (damaged_before > 0) {
-    notes_.push_back(text(
+    notes_.push_back(program::text(
         "%s:%zu: the first of %zu damaged lines, which are ignored; cells without an intact line run again",
         file_.c_str(), first_damaged, damaged_before));
   }
@@ -148,39 +148,40 @@ void SweepJournal::read_back() {
   const std::uintmax_t size = fs::file_size(file_);
   if (size == whole) return;
   if (ftruncate(descriptor_, static_cast<off_t>(whole)) != 0) fail();
-  notes_.push_back(concat(file_.string(), ": the last ", size - whole,
-                          " bytes are an incomplete line and were removed; their cells run again"));
+  notes_.push_back(program::concat(file_.string(), ": the last ", size - whole,
+                                   " bytes are an incomplete line and were removed; their cells run again"));
 }
 
-void SweepJournal::open() {
+void Journal::open() {
   descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) fail();
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) {
-      throw UsageError("--output: another process runs the sweep in " + folder_.string() +
-                       "; wait until it ends, or give a new folder");
+      throw program::UsageError("--output: another process runs the sweep in " + folder_.string() +
+                                "; wait until it ends, or give a new folder");
     }
-    notes_.push_back(concat(file_.string(), ": ", std::strerror(errno),
-                            ": the file cannot be locked; do not start a second sweep in this folder"));
+    notes_.push_back(
+        program::concat(file_.string(), ": ", std::strerror(errno),
+                        ": the file cannot be locked; do not start a second sweep in this folder"));
   }
 }
 
-void SweepJournal::fail() const {
-  throw RunError(file_.string() + ": " + std::strerror(errno) + "; " + std::to_string(done_) +
-                 " cells are stored there, and the same command continues with the others");
+void Journal::fail() const {
+  throw program::RunError(file_.string() + ": " + std::strerror(errno) + "; " + std::to_string(done_) +
+                          " cells are stored there, and the same command continues with the others");
 }
 
-void SweepJournal::fail_damaged() const {
-  throw UsageError("--output: " + (folder_ / kFacts).string() + " is damaged; give a new folder");
+void Journal::fail_damaged() const {
+  throw program::UsageError("--output: " + (folder_ / kFacts).string() + " is damaged; give a new folder");
 }
 
-void SweepJournal::fail_reading() const {
-  throw RunError(file_.string() +
-                 ": the journal cannot be read back completely, so no table is written; "
-                 "repeat the command");
+void Journal::fail_reading() const {
+  throw program::RunError(file_.string() +
+                          ": the journal cannot be read back completely, so no table is written; "
+                          "repeat the command");
 }
 
-std::vector<std::uint64_t> SweepJournal::missing() const {
+std::vector<std::uint64_t> Journal::missing() const {
   std::vector<std::uint64_t> cells;
   for (std::uint64_t cell = 0; cell < is_done_.size(); ++cell) {
     if (!is_done_[cell]) cells.push_back(cell);
@@ -188,14 +189,14 @@ std::vector<std::uint64_t> SweepJournal::missing() const {
   return cells;
 }
 
-void SweepJournal::add(std::uint64_t cell, const std::string& rows) {
+void Journal::add(std::uint64_t cell, const std::string& rows) {
   pending_ += line_of(cell, rows);
   is_done_[cell] = true;
   ++pending_cells_;
   if (std::chrono::steady_clock::now() - flushed_ > kFlushEvery) flush();
 }
 
-void SweepJournal::flush() {
+void Journal::flush() {
   flushed_ = std::chrono::steady_clock::now();
   for (std::size_t at = 0; at < pending_.size();) {
     const ssize_t n = write(descriptor_, pending_.data() + at, pending_.size() - at);
@@ -208,7 +209,7 @@ void SweepJournal::flush() {
   done_ += std::exchange(pending_cells_, 0);
 }
 
-void SweepJournal::write_table(const std::string& header) {
+void Journal::write_table(const std::string& header) {
   std::map<std::uint64_t, std::streamoff> places;
   std::ifstream in(file_);
   std::string line, rows;
@@ -218,7 +219,7 @@ void SweepJournal::write_table(const std::string& header) {
   }
   if (places.size() != is_done_.size() - missing().size()) fail_reading();
   in.clear();
-  write_whole_file(folder_ / "table.csv", [&](std::ostream& out) {
+  program::write_whole_file(folder_ / "table.csv", [&](std::ostream& out) {
     out << header << "\n";
     for (const auto& [number, at] : places) {
       if (!std::getline(in.seekg(at), line) || !parse(line, cell, rows)) fail_reading();
@@ -227,4 +228,4 @@ void SweepJournal::write_table(const std::string& header) {
   });
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

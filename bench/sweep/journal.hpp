@@ -9,21 +9,21 @@
 
 #include "sweep/design.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 /// The folder of a running sweep. Each cell's rows are on disk soon after they were computed, so
 /// that a sweep continues after a kill or a full disk. Files: sweep.yaml (a copy), sweep.json
 /// (version, build, cells), cells.journal (a line with a checksum for each finished cell),
 /// table.csv (once all cells are finished). The journal is locked: a folder has one sweep at a
 /// time. Damaged lines are ignored.
-class SweepJournal {
+class Journal {
  public:
   /// Creates the folder, or continues the sweep in it. Throws UsageError if the folder belongs to
   /// another sweep file, to another build, or to a running process.
-  SweepJournal(std::filesystem::path folder, const SweepDesign& design);
-  ~SweepJournal();
-  SweepJournal(const SweepJournal&) = delete;
-  SweepJournal& operator=(const SweepJournal&) = delete;
+  Journal(std::filesystem::path folder, const Design& design);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
 
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   /// Notes for the user about the existing folder, mainly damage.
@@ -43,7 +43,7 @@ class SweepJournal {
 
  private:
   /// The public constructor delegates to it, so that the destructor unlocks if it throws.
-  SweepJournal(std::filesystem::path folder, std::uint64_t cells);
+  Journal(std::filesystem::path folder, std::uint64_t cells);
   void open();
   void read_back();
   [[noreturn]] void fail() const;
@@ -59,4 +59,4 @@ class SweepJournal {
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

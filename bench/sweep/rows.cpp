@@ -8,19 +8,19 @@
 #include "hotpath/core/time.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 namespace {
 
 std::optional<double> value(double v) { return std::isfinite(v) ? std::optional(v) : std::nullopt; }
 
-void add_executor(const ExecutorSummary& executor, MeasuredRow& row) {
+void add_executor(const results::ExecutorSummary& executor, MeasuredRow& row) {
   row.executor = executor.executor;
   row.callbacks = executor.executed;
   row.skipped = executor.skipped;
   row.overwritten = executor.overwritten;
   row.deadline_overruns = executor.after_warm_up.deadline_overruns;
-  for (const TaskSummary& task : executor.tasks) {
+  for (const results::TaskSummary& task : executor.tasks) {
     row.longest_wait_ms = std::max(row.longest_wait_ms, to_ms(task.longest_wait));
     row.never_ran += task.never_ran();
     if (task.kind != TaskKind::timer || task.response_ms.n == 0) continue;
@@ -36,13 +36,13 @@ const char* const kMeasuredColumns =
     "end_to_end_max_ms,drops,callbacks,skipped,overwritten,lost,deadline_overruns,response_share_max,"
     "longest_wait_ms,never_ran";
 
-std::vector<MeasuredRow> measured_rows(const Summary& summary) {
+std::vector<MeasuredRow> measured_rows(const results::Summary& summary) {
   std::vector<MeasuredRow> rows;
-  for (const ExecutorSummary& executor : summary.executors) {
+  for (const results::ExecutorSummary& executor : summary.executors) {
     MeasuredRow common;
     add_executor(executor, common);
     if (executor.chains.empty()) rows.push_back(common);
-    for (const ChainSummary& chain : executor.chains) {
+    for (const results::ChainSummary& chain : executor.chains) {
       MeasuredRow& row = rows.emplace_back(common);
       const Quantiles &hot = chain.hot_path.quantiles, &whole = chain.end_to_end.quantiles;
       row.chain = chain.chain;
@@ -61,13 +61,13 @@ std::vector<MeasuredRow> measured_rows(const Summary& summary) {
 std::string csv_of(const MeasuredRow& row) {
   std::ostringstream line;
   line.precision(12);
-  write_row(line, row.executor, row.chain, row.samples, row.hot_path_p50_ms, row.hot_path_p99_ms,
-            row.hot_path_max_ms, row.end_to_end_p50_ms, row.end_to_end_max_ms, row.drops, row.callbacks,
-            row.skipped, row.overwritten, row.lost(), row.deadline_overruns, row.response_share_max,
-            row.longest_wait_ms, row.never_ran);
+  program::write_row(line, row.executor, row.chain, row.samples, row.hot_path_p50_ms, row.hot_path_p99_ms,
+                     row.hot_path_max_ms, row.end_to_end_p50_ms, row.end_to_end_max_ms, row.drops,
+                     row.callbacks, row.skipped, row.overwritten, row.lost(), row.deadline_overruns,
+                     row.response_share_max, row.longest_wait_ms, row.never_ran);
   std::string text = line.str();
   text.pop_back();
   return text;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

@@ -7,7 +7,7 @@
 
 #include "results/summary.hpp"
 
-namespace hotpath {
+namespace hotpath::sweep {
 
 /// A table row of an executor and a chain; a graph without chains has one row without a chain.
 struct MeasuredRow {
@@ -27,11 +27,11 @@ struct MeasuredRow {
   [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
 };
 
-[[nodiscard]] std::vector<MeasuredRow> measured_rows(const Summary& summary);
+[[nodiscard]] std::vector<MeasuredRow> measured_rows(const results::Summary& summary);
 
 /// The columns of csv_of(), beginning with `executor`.
 extern const char* const kMeasuredColumns;
 /// A line without line break; a missing measurement is an empty cell.
 [[nodiscard]] std::string csv_of(const MeasuredRow& row);
 
-}  // namespace hotpath
+}  // namespace hotpath::sweep

@@ -3,10 +3,10 @@
 #include "program/errors.hpp"
 #include "telemetry/replay.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 void replay_run(const ReplayOptions&) {
-  throw UsageError("replay needs Fast DDS, but this hotpath was built without it: docs/ros2.md");
+  throw program::UsageError("replay needs Fast DDS, but this hotpath was built without it: docs/ros2.md");
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

@@ -15,7 +15,7 @@
 #include "telemetry/run_statistics.hpp"
 #include "telemetry/telemetry_writers.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 namespace {
 
@@ -31,22 +31,23 @@ class Replay {
       : options_(options),
         run_(options.run, "replay"),
         executor_(options.executor.empty() ? run_.executors().at(0) : options.executor),
-        system_(stored_system(run_, options.graph)),
+        system_(setup::stored_system(run_, options.graph)),
         trace_(load()),
-        start_(Time{} + seconds(options.start_s)),
-        end_(options.duration_s ? std::min(trace_.end, start_ + seconds(*options.duration_s)) : trace_.end) {
+        start_(Time{} + setup::seconds(options.start_s)),
+        end_(options.duration_s ? std::min(trace_.end, start_ + setup::seconds(*options.duration_s))
+                                : trace_.end) {
     if (start_ >= trace_.end) {
-      throw UsageError(text("--start is after the end of the run, which lasted %.0f s",
-                            to_ms(trace_.end - Time{}) / 1000));
+      throw program::UsageError(program::text("--start is after the end of the run, which lasted %.0f s",
+                                              to_ms(trace_.end - Time{}) / 1000));
     }
   }
 
   void run() {
-    catch_interrupts();
+    program::catch_interrupts();
     FastDdsOptions dds;
     dds.domain = options_.domain;
     dds.loopback_only = !options_.all_interfaces;
-    TelemetryWriters writers(dds);
+    Writers writers(dds);
     writers.await_reader(kDiscovery);
 
     const auto started = now();
@@ -56,10 +57,10 @@ class Replay {
                              run_.warm_up());
     advance(start_ - Duration(1), statistics, nullptr);
     statistics.begin_window(start_);
-    Progress progress(1, real_time(end_));
+    program::Progress progress(1, real_time(end_));
     progress.begin("replay of " + executor_);
     Time now = start_;
-    for (std::int64_t tick = 0; now < end_ && interrupted() == 0; ++tick) {
+    for (std::int64_t tick = 0; now < end_ && program::interrupted() == 0; ++tick) {
       std::this_thread::sleep_until(started + tick * kClockPeriod);
       const Duration elapsed = hotpath::now() - started;
       now = std::min(start_ + from_ms(to_ms(elapsed) * options_.speed), end_);
@@ -92,7 +93,7 @@ class Replay {
   telemetry::RunInfo run_info() const {
     telemetry::RunInfo info =
         make_run_info(system_.graph, executor_, options_.repetition, unix_ns(Time{} - start_));
-    const RunRecord& record = run_.record();
+    const results::RunRecord& record = run_.record();
     info.transport(record.live ? to_string(record.live->transport) : "simulated");
     info.origin("replay");
     info.speed(options_.speed);
@@ -103,7 +104,7 @@ class Replay {
   }
 
   /// `writers` is nullptr before the start: jobs count, chains do not.
-  void advance(Time now, RunStatistics& statistics, TelemetryWriters* writers) {
+  void advance(Time now, RunStatistics& statistics, Writers* writers) {
     for (; next_job_ < trace_.jobs.size() && known_at(trace_.jobs[next_job_]) <= now; ++next_job_) {
       statistics.add(trace_.jobs[next_job_]);
     }
@@ -126,9 +127,9 @@ class Replay {
   }
 
   const ReplayOptions options_;
-  StoredRun run_;
+  results::StoredRun run_;
   const std::string executor_;
-  const StoredSystem system_;
+  const setup::StoredSystem system_;
   const ReplayedTrace trace_;
   const Time start_, end_;
   std::size_t next_job_ = 0, next_chain_ = 0;
@@ -137,8 +138,9 @@ class Replay {
 }  // namespace
 
 void replay_run(const ReplayOptions& options) {
-  if (!options.live) throw UsageError("replay publishes a stored run over Fast DDS only; add --live");
+  if (!options.live)
+    throw program::UsageError("replay publishes a stored run over Fast DDS only; add --live");
   Replay(options).run();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 /// Command-line options of `hotpath replay`.
 struct ReplayOptions {
@@ -21,4 +21,4 @@ struct ReplayOptions {
 /// the first published sample. Throws UsageError, InputError, TransportError.
 void replay_run(const ReplayOptions& options);
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

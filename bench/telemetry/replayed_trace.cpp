@@ -7,14 +7,14 @@
 #include "program/errors.hpp"
 #include "setup/run_setup.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 namespace {
 
 /// A complete repetition ends as planned, an interrupted repetition with its last record.
-Time end_of(const StoredRun& run, const Trace& trace) {
+Time end_of(const results::StoredRun& run, const Trace& trace) {
   const Time planned = Time{} + run.length();
-  const RepetitionRecord& last = run.record().runs.back();
+  const results::RepetitionRecord& last = run.record().runs.back();
   const bool interrupted =
       run.record().partial && last.executor == trace.executor && last.repetition == trace.repetition;
   if (!interrupted) return planned;
@@ -25,7 +25,7 @@ Time end_of(const StoredRun& run, const Trace& trace) {
 
 /// The records of jobs that end a chain, by sequence. If several sink tasks have a job of a
 /// sequence, the last started job.
-std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const MeasuredChain& chain) {
+std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const results::MeasuredChain& chain) {
   std::map<std::uint64_t, const JobRecord*> jobs;
   for (const JobRecord& r : trace.jobs) {
     const auto& sinks = chain.sink_tasks;
@@ -36,15 +36,15 @@ std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const Me
   return jobs;
 }
 
-std::vector<ReplayedChain> replayed_chains(const StoredRun& run, const Trace& trace, const Graph& graph,
-                                           const GraphTasks& tasks) {
-  const std::vector<MeasuredChain> chains = measured_chains(graph, tasks);
+std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const Trace& trace,
+                                           const Graph& graph, const GraphTasks& tasks) {
+  const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
   std::vector<std::map<std::uint64_t, const JobRecord*>> sinks;
-  for (const MeasuredChain& chain : chains) sinks.push_back(sink_jobs(trace, chain));
+  for (const results::MeasuredChain& chain : chains) sinks.push_back(sink_jobs(trace, chain));
   std::vector<ReplayedChain> replayed;
   for (const ChainRecord& record : trace.chains) {
     const std::string& name = run.chains()[record.chain];
-    const auto chain = std::ranges::find(chains, name, &MeasuredChain::name);
+    const auto chain = std::ranges::find(chains, name, &results::MeasuredChain::name);
     if (chain == chains.end()) {
       run.fail("the graph has no chain `" + name + "`; give the run's own graph with --graph");
     }
@@ -65,11 +65,11 @@ std::vector<ReplayedChain> replayed_chains(const StoredRun& run, const Trace& tr
 
 }  // namespace
 
-ReplayedTrace replayed_trace(const StoredRun& run, const Graph& graph, const std::string& executor,
+ReplayedTrace replayed_trace(const results::StoredRun& run, const Graph& graph, const std::string& executor,
                              std::uint32_t repetition) {
   ReplayedTrace replayed;
   replayed.tasks = make_tasks(graph);
-  set_phases(replayed.tasks.set, run.first_timestamps(replayed.tasks.set, executor, repetition));
+  setup::set_phases(replayed.tasks.set, run.first_timestamps(replayed.tasks.set, executor, repetition));
 
   const Trace& trace = run.trace(executor, repetition);
   replayed.end = end_of(run, trace);
@@ -86,4 +86,4 @@ ReplayedTrace replayed_trace(const StoredRun& run, const Graph& graph, const std
   return replayed;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

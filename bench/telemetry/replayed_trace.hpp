@@ -7,7 +7,7 @@
 #include "hotpath/reference_system/graph.hpp"
 #include "results/stored_run.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 /// A row of chains.csv with the start and finish of its sink job.
 struct ReplayedChain {
@@ -29,7 +29,7 @@ struct ReplayedTrace {
 inline Time known_at(const JobRecord& r) { return r.outcome == Outcome::ran ? r.finish : r.job.timestamp; }
 
 /// Reads a repetition of `run`, whose jobs are loaded, and its chains.csv. Throws UsageError.
-ReplayedTrace replayed_trace(const StoredRun& run, const Graph& graph, const std::string& executor,
+ReplayedTrace replayed_trace(const results::StoredRun& run, const Graph& graph, const std::string& executor,
                              std::uint32_t repetition);
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

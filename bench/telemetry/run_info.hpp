@@ -9,14 +9,14 @@
 #include "hotpath/reference_system/graph_layout.hpp"
 #include "program/text.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 /// Describes one repetition and its graph: nodes with a layout, connections and chains. The caller
 /// fills in the other fields. The `run_id` is unique per repetition, also among concurrent runs.
 inline telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor,
                                         std::uint32_t repetition, std::int64_t epoch_ns) {
   telemetry::RunInfo info;
-  info.run_id(concat(epoch_ns, "-", executor, "-", repetition));
+  info.run_id(program::concat(epoch_ns, "-", executor, "-", repetition));
   info.graph(graph.name);
   info.executor(executor);
   info.repetition(repetition);
@@ -53,4 +53,4 @@ inline std::int64_t unix_ns(Duration from_now) {
   return (now.time_since_epoch() + from_now).count();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

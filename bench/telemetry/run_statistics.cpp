@@ -6,7 +6,7 @@
 
 #include "results/measures.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 RunStatistics::RunStatistics(const Graph& graph, const GraphTasks& tasks, std::string run_id,
                              const UnixTime& time, Duration warm_up)
@@ -33,9 +33,9 @@ void RunStatistics::add(const JobRecord& r) {
   node.counts.skipped(node.counts.skipped() + r.job.skipped);
   node.accounted += 1 + r.job.skipped;
   node.window_busy += r.finish - r.start;
-  if (!hotpath::counts(r, counted_from_)) return;
-  const Duration response = response_time(r);
-  node.counts.overruns(node.counts.overruns() + overruns_deadline(tasks_.set[task], response));
+  if (!hotpath::results::counts(r, counted_from_)) return;
+  const Duration response = results::response_time(r);
+  node.counts.overruns(node.counts.overruns() + results::overruns_deadline(tasks_.set[task], response));
   // A job that only stores its sample has no response time: another job processes the sample.
   if (stores_only_[task]) return;
   node.responses.add(response);
@@ -107,4 +107,4 @@ void RunStatistics::begin_window(Time now) {
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

@@ -10,7 +10,7 @@
 #include "hotpath/reference_system/graph.hpp"
 #include "program/latency_histogram.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 /// Converts the run's time to Unix time with an offset fixed once per run, which keeps the
 /// intervals of the steady clock.
@@ -49,14 +49,14 @@ class RunStatistics {
  private:
   struct NodeState {
     telemetry::NodeStatistics counts;
-    LatencyHistogram responses;
+    program::LatencyHistogram responses;
     std::uint64_t accounted = 0;  ///< Timestamps and samples with a known outcome.
     Duration window_busy{}, window_responses{};
     std::int64_t window_jobs = 0;
   };
   struct ChainState {
     std::uint64_t dropped = 0;
-    LatencyHistogram latencies;
+    program::LatencyHistogram latencies;
   };
 
   std::uint64_t reached(TaskId timer, Time now) const;
@@ -73,4 +73,4 @@ class RunStatistics {
   std::uint64_t taken_ = 0;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

@@ -11,7 +11,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/transport.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 namespace dds = eprosima::fastdds::dds;
 
@@ -55,8 +55,7 @@ eprosima::fastrtps::Duration_t duration(Duration d) {
 
 }  // namespace
 
-TelemetryWriters::TelemetryWriters(const FastDdsOptions& options)
-    : participant_(create_participant(options)) {
+Writers::Writers(const FastDdsOptions& options) : participant_(create_participant(options)) {
   dds::Publisher* publisher = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   if (publisher == nullptr) throw TransportError("Fast DDS could not create a publisher");
   run_ = add_writer<telemetry::RunInfoPubSubType>(*publisher, telemetry::RUN_TOPIC, 1);
@@ -67,35 +66,35 @@ TelemetryWriters::TelemetryWriters(const FastDdsOptions& options)
   clock_ = add_writer<telemetry::ClockPubSubType>(*publisher, telemetry::CLOCK_TOPIC, 1);
 }
 
-TelemetryWriters::~TelemetryWriters() {
+Writers::~Writers() {
   participant_->delete_contained_entities();
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
-void TelemetryWriters::publish(telemetry::RunInfo info) { run_->write(&info); }
+void Writers::publish(telemetry::RunInfo info) { run_->write(&info); }
 
-void TelemetryWriters::publish(telemetry::ChainSample sample) {
+void Writers::publish(telemetry::ChainSample sample) {
   if (samples_written_ - samples_acknowledged_ >= kSamplesKept) note_acknowledged();
   samples_lost_ += samples_written_ - samples_acknowledged_ >= kSamplesKept;
   chain_samples_->write(&sample);
   ++samples_written_;
 }
 
-void TelemetryWriters::publish(telemetry::Statistics statistics) {
+void Writers::publish(telemetry::Statistics statistics) {
   note_acknowledged();
   statistics.samples_lost(samples_lost_);
   statistics_->write(&statistics);
 }
 
-void TelemetryWriters::publish(telemetry::Clock clock) { clock_->write(&clock); }
+void Writers::publish(telemetry::Clock clock) { clock_->write(&clock); }
 
-void TelemetryWriters::note_acknowledged() {
+void Writers::note_acknowledged() {
   if (samples_acknowledged_ == samples_written_) return;
   const auto all = chain_samples_->wait_for_acknowledgments({0, 0});
   if (all == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) samples_acknowledged_ = samples_written_;
 }
 
-void TelemetryWriters::await_reader(Duration limit) const {
+void Writers::await_reader(Duration limit) const {
   const Time until = now() + limit;
   dds::PublicationMatchedStatus status;
   do {
@@ -105,11 +104,11 @@ void TelemetryWriters::await_reader(Duration limit) const {
   } while (now() < until);
 }
 
-void TelemetryWriters::flush(Duration limit) const {
+void Writers::flush(Duration limit) const {
   const Time until = now() + limit;
   for (dds::DataWriter* writer : {run_, chain_samples_, statistics_}) {
     writer->wait_for_acknowledgments(duration(std::max(until - now(), Duration::zero())));
   }
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

@@ -7,18 +7,18 @@
 
 #include "hotpath/fastdds/participant.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 /// A separate participant that publishes the types of reference_system/idl/Telemetry.idl in the
 /// default partition. Publications do not wait for readers. The destructor deletes all DDS
 /// entities.
-class TelemetryWriters {
+class Writers {
  public:
   /// Ignores partition and topic prefix of `options`. Throws TransportError.
-  explicit TelemetryWriters(const FastDdsOptions& options);
-  ~TelemetryWriters();
-  TelemetryWriters(const TelemetryWriters&) = delete;
-  TelemetryWriters& operator=(const TelemetryWriters&) = delete;
+  explicit Writers(const FastDdsOptions& options);
+  ~Writers();
+  Writers(const Writers&) = delete;
+  Writers& operator=(const Writers&) = delete;
 
   void publish(telemetry::RunInfo info);
   void publish(telemetry::ChainSample sample);
@@ -44,4 +44,4 @@ class TelemetryWriters {
   std::uint64_t samples_written_ = 0, samples_acknowledged_ = 0, samples_lost_ = 0;
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

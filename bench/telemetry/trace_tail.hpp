@@ -7,7 +7,7 @@
 
 #include "hotpath/reference_system/run_memory.hpp"
 
-namespace hotpath {
+namespace hotpath::telemetry {
 
 /// Reads the records of a run's processes during the run without disturbing them. Each call returns
 /// the new records of a consistent snapshot of all logs, so a job never precedes a job that it
@@ -59,4 +59,4 @@ class TraceTail {
   Counts seen_;  ///< Records read from each log of jobs, then from each log of chains.
 };
 
-}  // namespace hotpath
+}  // namespace hotpath::telemetry

@@ -25,8 +25,8 @@ Graph graph_named(const std::string& name, unsigned cores = 1) {
 
 std::string error_of(const std::string& objective, const Graph& graph) {
   try {
-    (void)parse_objective(objective, graph);
-  } catch (const UsageError& error) {
+    (void)advise::parse_objective(objective, graph);
+  } catch (const program::UsageError& error) {
     return error.what();
   }
   return "accepted";
@@ -34,12 +34,12 @@ std::string error_of(const std::string& objective, const Graph& graph) {
 
 TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
   const Graph graph = graph_named("sequences");
-  EXPECT_EQ(parse_objective("hot_path:median", graph).text, "median of localization");
-  EXPECT_EQ(parse_objective("lane_detection:worst", graph).chain, 1U);
-  const Objective both = parse_objective("localization<90,lane_detection<50.5", graph);
+  EXPECT_EQ(advise::parse_objective("hot_path:median", graph).text, "median of localization");
+  EXPECT_EQ(advise::parse_objective("lane_detection:worst", graph).chain, 1U);
+  const advise::Objective both = advise::parse_objective("localization<90,lane_detection<50.5", graph);
   ASSERT_EQ(both.requirements.size(), 2U);
   EXPECT_EQ(both.requirements[1].most_ms, 50.5);
-  EXPECT_EQ(parse_objective("losses", graph).kind, Objective::Kind::losses);
+  EXPECT_EQ(advise::parse_objective("losses", graph).kind, advise::Objective::Kind::losses);
   EXPECT_THAT(error_of("nonsense:p99", graph), HasSubstr("it has localization, lane_detection"));
   EXPECT_THAT(error_of("hot_path:p98", graph), HasSubstr("hot_path:median"));
   EXPECT_THAT(error_of("localization<x", graph), HasSubstr("CHAIN<MS"));
@@ -49,13 +49,13 @@ TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
 }
 
 TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
-  Objective objective;
-  objective.kind = Objective::Kind::requirements;
+  advise::Objective objective;
+  objective.kind = advise::Objective::Kind::requirements;
   objective.requirements = {{0, 100}};
   const auto of = [&](double worst) {
-    ExecutorSummary summary;
+    results::ExecutorSummary summary;
     summary.chains.emplace_back().end_to_end.quantiles.max = worst;
-    return score(objective, summary);
+    return advise::score(objective, summary);
   };
   EXPECT_LT(of(40), of(90));
   EXPECT_LT(of(90), of(110));
@@ -64,18 +64,19 @@ TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
   EXPECT_LT(of(120), of(kNoValue)) << "no sample at all";
 }
 
-std::vector<std::string> names_of(const std::vector<Candidate>& candidates) {
+std::vector<std::string> names_of(const std::vector<advise::Candidate>& candidates) {
   std::vector<std::string> names;
-  for (const Candidate& c : candidates) names.push_back(c.name);
+  for (const advise::Candidate& c : candidates) names.push_back(c.name);
   return names;
 }
 
-std::vector<Candidate> candidates_of(const Graph& graph) {
-  CandidateOptions options;
+std::vector<advise::Candidate> candidates_of(const Graph& graph) {
+  advise::CandidateOptions options;
   options.now = "default";
   options.scheduling.workers = 2;
-  return make_candidates(graph, graph.chains.empty() ? Objective{} : parse_objective("hot_path:p99", graph),
-                         options);
+  return advise::make_candidates(
+      graph, graph.chains.empty() ? advise::Objective{} : advise::parse_objective("hot_path:p99", graph),
+      options);
 }
 
 TEST(Candidates, FollowFromTraitsGraphAndCores) {
@@ -95,7 +96,7 @@ TEST(Candidates, FollowFromTraitsGraphAndCores) {
 }
 
 TEST(Candidates, PutTheTimersOfTheChainFirst) {
-  for (const Candidate& c : candidates_of(graph_named("autoware"))) {
+  for (const advise::Candidate& c : candidates_of(graph_named("autoware"))) {
     if (c.name != "fp-ro:chain") continue;
     EXPECT_EQ(c.graph.find("FrontLidarDriver")->priority, 1);
     EXPECT_EQ(c.graph.find("RearLidarDriver")->priority, 1);
@@ -110,7 +111,7 @@ TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {
   Graph graph = graph_named("autoware", 2);
   scale_to_load(graph, 130);
   std::map<std::string, std::string> overload;
-  for (const Candidate& c : candidates_of(graph)) overload[c.name] = c.overload;
+  for (const advise::Candidate& c : candidates_of(graph)) overload[c.name] = c.overload;
   EXPECT_THAT(overload.at("default"), HasSubstr("130 % of one core of work for 1 thread"));
   EXPECT_EQ(overload.at("multi:2"), "");
   EXPECT_EQ(overload.at("rm-threads"), "");
@@ -118,8 +119,8 @@ TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {
 
 TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
   const Graph graph = graph_named("autoware", 2);
-  const std::vector<Candidate> candidates = candidates_of(graph);
-  PredictionOptions options;
+  const std::vector<advise::Candidate> candidates = candidates_of(graph);
+  advise::PredictionOptions options;
   options.common.phases = Phases::random;
   options.common.duration_s = 2;
   options.common.warm_up_s = 0.5;
@@ -129,7 +130,7 @@ TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
     options.threads = threads;
     options.common.seed = seed;
     std::vector<double> all;
-    for (const Prediction& p : predict(candidates, options, [](std::uint32_t) {})) {
+    for (const advise::Prediction& p : advise::predict(candidates, options, [](std::uint32_t) {})) {
       all.push_back(p.summary.chains.at(0).hot_path.quantiles.p50);
     }
     return all;
@@ -140,15 +141,15 @@ TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
 
 TEST(Predictions, StopAfterTheDrawInWhichTheBudgetEnds) {
   const Graph graph = graph_named("sequences");
-  const std::vector<Candidate> candidates = candidates_of(graph);
-  PredictionOptions options;
+  const std::vector<advise::Candidate> candidates = candidates_of(graph);
+  advise::PredictionOptions options;
   options.common.duration_s = 1;
   options.draws = 5;
   std::uint32_t told = 0;
-  const auto predictions = predict(candidates, options, [&](std::uint32_t draws) { told = draws; });
+  const auto predictions = advise::predict(candidates, options, [&](std::uint32_t draws) { told = draws; });
   EXPECT_EQ(told, 1U);
   EXPECT_FALSE(predictions.empty());
-  for (const Prediction& p : predictions) EXPECT_EQ(p.draws.size(), 1U);
+  for (const advise::Prediction& p : predictions) EXPECT_EQ(p.draws.size(), 1U);
 }
 
 }  // namespace

@@ -42,14 +42,14 @@ class Statistics {
     const std::lock_guard lock(mutex_);
     std::string out = "refused, of all graphs:\n";
     for (const auto& [executor, counts] : pairs_) {
-      out +=
-          text("  %-18s %5.1f %% of %zu\n", executor.c_str(),
-               100.0 * static_cast<double>(counts.second) / static_cast<double>(counts.first), counts.first);
+      out += program::text("  %-18s %5.1f %% of %zu\n", executor.c_str(),
+                           100.0 * static_cast<double>(counts.second) / static_cast<double>(counts.first),
+                           counts.first);
     }
     out += "bound / largest observed, median:\n";
     for (auto& [method, all] : ratios_) {
       std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-      out += text("  %-45s %.2f of %zu\n", method.c_str(), all[all.size() / 2], all.size());
+      out += program::text("  %-45s %.2f of %zu\n", method.c_str(), all[all.size() / 2], all.size());
     }
     return out;
   }
@@ -75,9 +75,9 @@ void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks) {
 }
 
 /// std::nullopt if the machine is overloaded; such a run is not compared with its bounds.
-std::optional<Trace> simulated(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
-                               const ExecutionTimes& times, std::vector<ChainObservation>* observations,
-                               Duration duration = 2s) {
+std::optional<Trace> simulated(const Graph& graph, const GraphTasks& tasks,
+                               const setup::ExecutorSpec& executor, const ExecutionTimes& times,
+                               std::vector<ChainObservation>* observations, Duration duration = 2s) {
   GraphWorkload workload(graph, tasks, times, observations);
   SimulationOptions options;
   options.platform = make_platform(graph, *executor.entry);
@@ -97,7 +97,7 @@ class BoundCase {
         random_(seed),
         graph_(random_graph(random_)),
         tasks_(make_tasks(graph_)),
-        executor_(parse_executor(executor, {})),
+        executor_(setup::parse_executor(executor, {})),
         also_covers_(also_covers) {}
 
   CaseResult check() {
@@ -112,20 +112,21 @@ class BoundCase {
       simulate_once(run);
     }
     if (result_.wrong.empty()) compare();
-    for (const ReachedWorstCase& worst : reached_) expect_reached(worst);
+    for (const bounds::ReachedWorstCase& worst : reached_) expect_reached(worst);
     return result_;
   }
 
  private:
   std::vector<GraphBounds> bounds() {
-    callbacks_ = callback_graph(graph_, tasks_, phases_known_);
-    const BoundedSystem system = bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
+    callbacks_ = bounds::callback_graph(graph_, tasks_, phases_known_);
+    const BoundedSystem system =
+        bounds::bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
     if (!phases_known_) return all;
     constexpr std::size_t kMostStates = 20'000;
     const bool with_witnesses = seed_ % 4 == 0;
-    all.push_back(exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler, kMostStates,
-                                    with_witnesses ? &reached_ : nullptr));
+    all.push_back(bounds::exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler,
+                                            kMostStates, with_witnesses ? &reached_ : nullptr));
     exact_ = all.back().refusal.empty() ? std::optional(all.size() - 1) : std::nullopt;
     statistics().asked(executor_.label + ", exact", !exact_);
     return all;
@@ -158,7 +159,7 @@ class BoundCase {
   }
 
   /// The witness of a worst case reaches it to the nanosecond.
-  void expect_reached(const ReachedWorstCase& worst) {
+  void expect_reached(const bounds::ReachedWorstCase& worst) {
     const bool of_task = worst.kind == "task";
     std::vector<std::int64_t>& seen = of_task                 ? tasks_seen_
                                       : worst.kind == "chain" ? chains_seen_
@@ -223,13 +224,13 @@ class BoundCase {
   Random random_;
   const Graph graph_;
   GraphTasks tasks_;
-  const ExecutorSpec executor_;
+  const setup::ExecutorSpec executor_;
   const std::uint32_t also_covers_;
   bool phases_known_ = false;
   CallbackGraph callbacks_;
   std::vector<GraphBounds> bounds_;
   std::optional<std::size_t> exact_;  // of bounds_
-  std::vector<ReachedWorstCase> reached_;
+  std::vector<bounds::ReachedWorstCase> reached_;
   std::vector<std::int64_t> tasks_seen_, chains_seen_, hot_paths_seen_;
   CaseResult result_;
 };
@@ -262,7 +263,7 @@ CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::u
   Random random(seed);
   const Graph graph = random_timers(random);
   GraphTasks tasks = make_tasks(graph);
-  const ExecutorSpec executor = parse_executor(name, {});
+  const setup::ExecutorSpec executor = setup::parse_executor(name, {});
   std::vector<TaskId> chain(tasks.set.size());
   std::iota(chain.begin(), chain.end(), 0U);
   std::shuffle(chain.begin(), chain.end(), random);
@@ -271,9 +272,9 @@ CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::u
   for (const TaskId id : chain) names.push_back(tasks.set[id].name);
   const bool phases_known = chance(random, 50);
   draw_phases(random, graph, tasks);
-  const CallbackGraph callbacks = callback_graph(graph, tasks, phases_known);
+  const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, phases_known);
   const auto bounds = timer_chain_bounds(
-      bounded_system(graph, callbacks, *executor.entry, executor.scheduler), names, also_covers);
+      bounds::bounded_system(graph, callbacks, *executor.entry, executor.scheduler), names, also_covers);
   CaseResult result;
   for (int run = 0; run < kRuns; ++run) {
     if (!phases_known && run > 0) draw_phases(random, graph, tasks);
@@ -289,10 +290,10 @@ CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::u
       statistics().pessimism(b.method + ", timers",
                              static_cast<double>(*b.latency) / static_cast<double>(seen));
       if (seen <= *b.latency) continue;
-      result.wrong =
-          concat(name, ", ", b.method, ": the chain ", joined(names), " was observed with ", seen,
-                 " ns, against ", *b.latency, " ns, seed ", seed,
-                 phases_known ? ", phases known" : ", phases unknown", ". Graph:\n", graph_yaml(graph));
+      result.wrong = program::concat(name, ", ", b.method, ": the chain ", program::joined(names),
+                                     " was observed with ", seen, " ns, against ", *b.latency, " ns, seed ",
+                                     seed, phases_known ? ", phases known" : ", phases unknown", ". Graph:\n",
+                                     graph_yaml(graph));
       return result;
     }
   }

@@ -19,20 +19,20 @@ using testing::HasSubstr;
 std::vector<std::string> shell(const std::string& script) { return {"sh", "-c", script}; }
 
 TEST(RunProgram, TellsItsErrorsAndItsExitCode) {
-  const ProgramEnd end = run_program(shell("echo wrong >&2; exit 3"));
+  const program::ProgramEnd end = program::run_program(shell("echo wrong >&2; exit 3"));
   EXPECT_EQ(end.errors, "wrong\n");
-  EXPECT_TRUE(exited_with(end.status, 3));
-  EXPECT_EQ(how_it_ended(end.status), "ended with exit code 3");
+  EXPECT_TRUE(program::exited_with(end.status, 3));
+  EXPECT_EQ(program::how_it_ended(end.status), "ended with exit code 3");
 }
 
 TEST(RunProgram, TellsTheSignalThatEndedIt) {
-  const ProgramEnd end = run_program(shell("kill -KILL $$"));
-  EXPECT_EQ(how_it_ended(end.status), "was ended by a signal (Killed)");
-  EXPECT_FALSE(exited_with(end.status, 0));
+  const program::ProgramEnd end = program::run_program(shell("kill -KILL $$"));
+  EXPECT_EQ(program::how_it_ended(end.status), "was ended by a signal (Killed)");
+  EXPECT_FALSE(program::exited_with(end.status, 0));
 }
 
 TEST(RunProgram, LetsAProgramGoOnThatWasStopped) {
-  EXPECT_TRUE(exited_with(run_program(shell("kill -STOP $$; exit 3")).status, 3));
+  EXPECT_TRUE(program::exited_with(program::run_program(shell("kill -STOP $$; exit 3")).status, 3));
 }
 
 TEST(RunProgram, KillsTheProgramWithThisProcess) {
@@ -42,23 +42,23 @@ TEST(RunProgram, KillsTheProgramWithThisProcess) {
   const pid_t parent = fork();
   if (parent == 0) {
     dup2(channel[1], STDOUT_FILENO);
-    run_program(shell("echo $$; exec sleep 20"));
+    program::run_program(shell("echo $$; exec sleep 20"));
     _exit(0);
   }
   char number[16] = {};
   ASSERT_GT(read(channel[0], number, sizeof number - 1), 0);
   kill(parent, SIGKILL);
   int status = 0;
-  await_process(parent, &status);
-  await_process(std::stoi(number), &status);
-  EXPECT_EQ(how_it_ended(status), "was ended by a signal (Killed)");
+  program::await_process(parent, &status);
+  program::await_process(std::stoi(number), &status);
+  EXPECT_EQ(program::how_it_ended(status), "was ended by a signal (Killed)");
 }
 
 TEST(RunProgram, RefusesAProgramThatIsNotThere) {
   try {
-    run_program({"no-such-program"});
+    program::run_program({"no-such-program"});
     FAIL();
-  } catch (const RunError& error) {
+  } catch (const program::RunError& error) {
     EXPECT_THAT(error.what(), HasSubstr("`no-such-program` could not be started"));
   }
 }

@@ -15,8 +15,8 @@ using ::testing::IsSupersetOf;
 
 std::string refusal(const std::string& text) {
   try {
-    parse_executor(text, {});
-  } catch (const UsageError& error) {
+    setup::parse_executor(text, {});
+  } catch (const program::UsageError& error) {
     return error.what();
   }
   return "accepted";
@@ -24,7 +24,7 @@ std::string refusal(const std::string& text) {
 
 TEST(ExecutorSpec, BareNameTakesTheDefaults) {
   const SchedulerOptions defaults{SubscriptionRule::first, Ties::fifo, 3};
-  const ExecutorSpec spec = parse_executor("rm-ro", defaults);
+  const setup::ExecutorSpec spec = setup::parse_executor("rm-ro", defaults);
   EXPECT_EQ(spec.label, "rm-ro");
   EXPECT_EQ(spec.entry->name, "rm-ro");
   EXPECT_EQ(spec.scheduler.rule, SubscriptionRule::first);
@@ -33,29 +33,29 @@ TEST(ExecutorSpec, BareNameTakesTheDefaults) {
 }
 
 TEST(ExecutorSpec, SaysOnWhichStackItRuns) {
-  EXPECT_EQ(parse_executor("rm-ro", {}).stack, Stack::native);
-  const ExecutorSpec spec = parse_executor("multi:3@rclcpp", {});
+  EXPECT_EQ(setup::parse_executor("rm-ro", {}).stack, setup::Stack::native);
+  const setup::ExecutorSpec spec = setup::parse_executor("multi:3@rclcpp", {});
   EXPECT_EQ(spec.label, "multi:3@rclcpp");
   EXPECT_EQ(spec.entry->name, "multi");
   EXPECT_EQ(spec.scheduler.workers, 3U);
-  EXPECT_EQ(spec.stack, Stack::rclcpp);
+  EXPECT_EQ(spec.stack, setup::Stack::rclcpp);
 }
 
 TEST(ExecutorSpec, VariantsPrevailOverTheDefaultsAndStandInTheLabel) {
   const SchedulerOptions defaults{SubscriptionRule::first, Ties::lifo, 0};
-  const ExecutorSpec spec = parse_executor("edf-re:inherit:fifo", defaults);
+  const setup::ExecutorSpec spec = setup::parse_executor("edf-re:inherit:fifo", defaults);
   EXPECT_EQ(spec.label, "edf-re:inherit:fifo");
   EXPECT_EQ(spec.entry->name, "edf-re");
   EXPECT_EQ(spec.scheduler.rule, SubscriptionRule::inherit);
   EXPECT_EQ(spec.scheduler.ties, Ties::fifo);
-  EXPECT_EQ(parse_executor("rm-ro:first", {}).scheduler.rule, SubscriptionRule::first);
-  EXPECT_EQ(parse_executor("rm-ro:lifo", {SubscriptionRule::inherit, Ties::fifo, 0}).scheduler.ties,
+  EXPECT_EQ(setup::parse_executor("rm-ro:first", {}).scheduler.rule, SubscriptionRule::first);
+  EXPECT_EQ(setup::parse_executor("rm-ro:lifo", {SubscriptionRule::inherit, Ties::fifo, 0}).scheduler.ties,
             Ties::lifo);
 }
 
 TEST(ExecutorSpec, MultiTakesItsNumberOfThreads) {
-  EXPECT_EQ(parse_executor("multi:1", {}).scheduler.workers, 1U);
-  EXPECT_EQ(parse_executor("multi:" + std::to_string(kMaxWorkers), {}).scheduler.workers, kMaxWorkers);
+  EXPECT_EQ(setup::parse_executor("multi:1", {}).scheduler.workers, 1U);
+  EXPECT_EQ(setup::parse_executor("multi:" + std::to_string(kMaxWorkers), {}).scheduler.workers, kMaxWorkers);
   EXPECT_THAT(refusal("multi:0"), HasSubstr("between 1 and " + std::to_string(kMaxWorkers)));
   EXPECT_THAT(refusal("multi:" + std::to_string(kMaxWorkers + 1)), HasSubstr("between 1 and"));
   EXPECT_THAT(refusal("multi:-1"), HasSubstr("`-1`"));
@@ -79,14 +79,15 @@ TEST(ExecutorSpec, VariantsThatAnExecutorDoesNotHaveAreRefused) {
 }
 
 TEST(ExecutorSpec, ThePaperComparesSevenExecutors) {
-  EXPECT_THAT(paper_executor_names(),
+  EXPECT_THAT(setup::paper_executor_names(),
               ElementsAre("default", "static", "events-ro", "rm-ro", "rm-re", "edf-ro", "edf-re"));
-  EXPECT_THAT(all_executor_names(), IsSupersetOf(paper_executor_names()));
+  EXPECT_THAT(setup::all_executor_names(), IsSupersetOf(setup::paper_executor_names()));
 }
 
 TEST(ExecutorSpec, EveryExecutorOfTheRegistryCanBeNamed) {
-  EXPECT_EQ(all_executor_names().size(), executors().size());
-  for (const std::string& name : all_executor_names()) EXPECT_EQ(parse_executor(name, {}).entry->name, name);
+  EXPECT_EQ(setup::all_executor_names().size(), executors().size());
+  for (const std::string& name : setup::all_executor_names())
+    EXPECT_EQ(setup::parse_executor(name, {}).entry->name, name);
 }
 
 }  // namespace

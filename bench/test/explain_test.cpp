@@ -28,14 +28,14 @@ using testing::HasSubstr;
 /// A simulated run.
 class Simulated {
  public:
-  Simulated(Graph graph, const ExecutorSpec& spec, Phases phases, Duration length = 1s)
+  Simulated(Graph graph, const setup::ExecutorSpec& spec, Phases phases, Duration length = 1s)
       : graph_(std::move(graph)), spec_(spec), tasks_(make_tasks(graph_)) {
-    set_phases(tasks_.set, make_phases(graph_, tasks_, phases));
-    times_ = execution_times_of(graph_, tasks_, 1);
-    const std::vector<MeasuredChain> chains = measured_chains(graph_, tasks_);
-    SimulationPlan plan{spec_, graph_, tasks_, chains, *times_};
+    setup::set_phases(tasks_.set, make_phases(graph_, tasks_, phases));
+    times_ = simulated::execution_times_of(graph_, tasks_, 1);
+    const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph_, tasks_);
+    simulated::Plan plan{spec_, graph_, tasks_, chains, *times_};
     plan.duration = length;
-    trace_ = simulate_repetition(plan).trace;
+    trace_ = simulated::simulate_repetition(plan).trace;
   }
 
   const GraphTasks& tasks() const { return tasks_; }
@@ -52,14 +52,15 @@ class Simulated {
   std::vector<Explanation> task(TaskId task) const {
     std::vector<Output> outputs;
     for (const JobRecord& r : trace_.jobs) {
-      if (r.job.task == task && counts(r, Time{})) outputs.push_back({0, r.job.sequence, response_time(r)});
+      if (r.job.task == task && results::counts(r, Time{}))
+        outputs.push_back({0, r.job.sequence, results::response_time(r)});
     }
     return explained({std::nullopt, task}, outputs);
   }
 
  private:
   std::vector<Explanation> explained(Target target, std::vector<Output> outputs) const {
-    const System system(spec_, graph_, tasks_, RunKind::simulated, graph_.platform.cores);
+    const System system(spec_, graph_, tasks_, results::RunKind::simulated, graph_.platform.cores);
     std::vector<Explanation> all;
     Explainer explainer(system, target, outputs, "test", [&](const Explanation& e) { all.push_back(e); });
     explainer.begin(0, {times_.get(), {}});
@@ -71,7 +72,7 @@ class Simulated {
   }
 
   Graph graph_;
-  ExecutorSpec spec_;
+  setup::ExecutorSpec spec_;
   GraphTasks tasks_;
   std::unique_ptr<ExecutionTimes> times_;
   Trace trace_;
@@ -157,7 +158,8 @@ TEST(Explain, CausesSumToTheLatencyUnderEveryExecutor) {
         graph.platform.cores = cores;
         for (const ExecutorEntry& entry : executors()) {
           SCOPED_TRACE(plain.name + " " + std::string(entry.name) + (costs ? " with costs" : ""));
-          const ExecutorSpec spec = parse_executor(std::string(entry.name), SchedulerOptions{.workers = 3});
+          const setup::ExecutorSpec spec =
+              setup::parse_executor(std::string(entry.name), SchedulerOptions{.workers = 3});
           try {
             const Simulated run(graph, spec, phases_of(graph), 400ms);
             const bool one_thread = worker_count(entry, spec.scheduler) == 1;
@@ -182,7 +184,8 @@ TEST(Explain, CausesSumToTheLatencyInRandomGraphs) {
     graph.platform.cores = 1 + seed % 2;
     for (const ExecutorEntry& entry : executors()) {
       SCOPED_TRACE(std::to_string(seed) + " " + std::string(entry.name));
-      const ExecutorSpec spec = parse_executor(std::string(entry.name), SchedulerOptions{.workers = 3});
+      const setup::ExecutorSpec spec =
+          setup::parse_executor(std::string(entry.name), SchedulerOptions{.workers = 3});
       try {
         const Simulated run(graph, spec, Phases::random, 300ms);
         ASSERT_NO_FATAL_FAILURE(check_all(run, worker_count(entry, spec.scheduler) == 1));
@@ -203,7 +206,8 @@ TEST(Explain, CausesSumToTheLatencyInEveryDeployment) {
       graph.platform.cores = 2;
       for (const DeploymentPreset& preset : deployment_presets()) {
         SCOPED_TRACE(std::string(name) + " " + std::string(preset.name));
-        const ExecutorSpec spec = deploy(std::string(preset.name), graph, make_tasks(graph), {});
+        const setup::ExecutorSpec spec =
+            setup::deploy(std::string(preset.name), graph, make_tasks(graph), {});
         const Simulated run(graph, spec, phases_of(graph), 400ms);
         ASSERT_NO_FATAL_FAILURE(check_all(run, false));
       }
@@ -243,7 +247,7 @@ Graph graph_of(std::vector<Node> nodes, std::vector<std::string> sources, const 
 }
 
 Explanation first(const Graph& graph, const std::string& executor, std::vector<std::string>* parts) {
-  const Simulated run(graph, parse_executor(executor, {}), Phases::given, 95ms);
+  const Simulated run(graph, setup::parse_executor(executor, {}), Phases::given, 95ms);
   const std::vector<Explanation> all = run.chain(0);
   EXPECT_EQ(all.size(), 1U);
   *parts = texts(run, all.front());
@@ -303,7 +307,7 @@ TEST(Explain, AFusionWaitsForItsOtherInput) {
 TEST(Explain, AnOlderSampleIsServedFirst) {
   const Graph graph = graph_of(
       {timer("a", 1ms, 10ms), follower("f", {"a"}, 8ms, 10), timer("b", 25ms, 100ms, 5ms)}, {"a"}, "f");
-  const Simulated run(graph, parse_executor("events-ro", {}), Phases::given, 95ms);
+  const Simulated run(graph, setup::parse_executor("events-ro", {}), Phases::given, 95ms);
   std::vector<std::string> all;
   for (const Explanation& e : run.task(1)) {
     for (const std::string& text : texts(run, e)) all.push_back(text);
@@ -347,8 +351,8 @@ TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
   const Graph graph =
       graph_of({timer("a", 1ms), timer("b", 2ms, 100ms, 1ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
   const GraphTasks tasks = make_tasks(graph);
-  const ExecutorSpec spec = parse_executor("default", {});
-  const System system(spec, graph, tasks, RunKind::simulated, 1);
+  const setup::ExecutorSpec spec = setup::parse_executor("default", {});
+  const System system(spec, graph, tasks, results::RunKind::simulated, 1);
   std::vector<Explanation> all;
   Explainer explainer(system, {0, kNoTask}, {{0, 0, 3ms}}, "test",
                       [&](const Explanation& e) { all.push_back(e); });
@@ -373,8 +377,8 @@ TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
 TEST(Explain, TheProcessorIsWithheld) {
   const Graph graph = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
   const GraphTasks tasks = make_tasks(graph);
-  const System system(parse_executor("default", {}), graph, tasks, RunKind::live, 1);
-  const auto withheld = [&](Duration cpu_time, std::vector<SlowPeriod> slow) {
+  const System system(setup::parse_executor("default", {}), graph, tasks, results::RunKind::live, 1);
+  const auto withheld = [&](Duration cpu_time, std::vector<results::SlowPeriod> slow) {
     Duration found{};
     Explainer explainer(system, {std::nullopt, 0}, {{0, 0, 10ms}}, "test",
                         [&](const Explanation& e) { found = time_of(e, Cause::withheld); });
@@ -396,7 +400,7 @@ TEST(Explain, TheProcessorIsWithheld) {
 TEST(Explain, TheProcessorIsWithheldFromAJobThatWentFirst) {
   const Graph graph = graph_of({timer("a", 10ms), timer("b", 10ms)}, {"a"}, "b");
   const GraphTasks tasks = make_tasks(graph);
-  const System system(parse_executor("default", {}), graph, tasks, RunKind::live, 1);
+  const System system(setup::parse_executor("default", {}), graph, tasks, results::RunKind::live, 1);
   std::vector<Part> parts;
   Explainer explainer(system, {std::nullopt, 1}, {{0, 0, 11ms}}, "test",
                       [&](const Explanation& e) { parts = e.parts; });

@@ -19,9 +19,9 @@ SchedulerOptions with_rule(SubscriptionRule rule) {
   return options;
 }
 
-const ChainGuarantee hot_path_of_autoware(const char* executor, SubscriptionRule rule) {
+const bounds::ChainGuarantee hot_path_of_autoware(const char* executor, SubscriptionRule rule) {
   const Graph graph = load_graph(find_graph("autoware"));
-  const auto all = guarantees(graph, make_tasks(graph), *find_executor(executor), with_rule(rule));
+  const auto all = bounds::guarantees(graph, make_tasks(graph), *find_executor(executor), with_rule(rule));
   return all.value().chains.at(0);
 }
 
@@ -39,7 +39,7 @@ TEST(Guarantees, FasterTimersComeBetweenUnderRateMonotonicOrder) {
 }
 
 TEST(Guarantees, AgeOfDataThatWaitedCountsOneWorstCase) {
-  const ChainGuarantee rate_monotonic = hot_path_of_autoware("rm-ro", SubscriptionRule::inherit);
+  const bounds::ChainGuarantee rate_monotonic = hot_path_of_autoware("rm-ro", SubscriptionRule::inherit);
   EXPECT_LE(Duration(rate_monotonic.age.value().ns), 200'500us);  // 150.4 ms are reached
   EXPECT_LE(Duration(hot_path_of_autoware("fp-ro", SubscriptionRule::inherit).age.value().ns), 189'300us);
   EXPECT_LE(Duration(hot_path_of_autoware("edf-ro", SubscriptionRule::inherit).age.value().ns), 201'800us);
@@ -66,8 +66,8 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   GraphTasks tasks = make_tasks(graph);
   const auto age = [&](Duration phase_of_q) {
     tasks.set.tasks[1].phase = phase_of_q;
-    const CallbackGraph callbacks = callback_graph(graph, tasks, true);
-    const auto all = graph_bounds(bounded_system(graph, callbacks, *find_executor("rm-ro"), {}));
+    const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, true);
+    const auto all = graph_bounds(bounds::bounded_system(graph, callbacks, *find_executor("rm-ro"), {}));
     std::optional<std::int64_t> least;
     for (const GraphBounds& bounds : all) {
       if (bounds.chains.empty() || !bounds.chains[0]) continue;

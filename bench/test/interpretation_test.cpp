@@ -55,21 +55,21 @@ class TwoThreads : public tracing::Sink {
   tracing::Assembler assembler_{*this};
 
  public:
-  Recording recording{
+  imports::Recording recording{
       .system = assembler_.system(), .jobs = {}, .lost = {}, .deployment_file = "deployment.yaml"};
 };
 
-Interpretations interpreted(TwoThreads& two) {
-  ImportCtfOptions options;
+imports::Interpretations interpreted(TwoThreads& two) {
+  imports::CtfOptions options;
   options.trace = "traces/two";
-  return interpret(two.recording, options);
+  return imports::interpret(two.recording, options);
 }
 
 TEST(Interpretation, FindsExecutorsAndTheirDeploymentWithoutFiles) {
   TwoThreads two;
-  const Interpretations all = interpreted(two);
+  const imports::Interpretations all = interpreted(two);
   EXPECT_EQ(two.recording.graph.graph.name, "two");
-  EXPECT_EQ(all.best.check.light, Light::green) << all.best.check.reasons.front();
+  EXPECT_EQ(all.best.check.light, imports::Light::green) << all.best.check.reasons.front();
   EXPECT_EQ(all.best.labels, (std::vector<std::string>{"default", "default"}));
   ASSERT_TRUE(all.best.executor->deployment);
   const Deployment& plan = all.best.executor->deployment->plan;
@@ -81,7 +81,7 @@ TEST(Interpretation, FindsExecutorsAndTheirDeploymentWithoutFiles) {
 
 TEST(Interpretation, RecordedDeploymentsAreReadAsTheyWereWritten) {
   TwoThreads two;
-  const Interpretations all = interpreted(two);
+  const imports::Interpretations all = interpreted(two);
   const Deployment& plan = all.best.executor->deployment->plan;
   std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.yaml";
   ASSERT_GE(mkstemps(file.data(), 5), 0);

@@ -21,12 +21,12 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 TEST(HiccupHistogram, HasTheQuantilesOfAllDistances) {
-  HiccupHistogram distances;
+  machine::HiccupHistogram distances;
   for (int i = 0; i < 9980; ++i) distances.add(20ns);
   for (int i = 0; i < 10; ++i) distances.add(3us);
   for (int i = 0; i < 9; ++i) distances.add(50us);
   distances.add(7ms);
-  const Hiccups h = distances.summary(3);
+  const machine::Hiccups h = distances.summary(3);
   EXPECT_EQ(h.cpu, 3);
   EXPECT_EQ(h.p99, 20ns);
   EXPECT_NEAR(to_us(h.p999), 3, 0.03);
@@ -34,16 +34,16 @@ TEST(HiccupHistogram, HasTheQuantilesOfAllDistances) {
 }
 
 TEST(HiccupHistogram, HasQuantilesWithinOnePercentAmongGaps) {
-  HiccupHistogram distances;
+  machine::HiccupHistogram distances;
   for (int i = 1; i <= 1000; ++i) distances.add(i * 12'345ns);
-  const Hiccups h = distances.summary(0);
+  const machine::Hiccups h = distances.summary(0);
   EXPECT_NEAR(to_us(h.p99), 990 * 12.345, 0.01 * 990 * 12.345);
   EXPECT_NEAR(to_us(h.p999), 999 * 12.345, 0.01 * 999 * 12.345);
   EXPECT_EQ(h.max, 1000 * 12'345ns);
 }
 
 TEST(HiccupHistogram, CountsTimeInGapsOfTenMicrosecondsAndMoreAsLost) {
-  HiccupHistogram distances;
+  machine::HiccupHistogram distances;
   for (int i = 0; i < 100; ++i) distances.add(9us);
   distances.add(10us);
   distances.add(90us);
@@ -51,24 +51,24 @@ TEST(HiccupHistogram, CountsTimeInGapsOfTenMicrosecondsAndMoreAsLost) {
 }
 
 TEST(HiccupHistogram, NoDistancesAreNoHiccups) {
-  const Hiccups h = HiccupHistogram().summary(1);
+  const machine::Hiccups h = machine::HiccupHistogram().summary(1);
   EXPECT_EQ(h.max, 0ns);
   EXPECT_EQ(h.lost_percent, 0);
 }
 
 TEST(HiccupHistogram, OneGapIsAllOfItsQuantiles) {
-  HiccupHistogram distances;
+  machine::HiccupHistogram distances;
   distances.add(2ms);
-  const Hiccups h = distances.summary(0);
+  const machine::Hiccups h = distances.summary(0);
   EXPECT_EQ(h.p99, 2ms);
   EXPECT_EQ(h.max, 2ms);
   EXPECT_EQ(h.lost_percent, 100);
 }
 
 TEST(MachineNoise, WatchesEveryCoreThatTheProcessMayUse) {
-  const MachineNoise noise = measure_noise(1ms);
+  const machine::Noise noise = machine::measure_noise(1ms);
   std::vector<int> cpus;
-  for (const Hiccups& h : noise.cores) {
+  for (const machine::Hiccups& h : noise.cores) {
     cpus.push_back(h.cpu);
     EXPECT_GT(h.max, 0ns);
     EXPECT_LE(h.p99, h.p999);
@@ -81,29 +81,29 @@ TEST(MachineNoise, WatchesEveryCoreThatTheProcessMayUse) {
 
 TEST(MachineNoise, LeavesTheCallersAffinityAlone) {
   const std::vector<int> before = allowed_cpus();
-  measure_noise(100us);
+  machine::measure_noise(100us);
   EXPECT_EQ(allowed_cpus(), before);
 }
 
 TEST(MachineNoise, QuietMachinesGetNoWarning) {
-  MachineNoise noise;
+  machine::Noise noise;
   noise.cores = {{0, 30ns, 200ns, 40us, 0.1}};
   noise.clock_cost_ns = 22;
-  EXPECT_THAT(warnings(noise), IsEmpty());
+  EXPECT_THAT(machine::warnings(noise), IsEmpty());
 }
 
 TEST(MachineNoise, WarnsInWholeSentencesThatNameTheWorstCore) {
-  MachineNoise noise;
+  machine::Noise noise;
   noise.cores = {{0, 30ns, 200ns, 600us, 0.1}, {2, 30ns, 200ns, 3ms, 12.5}};
   noise.clock_cost_ns = 800;
-  EXPECT_THAT(warnings(noise), ElementsAre(HasSubstr("CPU 2 was interrupted for 3000 us"),
-                                           HasSubstr("CPU 2 a busy thread lost 12.5 %"),
-                                           HasSubstr("Reading the clock costs 800 ns")));
-  for (const std::string& sentence : warnings(noise)) EXPECT_EQ(sentence.back(), '.');
+  EXPECT_THAT(machine::warnings(noise), ElementsAre(HasSubstr("CPU 2 was interrupted for 3000 us"),
+                                                    HasSubstr("CPU 2 a busy thread lost 12.5 %"),
+                                                    HasSubstr("Reading the clock costs 800 ns")));
+  for (const std::string& sentence : machine::warnings(noise)) EXPECT_EQ(sentence.back(), '.');
 }
 
 TEST(Machine, CarriesItsNoiseIntoEveryResult) {
-  const nlohmann::json stored = read_machine(1ms);
+  const nlohmann::json stored = machine::read_machine(1ms);
   EXPECT_EQ(stored.at("noise").at("hiccups").size(), allowed_cpus().size());
   for (const char* key : {"turbo", "boot_parameters", "clock_source", "timer_slack_ns", "stolen_percent",
                           "real_time_threads"}) {
@@ -116,19 +116,19 @@ TEST(Machine, CountsStolenTimeOfTheProcessorsAskedForInClockTicks) {
       "cpu  900 1 50 4000 7 2 3 133 0 0\ncpu0 400 1 20 2000 3 1 1 33 0 0\ncpu1 450 0 25 1500 2 1 1 97 0 0\n"
       "cpu10 50 0 5 500 2 0 1 3 0 0\nintr 1 2 3\n";
   const Duration tick = Duration(1s) / sysconf(_SC_CLK_TCK);
-  EXPECT_EQ(stolen_time(stat, {}), 133 * tick);
-  EXPECT_EQ(stolen_time(stat, {1}), 97 * tick);
-  EXPECT_EQ(stolen_time(stat, {0, 10}), 36 * tick);
-  EXPECT_EQ(stolen_time("", {0}), Duration::zero());
+  EXPECT_EQ(machine::stolen_time(stat, {}), 133 * tick);
+  EXPECT_EQ(machine::stolen_time(stat, {1}), 97 * tick);
+  EXPECT_EQ(machine::stolen_time(stat, {0, 10}), 36 * tick);
+  EXPECT_EQ(machine::stolen_time("", {0}), Duration::zero());
 }
 
 TEST(Machine, WarnsOfOtherRealTimeThreadsAndStolenTime) {
-  Machine machine;
+  machine::Machine machine;
   machine.processors = 2;
-  EXPECT_THAT(warnings(machine), IsEmpty());
+  EXPECT_THAT(machine::warnings(machine), IsEmpty());
   machine.real_time_threads = {"jackd (fifo:70)", "x (rr:1)"};
   machine.stolen_percent = 4.25;
-  EXPECT_THAT(warnings(machine),
+  EXPECT_THAT(machine::warnings(machine),
               ElementsAre(HasSubstr("taken 4.25 %"), HasSubstr("jackd (fifo:70) and 1 more")));
 }
 

@@ -38,17 +38,17 @@ class CgroupMemoryLimit : public testing::Test {
 TEST_F(CgroupMemoryLimit, IsThatOfTheGroupOrOfOneAbove) {
   write("memory/a/b/memory.limit_in_bytes", "9223372036854771712");
   write("memory/a/memory.limit_in_bytes", "4096");
-  EXPECT_EQ(cgroup_memory_limit("3:cpu,cpuacct:/\n2:memory:/a/b\n", root_), 4096U);
-  EXPECT_EQ(cgroup_memory_limit("3:cpu,cpuacct:/a\n", root_), kUnlimited);
+  EXPECT_EQ(program::cgroup_memory_limit("3:cpu,cpuacct:/\n2:memory:/a/b\n", root_), 4096U);
+  EXPECT_EQ(program::cgroup_memory_limit("3:cpu,cpuacct:/a\n", root_), kUnlimited);
 }
 
 TEST_F(CgroupMemoryLimit, OfVersion2MayBeNone) {
   write("a/memory.max", "max");
-  EXPECT_EQ(cgroup_memory_limit("0::/a\n", root_), kUnlimited);
+  EXPECT_EQ(program::cgroup_memory_limit("0::/a\n", root_), kUnlimited);
   write("a/memory.max", "8192");
-  EXPECT_EQ(cgroup_memory_limit("0::/a\n", root_), 8192U);
+  EXPECT_EQ(program::cgroup_memory_limit("0::/a\n", root_), 8192U);
   write("memory.max", "1024");
-  EXPECT_EQ(cgroup_memory_limit("0::/a/not_mounted_here\n", root_), 1024U);
+  EXPECT_EQ(program::cgroup_memory_limit("0::/a/not_mounted_here\n", root_), 1024U);
 }
 
 TEST(MemoryLimit, IsAtMostWhatUlimitAllows) {
@@ -59,18 +59,18 @@ TEST(MemoryLimit, IsAtMostWhatUlimitAllows) {
     rlimit lower = before;
     lower.rlim_cur = megabyte;
     ASSERT_EQ(setrlimit(resource, &lower), 0);
-    const std::uint64_t limit = memory_limit();
+    const std::uint64_t limit = program::memory_limit();
     ASSERT_EQ(setrlimit(resource, &before), 0);
     EXPECT_EQ(limit, megabyte);
   }
 }
 
 TEST(TraceMemory, IsRefusedWithTheSizeThatItWouldTake) {
-  EXPECT_NO_THROW(check_trace_memory(1e6, "--duration 1", "less"));
+  EXPECT_NO_THROW(program::check_trace_memory(1e6, "--duration 1", "less"));
   try {
-    check_trace_memory(1e18, "--duration 9", "a shorter one");
+    program::check_trace_memory(1e18, "--duration 9", "a shorter one");
     FAIL();
-  } catch (const UsageError& error) {
+  } catch (const program::UsageError& error) {
     EXPECT_THAT(error.what(), HasSubstr("--duration 9: the traces would take about 1e+09 GB"));
     EXPECT_THAT(error.what(), HasSubstr("take a shorter one"));
   }

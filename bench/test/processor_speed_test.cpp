@@ -69,20 +69,21 @@ struct Host {
   }
 };
 
-std::vector<SlowPeriod> slow_in(Trace trace, const std::vector<Trace>& others = {}, Duration warm_up = {}) {
+std::vector<results::SlowPeriod> slow_in(Trace trace, const std::vector<Trace>& others = {},
+                                         Duration warm_up = {}) {
   static const TaskSet kSet = set();
   std::ranges::stable_sort(trace.jobs, {}, &JobRecord::start);
-  std::vector<std::vector<SpeedWindow>> all = {speed_windows(kSet, trace, warm_up)};
-  for (const Trace& other : others) all.push_back(speed_windows(kSet, other, warm_up));
-  const auto usual = usual_pace({all.begin(), all.end()});
-  return usual ? slow_periods(all[0], *usual) : std::vector<SlowPeriod>();
+  std::vector<std::vector<results::SpeedWindow>> all = {results::speed_windows(kSet, trace, warm_up)};
+  for (const Trace& other : others) all.push_back(results::speed_windows(kSet, other, warm_up));
+  const auto usual = results::usual_pace({all.begin(), all.end()});
+  return usual ? results::slow_periods(all[0], *usual) : std::vector<results::SlowPeriod>();
 }
 
-void expect_one(const std::vector<SlowPeriod>& slow, Duration begin, Duration end, double factor) {
+void expect_one(const std::vector<results::SlowPeriod>& slow, Duration begin, Duration end, double factor) {
   ASSERT_THAT(slow, SizeIs(1));
   EXPECT_EQ(slow[0].cpu, 1);
-  EXPECT_NEAR(to_ms(slow[0].begin), to_ms(begin), to_ms(SpeedWatch::kWindow));
-  EXPECT_NEAR(to_ms(slow[0].end), to_ms(end), to_ms(SpeedWatch::kWindow));
+  EXPECT_NEAR(to_ms(slow[0].begin), to_ms(begin), to_ms(results::SpeedWatch::kWindow));
+  EXPECT_NEAR(to_ms(slow[0].end), to_ms(end), to_ms(results::SpeedWatch::kWindow));
   EXPECT_NEAR(slow[0].factor, factor, 0.05 * factor);
 }
 
@@ -99,7 +100,7 @@ TEST(ProcessorSpeed, FindsWhenAndByHowMuch) {
 
 TEST(ProcessorSpeed, FindsItAtLowLoadInLongerWindows) {
   const Host host{.begin = 10s, .end = 20s, .factor = 1.3, .load = 0.1};
-  const std::vector<SlowPeriod> slow = slow_in(host.run());
+  const std::vector<results::SlowPeriod> slow = slow_in(host.run());
   ASSERT_THAT(slow, SizeIs(1));
   EXPECT_NEAR(to_ms(slow[0].end - slow[0].begin), 10e3, 3e3);
   EXPECT_NEAR(slow[0].factor, 1.3, 0.1);
@@ -216,27 +217,29 @@ TEST(ProcessorSpeed, TellsNothingWithoutJobsOfKnownWork) {
   Trace trace;
   trace.epoch = kEpoch;
   for (Duration now{}; now < 10s; now += 10ms) Host::append(trace, kSmall, now, now + 5ms);
-  EXPECT_THAT(speed_windows(set(), trace, {}), IsEmpty());
+  EXPECT_THAT(results::speed_windows(set(), trace, {}), IsEmpty());
   trace.jobs.clear();
   for (Duration now{}; now < 10s; now += 10ms) Host::append(trace, kWork, now, now + 9ms, 0, -1);
-  EXPECT_THAT(speed_windows(set(), trace, {}), IsEmpty()) << "on unknown processors";
-  EXPECT_EQ(usual_pace({}), std::nullopt);
+  EXPECT_THAT(results::speed_windows(set(), trace, {}), IsEmpty()) << "on unknown processors";
+  EXPECT_EQ(results::usual_pace({}), std::nullopt);
   trace.jobs.clear();
   Host::append(trace, kWork, 0s, 9000s);
   Host::append(trace, kWork, 1s, 1s + 8ms);
-  const auto windows = speed_windows(set(), trace, {});
-  EXPECT_EQ(usual_pace({windows}), std::nullopt) << "too little work";
+  const auto windows = results::speed_windows(set(), trace, {});
+  EXPECT_EQ(results::usual_pace({windows}), std::nullopt) << "too little work";
 }
 
 TEST(ProcessorSpeed, SaysWhenAndByHowMuch) {
-  const std::vector<SlowPeriod> slow(5, {1, 12s, 18s, 1.284});
-  EXPECT_EQ(describe(std::span(slow).first(1)),
+  const std::vector<results::SlowPeriod> slow(5, {1, 12s, 18s, 1.284});
+  EXPECT_EQ(results::describe(std::span(slow).first(1)),
             "from 12.0 to 18.0 s processor 1 was slow by a factor of 1.28");
-  EXPECT_THAT(describe(slow), testing::EndsWith(", and 2 times more"));
-  EXPECT_NEAR(to_ms(lost_time(slow)), 5 * 6e3 * (1 - 1 / 1.284), 1);
-  EXPECT_EQ(slow_time(slow), 30s);
-  EXPECT_EQ(slow_time(std::vector<SlowPeriod>{{0, 0s, 5s, 2}, {1, 0s, 3s, 2}, {1, 4s, 7s, 2}}), 6s);
-  EXPECT_EQ(slow_time({}), 0s);
+  EXPECT_THAT(results::describe(slow), testing::EndsWith(", and 2 times more"));
+  EXPECT_NEAR(to_ms(results::lost_time(slow)), 5 * 6e3 * (1 - 1 / 1.284), 1);
+  EXPECT_EQ(results::slow_time(slow), 30s);
+  EXPECT_EQ(
+      results::slow_time(std::vector<results::SlowPeriod>{{0, 0s, 5s, 2}, {1, 0s, 3s, 2}, {1, 4s, 7s, 2}}),
+      6s);
+  EXPECT_EQ(results::slow_time({}), 0s);
 }
 
 }  // namespace

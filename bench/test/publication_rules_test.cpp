@@ -10,7 +10,7 @@ namespace {
 
 /// A node with subscriptions 0 and 1; for each of `jobs`, `publisher` publishes topic 0 according
 /// to `made`.
-std::vector<InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bool>>& made) {
+std::vector<imports::InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bool>>& made) {
   tracing::System system;
   system.nodes.resize(1);
   system.topics.resize(3);
@@ -26,7 +26,7 @@ std::vector<InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bo
     job.ref.callback = callback;
     if (publishes) job.published.push_back({0, {}});
   }
-  return infer_rules(system, jobs, {true, true});
+  return imports::infer_rules(system, jobs, {true, true});
 }
 
 TEST(PublicationRules, FusionIsASetThatEitherInputCompletes) {
@@ -69,7 +69,7 @@ TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
     timer.node = index;
     timer.threads[index] = 1;
   }
-  const auto found = recorded_executors(system, "default").executors;
+  const auto found = imports::recorded_executors(system, "default").executors;
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].name, "process_7_thread_1");
   EXPECT_EQ(found[1].name, "process_8_thread_1");

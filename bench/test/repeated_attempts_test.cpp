@@ -12,12 +12,12 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 /// 10 s of work that takes `factor` times as long in the second half.
-Repetition repetition(std::uint32_t number, double factor) {
-  Repetition r;
+results::Repetition repetition(std::uint32_t number, double factor) {
+  results::Repetition r;
   r.trace.repetition = number;
-  for (Duration begin{}; begin < 10s; begin += SpeedWatch::kWindow) {
+  for (Duration begin{}; begin < 10s; begin += results::SpeedWatch::kWindow) {
     const double pace = begin < 5s ? 1 : factor;
-    r.speed.push_back({1, begin, begin + SpeedWatch::kWindow, from_ms(400 * pace), 400ms});
+    r.speed.push_back({1, begin, begin + results::SpeedWatch::kWindow, from_ms(400 * pace), 400ms});
   }
   return r;
 }
@@ -25,27 +25,27 @@ Repetition repetition(std::uint32_t number, double factor) {
 struct Attempts : testing::Test {
   /// `factors`: the slowness of each attempt in turn; 0: the attempt fails.
   void repeat(std::uint32_t times, std::vector<double> factors) {
-    repeat_disturbed(
+    live::repeat_disturbed(
         runs, 3, times,
-        [&](const Attempt& a) -> std::optional<Repetition> {
+        [&](const live::Attempt& a) -> std::optional<results::Repetition> {
           made.push_back(a);
           const double factor = factors.at(made.size() - 1);
           if (factor == 0) return std::nullopt;
           return repetition(a.number, factor);
         },
-        [&](const Attempt& a, const std::vector<SlowPeriod>& wrong) {
+        [&](const live::Attempt& a, const std::vector<results::SlowPeriod>& wrong) {
           EXPECT_FALSE(wrong.empty());
           replaced.emplace_back(a.counted, a.number);
         });
   }
   [[nodiscard]] std::vector<std::uint32_t> counted(std::size_t e) const {
     std::vector<std::uint32_t> numbers;
-    for (const Repetition& r : runs[e].repetitions) numbers.push_back(r.trace.repetition);
+    for (const results::Repetition& r : runs[e].repetitions) numbers.push_back(r.trace.repetition);
     return numbers;
   }
 
-  std::vector<ExecutorRuns> runs = {{"default", {}}, {"rm-ro", {}}};
-  std::vector<Attempt> made;
+  std::vector<results::ExecutorRuns> runs = {{"default", {}}, {"rm-ro", {}}};
+  std::vector<live::Attempt> made;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> replaced;
 
   void SetUp() override {
@@ -79,7 +79,7 @@ TEST_F(Attempts, ZeroTimesRepeatNothing) {
 TEST_F(Attempts, EndAfterThatManyWithTheLeastDisturbedOne) {
   repeat(3, {1.5, 1.2, 1.4});
   ASSERT_EQ(made.size(), 3);
-  for (const Attempt& a : made) EXPECT_EQ(a.repetition, 1) << "always the phases of that repetition";
+  for (const live::Attempt& a : made) EXPECT_EQ(a.repetition, 1) << "always the phases of that repetition";
   EXPECT_THAT(replaced, ElementsAre(std::pair(1U, 4U)));
   EXPECT_THAT(counted(1), ElementsAre(0, 2, 4));
 }

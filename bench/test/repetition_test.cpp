@@ -49,25 +49,25 @@ class RepetitionTest : public ::testing::Test {
     plan.graph = &graph;
     plan.tasks = make_tasks(graph);
     plan.tasks.set.tasks[1].phase = milliseconds(5);
-    plan.executor = parse_executor("events-ro", {});
+    plan.executor = setup::parse_executor("events-ro", {});
     plan.transport = TransportKind::intra_process;
     plan.length = milliseconds(200);
     plan.calibration.divisions_per_us = 300;
   }
-  RepetitionResult run() {
-    return run_repetition(plan, [](Duration) {});
+  live::Result run() {
+    return live::run_repetition(plan, [](Duration) {});
   }
 
   const Graph graph = idle_graph();
-  RepetitionPlan plan;
+  live::Plan plan;
 };
 
 TEST(AssignProcesses, NodesAreSharedOutInCreationOrderAndAsEvenlyAsPossible) {
   const Graph graph = idle_graph();
-  EXPECT_THAT(assign_processes(graph, 1), ElementsAre(0, 0, 0, 0));
-  EXPECT_THAT(assign_processes(graph, 2), ElementsAre(0, 0, 1, 1));
-  EXPECT_THAT(assign_processes(graph, 3), ElementsAre(0, 0, 1, 2));
-  EXPECT_THAT(assign_processes(graph, 4), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(live::assign_processes(graph, 1), ElementsAre(0, 0, 0, 0));
+  EXPECT_THAT(live::assign_processes(graph, 2), ElementsAre(0, 0, 1, 1));
+  EXPECT_THAT(live::assign_processes(graph, 3), ElementsAre(0, 0, 1, 2));
+  EXPECT_THAT(live::assign_processes(graph, 4), ElementsAre(0, 1, 2, 3));
 }
 
 // design.md: timestamps reached = ran + skipped + queued + running, and samples matched likewise.
@@ -75,8 +75,8 @@ TEST_F(RepetitionTest, EveryTimestampAndSampleIsAccountedFor) {
   for (const ExecutorEntry& entry : executors()) {
     if (entry.traits.policy == Policy::fp) continue;  // this graph gives no priorities
     SCOPED_TRACE(entry.name);
-    plan.executor = parse_executor(std::string(entry.name), {});
-    const RepetitionResult result = run();
+    plan.executor = setup::parse_executor(std::string(entry.name), {});
+    const live::Result result = run();
     ASSERT_EQ(result.failure, "");
     EXPECT_TRUE(result.measured);
     EXPECT_FALSE(result.interrupted);
@@ -93,7 +93,7 @@ TEST_F(RepetitionTest, EveryTimestampAndSampleIsAccountedFor) {
 }
 
 TEST_F(RepetitionTest, JobsStandInTheOrderInWhichTheyStartedAndCauseComesBeforeEffect) {
-  const RepetitionResult result = run();
+  const live::Result result = run();
   std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> started;
   Time last{};
   for (const JobRecord& r : result.repetition.trace.jobs) {
@@ -113,7 +113,7 @@ TEST_F(RepetitionTest, JobsStandInTheOrderInWhichTheyStartedAndCauseComesBeforeE
 }
 
 TEST_F(RepetitionTest, EveryOutputOfTheChainHasItsRecord) {
-  const RepetitionResult result = run();
+  const live::Result result = run();
   const auto& accounts = result.repetition.accounts;
   EXPECT_GT(accounts[3][Outcome::ran], 0U);
   EXPECT_EQ(result.repetition.trace.chains.size(), accounts[3][Outcome::ran] + accounts[3][Outcome::running]);
@@ -125,7 +125,7 @@ TEST_F(RepetitionTest, EveryOutputOfTheChainHasItsRecord) {
 
 TEST_F(RepetitionTest, ProcessThatCannotBeSetUpIsAFailureOfThePlan) {
   plan.cpus = {100000};
-  const RepetitionResult result = run();
+  const live::Result result = run();
   EXPECT_TRUE(result.setup_failed);
   EXPECT_FALSE(result.measured);
   EXPECT_THAT(result.failure, HasSubstr("100000"));
@@ -184,7 +184,7 @@ TEST(SharedMemoryWatch, RemovesWhatADeadProcessLeftBehind) {
   SharedMemoryUser user;
   ASSERT_TRUE(user.ready());
   std::ofstream(user.semaphore()) << "";
-  SharedMemoryWatch watch;
+  machine::SharedMemoryWatch watch;
   watch.note(user.process());
   user.end();
   ASSERT_TRUE(std::filesystem::exists(user.segment()));
@@ -198,7 +198,7 @@ TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
   SharedMemoryUser earlier("fastrtps_test_earlier_");
   ASSERT_TRUE(earlier.ready());
   earlier.end();
-  SharedMemoryWatch watch;
+  machine::SharedMemoryWatch watch;
   SharedMemoryUser living("fastrtps_test_living_"), dead("fastrtps_test_dead_");
   ASSERT_TRUE(living.ready() && dead.ready());
   dead.end();
@@ -212,7 +212,7 @@ TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
 TEST(SharedMemoryWatch, LeavesAloneWhatALivingProcessUsesAndWhatItHasNotNoted) {
   SharedMemoryUser user;
   ASSERT_TRUE(user.ready());
-  SharedMemoryWatch watch, blind;
+  machine::SharedMemoryWatch watch, blind;
   watch.note(user.process());
   watch.remove_orphans();
   EXPECT_TRUE(std::filesystem::exists(user.segment()));

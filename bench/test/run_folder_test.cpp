@@ -43,8 +43,8 @@ class RunFolderTest : public ::testing::Test {
   }
   static std::string refusal(const fs::path& folder) {
     try {
-      const RunFolder created(folder);
-    } catch (const UsageError& error) {
+      const results::RunFolder created(folder);
+    } catch (const program::UsageError& error) {
       return error.what();
     }
     return "accepted";
@@ -67,7 +67,7 @@ class RunFolderTest : public ::testing::Test {
 };
 
 TEST_F(RunFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
-  RunFolder folder(base_ / "deep" / "run");
+  results::RunFolder folder(base_ / "deep" / "run");
   EXPECT_THAT(files(folder.path()), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
   folder.write("run.json", nlohmann::json{{"complete", false}});
   folder.append(set_, {"hot_path"}, trace(0));
@@ -77,7 +77,7 @@ TEST_F(RunFolderTest, FilesGetTheirNamesWhenTheyAreWhole) {
 }
 
 TEST_F(RunFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
-  RunFolder folder(base_ / "run");
+  results::RunFolder folder(base_ / "run");
   Trace second = trace(1);
   second.chains = {{0, 3, 0, Duration(40), Duration(50)}};
   folder.append(set_, {"hot_path"}, trace(0));
@@ -91,9 +91,9 @@ TEST_F(RunFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
 }
 
 TEST_F(RunFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
-  { RunFolder(base_ / "killed"); }
+  { results::RunFolder(base_ / "killed"); }
   EXPECT_THAT(refusal(base_ / "killed"), AllOf(HasSubstr("holds files already"), HasSubstr("--output")));
-  RunFolder(base_ / "whole").finish();
+  results::RunFolder(base_ / "whole").finish();
   EXPECT_THAT(refusal(base_ / "whole"), HasSubstr("holds files already"));
   EXPECT_THAT(files(base_ / "whole"), UnorderedElementsAre("jobs.csv", "chains.csv"));
   EXPECT_THAT(refusal(base_), HasSubstr("holds files already")) << "of somebody else";
@@ -123,13 +123,13 @@ class RunFolderOnAFullDisk : public RunFolderTest {
 };
 
 TEST_F(RunFolderOnAFullDisk, KeepsTheOldFileWhole) {
-  const RunFolder folder(base_ / "run");
+  const results::RunFolder folder(base_ / "run");
   folder.write("run.json", std::string("old"));
   fill();
   try {
     folder.write("run.json", std::string(1000, 'x'));
     ADD_FAILURE() << "no error";
-  } catch (const RunError& error) {
+  } catch (const program::RunError& error) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("run.json"), HasSubstr("File too large")));
   }
   EXPECT_EQ(content(base_ / "run" / "run.json"), "old");
@@ -137,12 +137,12 @@ TEST_F(RunFolderOnAFullDisk, KeepsTheOldFileWhole) {
 }
 
 TEST_F(RunFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
-  RunFolder folder(base_ / "run");
+  results::RunFolder folder(base_ / "run");
   Trace many = trace(0);
   many.jobs.resize(10000, many.jobs.front());
   fill();
-  EXPECT_THROW(folder.append(set_, {}, many), RunError);
-  EXPECT_THROW(folder.finish(), RunError);
+  EXPECT_THROW(folder.append(set_, {}, many), program::RunError);
+  EXPECT_THROW(folder.finish(), program::RunError);
   EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part"));
 }
 

@@ -49,14 +49,16 @@ JobRecord ran(TaskId task, std::int64_t timestamp_ms, std::int64_t start_ms, std
 class RunStatisticsTest : public ::testing::Test {
  protected:
   RunStatisticsTest() : tasks(make_tasks(graph)) { tasks.set.tasks[2].phase = milliseconds(5); }
-  RunStatistics make(Duration warm_up = {}) { return {graph, tasks, "id", {Time{}, kEpochNs}, warm_up}; }
+  telemetry::RunStatistics make(Duration warm_up = {}) {
+    return {graph, tasks, "id", {Time{}, kEpochNs}, warm_up};
+  }
 
   const Graph graph = small_graph();
   GraphTasks tasks;
 };
 
 TEST_F(RunStatisticsTest, NothingIsKnownAtTheEpoch) {
-  RunStatistics statistics = make();
+  telemetry::RunStatistics statistics = make();
   const telemetry::Statistics s = statistics.take(Time{});
   EXPECT_EQ(s.run_id(), "id");
   EXPECT_EQ(s.number(), 0U);
@@ -77,7 +79,7 @@ TEST_F(RunStatisticsTest, NothingIsKnownAtTheEpoch) {
 }
 
 TEST_F(RunStatisticsTest, CountsJobsByTheNodeOfTheirTask) {
-  RunStatistics statistics = make();
+  telemetry::RunStatistics statistics = make();
   statistics.add(ran(0, 0, 1, 3));
   JobRecord late = ran(0, 20, 30, 61);
   late.job.deadline = at(40);
@@ -99,7 +101,7 @@ TEST_F(RunStatisticsTest, CountsJobsByTheNodeOfTheirTask) {
 }
 
 TEST_F(RunStatisticsTest, WhatWasReachedOrPublishedAndHasNotEndedIsQueued) {
-  RunStatistics statistics = make();
+  telemetry::RunStatistics statistics = make();
   statistics.set_published(3, 2);
   // Lidar: 0, 20; Planner's timer: 5, 25; an instant is reached when it has passed.
   telemetry::Statistics s = statistics.take(at(40));
@@ -120,7 +122,7 @@ TEST_F(RunStatisticsTest, WhatWasReachedOrPublishedAndHasNotEndedIsQueued) {
 }
 
 TEST_F(RunStatisticsTest, AWindowHoldsWhatFinishedSinceTheLastStatistics) {
-  RunStatistics statistics = make();
+  telemetry::RunStatistics statistics = make();
   statistics.add(ran(0, 0, 1, 3));
   statistics.add(ran(0, 20, 20, 26));
   telemetry::Statistics s = statistics.take(at(40));
@@ -137,7 +139,7 @@ TEST_F(RunStatisticsTest, AWindowHoldsWhatFinishedSinceTheLastStatistics) {
 }
 
 TEST_F(RunStatisticsTest, WarmUpCountsJobsButNotTheirResponseTimes) {
-  RunStatistics statistics = make(milliseconds(30));
+  telemetry::RunStatistics statistics = make(milliseconds(30));
   statistics.add(ran(0, 20, 20, 39));
   EXPECT_EQ(statistics.take(at(40)).nodes()[0].response_max_ns(), -1);
   statistics.add(ran(0, 40, 40, 42));
@@ -147,7 +149,7 @@ TEST_F(RunStatisticsTest, WarmUpCountsJobsButNotTheirResponseTimes) {
 }
 
 TEST_F(RunStatisticsTest, OnlyTheTimerOfACyclicNodeResponds) {
-  RunStatistics statistics = make();
+  telemetry::RunStatistics statistics = make();
   statistics.add(ran(1, 0, 1, 10));
   EXPECT_EQ(statistics.take(at(20)).nodes()[1].response_max_ns(), -1);
   statistics.add(ran(2, 5, 5, 7));
@@ -157,7 +159,7 @@ TEST_F(RunStatisticsTest, OnlyTheTimerOfACyclicNodeResponds) {
 }
 
 TEST_F(RunStatisticsTest, NumbersTheSamplesOfAChain) {
-  RunStatistics statistics = make();
+  telemetry::RunStatistics statistics = make();
   ChainRecord record;
   record.sequence = 7;
   record.dropped = 2;
@@ -181,7 +183,7 @@ TEST_F(RunStatisticsTest, NumbersTheSamplesOfAChain) {
 TEST(LatencyHistogram, QuantilesAreWithinOnePercentOfTheSortedSamples) {
   std::mt19937_64 random(1);
   std::lognormal_distribution<double> microseconds(6, 2);
-  LatencyHistogram histogram;
+  program::LatencyHistogram histogram;
   std::vector<double> sorted;
   for (int i = 0; i < 20000; ++i) {
     const Duration sample(static_cast<std::int64_t>(1000 * microseconds(random)));
@@ -198,7 +200,7 @@ TEST(LatencyHistogram, QuantilesAreWithinOnePercentOfTheSortedSamples) {
 }
 
 TEST(LatencyHistogram, SmallNumbersOfSamplesAndExtremesAreExactOrClipped) {
-  LatencyHistogram histogram;
+  program::LatencyHistogram histogram;
   EXPECT_EQ(histogram.quantile(0.5), Duration(-1));
   histogram.add(Duration(5));
   EXPECT_EQ(histogram.quantile(0.5), Duration(5));
@@ -212,7 +214,7 @@ TEST(LatencyHistogram, SmallNumbersOfSamplesAndExtremesAreExactOrClipped) {
 }
 
 TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {
-  const telemetry::RunInfo info = make_run_info(small_graph(), "rm-ro", 0, 0);
+  const telemetry::RunInfo info = telemetry::make_run_info(small_graph(), "rm-ro", 0, 0);
   EXPECT_EQ(info.graph(), "small");
   ASSERT_EQ(info.nodes().size(), 3U);
   EXPECT_EQ(info.nodes()[1].name(), "Planner");

@@ -25,8 +25,8 @@ TaskSet timers(std::vector<Duration> periods) {
 }
 
 /// Consecutive jobs of 1 ms.
-Schedule in_order(const TaskSet& set, const std::vector<TaskId>& tasks) {
-  Schedule s{set, {}};
+results::Schedule in_order(const TaskSet& set, const std::vector<TaskId>& tasks) {
+  results::Schedule s{set, {}};
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const Time start = at(static_cast<std::int64_t>(i) * 1ms);
     s.jobs.push_back({tasks[i], start, start, start + 1ms, start + set[tasks[i]].period});
@@ -36,11 +36,12 @@ Schedule in_order(const TaskSet& set, const std::vector<TaskId>& tasks) {
 
 TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
   const TaskSet set = timers({10ms, 20ms, 20ms});
-  const Schedule a = in_order(set, {0, 1, 2, 0, 1, 2});
-  EXPECT_EQ(compare_schedules(a, a).similarity, 1);
-  EXPECT_FALSE(compare_schedules(a, a).first_difference);
+  const results::Schedule a = in_order(set, {0, 1, 2, 0, 1, 2});
+  EXPECT_EQ(validation::compare_schedules(a, a).similarity, 1);
+  EXPECT_FALSE(validation::compare_schedules(a, a).first_difference);
   // Of 0 1 2 0 1 2 and 0 1 0 2 1 2 five tasks are common in order: 0 1 2 1 2.
-  const ScheduleComparison c = compare_schedules(a, in_order(set, {0, 1, 0, 2, 1, 2}));
+  const validation::ScheduleComparison c =
+      validation::compare_schedules(a, in_order(set, {0, 1, 0, 2, 1, 2}));
   EXPECT_DOUBLE_EQ(c.similarity, 10.0 / 12);
   ASSERT_TRUE(c.first_difference);
   EXPECT_EQ(c.first_difference->place, 2U);
@@ -51,7 +52,8 @@ TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
 
 TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
   const TaskSet set = timers({10ms, 20ms, 20ms});
-  const ScheduleComparison c = compare_schedules(in_order(set, {0, 1, 2, 0}), in_order(set, {0, 2, 1, 0}));
+  const validation::ScheduleComparison c =
+      validation::compare_schedules(in_order(set, {0, 1, 2, 0}), in_order(set, {0, 2, 1, 0}));
   EXPECT_LT(c.similarity, 1);
   EXPECT_EQ(c.similarity_by_period, 1);
 }
@@ -59,8 +61,8 @@ TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
 TEST(ScheduleComparison, LostJobsCountAgainstTheTimestampsReached) {
   const TaskSet set = timers({1ms, 100ms});
   // T0 has timestamps at 0 to 9 ms; the first schedule runs it five times, the second always.
-  const ScheduleComparison c = compare_schedules(in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}),
-                                                 in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  const validation::ScheduleComparison c = validation::compare_schedules(
+      in_order(set, {0, 1, 0, 1, 0, 1, 0, 1, 1, 0}), in_order(set, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
   // The comparison includes one millisecond after the last start, and so the timestamp at 10 ms.
   EXPECT_NEAR(c.measured.lost_percent.at("T0"), 100 * (1 - 5.0 / 11), 1e-9);
   EXPECT_NEAR(c.other.lost_percent.at("T0"), 100 * (1 - 10.0 / 11), 1e-9);
@@ -84,9 +86,9 @@ TEST(AuthorsResponse, IsFromTheOwnTimestampWhileNothingElseWasReleased) {
   const TaskSet set = timers({30ms});
   Trace trace;
   trace.jobs = {timer_job(0, 0, 0ms, 0ms, 5ms, 6ms), timer_job(0, 1, 30ms, 30ms, 31ms, 33ms)};
-  const Schedule s = schedule_of(set, trace);
-  EXPECT_EQ(response_authors(s, s.jobs[0]), 6ms);
-  EXPECT_EQ(response_authors(s, s.jobs[1]), 3ms);
+  const results::Schedule s = results::schedule_of(set, trace);
+  EXPECT_EQ(results::response_authors(s, s.jobs[0]), 6ms);
+  EXPECT_EQ(results::response_authors(s, s.jobs[1]), 3ms);
 }
 
 TEST(AuthorsResponse, RefersToTheLatestReleaseUnderBacklog) {
@@ -95,9 +97,9 @@ TEST(AuthorsResponse, RefersToTheLatestReleaseUnderBacklog) {
   const TaskSet set = timers({30ms});
   Trace trace;
   trace.jobs = {timer_job(0, 0, 0ms, 0ms, 40ms, 41ms), timer_job(0, 1, 30ms, 30ms, 41ms, 42ms)};
-  const Schedule s = schedule_of(set, trace);
-  EXPECT_EQ(response_authors(s, s.jobs[0]), 41ms - 30ms);
-  EXPECT_EQ(response_authors(s, s.jobs[1]), 42ms - 30ms);
+  const results::Schedule s = results::schedule_of(set, trace);
+  EXPECT_EQ(results::response_authors(s, s.jobs[0]), 41ms - 30ms);
+  EXPECT_EQ(results::response_authors(s, s.jobs[1]), 42ms - 30ms);
 }
 
 TEST(AuthorsResponse, OfALateWaitSetTimerRefersToTheLastTimestampThatItsCallSkipped) {
@@ -106,25 +108,25 @@ TEST(AuthorsResponse, OfALateWaitSetTimerRefersToTheLastTimestampThatItsCallSkip
   Trace trace;
   trace.jobs = {timer_job(0, 0, 0ms, 75ms, 75ms, 77ms)};
   trace.jobs[0].job.skipped = 2;
-  const Schedule s = schedule_of(set, trace);
+  const results::Schedule s = results::schedule_of(set, trace);
   EXPECT_EQ(s.jobs[0].next_call, at(90ms));
-  EXPECT_EQ(response_authors(s, s.jobs[0]), 17ms);
+  EXPECT_EQ(results::response_authors(s, s.jobs[0]), 17ms);
 }
 
 TEST(OwnTimes, TimeOfTheRaisedThreadIsNotThatOfTheJobItDisplaces) {
   Trace trace;
   trace.jobs = {timer_job(0, 0, 0ms, 0ms, 0ms, 10ms), timer_job(1, 0, 4ms, 4ms, 4ms, 7ms)};
   trace.jobs[1].worker = 1;
-  const Trace one = with_own_times(trace, 1, true);
+  const Trace one = simulated::with_own_times(trace, 1, true);
   EXPECT_EQ(one.jobs[0].finish - one.jobs[0].start, 7ms);
   EXPECT_EQ(one.jobs[1].finish - one.jobs[1].start, 3ms);
-  const Trace two = with_own_times(trace, 2, true);
+  const Trace two = simulated::with_own_times(trace, 2, true);
   EXPECT_EQ(two.jobs[0].finish - two.jobs[0].start, 10ms);
-  const Trace equal = with_own_times(trace, 1, false);
+  const Trace equal = simulated::with_own_times(trace, 1, false);
   EXPECT_EQ(equal.jobs[0].finish - equal.jobs[0].start, 8500us);
   EXPECT_EQ(equal.jobs[1].finish - equal.jobs[1].start, 1500us);
   trace.jobs[0].cpu_time = 6900us;
-  EXPECT_EQ(with_own_times(trace, 1, true).jobs[0].finish, at(6900us));
+  EXPECT_EQ(simulated::with_own_times(trace, 1, true).jobs[0].finish, at(6900us));
 }
 
 TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
@@ -135,13 +137,13 @@ TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
                 timer_job(1, 0, 15ms, 15ms, 15ms, 16ms), timer_job(0, 2, 20ms, 20ms, 20010us, 25ms),
                 timer_job(1, 1, 20ms, 20ms, 25030us, 26ms)};
   trace.jobs[2].worker = 1;
-  const OwnCosts one = own_costs(trace, 1);
+  const simulated::OwnCosts one = simulated::own_costs(trace, 1);
   EXPECT_EQ(one.dispatch, 20us);
   EXPECT_EQ(one.wake_up, 100us);
   trace.jobs[4].worker = 1;  // a sleeping thread on its own core, woken 5 ms late
-  EXPECT_EQ(own_costs(trace, 2).dispatch, 10us);
-  EXPECT_EQ(own_costs(trace, 2).wake_up, 5030us - 10us);
-  EXPECT_EQ(own_costs(Trace{}, 1).dispatch, 0us);
+  EXPECT_EQ(simulated::own_costs(trace, 2).dispatch, 10us);
+  EXPECT_EQ(simulated::own_costs(trace, 2).wake_up, 5030us - 10us);
+  EXPECT_EQ(simulated::own_costs(Trace{}, 1).dispatch, 0us);
 }
 
 }  // namespace

@@ -11,8 +11,8 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-LatencySummary latency(double scale) {
-  LatencySummary l;
+results::LatencySummary latency(double scale) {
+  results::LatencySummary l;
   l.quantiles = {1500, 16 * scale, 21.25 * scale, 22 * scale, 24 * scale, 25.5 * scale, 26.125 * scale, 22};
   l.p50 = Interval{21 * scale, 21.5 * scale};
   l.p99 = Interval{23.5 * scale, 24.5 * scale};
@@ -21,14 +21,14 @@ LatencySummary latency(double scale) {
   return l;
 }
 
-ExecutorSummary executor(std::string name, double scale) {
-  ExecutorSummary e;
+results::ExecutorSummary executor(std::string name, double scale) {
+  results::ExecutorSummary e;
   e.executor = std::move(name);
   e.repetitions = 5;
   e.executed = 66000;
   e.overwritten = 12;
   e.cpu_per_callback_us = 38.125;
-  ChainSummary chain;
+  results::ChainSummary chain;
   chain.chain = "hot_path";
   chain.hot_path = chain.end_to_end = latency(scale);
   chain.median_to_default = chain.max_to_default = Estimate{scale / 2, Interval{scale / 2, scale / 2}};
@@ -36,17 +36,17 @@ ExecutorSummary executor(std::string name, double scale) {
   return e;
 }
 
-Summary two_executors() {
-  Summary s;
+results::Summary two_executors() {
+  results::Summary s;
   s.executors = {executor("default", 2), executor("rm-ro", 1)};
   s.executors[0].chains[0].median_to_default = s.executors[0].chains[0].max_to_default =
       Estimate{1.0, std::nullopt};
   return s;
 }
 
-std::string plain(const Summary& s) {
+std::string plain(const results::Summary& s) {
   std::ostringstream out;
-  write_table(out, s);
+  results::write_table(out, s);
   return out.str();
 }
 
@@ -68,10 +68,10 @@ Loss equations hold for every task of every run.
 }
 
 TEST(Table, StaysWithin120ColumnsForAWholeStudy) {
-  Summary s = two_executors();
+  results::Summary s = two_executors();
   s.executors.push_back(executor("events-ro", 36));
   s.executors.push_back(executor("events-re", 0.01));
-  for (ExecutorSummary& e : s.executors) {
+  for (results::ExecutorSummary& e : s.executors) {
     e.skipped = 123456;
     e.overwritten = 1234567;
     e.chains[0].hot_path.quantiles.n = 60000;
@@ -81,16 +81,16 @@ TEST(Table, StaysWithin120ColumnsForAWholeStudy) {
 }
 
 TEST(Table, MarksARatioWhoseIntervalLeavesOutOne) {
-  Summary s = two_executors();
+  results::Summary s = two_executors();
   s.executors[1].chains[0].median_to_default = Estimate{0.97, Interval{0.9, 1.02}};
   s.executors[1].chains[0].max_to_default = Estimate{1.25, Interval{1.1, 1.4}};
   EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro .* 0.970 +1.25\\*\n"));
 }
 
 TEST(Table, WithoutIntervalsHasOneLinePerExecutor) {
-  Summary s = two_executors();
-  for (ExecutorSummary& e : s.executors) {
-    LatencySummary& l = e.chains[0].hot_path;
+  results::Summary s = two_executors();
+  for (results::ExecutorSummary& e : s.executors) {
+    results::LatencySummary& l = e.chains[0].hot_path;
     l.p50 = l.p99 = l.p999 = l.max = std::nullopt;
     e.chains[0].median_to_default->interval = e.chains[0].max_to_default->interval = std::nullopt;
   }
@@ -98,21 +98,21 @@ TEST(Table, WithoutIntervalsHasOneLinePerExecutor) {
 }
 
 TEST(Table, ShowsADashForWhatWasNotMeasured) {
-  Summary s;
-  ExecutorSummary e;
+  results::Summary s;
+  results::ExecutorSummary e;
   e.executor = "rm-ro";
-  e.chains = {ChainSummary{}};
+  e.chains = {results::ChainSummary{}};
   s.executors = {e};
   EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +0 +- +- +- +- +0 +0 +- +- +-\n"));
 }
 
 TEST(Table, OfAGraphWithoutChainsShowsItsJobs) {
-  Summary s = two_executors();
-  for (ExecutorSummary& e : s.executors) {
+  results::Summary s = two_executors();
+  for (results::ExecutorSummary& e : s.executors) {
     e.chains.clear();
     e.skipped = 44;
     e.after_warm_up.deadline_overruns = 7;
-    e.tasks = {TaskSummary{}, TaskSummary{}};
+    e.tasks = {results::TaskSummary{}, results::TaskSummary{}};
     e.tasks[1].response_ms = quantiles({10, 76.5});
   }
   s.executors[1].tasks[0].response_authors_ms = quantiles({10, 31.5});
@@ -121,7 +121,7 @@ TEST(Table, OfAGraphWithoutChainsShowsItsJobs) {
 }
 
 TEST(Table, NamesEveryBrokenLossEquationOrHowManyMoreThereAre) {
-  Summary s = two_executors();
+  results::Summary s = two_executors();
   EXPECT_THAT(plain(s), HasSubstr("Loss equations hold for every task of every run.\n"));
   for (std::uint32_t k = 0; k < 5; ++k) s.executors[1].unbalanced.push_back({k, "IMU", 99, 100});
   EXPECT_THAT(plain(s), HasSubstr("rm-ro, repetition 0, IMU: 99 accounted for, 100 expected.\n"));
@@ -130,7 +130,7 @@ TEST(Table, NamesEveryBrokenLossEquationOrHowManyMoreThereAre) {
 }
 
 TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
-  Summary s = two_executors();
+  results::Summary s = two_executors();
   s.executors[0].lost_records = 17;
   s.executors[1].chains[0].drops = 3;
   EXPECT_THAT(plain(s), HasSubstr("default had no room for 17 records"));
@@ -138,9 +138,9 @@ TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
 }
 
 TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
-  Summary s = two_executors();
+  results::Summary s = two_executors();
   const auto timer = [](std::string name, int wait_ms) {
-    TaskSummary task;
+    results::TaskSummary task;
     task.task = std::move(name);
     task.period = std::chrono::milliseconds(100);
     task.longest_wait = std::chrono::milliseconds(wait_ms);

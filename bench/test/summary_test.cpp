@@ -51,8 +51,9 @@ JobRecord with_outcome(JobRecord record, Outcome outcome) {
   return record;
 }
 
-Repetition repetition(std::uint32_t number, std::vector<JobRecord> jobs, std::vector<ChainRecord> chains) {
-  Repetition r;
+results::Repetition repetition(std::uint32_t number, std::vector<JobRecord> jobs,
+                               std::vector<ChainRecord> chains) {
+  results::Repetition r;
   r.trace.executor = "default";
   r.trace.repetition = number;
   r.trace.epoch = kEpoch;
@@ -70,10 +71,10 @@ ChainRecord output(std::uint64_t sequence, double hot_path_ms, double end_to_end
   return r;
 }
 
-const std::vector<MeasuredChain> kChains = {{"hot_path", {kPoints, kClusters}}};
+const std::vector<results::MeasuredChain> kChains = {{"hot_path", {kPoints, kClusters}}};
 
-SummaryOptions options(double warm_up_ms = 0) {
-  SummaryOptions o;
+results::SummaryOptions options(double warm_up_ms = 0) {
+  results::SummaryOptions o;
   o.chains = {"hot_path"};
   o.cyclic_timers = {kPlanner};
   o.warm_up = from_ms(warm_up_ms);
@@ -81,43 +82,44 @@ SummaryOptions options(double warm_up_ms = 0) {
   return o;
 }
 
-ExecutorSummary summary_of(std::vector<Repetition> repetitions, const SummaryOptions& o = options()) {
-  return summarize(small_set(), {{"default", std::move(repetitions)}}, o).executors.at(0);
+results::ExecutorSummary summary_of(std::vector<results::Repetition> repetitions,
+                                    const results::SummaryOptions& o = options()) {
+  return results::summarize(small_set(), {{"default", std::move(repetitions)}}, o).executors.at(0);
 }
 
 TEST(WarmUp, LeavesOutTheChainsWhoseSinkJobWasPublishedBeforeIt) {
-  const Repetition r = repetition(
+  const results::Repetition r = repetition(
       0, {ran(kPoints, 0, 99.9, 120, 121), ran(kPoints, 1, 100, 130, 131), ran(kClusters, 1, 150, 160, 161)},
       {output(0, 10), output(1, 20)});
-  const auto counted = counted_chains(r.trace, kChains, at(100));
+  const auto counted = results::counted_chains(r.trace, kChains, at(100));
   ASSERT_EQ(counted.size(), 1u);
   EXPECT_EQ(counted[0].sequence, 1u);
 }
 
 TEST(WarmUp, EarliestTimestampDecidesWhereBothSinkTasksHaveTheSequence) {
-  const Repetition r =
+  const results::Repetition r =
       repetition(0, {ran(kPoints, 3, 150, 160, 161), ran(kClusters, 3, 50, 60, 61)}, {output(3, 10)});
-  EXPECT_TRUE(counted_chains(r.trace, kChains, at(100)).empty());
-  EXPECT_EQ(counted_chains(r.trace, kChains, at(50)).size(), 1u);
+  EXPECT_TRUE(results::counted_chains(r.trace, kChains, at(100)).empty());
+  EXPECT_EQ(results::counted_chains(r.trace, kChains, at(50)).size(), 1u);
 }
 
 TEST(WarmUp, JobsOfOtherTasksAndThoseThatDidNotRunDecideNothing) {
-  const Repetition r = repetition(
+  const results::Repetition r = repetition(
       0,
       {ran(kLidar, 3, 0, 1, 2), ran(kPlanner, 3, 0, 2, 3),
        with_outcome(ran(kClusters, 3, 0, 0, 0), Outcome::overwritten), ran(kPoints, 3, 150, 160, 161)},
       {output(3, 10)});
-  EXPECT_EQ(counted_chains(r.trace, kChains, at(100)).size(), 1u);
+  EXPECT_EQ(results::counted_chains(r.trace, kChains, at(100)).size(), 1u);
 }
 
 TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
-  const ExecutorSummary s = summary_of(
+  const results::ExecutorSummary s = summary_of(
       {repetition(
           0,
           {ran(kPlanner, 0, 0, 150, 190), ran(kPlanner, 1, 100, 200, 230), ran(kPlanner, 2, 200, 310, 320)},
           {})},
       options(100));
-  const TaskSummary& planner = s.tasks.at(kPlanner);
+  const results::TaskSummary& planner = s.tasks.at(kPlanner);
   EXPECT_EQ(planner.response_ms.n, 2u);
   EXPECT_DOUBLE_EQ(planner.response_ms.max, 130);
   EXPECT_DOUBLE_EQ(planner.response_ms.min, 120);
@@ -126,16 +128,17 @@ TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
 }
 
 TEST(Waits, LastFromTheTimestampToTheStartOrToTheEndOfTheRun) {
-  const Repetition first = repetition(0,
-                                      {ran(kPlanner, 0, 0, 30, 90), ran(kPoints, 0, 10, 15, 16),
-                                       with_outcome(ran(kClusters, 0, 10, 0, 0), Outcome::overwritten),
-                                       with_outcome(ran(kLidar, 0, 0, 2, 0), Outcome::running)},
-                                      {});
-  const Repetition second = repetition(1,
-                                       {with_outcome(ran(kPlanner, 0, 420, 0, 0), Outcome::queued),
-                                        with_outcome(ran(kPoints, 0, 10, 400, 400), Outcome::empty)},
-                                       {});
-  const ExecutorSummary s = summary_of({first, second});
+  const results::Repetition first =
+      repetition(0,
+                 {ran(kPlanner, 0, 0, 30, 90), ran(kPoints, 0, 10, 15, 16),
+                  with_outcome(ran(kClusters, 0, 10, 0, 0), Outcome::overwritten),
+                  with_outcome(ran(kLidar, 0, 0, 2, 0), Outcome::running)},
+                 {});
+  const results::Repetition second = repetition(1,
+                                                {with_outcome(ran(kPlanner, 0, 420, 0, 0), Outcome::queued),
+                                                 with_outcome(ran(kPoints, 0, 10, 400, 400), Outcome::empty)},
+                                                {});
+  const results::ExecutorSummary s = summary_of({first, second});
   EXPECT_EQ(s.tasks[kPlanner].longest_wait, milliseconds(80));
   EXPECT_EQ(s.tasks[kPoints].longest_wait, milliseconds(5));
   EXPECT_EQ(s.tasks[kClusters].longest_wait, milliseconds(0)) << "never taken";
@@ -143,7 +146,7 @@ TEST(Waits, LastFromTheTimestampToTheStartOrToTheEndOfTheRun) {
 }
 
 TEST(Waits, CountFromTheEndOfTheWarmUpOn) {
-  const ExecutorSummary s =
+  const results::ExecutorSummary s =
       summary_of({repetition(0,
                              {ran(kLidar, 0, 0, 99, 100), ran(kPlanner, 0, 20, 130, 140),
                               with_outcome(ran(kPoints, 0, 50, 0, 0), Outcome::queued)},
@@ -155,13 +158,13 @@ TEST(Waits, CountFromTheEndOfTheWarmUpOn) {
 }
 
 TEST(Waits, ATaskNeverRanWhenItHadWorkAndNoJobOfItStarted) {
-  Repetition r =
+  results::Repetition r =
       repetition(0,
                  {ran(kLidar, 0, 0, 1, 2), with_outcome(ran(kPoints, 0, 2, 0, 0), Outcome::overwritten),
                   with_outcome(ran(kClusters, 0, 2, 3, 0), Outcome::running)},
                  {});
   r.accounts = account(small_set(), r.trace);
-  const ExecutorSummary s = summary_of({r});
+  const results::ExecutorSummary s = summary_of({r});
   EXPECT_TRUE(s.tasks[kPoints].never_ran());
   EXPECT_FALSE(s.tasks[kLidar].never_ran());
   EXPECT_FALSE(s.tasks[kClusters].never_ran());
@@ -169,7 +172,7 @@ TEST(Waits, ATaskNeverRanWhenItHadWorkAndNoJobOfItStarted) {
 }
 
 TEST(Latencies, BothOfDesignAreTakenPerChain) {
-  const ExecutorSummary s =
+  const results::ExecutorSummary s =
       summary_of({repetition(0, {}, {output(0, 20, 25), output(1, 30), output(2, 40, 45)})});
   ASSERT_EQ(s.chains.size(), 1u);
   EXPECT_EQ(s.chains[0].chain, "hot_path");
@@ -181,7 +184,7 @@ TEST(Latencies, BothOfDesignAreTakenPerChain) {
 }
 
 TEST(Latencies, HaveIntervalsOverRepetitions) {
-  const ExecutorSummary s =
+  const results::ExecutorSummary s =
       summary_of({repetition(0, {}, {output(0, 20)}), repetition(1, {}, {output(0, 30)})});
   ASSERT_TRUE(s.chains[0].hot_path.max);
   EXPECT_DOUBLE_EQ(s.chains[0].hot_path.max->low, 20);
@@ -193,17 +196,18 @@ TEST(Latencies, HotPathDropsAreThoseOfTheCountedOutputs) {
   ChainRecord early = output(0, 1), late = output(1, 1);
   early.dropped = 5;
   late.dropped = 2;
-  Repetition r = repetition(0, {ran(kPoints, 0, 0, 1, 2), ran(kPoints, 1, 100, 101, 102)}, {early, late});
+  results::Repetition r =
+      repetition(0, {ran(kPoints, 0, 0, 1, 2), ran(kPoints, 1, 100, 101, 102)}, {early, late});
   EXPECT_EQ(summary_of({r}).chains[0].drops, 7u);
-  r.trace.chains = counted_chains(r.trace, kChains, at(100));
+  r.trace.chains = results::counted_chains(r.trace, kChains, at(100));
   EXPECT_EQ(summary_of({r}, options(100)).chains[0].drops, 2u);
 }
 
 TEST(Ratio, IsThatOfThisExecutorToDefault) {
-  const std::vector<ExecutorRuns> runs = {
+  const std::vector<results::ExecutorRuns> runs = {
       {"rm-ro", {repetition(0, {}, {output(0, 10), output(1, 12), output(2, 20)})}},
       {"default", {repetition(0, {}, {output(0, 20), output(1, 24), output(2, 50)})}}};
-  const Summary s = summarize(small_set(), runs, options());
+  const results::Summary s = results::summarize(small_set(), runs, options());
   EXPECT_DOUBLE_EQ(s.executors[0].chains[0].median_to_default->value, 0.5);
   EXPECT_DOUBLE_EQ(s.executors[0].chains[0].max_to_default->value, 0.4);
   EXPECT_DOUBLE_EQ(s.executors[0].chains[0].median_minus_default->value, -12);
@@ -212,17 +216,20 @@ TEST(Ratio, IsThatOfThisExecutorToDefault) {
 }
 
 TEST(Ratio, OnAnotherStackIsThatToItsDefault) {
-  const auto measured = [](double ms) { return std::vector<Repetition>{repetition(0, {}, {output(0, ms)})}; };
-  const Summary s =
-      summarize(small_set(),
-                {{"default", measured(20)}, {"rm-ro@rclcpp", measured(10)}, {"default@rclcpp", measured(40)}},
-                options());
+  const auto measured = [](double ms) {
+    return std::vector<results::Repetition>{repetition(0, {}, {output(0, ms)})};
+  };
+  const results::Summary s = results::summarize(
+      small_set(),
+      {{"default", measured(20)}, {"rm-ro@rclcpp", measured(10)}, {"default@rclcpp", measured(40)}},
+      options());
   EXPECT_DOUBLE_EQ(s.executors[1].chains[0].median_to_default->value, 0.25);
   EXPECT_EQ(s.executors[2].chains[0].median_to_default->value, 1.0);
 }
 
 TEST(Ratio, IsAbsentWithoutDefault) {
-  const Summary s = summarize(small_set(), {{"rm-ro", {repetition(0, {}, {output(0, 10)})}}}, options());
+  const results::Summary s =
+      results::summarize(small_set(), {{"rm-ro", {repetition(0, {}, {output(0, 10)})}}}, options());
   EXPECT_FALSE(s.executors[0].chains[0].median_to_default);
   EXPECT_TRUE(nlohmann::json(s)["executors"][0]["chains"][0]["ratio_to_default"]["max"].is_null());
 }
@@ -230,7 +237,7 @@ TEST(Ratio, IsAbsentWithoutDefault) {
 // The reference-system's BehaviorPlanner period: the distance between starts of consecutive
 // executed jobs.
 TEST(PlannerPeriod, IsTheDistanceOfStartsSoThatASkippedTimestampShows) {
-  const ExecutorSummary s = summary_of({repetition(
+  const results::ExecutorSummary s = summary_of({repetition(
       0, {ran(kPlanner, 3, 300, 310, 311), ran(kPlanner, 0, 0, 4, 5), ran(kPlanner, 1, 100, 110, 111)}, {})});
   ASSERT_TRUE(s.tasks[kPlanner].period_ms);
   EXPECT_EQ(s.tasks[kPlanner].period_ms->n, 2u);
@@ -240,17 +247,17 @@ TEST(PlannerPeriod, IsTheDistanceOfStartsSoThatASkippedTimestampShows) {
 }
 
 TEST(PlannerPeriod, DoesNotReachFromOneRepetitionIntoTheNext) {
-  const ExecutorSummary s = summary_of(
+  const results::ExecutorSummary s = summary_of(
       {repetition(0, {ran(kPlanner, 0, 0, 4, 5)}, {}), repetition(1, {ran(kPlanner, 1, 100, 104, 105)}, {})});
   EXPECT_EQ(s.tasks[kPlanner].period_ms->n, 0u);
 }
 
 TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
-  std::vector<Repetition> repetitions;
+  std::vector<results::Repetition> repetitions;
   for (std::uint32_t number = 0; number < 2; ++number) {
     JobRecord skipping = ran(kPlanner, 0, 0, 250, 260);
     skipping.job.skipped = 2;  // 100 and 200
-    Repetition r = repetition(
+    results::Repetition r = repetition(
         number,
         {skipping, ran(kPlanner, 3, 300, 300, 310),
          with_outcome(ran(kPlanner, 4, 400, 0, 0), Outcome::queued), ran(kPoints, 1, 200, 270, 271),
@@ -260,7 +267,7 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
     r.accounts = account(small_set(), r.trace);
     repetitions.push_back(std::move(r));
   }
-  const ExecutorSummary s = summary_of(std::move(repetitions), options(450));
+  const results::ExecutorSummary s = summary_of(std::move(repetitions), options(450));
   EXPECT_EQ(s.executed, 6u);
   EXPECT_EQ(s.skipped, 4u);
   EXPECT_EQ(s.overwritten, 2u);
@@ -289,9 +296,9 @@ TEST(AuthorsResponse, RefersToTheLatestReleaseBeforeTheStart) {
   // Both timestamps are released on time; the second job already waits when the first starts.
   const JobRecord first = ran(0, 0, 0, 40, 45), second = ran(0, 1, 30, 45, 50);
   const auto of = [](const TaskSet& tasks, const std::vector<JobRecord>& jobs) {
-    return summarize(tasks, {{"rm-ro", {repetition(0, jobs, {})}}}, {}).executors.at(0).tasks.at(0);
+    return results::summarize(tasks, {{"rm-ro", {repetition(0, jobs, {})}}}, {}).executors.at(0).tasks.at(0);
   };
-  const TaskSummary task = of(set, {first, second});
+  const results::TaskSummary task = of(set, {first, second});
   EXPECT_DOUBLE_EQ(task.response_ms.max, 45);
   ASSERT_TRUE(task.response_authors_ms);
   EXPECT_DOUBLE_EQ(task.response_authors_ms->min, 15);
@@ -301,9 +308,10 @@ TEST(AuthorsResponse, RefersToTheLatestReleaseBeforeTheStart) {
 }
 
 TEST(Usage, CpuTimePerExecutedCallbackOverAllRepetitions) {
-  std::vector<Repetition> repetitions;
+  std::vector<results::Repetition> repetitions;
   for (std::uint32_t number = 0; number < 2; ++number) {
-    Repetition r = repetition(number, {ran(kLidar, 0, 0, 1, 2), ran(kPlanner, 0, 0, 2, 3)}, {output(0, 1)});
+    results::Repetition r =
+        repetition(number, {ran(kLidar, 0, 0, 1, 2), ran(kPlanner, 0, 0, 2, 3)}, {output(0, 1)});
     r.usage.cpu_time = std::chrono::microseconds(60 + 40 * number);
     r.usage.peak_memory_kib = 2000 - number;
     r.usage.involuntary_switches = 3;
@@ -311,15 +319,15 @@ TEST(Usage, CpuTimePerExecutedCallbackOverAllRepetitions) {
     r.accounts = account(small_set(), r.trace);
     repetitions.push_back(std::move(r));
   }
-  const ExecutorSummary s = summary_of(std::move(repetitions));
+  const results::ExecutorSummary s = summary_of(std::move(repetitions));
   EXPECT_DOUBLE_EQ(s.cpu_per_callback_us, 160.0 / 4.0);
   EXPECT_EQ(s.usage.peak_memory_kib, 2000);
   EXPECT_EQ(s.usage.involuntary_switches, 6);
 }
 
 TEST(SummaryJson, IsValidWithoutAnySample) {
-  const auto j =
-      nlohmann::json::parse(nlohmann::json(summarize(small_set(), {{"default", {}}}, options())).dump());
+  const auto j = nlohmann::json::parse(
+      nlohmann::json(results::summarize(small_set(), {{"default", {}}}, options())).dump());
   const auto& executor = j.at("executors").at(0);
   EXPECT_EQ(executor.at("callbacks_executed"), 0);
   EXPECT_TRUE(executor.at("cpu_per_callback_us").is_null());
@@ -329,11 +337,11 @@ TEST(SummaryJson, IsValidWithoutAnySample) {
 }
 
 TEST(SummaryJson, NamesUnitsInItsKeys) {
-  Repetition r = repetition(0, {ran(kLidar, 0, 0, 1, 2)}, {output(0, 21.5, 30)});
+  results::Repetition r = repetition(0, {ran(kLidar, 0, 0, 1, 2)}, {output(0, 21.5, 30)});
   r.accounts = account(small_set(), r.trace);
   r.usage.cpu_time = milliseconds(250);
   r.usage.wall = milliseconds(500);
-  const nlohmann::json j = summarize(small_set(), {{"default", {r, r}}}, options(0));
+  const nlohmann::json j = results::summarize(small_set(), {{"default", {r, r}}}, options(0));
   const auto& executor = j.at("executors").at(0);
   EXPECT_EQ(executor.at("usage").at("cpu_use_percent"), 50.0);
   EXPECT_EQ(executor.at("cpu_per_callback_us"), 250000.0);

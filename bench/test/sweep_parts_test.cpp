@@ -31,9 +31,9 @@ class SweepTest : public testing::Test {
   SweepTest() { fs::create_directories(folder_); }
   ~SweepTest() override { fs::remove_all(folder_); }
 
-  SweepDesign design(const std::string& text) {
+  sweep::Design design(const std::string& text) {
     std::ofstream(folder_ / "sweep.yaml") << text;
-    return load_sweep(folder_ / "sweep.yaml");
+    return sweep::load_sweep(folder_ / "sweep.yaml");
   }
   std::string refusal(const std::string& text) {
     try {
@@ -43,9 +43,9 @@ class SweepTest : public testing::Test {
     }
     return "";
   }
-  static std::string values(const SweepDesign& d, std::uint64_t cell) {
+  static std::string values(const sweep::Design& d, std::uint64_t cell) {
     std::string all;
-    for (const SweepOption& option : d.coordinates(cell)) all += option.name + "=" + option.value + " ";
+    for (const sweep::Option& option : d.coordinates(cell)) all += option.name + "=" + option.value + " ";
     return all;
   }
 
@@ -61,7 +61,7 @@ constexpr const char* kGrid =
     "repetitions: 3\n";
 
 TEST_F(SweepTest, AGridHasEachPointAndRepetitionOnceTheLastAxisFastest) {
-  const SweepDesign d = design(kGrid);
+  const sweep::Design d = design(kGrid);
   EXPECT_EQ(d.cells(), 6U * 2 * 3);
   EXPECT_EQ(values(d, 0), "load=20 phases=creation ");
   EXPECT_EQ(values(d, 3), "load=20 phases=random ");
@@ -72,13 +72,13 @@ TEST_F(SweepTest, AGridHasEachPointAndRepetitionOnceTheLastAxisFastest) {
 
 TEST_F(SweepTest, SeedsFollowFromCoordinatesWithoutTheExecutor) {
   const std::string axes = "command: simulate\naxes: {load: [20, 30], executors: [default, rm-ro]}\n";
-  const SweepDesign d = design(axes);
+  const sweep::Design d = design(axes);
   EXPECT_EQ(d.seed_of(0), d.seed_of(1));  // another executor
   EXPECT_NE(d.seed_of(0), d.seed_of(2));  // another load
-  const SweepDesign swapped =
+  const sweep::Design swapped =
       design("command: simulate\naxes: {executors: [default, rm-ro], load: [20, 30]}\n");
   EXPECT_EQ(d.seed_of(2), swapped.seed_of(1));  // whatever the order of axes
-  const SweepDesign larger = design("command: simulate\naxes: {load: [10, 20, 30], executors: [rm-ro]}\n");
+  const sweep::Design larger = design("command: simulate\naxes: {load: [10, 20, 30], executors: [rm-ro]}\n");
   EXPECT_EQ(d.seed_of(0), larger.seed_of(1));  // and whatever else is swept
   EXPECT_NE(design(axes + "seed: 2\n").seed_of(0), d.seed_of(0));
 }
@@ -87,7 +87,7 @@ TEST_F(SweepTest, ARandomDesignDrawsWithinItsAxesAndIsRepeatable) {
   const std::string text =
       "command: simulate\naxes: {load: {from: 20, to: 30}, phases: [creation, random]}\n"
       "design: {random: 50}\nrepetitions: 2\n";
-  const SweepDesign d = design(text), again = design(text);
+  const sweep::Design d = design(text), again = design(text);
   EXPECT_EQ(d.cells(), 100U);
   for (std::uint64_t cell = 0; cell < 100; ++cell) {
     const double load = std::stod(d.coordinates(cell)[0].value);
@@ -124,7 +124,7 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
 }
 
 TEST_F(SweepTest, AxesOfAnySizeAreNotListed) {
-  const SweepDesign d = design(
+  const sweep::Design d = design(
       "command: simulate\naxes: {load: {from: 0, to: 90, step: 1e-6}}\nkeep: [{load: 0.000002}, {load: "
       "90}]\n");
   EXPECT_EQ(d.cells(), 90'000'001U);
@@ -134,23 +134,23 @@ TEST_F(SweepTest, AxesOfAnySizeAreNotListed) {
 }
 
 TEST_F(SweepTest, KeepsTheCellsThatMatch) {
-  const SweepDesign d =
+  const sweep::Design d =
       design("command: simulate\naxes: {load: [1, 2], phases: [creation, random]}\nkeep: [{load: 2}]\n");
   EXPECT_THAT((std::vector<bool>{d.keeps(0), d.keeps(1), d.keeps(2), d.keeps(3)}),
               ElementsAre(false, false, true, true));
 }
 
 TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
-  const SweepDesign d = design(kGrid);
+  const sweep::Design d = design(kGrid);
   const fs::path folder = folder_ / "out";
   {
-    SweepJournal journal(folder, d);
+    sweep::Journal journal(folder, d);
     journal.add(4, "four\n");
     journal.add(1, "one,\"a\"\n");
     journal.flush();
   }
   std::ofstream(folder / "cells.journal", std::ios::app) << "[7,\"sev";
-  SweepJournal journal(folder, d);
+  sweep::Journal journal(folder, d);
   EXPECT_EQ(journal.done(), 2U);
   EXPECT_EQ(journal.missing().size(), 34U);
   journal.add(0, "zero\n");
@@ -160,9 +160,10 @@ TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
 }
 
 /// Adds the missing cells; returns the table and the number of missing cells.
-std::pair<std::string, std::size_t> finished(SweepJournal& journal) {
+std::pair<std::string, std::size_t> finished(sweep::Journal& journal) {
   const std::vector<std::uint64_t> missing = journal.missing();
-  for (const std::uint64_t cell : missing) journal.add(cell, concat("rows \"of\" ", cell * cell, "\n"));
+  for (const std::uint64_t cell : missing)
+    journal.add(cell, program::concat("rows \"of\" ", cell * cell, "\n"));
   journal.flush();
   journal.write_table("header");
   return {content(journal.folder() / "table.csv"), missing.size()};
@@ -180,10 +181,10 @@ std::string damaged(std::string text, std::mt19937_64& random) {
 }
 
 TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
-  const SweepDesign d = design(kGrid);
+  const sweep::Design d = design(kGrid);
   const fs::path folder = folder_ / "out", file = folder / "cells.journal";
   const std::string table = [&] {
-    SweepJournal journal(folder, d);
+    sweep::Journal journal(folder, d);
     return finished(journal).first;
   }();
   const std::string whole = content(file);
@@ -192,7 +193,7 @@ TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
     std::mt19937_64 random(seed);
     const std::string text = damaged(whole, random);
     std::ofstream(file, std::ios::binary) << text;
-    SweepJournal journal(folder, d);
+    sweep::Journal journal(folder, d);
     const std::size_t notes = journal.notes().size();
     const auto [again, missing] = finished(journal);
     ASSERT_EQ(again, table) << "seed " << seed;
@@ -211,51 +212,51 @@ TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
 }
 
 TEST_F(SweepTest, LinesWithoutAChecksumAreNotTaken) {
-  const SweepDesign d = design(kGrid);
-  { SweepJournal journal(folder_ / "out", d); }
+  const sweep::Design d = design(kGrid);
+  { sweep::Journal journal(folder_ / "out", d); }
   std::ofstream(folder_ / "out" / "cells.journal") << "[4,\"four\\n\"]\n";
-  EXPECT_EQ(SweepJournal(folder_ / "out", d).missing().size(), d.cells());
+  EXPECT_EQ(sweep::Journal(folder_ / "out", d).missing().size(), d.cells());
 }
 
 TEST_F(SweepTest, AFolderHasOneSweepAtATime) {
-  const SweepDesign d = design(kGrid);
-  SweepDesign other = d;
+  const sweep::Design d = design(kGrid);
+  sweep::Design other = d;
   other.text += "seed: 3\n";
   {
-    SweepJournal first(folder_ / "out", d);
-    EXPECT_THROW(SweepJournal(folder_ / "out", d), UsageError);
+    sweep::Journal first(folder_ / "out", d);
+    EXPECT_THROW(sweep::Journal(folder_ / "out", d), program::UsageError);
     // Also before the first sweep has written its description.
     fs::remove(folder_ / "out" / "sweep.json");
-    EXPECT_THROW(SweepJournal(folder_ / "out", other), UsageError);
+    EXPECT_THROW(sweep::Journal(folder_ / "out", other), program::UsageError);
     EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), d.text);
   }
-  SweepJournal(folder_ / "out", other);  // accepted: the first sweep never began
+  sweep::Journal(folder_ / "out", other);  // accepted: the first sweep never began
   EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), other.text);
 }
 
 TEST_F(SweepTest, AJournalThatCannotBeReadBackMakesNoTable) {
   const fs::path folder = folder_ / "out";
-  SweepJournal journal(folder, design(kGrid));
+  sweep::Journal journal(folder, design(kGrid));
   journal.add(0, "zero\n");
   journal.add(1, "one\n");
   journal.flush();
   fs::resize_file(folder / "cells.journal", fs::file_size(folder / "cells.journal") - 3);
-  EXPECT_THROW(journal.write_table("header"), RunError);
+  EXPECT_THROW(journal.write_table("header"), program::RunError);
   EXPECT_FALSE(fs::exists(folder / "table.csv"));
 }
 
 TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
-  const SweepDesign d = design(kGrid);
-  const auto said = [](const fs::path& folder, const SweepDesign& sweep) -> std::string {
+  const sweep::Design d = design(kGrid);
+  const auto said = [](const fs::path& folder, const sweep::Design& sweep) -> std::string {
     try {
-      SweepJournal(folder, sweep);
-    } catch (const UsageError& error) {
+      sweep::Journal(folder, sweep);
+    } catch (const program::UsageError& error) {
       return error.what();
     }
     return "";
   };
   EXPECT_EQ(said(folder_ / "out", d), "");
-  SweepDesign other = d;
+  sweep::Design other = d;
   other.text += "seed: 3\n";
   EXPECT_THAT(said(folder_ / "out", other), HasSubstr("holds results of another sweep"));
   EXPECT_THAT(said("/dev/full", d), HasSubstr("Not a directory"));
@@ -271,8 +272,8 @@ TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
 }
 
 TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
-  const SweepDesign d = design(kGrid);
-  SweepJournal first(folder_ / "out", d);
+  const sweep::Design d = design(kGrid);
+  sweep::Journal first(folder_ / "out", d);
   first.add(0, "zero\n");
   first.flush();
   fs::remove(folder_ / "out" / "cells.journal");
@@ -280,48 +281,49 @@ TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
   // Writes to this file fail with "no space left".
   EXPECT_THROW(
       {
-        SweepJournal full(folder_ / "out", d);
+        sweep::Journal full(folder_ / "out", d);
         full.add(1, "one\n");
         full.flush();
       },
-      RunError);
+      program::RunError);
 }
 
 TEST(CapacityTest, FindsTheLastLevelBelowTheFirstFailure) {
-  const Capacity c = find_capacity({0, 100, 0.5}, 6, [](double level) { return level > 73.2 ? "no" : ""; });
+  const sweep::Capacity c =
+      sweep::find_capacity({0, 100, 0.5}, 6, [](double level) { return level > 73.2 ? "no" : ""; });
   EXPECT_EQ(c.highest, 146U);
   EXPECT_THAT(c.again(), IsEmpty());
   EXPECT_LT(c.tried.size(), 15U);
 }
 
 TEST(CapacityTest, ShowsWhereItHoldsAgain) {
-  const Capacity c =
-      find_capacity({0, 100, 1}, 11, [](double level) { return level > 35 && level < 65 ? "no" : ""; });
+  const sweep::Capacity c = sweep::find_capacity(
+      {0, 100, 1}, 11, [](double level) { return level > 35 && level < 65 ? "no" : ""; });
   EXPECT_EQ(c.highest, 35U);
   EXPECT_THAT(c.again(), ElementsAre(70U, 80U, 90U, 100U));
 }
 
 TEST(CapacityTest, NoLevelAndEveryLevel) {
-  EXPECT_EQ(find_capacity({5, 9, 1}, 3, [](double) { return "no"; }).highest, std::nullopt);
-  EXPECT_EQ(find_capacity({5, 9, 1}, 3, [](double) { return ""; }).highest, 4U);
-  EXPECT_EQ(find_capacity({5, 5, 1}, 3, [](double) { return ""; }).highest, 0U);
+  EXPECT_EQ(sweep::find_capacity({5, 9, 1}, 3, [](double) { return "no"; }).highest, std::nullopt);
+  EXPECT_EQ(sweep::find_capacity({5, 9, 1}, 3, [](double) { return ""; }).highest, 4U);
+  EXPECT_EQ(sweep::find_capacity({5, 5, 1}, 3, [](double) { return ""; }).highest, 0U);
 }
 
 TEST(CapacityTest, RequirementsAreJudgedPerExecutor) {
-  MeasuredRow good, bad;
+  sweep::MeasuredRow good, bad;
   good.executor = "rm-ro";
   good.chain = bad.chain = "c";
   good.hot_path_max_ms = 20;
   bad.executor = "default";
   bad.overwritten = 3;
   bad.hot_path_max_ms = 70;
-  const Requirement r = Requirement::parse({"no-loss", "latency:60"});
+  const sweep::Requirement r = sweep::Requirement::parse({"no-loss", "latency:60"});
   EXPECT_EQ(r.failure({good, bad}, "rm-ro"), "");
   EXPECT_THAT(r.failure({good, bad}, "default"), HasSubstr("3 samples overwritten"));
-  EXPECT_EQ(Requirement::parse({"latency:60"}).failure({bad}, "default"), "latency 70.0 ms");
+  EXPECT_EQ(sweep::Requirement::parse({"latency:60"}).failure({bad}, "default"), "latency 70.0 ms");
   EXPECT_EQ(r.failure({good}, "static"), "nothing was measured");
   for (const char* wrong : {"fast", "latency:", "latency:-1", "latency:1s"}) {
-    EXPECT_THROW((void)Requirement::parse({wrong}), UsageError) << wrong;
+    EXPECT_THROW((void)sweep::Requirement::parse({wrong}), program::UsageError) << wrong;
   }
 }
 

@@ -31,22 +31,22 @@ std::ptrdiff_t parts() {
 
 TEST(WholeFile, HoldsTextJsonOrWhatAFunctionWrites) {
   const fs::path file = fs::path(testing::TempDir()) / "whole_file.txt";
-  write_whole_file(file, std::string("text"));
+  program::write_whole_file(file, std::string("text"));
   EXPECT_EQ(content_of(file), "text");
-  write_whole_file(file, nlohmann::json{{"a", 1}});
+  program::write_whole_file(file, nlohmann::json{{"a", 1}});
   EXPECT_EQ(content_of(file), "{\n  \"a\": 1\n}\n");
-  write_whole_file(file, [](std::ostream& out) { out << 7; });
+  program::write_whole_file(file, [](std::ostream& out) { out << 7; });
   EXPECT_EQ(content_of(file), "7");
   EXPECT_EQ(parts(), 0);
 }
 
 TEST(WholeFile, NamesTheOptionThatAskedForAFileThatCannotBeWritten) {
   const fs::path file = fs::path(testing::TempDir()) / "nowhere" / "file";
-  EXPECT_THROW(write_whole_file(file, std::string("text")), RunError);
+  EXPECT_THROW(program::write_whole_file(file, std::string("text")), program::RunError);
   try {
-    write_whole_file(file, "--output", std::string("text"));
+    program::write_whole_file(file, "--output", std::string("text"));
     FAIL();
-  } catch (const UsageError& error) {
+  } catch (const program::UsageError& error) {
     EXPECT_EQ(std::string(error.what()).find("--output: " + file.string()), 0U) << error.what();
   }
 }
@@ -55,16 +55,16 @@ TEST(WholeFile, IsNotWrittenThroughALink) {
   const fs::path base = fs::path(testing::TempDir()) / "whole_file_links";
   fs::remove_all(base);
   fs::create_directory(base);
-  write_whole_file(base / "precious", std::string("years of work"));
+  program::write_whole_file(base / "precious", std::string("years of work"));
   fs::create_symlink("precious", base / "summary.json");
-  write_whole_file(base / "summary.json", std::string("new"));
+  program::write_whole_file(base / "summary.json", std::string("new"));
   EXPECT_FALSE(fs::is_symlink(base / "summary.json")) << "nobody named it: it is replaced";
   EXPECT_EQ(content_of(base / "precious"), "years of work");
   fs::create_symlink("precious", base / "named");
-  write_output_file(base / "named", "--output", std::string("new"));
+  program::write_output_file(base / "named", "--output", std::string("new"));
   EXPECT_TRUE(fs::is_symlink(base / "named")) << "the user named it: it is followed";
   EXPECT_EQ(content_of(base / "precious"), "new");
-  EXPECT_LT(create_file(base / "named"), 0);
+  EXPECT_LT(program::create_file(base / "named"), 0);
   fs::remove_all(base);
 }
 
@@ -74,15 +74,16 @@ TEST(WholeFile, IsRemovedWhenItsContentThrows) {
     out << "half";
     throw std::runtime_error("no more");
   };
-  EXPECT_THROW(write_whole_file(file, content), std::runtime_error);
+  EXPECT_THROW(program::write_whole_file(file, content), std::runtime_error);
   EXPECT_FALSE(fs::exists(file));
   EXPECT_EQ(parts(), 0);
 }
 
 TEST(WholeFile, LeavesTheOldFileWhenTheNewOneIsNotWhole) {
   const fs::path file = fs::path(testing::TempDir()) / "whole_file_kept.txt";
-  write_whole_file(file, std::string("old"));
-  EXPECT_THROW(write_whole_file(file, [](std::ostream& out) { out.setstate(std::ios::badbit); }), RunError);
+  program::write_whole_file(file, std::string("old"));
+  EXPECT_THROW(program::write_whole_file(file, [](std::ostream& out) { out.setstate(std::ios::badbit); }),
+               program::RunError);
   EXPECT_EQ(content_of(file), "old");
   EXPECT_EQ(parts(), 0);
 }

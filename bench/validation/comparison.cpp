@@ -7,7 +7,7 @@
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "validation/validation.hpp"
 
-namespace hotpath {
+namespace hotpath::validation {
 
 namespace {
 
@@ -17,9 +17,9 @@ constexpr double kSimilar = 0.98;
 /// Most jobs whose order is compared: the time grows with their square.
 constexpr std::size_t kMostCompared = 10000;
 
-JobOrder sequence(const Schedule& schedule, Time until) {
+JobOrder sequence(const results::Schedule& schedule, Time until) {
   JobOrder tasks;
-  for (const ExecutedJob& job : schedule.jobs) {
+  for (const results::ExecutedJob& job : schedule.jobs) {
     if (job.start <= until) tasks.push_back(job.task);
   }
   return tasks;
@@ -33,13 +33,14 @@ double lost_percent(const JobOrder& tasks, const Task& task, TaskId id, Time unt
 }
 
 /// One side of the comparison up to `until`. The phases in `set` decide the timestamps.
-ScheduleSide side_of(const Schedule& schedule, const JobOrder& order, const TaskSet& set, Time until) {
+ScheduleSide side_of(const results::Schedule& schedule, const JobOrder& order, const TaskSet& set,
+                     Time until) {
   std::vector<double> late, responses, as_authors;
-  for (const ExecutedJob& job : schedule.jobs) {
+  for (const results::ExecutedJob& job : schedule.jobs) {
     if (job.start > until || !job.finished()) continue;
     late.push_back(to_ms(job.start - job.timestamp));
-    responses.push_back(to_ms(response_time(job)));
-    if (job.next_call != kNever) as_authors.push_back(to_ms(response_authors(schedule, job)));
+    responses.push_back(to_ms(results::response_time(job)));
+    if (job.next_call != kNever) as_authors.push_back(to_ms(results::response_authors(schedule, job)));
   }
   ScheduleSide side{order.size(),
                     {},
@@ -55,7 +56,7 @@ ScheduleSide side_of(const Schedule& schedule, const JobOrder& order, const Task
 
 }  // namespace
 
-ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& other) {
+ScheduleComparison compare_schedules(const results::Schedule& measured, const results::Schedule& other) {
   ScheduleComparison c;
   if (measured.jobs.empty() || other.jobs.empty()) return c;
   const Time until =
@@ -81,7 +82,7 @@ ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& o
   return c;
 }
 
-SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
                          const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up) {
   std::vector<ChainObservation> observations;
   GraphWorkload workload(graph, tasks, times, &observations);
@@ -95,15 +96,15 @@ SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const Exec
   return p;
 }
 
-Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
-                        Duration duration) {
+results::Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
+                                 Duration duration) {
   platform.wall_clock_work = true;
   const WorstCaseTimes times(set);
   PublishingWorkload workload(times);
   SimulationOptions options;
   options.platform = platform;
   options.duration = duration;
-  return schedule_of(set, simulate_trace(set, executor, {}, workload, options));
+  return results::schedule_of(set, simulate_trace(set, executor, {}, workload, options));
 }
 
 double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first) {
@@ -135,4 +136,4 @@ MedianComparison compare_medians(const LatencyQuantiles& measured, const Latency
           std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50};
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::validation

@@ -6,7 +6,7 @@
 #include "program/errors.hpp"
 #include "validation/validation.hpp"
 
-namespace hotpath {
+namespace hotpath::validation {
 
 namespace {
 
@@ -18,13 +18,13 @@ fs::path golden_trace_file(const fs::path& reference, const std::string& set, co
 }
 
 /// The schedule of the real stack.
-Schedule golden_schedule(const fs::path& file, const ExecutorEntry& executor) {
-  return schedule_of(read_golden_trace(file), executor.traits.timers == TimerHandling::release_only);
+results::Schedule golden_schedule(const fs::path& file, const ExecutorEntry& executor) {
+  return results::schedule_of(read_golden_trace(file), executor.traits.timers == TimerHandling::release_only);
 }
 
 GoldenValidation validate(const std::string& set, const ExecutorEntry& executor, const fs::path& file) {
-  const Schedule real = golden_schedule(file, executor);
-  if (real.jobs.empty()) throw UsageError("the golden trace " + file.string() + " has no jobs");
+  const results::Schedule real = golden_schedule(file, executor);
+  if (real.jobs.empty()) throw program::UsageError("the golden trace " + file.string() + " has no jobs");
   const Duration length = real.jobs.back().start - Time{} + Duration(1);
   const Platform costs = reference_platform(executor, real.set.size());
   return {set,
@@ -43,8 +43,8 @@ std::set<std::string> recorded_sets(const fs::path& traces) {
     if (file.path().extension() == ".csv") sets.insert(file.path().stem().stem());
   }
   if (sets.empty()) {
-    throw UsageError("the golden traces " + traces.string() +
-                     "/SET.EXECUTOR.csv cannot be read; name another folder with --reference");
+    throw program::UsageError("the golden traces " + traces.string() +
+                              "/SET.EXECUTOR.csv cannot be read; name another folder with --reference");
   }
   return sets;
 }
@@ -56,10 +56,10 @@ bool same_timers(const TaskSet& a, const TaskSet& b) {
 }
 
 /// Time in which jobs ran, in percent of the time until the last finish.
-double busy_percent(const Schedule& schedule) {
+double busy_percent(const results::Schedule& schedule) {
   Duration busy{};
   Time end{};
-  for (const ExecutedJob& job : schedule.jobs) {
+  for (const results::ExecutedJob& job : schedule.jobs) {
     if (!job.finished()) continue;
     busy += job.finish - job.start;
     end = std::max(end, job.finish);
@@ -81,12 +81,12 @@ std::vector<GoldenValidation> validate_golden_traces(const fs::path& reference) 
 }
 
 std::optional<RunAgainstGolden> against_golden(const fs::path& reference, const std::string& graph,
-                                               const Schedule& run, const ExecutorEntry& executor) {
+                                               const results::Schedule& run, const ExecutorEntry& executor) {
   RunAgainstGolden g;
   g.set = graph.substr(0, graph.find("_authors"));
   const fs::path file = golden_trace_file(reference, g.set, executor);
   if (!fs::exists(file)) return std::nullopt;
-  const Schedule real = golden_schedule(file, executor);
+  const results::Schedule real = golden_schedule(file, executor);
   if (!same_timers(real.set, run.set)) return std::nullopt;
   std::vector<Duration> first;
   for (const Task& task : run.set.tasks) first.push_back(task.phase);
@@ -98,4 +98,4 @@ std::optional<RunAgainstGolden> against_golden(const fs::path& reference, const 
   return g;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::validation

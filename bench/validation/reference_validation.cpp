@@ -7,7 +7,7 @@
 #include "hotpath/reference_system/phases.hpp"
 #include "validation/validation.hpp"
 
-namespace hotpath {
+namespace hotpath::validation {
 
 namespace {
 
@@ -35,14 +35,14 @@ bool meet(const Range& a, const Range& b, double slack) {
 TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duration step) {
   constexpr Duration kLength = 45s;
   GraphTasks tasks = make_tasks(graph);
-  set_phases(tasks.set, make_phases(graph, tasks, Phases::creation, {step, 1}));
-  const Schedule s =
+  setup::set_phases(tasks.set, make_phases(graph, tasks, Phases::creation, {step, 1}));
+  const results::Schedule s =
       predict_timers(tasks.set, executor, reference_platform(executor, tasks.set.size()), kLength);
   TimersOnlyRun run;
   for (TaskId id = 0; id < s.set.size(); ++id) {
     std::vector<double> responses;
-    for (const ExecutedJob& job : s.jobs) {
-      if (job.task == id && job.finished()) responses.push_back(to_ms(response_authors(s, job)));
+    for (const results::ExecutedJob& job : s.jobs) {
+      if (job.task == id && job.finished()) responses.push_back(to_ms(results::response_authors(s, job)));
     }
     if (s.set[id].name == "IMU") {
       const double timestamps = static_cast<double>(1 + (kLength - 1ns - s.set[id].phase) / s.set[id].period);
@@ -120,9 +120,10 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
     const std::string label(row.text("executor"));
     const std::string name = label.substr(0, label.find(' '));
     GraphTasks tasks = make_tasks(graph);
-    set_phases(tasks.set, read_phases(file, graph, name));
+    setup::set_phases(tasks.set, read_phases(file, graph, name));
     // As in the fork's heap: subscriptions before timers, and the earlier of two equal jobs first.
-    const ExecutorSpec executor = parse_executor(name, {SubscriptionRule::first, Ties::fifo, 2});
+    const setup::ExecutorSpec executor =
+        setup::parse_executor(name, {SubscriptionRule::first, Ties::fifo, 2});
     SimulationOptions options;
     options.platform = reference_platform(*executor.entry, static_cast<std::uint32_t>(graph.nodes.size()));
     options.duration = 30s;
@@ -137,4 +138,4 @@ std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& r
   return all;
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::validation

@@ -15,7 +15,7 @@
 #include "simulated/repetition.hpp"
 #include "validation/validation.hpp"
 
-namespace hotpath {
+namespace hotpath::validation {
 
 namespace {
 
@@ -40,8 +40,8 @@ class ValidatedRun {
   ValidatedRun(const fs::path& run, const fs::path& reference)
       : reference_(reference),
         measured_(run, "RUN"),
-        system_(stored_system(measured_)),
-        chains_(measured_chains(system_.graph, system_.tasks)) {
+        system_(setup::stored_system(measured_)),
+        chains_(setup::measured_chains(system_.graph, system_.tasks)) {
     measured_.load(system_.tasks.set);
   }
 
@@ -57,41 +57,42 @@ class ValidatedRun {
     Graph graph = system_.graph;
     if (measured_.record().simulation) return graph;
     graph.platform.cores = measured_.record().cores();
-    const OwnCosts costs = own_costs(trace, graph.platform.cores);
+    const simulated::OwnCosts costs = simulated::own_costs(trace, graph.platform.cores);
     graph.platform.dispatch_cost = costs.dispatch;
     graph.platform.wake_up = costs.wake_up;
     return graph;
   }
 
-  Repetition simulate_again(const Trace& trace, const Graph& graph, const GraphTasks& tasks,
-                            const ExecutorSpec& executor) const {
-    const auto times = times_again(measured_, system_, tasks, trace.executor, trace.repetition);
-    SimulationPlan plan{executor, graph, tasks, chains_, *times};
+  results::Repetition simulate_again(const Trace& trace, const Graph& graph, const GraphTasks& tasks,
+                                     const setup::ExecutorSpec& executor) const {
+    const auto times = simulated::times_again(measured_, system_, tasks, trace.executor, trace.repetition);
+    simulated::Plan plan{executor, graph, tasks, chains_, *times};
     plan.warm_up = measured_.warm_up();
     plan.duration = measured_.length() - measured_.warm_up();
     // For a live run an overload is a valid result.
     plan.max_backlog =
         system_.simulated ? system_.backlog.value_or(plan.max_backlog) : SimulationOptions{}.max_backlog;
     try {
-      return simulate_repetition(plan);
+      return simulated::simulate_repetition(plan);
     } catch (const SimulationError& error) {
-      throw RunError(concat(measured_.folder().string(), ": ", trace.executor, ": ", error.what()));
+      throw program::RunError(
+          program::concat(measured_.folder().string(), ": ", trace.executor, ": ", error.what()));
     }
   }
 
   RunValidation validate(const Trace& trace) const {
     const GraphTasks tasks = system_.tasks_of(measured_, trace.executor, trace.repetition);
-    const ExecutorSpec& executor =
-        measured_.check([&]() -> const ExecutorSpec& { return system_.executor(trace.executor); });
+    const setup::ExecutorSpec& executor =
+        measured_.check([&]() -> const setup::ExecutorSpec& { return system_.executor(trace.executor); });
     const Graph graph = graph_of(trace);
     const Trace simulated = simulate_again(trace, graph, tasks, executor).trace;
-    const Schedule schedule = schedule_of(tasks.set, trace);
+    const results::Schedule schedule = results::schedule_of(tasks.set, trace);
     RunValidation v{
         measured_.folder().string(),
         trace.executor,
         trace.repetition,
         {{"dispatch", to_us(graph.platform.dispatch_cost)}, {"wake_up", to_us(graph.platform.wake_up)}},
-        compare_schedules(schedule, schedule_of(tasks.set, simulated)),
+        compare_schedules(schedule, results::schedule_of(tasks.set, simulated)),
         {},
         {}};
     const std::vector<double> measured = latencies_ms(trace);
@@ -118,7 +119,7 @@ class ValidatedRun {
       const bool subscriptions_first = name.ends_with(" (first)");
       if (subscriptions_first) name.resize(name.find(' '));
       const bool ours_first = label.ends_with(":first") || system_.options.rule == SubscriptionRule::first;
-      if (ExecutorLabel(label).name != name || subscriptions_first != ours_first) continue;
+      if (results::ExecutorLabel(label).name != name || subscriptions_first != ours_first) continue;
       latencies.real_ms = real_latencies(row);
       latencies.phases_differ_ms =
           largest_phase_difference_ms(set, read_phases(file, graph, reference_label));
@@ -127,9 +128,9 @@ class ValidatedRun {
   }
 
   const fs::path reference_;
-  StoredRun measured_;
-  const StoredSystem system_;
-  const std::vector<MeasuredChain> chains_;
+  results::StoredRun measured_;
+  const setup::StoredSystem system_;
+  const std::vector<results::MeasuredChain> chains_;
 };
 
 }  // namespace
@@ -138,4 +139,4 @@ std::vector<RunValidation> validate_run(const fs::path& run, const fs::path& ref
   return ValidatedRun(run, reference).validate();
 }
 
-}  // namespace hotpath
+}  // namespace hotpath::validation

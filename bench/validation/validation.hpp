@@ -20,7 +20,7 @@
 
 /// The comparisons of `hotpath validate`; the template validation.txt.j2 of hotpath_report explains
 /// their quality and limits. The functions throw UsageError and InputError for unreadable files.
-namespace hotpath {
+namespace hotpath::validation {
 
 /// One of two runs of a task set, until the shorter one's last start.
 struct ScheduleSide {
@@ -47,7 +47,7 @@ struct ScheduleComparison {
   bool agrees = false;
   ScheduleSide measured, other;
 };
-ScheduleComparison compare_schedules(const Schedule& measured, const Schedule& other);
+ScheduleComparison compare_schedules(const results::Schedule& measured, const results::Schedule& other);
 
 /// Shares of lost jobs agree up to this difference in percentage points.
 inline constexpr double kSameLoss_percent = 2;
@@ -57,13 +57,13 @@ struct SimulatedOutcome {
   Trace trace;
   std::vector<std::vector<double>> latencies_ms;  ///< Hot-path latencies of each chain after the warm-up.
 };
-SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const ExecutorSpec& executor,
+SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
                          const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up);
 
 /// Simulates timers whose jobs work until an instant of the clock, as in the golden programs and
 /// the authors' nodes.
-Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
-                        Duration duration);
+results::Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
+                                 Duration duration);
 
 /// The largest difference between the phases of `set` and other first timestamps, by task.
 double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first);
@@ -140,7 +140,7 @@ struct RunAgainstGolden {
 
 /// Compares with the golden trace of the graph's task set under the same executor, if there is one.
 std::optional<RunAgainstGolden> against_golden(const std::filesystem::path& reference,
-                                               const std::string& graph, const Schedule& run,
+                                               const std::string& graph, const results::Schedule& run,
                                                const ExecutorEntry& executor);
 
 /// A run's hot-path latencies, after the warm-up.
@@ -179,4 +179,4 @@ struct Validation {
 /// The content of validation.json. Keys end with their units.
 void to_json(nlohmann::json& j, const Validation& validation);
 
-}  // namespace hotpath
+}  // namespace hotpath::validation

@@ -3,7 +3,7 @@
 #include "results/summary.hpp"
 #include "validation/validation.hpp"
 
-namespace hotpath {
+namespace hotpath::validation {
 
 // nlohmann::json finds these by argument-dependent lookup, also for elements of containers.
 static HOTPATH_JSON_FIELDS(ScheduleSide, jobs, lost_percent, start_lateness_ms, response_ms,
@@ -24,4 +24,4 @@ static HOTPATH_JSON_FIELDS(RunLatencies, measured_ms, simulated_ms, real_ms, pha
 static HOTPATH_JSON_FIELDS(RunValidation, run, executor, repetition, costs_us, comparison, latencies, golden);
 HOTPATH_JSON_FIELDS(Validation, golden, timers_only, autoware, runs);
 
-}  // namespace hotpath
+}  // namespace hotpath::validation

@@ -57,7 +57,7 @@ int read_or_refuse(const auto& read) {
   try {
     read();
   } catch (const InputError&) {
-  } catch (const UsageError&) {
+  } catch (const program::UsageError&) {
   } catch (const AnalysisError&) {
   }
   return 0;

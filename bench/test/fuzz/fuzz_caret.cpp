@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   return fuzz::read_or_refuse([&] {
     const std::filesystem::path output = folder.path() / "output";
     std::filesystem::remove_all(output);
-    import_caret({.file = file.hold(data, size), .output = output});
+    imports::import_caret({.file = file.hold(data, size), .output = output});
     const Graph graph = load_graph(output / "graph.yaml");
     const std::string deployment = output / "deployment.yaml";
     if (std::filesystem::exists(deployment))

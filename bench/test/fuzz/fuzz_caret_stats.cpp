@@ -9,5 +9,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   file.hold(data, size);
   static const bool linked = symlink(file.path().c_str(), (folder.path() / "node.yaml").c_str()) == 0;
   if (!linked) std::abort();
-  return fuzz::read_or_refuse([&] { static_cast<void>(read_caret_stats(folder.path())); });
+  return fuzz::read_or_refuse([&] { static_cast<void>(imports::read_caret_stats(folder.path())); });
 }

@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static fuzz::InputFile file;
   return fuzz::read_or_refuse([&] {
     const std::string& path = file.hold(data, size);
-    static_cast<void>(summarize_golden_trace(path));
-    static_cast<void>(schedule_of(read_golden_trace(path), true));
+    static_cast<void>(results::summarize_golden_trace(path));
+    static_cast<void>(results::schedule_of(read_golden_trace(path), true));
   });
 }

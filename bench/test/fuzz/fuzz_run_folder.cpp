@@ -35,12 +35,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const RunWithInput folder(file.hold(nullptr, 0));
   file.hold(data, size);
   return fuzz::read_or_refuse([&] {
-    StoredRun run(folder.path(), "summarize");
-    SummaryOptions options = run.summary_options();
+    results::StoredRun run(folder.path(), "summarize");
+    results::SummaryOptions options = run.summary_options();
     options.bootstrap.resamples = 10;
     std::ostringstream out;
-    ResponsesCsv responses(out, run);
-    const Summary summary = summarize(run, options, [&](const JobRow& row) { responses.add(row); });
+    results::ResponsesCsv responses(out, run);
+    const results::Summary summary = summarize(run, options, [&](const JobRow& row) { responses.add(row); });
     responses.finish();
     static_cast<void>(nlohmann::json(summary).dump());
     write_table(out, summary);
