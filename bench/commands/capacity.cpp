@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/capacity_search.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
+#include "sweep/capacity_search.hpp"
 
 namespace hotpath::commands {
 
 namespace {
 
 struct CapacityArguments {
-  CapacityOptions options;
+  sweep::CapacityOptions options;
   std::string live_options;
 };
 
@@ -62,16 +62,16 @@ void add_capacity_command(CLI::App& app) {
       app, "capacity", "Find the highest load, rate or number of copies that executors sustain",
       "hotpath capacity --over load --executors default,rm-ro --repetitions 20",
       [command](CapacityArguments a) {
-        CapacityOptions& options = a.options;
+        sweep::CapacityOptions& options = a.options;
         options.executors = executors_of(options);
         const std::string level = program::concat("--", to_string(options.over));
         if ((*command)->count(level) > 0)
           throw program::UsageError(level + " is the searched quantity (--over); leave it out");
         if (options.live) options.run_words = words_for_run(**command, a);
-        search_capacities(options);
+        sweep::search_capacities(options);
       });
   *command = &capacity;
-  CapacityOptions& o = arguments.options;
+  sweep::CapacityOptions& o = arguments.options;
   o.duration_s = 10;
   o.repetitions = 20;
   o.phases = Phases::random;

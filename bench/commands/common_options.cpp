@@ -82,12 +82,12 @@ void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
 }
 
 void add_scaling_options(CLI::App& command, setup::CommonOptions& o) {
-  add_number(command, "--load", o.load_percent, kLoads, "PERCENT",
+  add_number(command, "--load", o.load_percent, setup::kLoads, "PERCENT",
              "Load of all nodes in percent of one core; by default as in\nthe graph");
-  add_number(command, "--rate", o.rate_percent, kRates, "PERCENT",
+  add_number(command, "--rate", o.rate_percent, setup::kRates, "PERCENT",
              "Timer rates in percent of the graph's, applied after --load;\n"
              "execution times stay the same");
-  add_number(command, "--copies", o.copies, kCopies, "N", "Copies of the scaled graph, side by side");
+  add_number(command, "--copies", o.copies, setup::kCopies, "N", "Copies of the scaled graph, side by side");
 }
 
 std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& without) {

@@ -15,6 +15,7 @@
 
 #include "hotpath/core/enum_text.hpp"
 #include "program/text.hpp"
+#include "setup/limits.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::commands {
@@ -77,12 +78,8 @@ CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value
 CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::string& file,
                              const std::string& help);
 
-struct Limits {
-  double least, most;
-};
+using setup::Limits;
 inline constexpr Limits kAnySeed{0, 0x1p64};  // parsing rejects what does not fit std::uint64_t
-/// --load and --rate in percent, and --copies.
-inline constexpr Limits kLoads{0, 10000}, kRates{0.001, 1e6}, kCopies{1, 1000};
 
 /// `help` with the range of valid values, except for seeds.
 [[nodiscard]] std::string with_range(const std::string& help, Limits limits);

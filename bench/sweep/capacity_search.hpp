@@ -8,7 +8,7 @@
 #include "hotpath/core/enum_text.hpp"
 #include "simulated/simulated_run.hpp"
 
-namespace hotpath::commands {
+namespace hotpath::sweep {
 
 /// The quantity that grows from level to level.
 enum class Over : std::uint8_t { load, rate, copies };
@@ -31,4 +31,4 @@ struct CapacityOptions : simulated::Options {
 /// levels.
 void search_capacities(const CapacityOptions& options);
 
-}  // namespace hotpath::commands
+}  // namespace hotpath::sweep

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "commands/capacity_search.hpp"
+#include "sweep/capacity_search.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,6 @@
 #include <iostream>
 
 #include "bounds/guarantees.hpp"
-#include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
@@ -15,10 +14,12 @@
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
+#include "setup/limits.hpp"
+#include "setup/run_setup.hpp"
 #include "sweep/capacity.hpp"
 #include "sweep/child_run.hpp"
 
-namespace hotpath::commands {
+namespace hotpath::sweep {
 
 namespace {
 
@@ -38,20 +39,22 @@ void set_level(setup::CommonOptions& options, Over over, double level) {
 }
 
 /// The limits of the option --load, --rate or --copies.
-Limits limits_of(Over over) { return over == Over::load ? kLoads : over == Over::rate ? kRates : kCopies; }
+setup::Limits limits_of(Over over) {
+  return over == Over::load ? setup::kLoads : over == Over::rate ? setup::kRates : setup::kCopies;
+}
 
 /// The result for an executor or deployment.
 struct Row {
   std::string label;
-  sweep::Capacity measured;
-  std::optional<sweep::Capacity> analysed;  ///< nullopt: no method bounds it.
+  Capacity measured;
+  std::optional<Capacity> analysed;  ///< nullopt: no method bounds it.
 };
 
 class CapacitySearch {
  public:
   explicit CapacitySearch(const CapacityOptions& options)
       : options_(options),
-        required_(sweep::Requirement::parse(options.require)),
+        required_(Requirement::parse(options.require)),
         levels_{options.from, options.to, options.resolution} {
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
     if (levels_.count() > 1'000'000) {
@@ -63,7 +66,7 @@ class CapacitySearch {
       throw program::UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
     }
     const std::string over = to_string(options.over);
-    const Limits limits = limits_of(options.over);
+    const setup::Limits limits = limits_of(options.over);
     if (options.from < limits.least || options.to > limits.most) {
       throw program::UsageError(program::concat("--over ", over,
                                                 ": --from and --to must be in the range of --", over, ", ",
@@ -115,7 +118,7 @@ class CapacitySearch {
       std::cerr << label << ": " << to_string(options_.over) << " " << level << std::flush;
       std::string why;
       try {
-        why = required_.failure(sweep::measured_rows(measure(one(name, deployment, level))), label);
+        why = required_.failure(measured_rows(measure(one(name, deployment, level))), label);
       } catch (const program::OverloadError& error) {
         why = error.what();
       } catch (const program::RunError& error) {
@@ -124,7 +127,7 @@ class CapacitySearch {
       std::cerr << (why.empty() ? " holds" : ": " + why) << "\n";
       return why;
     };
-    rows_.push_back({label, sweep::find_capacity(levels_, options_.coarse, failure), std::nullopt});
+    rows_.push_back({label, find_capacity(levels_, options_.coarse, failure), std::nullopt});
     if (!deployment) rows_.back().analysed = analyse(name);
   }
 
@@ -143,15 +146,15 @@ class CapacitySearch {
                          : options_.over == Over::rate ? *options.rate_percent
                                                        : options.copies;
     words.push_back(program::concat("--", to_string(options_.over), "=", level));
-    sweep::run_hotpath(words);
-    results::Summary summary = sweep::summary_of_folder(folder);
+    run_hotpath(words);
+    results::Summary summary = summary_of_folder(folder);
     fs::remove_all(folder);
     return summary;
   }
 
   /// The largest level at which the bounds meet the deadlines and the required hot-path latency.
   /// Sample losses are not considered: no method bounds them.
-  std::optional<sweep::Capacity> analyse(const std::string& name) const {
+  std::optional<Capacity> analyse(const std::string& name) const {
     bool any = false;
     const auto failure = [&](double level) {
       const simulated::Options options = one(name, false, level);
@@ -163,7 +166,7 @@ class CapacitySearch {
       any = any || guaranteed;
       return guaranteed ? failure_of(*guaranteed, tasks.set, graph) : "no method covers it";
     };
-    const sweep::Capacity capacity = sweep::find_capacity(levels_, options_.coarse, failure);
+    const Capacity capacity = find_capacity(levels_, options_.coarse, failure);
     return any ? std::optional(capacity) : std::nullopt;
   }
 
@@ -187,7 +190,7 @@ class CapacitySearch {
   }
 
   std::vector<std::string> cells(const Row& row) const {
-    const sweep::Capacity& m = row.measured;
+    const Capacity& m = row.measured;
     const auto fails = std::ranges::find_if(m.tried, [](const auto& t) { return !t.second.empty(); });
     const bool failed = fails != m.tried.end();
     std::vector<std::string> again;
@@ -242,7 +245,7 @@ class CapacitySearch {
   }
 
   void write_levels(std::ostream& out, const std::string& label, const char* source,
-                    const sweep::Capacity& c) const {
+                    const Capacity& c) const {
     for (const auto& [level, why] : c.tried) {
       program::write_row(out, label, source, levels_.at(level), why.empty() ? 1 : 0,
                          level == c.highest ? 1 : 0, program::csv_field(why));
@@ -250,8 +253,8 @@ class CapacitySearch {
   }
 
   const CapacityOptions options_;
-  const sweep::Requirement required_;
-  const sweep::Levels levels_;
+  const Requirement required_;
+  const Levels levels_;
   fs::path folder_;
   std::vector<Row> rows_;
 };
@@ -260,4 +263,4 @@ class CapacitySearch {
 
 void search_capacities(const CapacityOptions& options) { CapacitySearch(options).run(); }
 
-}  // namespace hotpath::commands
+}  // namespace hotpath::sweep
