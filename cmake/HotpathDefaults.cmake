@@ -93,6 +93,12 @@ function(hotpath_idl_library name file)
     VERBATIM)
   hotpath_add_library(${name} ${sources})
   set(target ${PROJECT_NAME}_${name})
+  # `generated_code` makes what clang-tidy needs to read the sources, and compiles nothing.
+  add_custom_target(${target}_code DEPENDS ${headers})
+  if(NOT TARGET generated_code)
+    add_custom_target(generated_code)
+  endif()
+  add_dependencies(generated_code ${target}_code)
   target_compile_options(${target} PRIVATE -w)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_include_directories(${target} SYSTEM PUBLIC

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# tidy.sh [--minutes N] [FILE...]: checks all C++ sources, or only the given ones, with clang-tidy
+# and the checks in .clang-tidy. With --minutes, it checks the files that changed last first, starts
+# no file after N minutes, and prints how many it did not reach. Exit code 1 after a finding.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export PATH="/usr/bin:$PATH"
+
+deadline=0
+if [ "${1:-}" = --minutes ]; then
+  [[ ${2:-} =~ ^[0-9]+$ ]] || { echo "tidy.sh: --minutes takes a whole number, not '${2:-}'" >&2; exit 2; }
+  deadline=$((EPOCHSECONDS + 60 * $2))
+  shift 2
+fi
+command -v clang-tidy >/dev/null || { echo "tidy.sh: install clang-tidy (launch_scripts/setup.sh test)" >&2; exit 2; }
+{ cmake --preset ci && cmake --build --preset ci --target generated_code; } >build-ci.log 2>&1 || { tail -40 build-ci.log; exit 1; }
+
+changed_last() {
+  { git log --format= --name-only -- '*.cpp' && git ls-files '*.cpp'; } | awk '!seen[$0]++'
+}
+compiled=$(sed -n 's|^ *"file": "'"$PWD"'/\(.*\.cpp\)",\{0,1\}$|\1|p' build-ci/compile_commands.json)
+[ $# -gt 0 ] || mapfile -t files < <(changed_last | grep -xF -f <(echo "$compiled"))
+[ $# -gt 0 ] && files=("$@")
+
+check() {
+  if [ "$1" -gt 0 ] && [ "$EPOCHSECONDS" -ge "$1" ]; then
+    echo "$2" >&3
+  else
+    clang-tidy -p build-ci --quiet "$2" 2>&1 | sed '/^[0-9]* warnings generated\.$/d'
+  fi
+}
+export -f check
+status=0
+skipped=$(mktemp)
+trap 'rm -f "$skipped"' EXIT
+printf '%s\0' "${files[@]}" |
+  xargs -0 -n 1 -P "$(nproc)" bash -o pipefail -c 'check "$@"' check "$deadline" 3>>"$skipped" || status=1
+left=$(wc -l <"$skipped")
+echo "clang-tidy: $((${#files[@]} - left)) of ${#files[@]} files checked"
+[ "$left" -eq 0 ] || echo "left out: clang-tidy of $left files, because the time was over"
+exit $status
