@@ -46,6 +46,7 @@ constexpr std::array kTexts = {
     AssumptionText{A::delivery_delay, "a delay of delivery"},
     AssumptionText{A::mixed_deadlines,
                    "subscriptions that do not run by the deadline of the sample that they take"},
+    AssumptionText{A::any_delivery, "an unknown order of delivery"},
     AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
 };
 
@@ -145,7 +146,8 @@ struct Method {
 };
 
 constexpr std::uint32_t kTimers = bits({A::unknown_phases, A::shifted_phases, A::costs});
-constexpr std::uint32_t kGraphs = kTimers | bits({A::subscriptions, A::wake_up, A::late_releases});
+constexpr std::uint32_t kGraphs =
+    kTimers | bits({A::subscriptions, A::wake_up, A::late_releases, A::any_delivery});
 
 void bound_timers(const BoundedSystem& system, const ResponseTimeAnalysis& analysis, GraphBounds& out) {
   const OverheadAwareResponse response = timer_responses(system, analysis);
@@ -287,6 +289,7 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
   add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(),
          A::woken_by_jobs);
+  add_if(!system.graph.delivery_known, A::any_delivery);
   add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
   return present;
 }

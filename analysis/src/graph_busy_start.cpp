@@ -42,8 +42,9 @@ std::vector<TaskId> GraphBusyWindow::only_path(TaskId root, TaskId to) const {
 }
 
 /// The tasks that a job of the only path from `root` to `to` activates, and that run behind the path:
-/// among equals the last one activated goes first (docs/analysis.md, "Hot path"). Empty if there are
-/// several paths, or if a rank on the path is larger than one before.
+/// among equals the last one activated goes first (docs/analysis.md, "Hot path"), if the order of
+/// delivery is known. Empty if there are several paths, or if a rank on the path is larger than one
+/// before.
 std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
   if (!order_.timers_behind_equals) return {};
   const std::vector<TaskId> path = only_path(root, to);
@@ -51,7 +52,7 @@ std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
   for (std::size_t i = 1; i < path.size(); ++i) {
     const std::int64_t rank = order_.rank[path[i]];
     if (order_.rank[path[i - 1]] < rank) return {};
-    bool earlier = true;
+    bool earlier = topology_.graph().delivery_known;
     for (const TaskId fed : topology_.set()[path[i - 1]].feeds) {
       if (fed == path[i]) earlier = false;
       const bool yields = order_.rank[fed] > rank || (order_.rank[fed] == rank && earlier);

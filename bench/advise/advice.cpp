@@ -126,8 +126,9 @@ class Adviser {
 
   /// One draw suffices if nothing is random.
   std::uint32_t draws() const {
-    const bool random =
-        options_.phases == Phases::random || graph_.platform.execution_times != ExecutionTimeModel::worst;
+    const bool random = options_.phases == Phases::random ||
+                        graph_.platform.execution_times != ExecutionTimeModel::worst ||
+                        !unknown_deliveries(graph_).empty();
     return random ? options_.draws : 1;
   }
 
@@ -162,14 +163,34 @@ class Adviser {
       ++c.graph.platform.cores;
       weigh(c);
     }
-    advice.doubts.push_back(doubted(advice, "execution times 20 % longer", longer));
-    advice.doubts.push_back(doubted(advice, "one more core", more_cores));
+    std::vector<std::pair<std::string, std::vector<Candidate>>> doubts = {
+        {"execution times 20 % longer", std::move(longer)}, {"one more core", std::move(more_cores)}};
+    if (const std::size_t unknown = unknown_deliveries(graph_).size(); unknown > 0) {
+      const std::string topics =
+          program::concat(unknown, unknown == 1 ? " topic" : " topics", " of unknown delivery ");
+      doubts.emplace_back(topics + "in the order of creation", delivered(kept, false));
+      doubts.emplace_back(topics + "in the reverse order", delivered(kept, true));
+    }
+    const double budget_s = options_.budget_s * (1 - kRankingShare) / static_cast<double>(doubts.size());
+    for (const auto& [assumption, candidates] : doubts)
+      advice.doubts.push_back(doubted(advice, assumption, candidates, budget_s));
   }
 
-  Doubt doubted(const Advice& advice, const std::string& assumption,
-                const std::vector<Candidate>& candidates) const {
-    const std::vector<Prediction> predictions =
-        predicted(assumption, candidates, options_.budget_s * (1 - kRankingShare) / 2);
+  /// The candidates with the order of creation, or its reverse, wherever the order of delivery is unknown.
+  static std::vector<Candidate> delivered(std::vector<Candidate> candidates, bool reversed) {
+    for (Candidate& c : candidates) {
+      for (const std::string& topic : unknown_deliveries(c.graph)) {
+        std::vector<std::string>& nodes = c.graph.delivery[topic].nodes = subscribers_of(c.graph, topic);
+        if (reversed) std::ranges::reverse(nodes);
+      }
+      set_delivery(c.graph, c.tasks);
+    }
+    return candidates;
+  }
+
+  Doubt doubted(const Advice& advice, const std::string& assumption, const std::vector<Candidate>& candidates,
+                double budget_s) const {
+    const std::vector<Prediction> predictions = predicted(assumption, candidates, budget_s);
     Doubt doubt{.assumption = assumption, .order = {}, .values = {}};
     for (const Prediction* p : ranked(predictions, objective_)) {
       const std::string& name = p->candidate->name;

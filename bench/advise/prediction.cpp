@@ -119,6 +119,7 @@ class Draws {
 SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& o, std::uint32_t d) {
   SimulatedDraw drawn{
       candidate.tasks, simulated::execution_times_of(candidate.graph, candidate.tasks, o.seed + d), {}};
+  set_delivery(with_drawn_deliveries(candidate.graph, o.seed + d), drawn.tasks);
   setup::set_phases(drawn.tasks.set,
                     setup::phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
   const std::vector<results::MeasuredChain> chains = setup::measured_chains(candidate.graph, candidate.tasks);

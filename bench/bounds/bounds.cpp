@@ -69,6 +69,7 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   out.set = tasks.set;
   out.phases_known = phases_known;
   out.creation_spread = std::ranges::max(creation_instants(graph, tasks, std::nullopt));
+  out.delivery_known = unknown_deliveries(graph).empty();
   Mapping mapping(tasks);
   for (TaskId id = 0; id < tasks.set.size(); ++id) mapping.add_publications(id, out);
   const std::vector<ChainIndex> chains = index_chains(graph, tasks);

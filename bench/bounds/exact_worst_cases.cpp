@@ -136,6 +136,11 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
                               std::vector<ReachedWorstCase>* reached) {
   GraphBounds bounds;
   bounds.method = kExactMethod;
+  if (const auto unknown = unknown_deliveries(graph); !unknown.empty()) {
+    bounds.refusal = "it needs the order in which samples of topic " + unknown.front() +
+                     " reach its subscribers (`delivery` under `topics` in the graph)";
+    return bounds;
+  }
   try {
     WorstCases worst(graph, tasks, bounds);
     const WorstCaseTimes times(tasks.set);

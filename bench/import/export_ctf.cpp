@@ -131,8 +131,10 @@ class RunEvents {
         ++publishers;
       }
     }
+    const auto thread = [&](TaskId id) { return on_main_thread(process_of.at(run_.tasks.origin[id].node)); };
+    for (const TaskId id : run_.tasks.subscriptions_to_create()) initialise(id, begin, thread(id));
     for (TaskId id = 0; id < run_.tasks.set.size(); ++id)
-      initialise(id, begin, on_main_thread(process_of.at(run_.tasks.origin[id].node)));
+      if (!run_.tasks.origin[id].input) initialise(id, begin, thread(id));
   }
 
   void initialise(TaskId id, Time begin, const tracing::Event& where) {

@@ -219,6 +219,7 @@ json import_json(const Facts& facts) {
           {"tried", tried},
           {"execution_times", to_string(best.graph.platform.execution_times)},
           {"entity_order_contradicts_creation", best.precedence.contradicting},
+          {"deliveries", deliveries_json(facts.recording.system, facts.recording.deliveries)},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts.recording)},
           {"left_out", housekeeping_json(facts)},

@@ -333,6 +333,7 @@ void set_phases(Recording& recording) {
 void arrange(Recording& r, const ServiceOrder& order, const CtfOptions& options) {
   const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
   r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback, name, order);
+  r.graph.graph.delivery = delivery_of_graph(r.deliveries, r.graph);
   r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
   set_phases(r);
   Graph& graph = r.graph.graph;
@@ -349,17 +350,31 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
   recording.end = (last.ended ? last.finish : last.start) + Duration(1);
   recording.executors = recorded_executors(recording.system, options.executor);
   recording.cores = options.cores > 0 ? options.cores : cores_of(recording.system);
+  recording.deliveries = created_deliveries(recording.system);
   arrange(recording, {}, options);
   Interpretations all = best_interpretation(recording);
+  const auto again = [&] {
+    all.best = Interpreter(recording, all.best.labels, all.best.graph.platform.timer_thread).interpret();
+  };
+  const auto finish = [&](Interpretations result) {
+    for (std::string& note : delivery_notes(recording.system, recording.deliveries))
+      recording.graph.notes.push_back(std::move(note));
+    return result;
+  };
+  const Family family = entry_of(all.best.labels.front()).traits.family;
+  if (add_started_deliveries(recording.jobs, family, recording.executors.of_callback, recording.deliveries)) {
+    arrange(recording, {}, options);
+    again();
+  }
   const double contradicting = all.best.precedence.contradicting;
-  if (contradicting <= kSameOrder) return all;
+  if (family != Family::wait_set || contradicting <= kSameOrder) return finish(std::move(all));
   arrange(recording, service_order(recording.system, recording.graph, all.best.precedence), options);
-  all.best = Interpreter(recording, all.best.labels, all.best.graph.platform.timer_thread).interpret();
+  again();
   recording.graph.notes.push_back(program::text(
       "Nodes and callbacks are in the order in which the executor served them; it contradicts their "
       "order of creation in %.0f %% of pairs.",
       100 * contradicting));
-  return all;
+  return finish(std::move(all));
 }
 
 }  // namespace hotpath::imports

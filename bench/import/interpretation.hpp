@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "import/delivery_orders.hpp"
 #include "import/import_ctf.hpp"
 #include "import/recorded_trace.hpp"
 #include "import/recorded_window.hpp"
@@ -21,7 +22,8 @@ struct Recording {
   std::string deployment_file;  ///< For the recorded deployment, if there are several executors.
   // Set by interpret():
   RecordedExecutors executors = {};
-  RecordedGraph graph = {};  ///< With phases and chains.
+  RecordedDeliveries deliveries = {};
+  RecordedGraph graph = {};  ///< With phases, chains and orders of delivery.
   RecordedTimers timers = {};
   Time end{};  ///< In the trace's time.
   unsigned cores = 1;

@@ -19,6 +19,7 @@
 #include "program/child_process.hpp"
 #include "program/interrupt.hpp"
 #include "program/text.hpp"
+#include "results/swapped_arrivals.hpp"
 
 namespace hotpath::live {
 
@@ -284,6 +285,15 @@ class Coordinator {
       add(refused_,
           " samples of other programs on the topics of this run were ignored; give the run its own DDS "
           "domain (--domain)");
+    }
+    // Under rclcpp a release is the start of the callback.
+    const bool arrivals_known = plan_.executor.stack == setup::Stack::native;
+    for (const results::SwappedArrivals& pair : arrivals_known ? results::swapped_arrivals(plan_.tasks, trace)
+                                                               : std::vector<results::SwappedArrivals>()) {
+      const TaskSet& set = plan_.tasks.set;
+      add(pair.swapped, " of ", pair.messages, " messages reached ", set[pair.arrived_first].name, " before ",
+          set[pair.stated_first].name, ", against the graph's order of delivery",
+          plan_.processes > 1 ? "; between processes DDS guarantees none" : "");
     }
     if (!result_.failure.empty()) return;
     for (const TaskAccount& a : result_.repetition.accounts) {

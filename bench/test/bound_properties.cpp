@@ -74,6 +74,31 @@ void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks) {
   for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
 }
 
+/// A random order for each topic of several subscribers.
+void draw_deliveries(Random& random, Graph& graph) {
+  std::map<std::string, std::vector<std::string>> subscribers;
+  for (const Node& node : graph.nodes) {
+    for (const Input& input : node.inputs) subscribers[input.topic].push_back(node.name);
+  }
+  for (auto& [topic, nodes] : subscribers) {
+    if (nodes.size() < 2) continue;
+    std::ranges::shuffle(nodes, random);
+    graph.delivery[topic] = {nodes};
+  }
+}
+
+/// A random graph; samples reach subscribers in the order of creation, in a given one, or, if
+/// `any_delivery`, in an unknown one.
+Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
+  Graph graph = random_graph(random);
+  Random own(seed);  // the graphs of the other seeds stay the same
+  if (seed % 3 == 1 || any_delivery) draw_deliveries(own, graph);
+  if (any_delivery) {
+    for (auto& [topic, order] : graph.delivery) order.nodes.clear();
+  }
+  return graph;
+}
+
 /// std::nullopt if the machine is overloaded; such a run is not compared with its bounds.
 std::optional<Trace> simulated(const Graph& graph, const GraphTasks& tasks,
                                const setup::ExecutorSpec& executor, const ExecutionTimes& times,
@@ -95,7 +120,9 @@ class BoundCase {
   BoundCase(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers)
       : seed_(seed),
         random_(seed),
-        graph_(random_graph(random_)),
+        any_delivery_(seed % 5 == 3 ||
+                      (also_covers & static_cast<std::uint32_t>(Assumption::any_delivery)) != 0),
+        graph_(draw_graph(random_, seed, any_delivery_)),
         tasks_(make_tasks(graph_)),
         executor_(setup::parse_executor(executor, {})),
         also_covers_(also_covers) {}
@@ -119,6 +146,8 @@ class BoundCase {
  private:
   std::vector<GraphBounds> bounds() {
     callbacks_ = bounds::callback_graph(graph_, tasks_, phases_known_);
+    if ((also_covers_ & static_cast<std::uint32_t>(Assumption::any_delivery)) != 0)
+      callbacks_.delivery_known = true;
     const BoundedSystem system =
         bounds::bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
@@ -132,15 +161,25 @@ class BoundCase {
     return all;
   }
 
+  /// The graph's tasks, with an order of delivery where it is unknown.
+  GraphTasks tasks_of_run(int number) const {
+    Graph graph = graph_;
+    Random random(seed_ + static_cast<std::uint64_t>(number));
+    if (any_delivery_) draw_deliveries(random, graph);
+    GraphTasks tasks = make_tasks(graph);
+    for (TaskId id = 0; id < tasks.set.size(); ++id) tasks.set.tasks[id].phase = tasks_.set[id].phase;
+    return tasks;
+  }
+
   void simulate_once(int number) {
     const WorstCaseTimes worst(tasks_.set);
     const UniformTimes uniform(tasks_.set, random_());
-    simulate(number % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform, 2s);
+    simulate(tasks_of_run(number), number % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform, 2s);
   }
 
-  void simulate(const ExecutionTimes& times, Duration duration) {
+  void simulate(const GraphTasks& tasks, const ExecutionTimes& times, Duration duration) {
     std::vector<ChainObservation> observations;
-    const std::optional<Trace> run = simulated(graph_, tasks_, executor_, times, &observations, duration);
+    const std::optional<Trace> run = simulated(graph_, tasks, executor_, times, &observations, duration);
     if (!run) return;
     const Trace& trace = *run;
     result_.jobs += trace.jobs.size();
@@ -165,7 +204,7 @@ class BoundCase {
                                       : worst.kind == "chain" ? chains_seen_
                                                               : hot_paths_seen_;
     std::ranges::fill(seen, 0);
-    simulate(WitnessTimes(tasks_.set, worst.witness), worst.witness.instant - Time{} + 1ns);
+    simulate(tasks_, WitnessTimes(tasks_.set, worst.witness), worst.witness.instant - Time{} + 1ns);
     if (worst.number < seen.size() && seen[worst.number] == worst.value_ns) return;
     wrong(worst.kind + " of its witness",
           of_task ? tasks_.set[worst.number].name : graph_.chains[worst.number].name,
@@ -222,6 +261,7 @@ class BoundCase {
 
   const std::uint64_t seed_;
   Random random_;
+  const bool any_delivery_;
   const Graph graph_;
   GraphTasks tasks_;
   const setup::ExecutorSpec executor_;

@@ -42,17 +42,16 @@ TEST_P(EveryCheck, IsNeeded) {
 
 INSTANTIATE_TEST_SUITE_P(
     Assumptions, EveryCheck,
-    testing::Values(Unchecked{"fp-ro", Assumption::fixed_priorities},
-                    Unchecked{"edf-ro", Assumption::deadlines}, Unchecked{"default", Assumption::polling},
-                    Unchecked{"events-ro", Assumption::activation_order},
-                    Unchecked{"static", Assumption::other_order}, Unchecked{"rm-re", Assumption::runs_timers},
-                    Unchecked{"multi:2", Assumption::several_threads},
-                    Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},
-                    Unchecked{"edf-ro", Assumption::mixed_deadlines}, Unchecked{"rm-ro", Assumption::wake_up},
-                    Unchecked{"rm-ro", Assumption::late_releases},
-                    Unchecked{"rm-ro", Assumption::delivery_delay},
-                    Unchecked{"cbg:1", Assumption::woken_by_jobs, 19'000},
-                    Unchecked{"rm-ro", Assumption::unknown_phases, 0, check_timer_chain}));
+    testing::Values(
+        Unchecked{"fp-ro", Assumption::fixed_priorities}, Unchecked{"edf-ro", Assumption::deadlines},
+        Unchecked{"default", Assumption::polling}, Unchecked{"events-ro", Assumption::activation_order},
+        Unchecked{"static", Assumption::other_order}, Unchecked{"rm-re", Assumption::runs_timers},
+        Unchecked{"multi:2", Assumption::several_threads},
+        Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},
+        Unchecked{"edf-ro", Assumption::mixed_deadlines}, Unchecked{"rm-ro", Assumption::wake_up},
+        Unchecked{"rm-ro", Assumption::late_releases}, Unchecked{"rm-ro", Assumption::delivery_delay},
+        Unchecked{"rm-ro", Assumption::any_delivery}, Unchecked{"cbg:1", Assumption::woken_by_jobs, 19'000},
+        Unchecked{"rm-ro", Assumption::unknown_phases, 0, check_timer_chain}));
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryBound, testing::ValuesIn(properties()), [](const auto& param) {
   std::string name = param.param.name;

@@ -15,6 +15,7 @@ from ctf_trace import MS, run_on, sensor_and_filter
 from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder
 
+GRAPHS = Path(__file__).resolve().parents[2] / "reference_system" / "graphs"
 SHIPPED = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "ctf"
 TRACES = Path(os.environ.get("HOTPATH_TRACES", SHIPPED))
 HOT_PATH = ("--chain", "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator")
@@ -101,6 +102,51 @@ class Truth(ImportTest):
             self.assertTrue(executor["loss_equations"]["hold"], executor["loss_equations"])
 
 
+class Deliveries(ImportTest):
+    """Upstream's reference system on Jazzy: the order of delivery, and predictions that need it."""
+
+    # Fast DDS reaches subscribers created before the publisher in the order of its table of readers.
+    # PriorityExecutor, which runs the latest of two equals first, ran them in the reverse order.
+    ORDERS = (
+        "PointCloudFusion: {delivery: [RayGroundFilter, VoxelGridDownsampler]}",
+        "Lanelet2MapLoader: {delivery: [LanePlanner, ParkingPlanner, BehaviorPlanner]}",
+        "NDTLocalizer: {delivery: [Lanelet2GlobalPlanner, BehaviorPlanner]}",
+    )
+
+    def upstream(self, name: str) -> Path:
+        with tarfile.open(SHIPPED / f"upstream_jazzy_{name}.tar.xz") as archive:
+            archive.extractall(self.folder)
+        return Path(self.folder / name)
+
+    def test_prediction_of_another_executor(self) -> None:
+        facts, output = self.imported(self.upstream("quiet_default"), *HOT_PATH)
+        graph = output / "graph.yaml"
+        for order in self.ORDERS:
+            self.assertIn(order, graph.read_text())
+        self.assertEqual({d["source"] for d in facts["deliveries"]}, {"ids", "creation"})
+        recorded, other = self.imported(self.upstream("quiet_rm-ro"), *HOT_PATH, "--executor", "rm-ro")
+        for order in self.ORDERS:
+            self.assertIn(order, (other / "graph.yaml").read_text())
+        for name, file in (("stated", graph), ("swapped", self.swapped(graph))):
+            with self.subTest(name):
+                run = self.folder / name
+                plan = ("--graph", file, "--executors", "rm-ro", "--phases-of", other / "run")
+                self.accepted("simulate", *plan, "--duration", 15, "--warm-up", 1, "--output", run)
+                chain = RunFolder(run).summary()["executors"][0]["chains"][0]
+                true = recorded["self_check"]["chains"][0]["recorded_ms"]["p50"]
+                error = abs(chain["hot_path_latency_ms"]["p50"] / true - 1)
+                self.assertEqual(error < 0.05, name == "stated", (name, error))
+
+    def swapped(self, graph: Path) -> Path:
+        """The graph with the first order reversed: its median would be too short by a sixth."""
+        text = graph.read_text()
+        first, second = "RayGroundFilter", "VoxelGridDownsampler"
+        self.assertIn(f"[{first}, {second}]", text)
+        copy = graph.with_name("swapped.yaml")
+        copy.write_text(text.replace(f"[{first}, {second}]", f"[{second}, {first}]"))
+        return copy
+
+
 class RoundTrip(ImportTest):
     """A run that is exported and imported again has the same tasks, jobs and outputs, and a legal
     schedule."""
@@ -144,6 +190,17 @@ executors:
         for name, executor, *options in cases:
             with self.subTest(name):
                 self.check("autoware", name, ("--executors", executor, *options), ("--executor", executor))
+
+    def test_order_of_delivery(self) -> None:
+        order = "PointCloudFusion: {delivery: [RayGroundFilter, VoxelGridDownsampler]}"
+        text = (GRAPHS / "autoware.yaml").read_text()
+        graph = self.folder / "delivered.yaml"
+        graph.write_text(text.replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1))
+        for executor in ("default", "events-ro", "rm-ro", "cbg:1"):
+            with self.subTest(executor):
+                options = ("--executors", executor, "--dispatch-cost-us", 5)
+                output = self.check(str(graph), f"delivered-{executor}", options, ("--executor", executor))
+                self.assertIn(order, (output / "graph.yaml").read_text())
 
     def test_deployments(self) -> None:
         two = self.folder / "two.yaml"

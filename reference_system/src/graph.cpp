@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -135,10 +136,86 @@ std::vector<TaskId> GraphTasks::downstream(TaskId id) const {
   return next;
 }
 
+std::vector<TaskId> GraphTasks::subscriptions_to_create() const {
+  std::vector<std::vector<TaskId>> before(set.size());  // by task: those that a topic reaches earlier
+  for (const auto& of_task : readers) {
+    for (const std::vector<TaskId>& topic : of_task) {
+      for (std::size_t i = 1; i < topic.size(); ++i) before[topic[i]].push_back(topic[i - 1]);
+    }
+  }
+  std::vector<TaskId> left, created;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (origin[id].input) left.push_back(id);
+  }
+  const auto waits = [&](TaskId id) {
+    const auto is_left = [&](TaskId other) { return std::ranges::find(left, other) != left.end(); };
+    return std::ranges::any_of(before[id], is_left);
+  };
+  const auto first_of_node = [&](TaskId id) {
+    const auto same = [&](TaskId other) { return origin[other].node == origin[id].node; };
+    return *std::ranges::find_if(left, same) == id;
+  };
+  while (!left.empty()) {
+    auto next = std::ranges::find_if(left, [&](TaskId id) { return !waits(id) && first_of_node(id); });
+    if (next == left.end()) next = std::ranges::find_if_not(left, waits);
+    created.push_back(*next);
+    left.erase(next);
+  }
+  return created;
+}
+
+std::vector<std::string> subscribers_of(const Graph& graph, const std::string& topic) {
+  std::vector<std::string> names;
+  for (const Node& node : graph.nodes) {
+    if (std::ranges::count(node.inputs, topic, &Input::topic) > 0) names.push_back(node.name);
+  }
+  return names;
+}
+
+std::vector<std::string> unknown_deliveries(const Graph& graph) {
+  std::vector<std::string> topics;
+  for (const auto& [topic, order] : graph.delivery) {
+    if (order.unknown() && subscribers_of(graph, topic).size() > 1) topics.push_back(topic);
+  }
+  return topics;
+}
+
+Graph with_drawn_deliveries(Graph graph, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (const std::string& topic : unknown_deliveries(graph)) {
+    std::vector<std::string>& nodes = graph.delivery[topic].nodes = subscribers_of(graph, topic);
+    std::ranges::shuffle(nodes, random);
+  }
+  return graph;
+}
+
+void set_delivery(const Graph& graph, GraphTasks& tasks) {
+  std::unordered_map<std::string, std::vector<TaskId>> subscribers;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const TaskOrigin& origin = tasks.origin[id];
+    if (origin.input) subscribers[graph.nodes[origin.node].inputs[*origin.input].topic].push_back(id);
+  }
+  for (const auto& [topic, order] : graph.delivery) {
+    const auto place = [&, &nodes = order.nodes](TaskId id) {
+      return std::ranges::find(nodes, graph.nodes[tasks.origin[id].node].name) - nodes.begin();
+    };
+    std::ranges::stable_sort(subscribers[topic], {}, place);
+  }
+  tasks.readers.assign(tasks.set.size(), {});
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    std::vector<TaskId>& feeds = tasks.set.tasks[id].feeds;
+    feeds.clear();
+    for (const Publication& publication : tasks.callbacks[id].publishes) {
+      const std::vector<TaskId>& readers = subscribers[publication.topic];
+      tasks.readers[id].push_back(readers);
+      feeds.insert(feeds.end(), readers.begin(), readers.end());
+    }
+  }
+}
+
 GraphTasks make_tasks(const Graph& graph) {
   GraphTasks tasks;
   tasks.set.groups.clear();
-  std::unordered_map<std::string, std::vector<TaskId>> subscribers;
   for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
     const Node& node = graph.nodes[n];
     const auto first_group = static_cast<std::uint32_t>(tasks.set.groups.size());
@@ -146,20 +223,12 @@ GraphTasks make_tasks(const Graph& graph) {
     tasks.set.groups.insert(tasks.set.groups.end(), node.groups.begin(), node.groups.end());
     std::uint32_t position = 0;
     for (Callback& callback : callbacks_of(node)) {
-      if (callback.input) subscribers[node.inputs[*callback.input].topic].push_back(tasks.set.size());
       tasks.set.tasks.push_back(make_task(node, callback, first_group));
       tasks.origin.push_back({n, callback.input, position++});
       tasks.callbacks.push_back(std::move(callback));
     }
   }
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    std::vector<TaskId>& feeds = tasks.set.tasks[id].feeds;
-    auto& readers = tasks.readers.emplace_back();
-    for (const Publication& publication : tasks.callbacks[id].publishes) {
-      readers.push_back(subscribers[publication.topic]);
-      feeds.insert(feeds.end(), readers.back().begin(), readers.back().end());
-    }
-  }
+  set_delivery(graph, tasks);
   return tasks;
 }
 

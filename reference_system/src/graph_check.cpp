@@ -22,6 +22,7 @@ class Check {
     node_names();
     publishers();
     inputs();
+    deliveries();
     tasks_ = make_tasks(graph_);
     cycles();
     if (!graph_.has_callbacks()) histories();
@@ -94,6 +95,24 @@ class Check {
                "name each topic once among the inputs of a node");
         }
       }
+    }
+  }
+
+  void deliveries() const {
+    for (const auto& [topic, order] : graph_.delivery) {
+      if (order.unknown()) continue;
+      const std::string subject = "`delivery` of topic " + topic;
+      const int line = source_.rules.at(topic).delivery_line;
+      std::vector<std::string> left = subscribers_of(graph_, topic);  // not yet listed
+      for (const std::string& node : order.nodes) {
+        if (std::erase(left, node) > 0) continue;
+        if (std::ranges::count(order.nodes, node) > 1)
+          fail(line, subject + " lists node " + node + " twice", "list each subscriber once");
+        fail(line, subject + " lists " + node + ", which does not subscribe to it", suggest(node, left));
+      }
+      if (!left.empty())
+        fail(line, subject + " lacks subscriber " + left.front(),
+             "list all subscribers, first reached first");
     }
   }
 

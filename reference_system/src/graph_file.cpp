@@ -201,9 +201,24 @@ void parse_topics(const YamlValue& value, GraphSource& source) {
   const YamlMap topics(value, "`topics`");
   for (const std::string& topic : topics.keys()) {
     const YamlMap map(*topics.find(topic), "topic " + topic);
-    map.check_keys({"publishers"});
-    const bool many = map.require("publishers", "many").choice({"one", "many"}) == 1;
-    source.rules[topic] = {many, map.line()};
+    map.check_keys({"publishers", "delivery"});
+    TopicRule& rule = source.rules[topic];
+    rule.line = map.line();
+    const auto publishers = map.find("publishers"), delivery = map.find("delivery");
+    if (!publishers && !delivery) {
+      map.fail("topic " + topic + " has no rule",
+               "give it `publishers: many`, `delivery: [NODE, NODE]`, or remove it");
+    }
+    rule.many_publishers = publishers && publishers->choice({"one", "many"}) == 1;
+    if (!delivery) continue;
+    rule.delivery_line = delivery->line();
+    DeliveryOrder& order = source.graph.delivery[topic];
+    if (delivery->is_text()) {
+      (void)delivery->choice({"unknown"});
+      continue;
+    }
+    for (const YamlValue& node : delivery->list("a subscriber of topic " + topic))
+      order.nodes.push_back(node.text());
   }
 }
 

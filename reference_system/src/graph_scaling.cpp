@@ -31,6 +31,12 @@ class Renamed {
     return n;
   }
 
+  std::pair<std::string, DeliveryOrder> delivery(std::pair<std::string, DeliveryOrder> of_topic) const {
+    of_topic.first += suffix_;
+    for (std::string& node : of_topic.second.nodes) node += suffix_;
+    return of_topic;
+  }
+
   Chain chain(Chain c) const {
     c.name += suffix_;
     for (std::string& name : c.nodes) name = task(name);
@@ -78,6 +84,7 @@ void make_copies(Graph& graph, unsigned copies) {
     const Renamed renamed(one, n);
     for (const Node& node : one.nodes) graph.nodes.push_back(renamed.node(node));
     for (const Chain& chain : one.chains) graph.chains.push_back(renamed.chain(chain));
+    for (const auto& order : one.delivery) graph.delivery.insert(renamed.delivery(order));
   }
 }
 

@@ -25,7 +25,7 @@ struct ChainLines {
 
 struct TopicRule {
   bool many_publishers = false;
-  int line = 0;
+  int line = 0, delivery_line = 0;
 };
 
 /// A graph with the line numbers of its parts in the file.

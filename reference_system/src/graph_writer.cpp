@@ -79,7 +79,7 @@ class Writer {
     out_ << YAML::EndMap;
   }
 
-  /// Writes the topics with several publishers.
+  /// Writes the topics with several publishers or an order of delivery.
   void topics() {
     std::set<std::string> once, many;
     for (const Node& n : graph_.nodes) {
@@ -87,11 +87,17 @@ class Writer {
         if (!once.insert(topic).second) many.insert(topic);
       }
     }
-    if (many.empty()) return;
+    std::set<std::string> topics = many;
+    for (const auto& [topic, order] : graph_.delivery) topics.insert(topic);
+    if (topics.empty()) return;
     key("topics") << YAML::BeginMap;
-    for (const std::string& topic : many) {
+    for (const std::string& topic : topics) {
       key(topic) << YAML::Flow << YAML::BeginMap;
-      pair("publishers", "many");
+      if (many.contains(topic)) pair("publishers", "many");
+      const auto order = graph_.delivery.find(topic);
+      if (order != graph_.delivery.end()) {
+        order->second.unknown() ? pair("delivery", "unknown") : words("delivery", order->second.nodes);
+      }
       out_ << YAML::EndMap;
     }
     out_ << YAML::EndMap;

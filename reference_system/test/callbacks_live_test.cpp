@@ -60,6 +60,31 @@ Live run(Graph graph, const std::string& executor, TransportKind transport) {
   return live;
 }
 
+/// Samples reach the executor in the graph's order, whatever the order of creation and of deadlines.
+TEST(LiveDelivery, FollowsTheGraph) {
+  Graph g = load_graph(find_graph("autoware"));
+  g.delivery["PointCloudFusion"].nodes = {"RayGroundFilter", "VoxelGridDownsampler"};
+  g.delivery["Lanelet2MapLoader"].nodes = {"BehaviorPlanner", "ParkingPlanner", "LanePlanner"};
+  for (const TransportKind transport : {TransportKind::intra_process, TransportKind::fastdds}) {
+    const Live live = run(g, "events-ro", transport);
+    std::map<std::pair<TaskId, std::uint64_t>, std::map<TaskId, Time>> arrivals;  // by publishing job
+    for (const JobRecord& r : live.trace.jobs) {
+      if (r.outcome == Outcome::ran && r.job.parent.task != kNoTask)
+        arrivals[{r.job.parent.task, r.job.parent.sequence}][r.job.task] = r.job.release;
+    }
+    std::size_t compared = 0;
+    for (const auto& [parent, at] : arrivals) {
+      const std::vector<TaskId>& order = live.tasks.set[parent.first].feeds;
+      for (std::size_t i = 1; i < order.size(); ++i) {
+        if (!at.contains(order[i - 1]) || !at.contains(order[i])) continue;
+        EXPECT_LE(at.at(order[i - 1]), at.at(order[i])) << live.tasks.set[order[i]].name;
+        ++compared;
+      }
+    }
+    EXPECT_GT(compared, 0U);
+  }
+}
+
 class LiveCallbacks : public testing::TestWithParam<std::tuple<const char*, TransportKind>> {};
 
 TEST_P(LiveCallbacks, LoseNothing) {

@@ -274,6 +274,25 @@ TEST_F(GraphFile, ASecondPublisherMustBeAllowed) {
               AllOf(StartsWith(":3: "), HasSubstr("no node publishes topic Z")));
 }
 
+TEST_F(GraphFile, TheOrderOfDeliveryNamesEachSubscriberOnce) {
+  const std::string nodes = "nodes:\n" + kSensor +
+                            "- {name: A, type: transform, input: S}\n- {name: B, type: transform, input: S}\n"
+                            "- {name: C, type: command, input: A}\n";
+  const auto error = [&](const std::string& rule) {
+    return error_of("name: g\ntopics:\n  S: " + rule + nodes);
+  };
+  const Graph stated = load("name: g\ntopics: {S: {delivery: [B, A]}}\n" + nodes);
+  EXPECT_EQ(stated.delivery.at("S").nodes, (std::vector<std::string>{"B", "A"}));
+  EXPECT_TRUE(unknown_deliveries(stated).empty());
+  const Graph open = load("name: g\ntopics: {S: {delivery: unknown}, A: {delivery: unknown}}\n" + nodes);
+  EXPECT_EQ(unknown_deliveries(open), std::vector<std::string>{"S"});  // A has one subscriber
+  EXPECT_THAT(error("{delivery: [B]}\n"), AllOf(StartsWith(":3: "), HasSubstr("lacks subscriber A")));
+  EXPECT_THAT(error("{delivery: [B, A, B]}\n"), AllOf(StartsWith(":3: "), HasSubstr("lists node B twice")));
+  EXPECT_THAT(error("{delivery: [B, A, C]}\n"), AllOf(StartsWith(":3: "), HasSubstr("does not subscribe")));
+  EXPECT_THAT(error("{delivery: random}\n"), AllOf(StartsWith(":3: "), HasSubstr("unknown")));
+  EXPECT_THAT(error("{}\n"), AllOf(StartsWith(":3: "), HasSubstr("has no rule")));
+}
+
 TEST_F(GraphFile, ATopicIsNamedOnceAmongTheInputsOfANode) {
   EXPECT_THAT(error_of_nodes(kSensor + "- {name: F, type: fusion, inputs: [S, S]}\n"),
               AllOf(StartsWith(":4: "), HasSubstr("twice")));

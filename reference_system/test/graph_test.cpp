@@ -12,6 +12,7 @@
 #include "hotpath/core/paper_timers.hpp"
 #include "hotpath/core/priority_order.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_scaling.hpp"
 
 namespace hotpath {
 namespace {
@@ -274,6 +275,65 @@ INSTANTIATE_TEST_SUITE_P(
                     Utilisation{"sequences", 58.2}, Utilisation{"sequences_high_utilisation", 95.0},
                     Utilisation{"many_to_many", 83.3}),
     [](const auto& test) { return test.param.graph; });
+
+/// S is read by A, B and C, and T by B and A; all nodes have both subscriptions but C.
+Graph two_topics() {
+  Graph g;
+  for (const char* name : {"S", "T"}) {
+    Node& sensor = g.nodes.emplace_back();
+    sensor.name = name;
+    sensor.period = sensor.deadline = std::chrono::milliseconds(10);
+    sensor.outputs = {name};
+  }
+  for (const char* name : {"A", "B", "C"}) {
+    Node& fusion = g.nodes.emplace_back();
+    fusion.name = name;
+    fusion.type = name == std::string("C") ? NodeType::command : NodeType::fusion;
+    fusion.inputs = {{"S", 1, std::nullopt}};
+    if (fusion.type == NodeType::command) continue;
+    fusion.inputs.push_back({"T", 1, std::nullopt});
+    fusion.outputs = {name};
+  }
+  return g;
+}
+
+TEST(Delivery, OrdersTheSubscriptionsThatATaskFeeds) {
+  Graph g = two_topics();
+  const auto fed_by = [&](const char* sensor) {
+    const GraphTasks tasks = make_tasks(g);
+    const TaskId id = task_named(tasks, sensor);
+    EXPECT_EQ(tasks.readers[id][0], tasks.set[id].feeds);
+    return names(tasks, tasks.set[id].feeds);
+  };
+  EXPECT_THAT(fed_by("S"), ElementsAre("A/S", "B/S", "C/S"));
+  g.delivery["S"].nodes = {"C", "A", "B"};
+  EXPECT_THAT(fed_by("S"), ElementsAre("C/S", "A/S", "B/S"));
+  EXPECT_THAT(fed_by("T"), ElementsAre("A/T", "B/T"));
+  g.delivery["S"].nodes.clear();  // unknown: the order of creation
+  EXPECT_THAT(fed_by("S"), ElementsAre("A/S", "B/S", "C/S"));
+}
+
+TEST(Delivery, IsTheOrderOfCreationOfSubscriptions) {
+  Graph g = two_topics();
+  const auto created = [&] {
+    const GraphTasks tasks = make_tasks(g);
+    return names(tasks, tasks.subscriptions_to_create());
+  };
+  EXPECT_THAT(created(), ElementsAre("A/S", "A/T", "B/S", "B/T", "C/S"));
+  g.delivery["S"].nodes = {"C", "A", "B"};
+  EXPECT_THAT(created(), ElementsAre("C/S", "A/S", "A/T", "B/S", "B/T"));
+  g.delivery["T"].nodes = {"B", "A"};  // against the order within the nodes
+  EXPECT_THAT(created(), ElementsAre("C/S", "A/S", "B/S", "B/T", "A/T"));
+}
+
+TEST(Delivery, OfACopyIsThatOfTheGraph) {
+  Graph g = two_topics();
+  g.delivery["S"].nodes = {"C", "A", "B"};
+  make_copies(g, 2);
+  const GraphTasks tasks = make_tasks(g);
+  EXPECT_THAT(names(tasks, tasks.set[task_named(tasks, "S_2")].feeds),
+              ElementsAre("C_2/S_2", "A_2/S_2", "B_2/S_2"));
+}
 
 TEST(TimersOnly, HasSevenTimersInTheAuthorsCreationOrderAndNoSubscription) {
   for (const std::string name :

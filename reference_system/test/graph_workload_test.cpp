@@ -94,6 +94,30 @@ TEST(GraphWorkload, ChainOfTransformsWorkedOutByHand) {
   }
 }
 
+/// Samples reach B before A although A was created first. Executors that queue samples run B first,
+/// those that prefer the latest activation among equals run A first, and wait sets do not see it.
+TEST(GraphWorkload, OrderOfDeliveryDecidesBetweenSubscribersOfOneTopic) {
+  Graph g;
+  g.nodes = {sensor("S", 100ms), worker("A", NodeType::command, {"S"}, 3ms),
+             worker("B", NodeType::command, {"S"}, 4ms)};
+  const auto first = [&](const std::string& executor, const SchedulerOptions& options = {}) {
+    const Simulated s = simulate_graph(g, executor, 1s, {}, options);
+    return s.ran("A/S")[0]->start < s.ran("B/S")[0]->start ? "A" : "B";
+  };
+  const SchedulerOptions fifo{SubscriptionRule::inherit, Ties::fifo, 0};
+  EXPECT_STREQ(first("events-ro"), "A");
+  EXPECT_STREQ(first("rm-ro"), "B");
+  EXPECT_STREQ(first("rm-ro", fifo), "A");
+  g.delivery["S"].nodes = {"B", "A"};
+  EXPECT_STREQ(first("events-ro"), "B");
+  EXPECT_STREQ(first("cbg"), "B");
+  EXPECT_STREQ(first("rm-ro"), "A");
+  EXPECT_STREQ(first("edf-ro"), "A");
+  EXPECT_STREQ(first("rm-ro", fifo), "B");
+  EXPECT_STREQ(first("default"), "A");
+  EXPECT_STREQ(first("static"), "A");
+}
+
 TEST(GraphWorkload, FusionWorksWhenItHasBothAndItsNewestInputsWin) {
   // P at 0, 10, 20 ... and Q at 25, 55 ...: the newest of P's three messages meets Q's.
   Graph g;

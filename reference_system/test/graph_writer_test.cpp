@@ -47,7 +47,7 @@ TEST_F(GraphWriter, WritesEveryShippedGraphAsItWasRead) {
 const std::string kEverything = R"(name: everything
 description: "all that a graph can say: # it"
 work: cpu_time
-topics: {t: {publishers: many}}
+topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown}}
 platform: {cores: 2, timer_thread: raised, execution_times: measured, wake_up_us: 3.5, wait_cost_per_entity_us: 0.025}
 nodes:
 - {name: S, type: sensor, period_ms: 10.5, phase_ms: 0, deadline_ms: 9, priority: -3, output: t, execution_time_ms: 2, best_case_execution_time_ms: 0.000001}

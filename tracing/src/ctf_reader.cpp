@@ -37,6 +37,19 @@ const char* text_in(const bt_field* field) {
   return bt_field_string_get_value(field);
 }
 
+/// Eight bytes of an array from position `first` on, the first one highest; 0: there is no such array.
+std::uint64_t bytes_in(const bt_field* field, std::uint64_t first) {
+  if (field == nullptr) return 0;
+  const bt_field_class_type type = bt_field_get_class_type(field);
+  if (!bt_field_class_type_is(type, BT_FIELD_CLASS_TYPE_ARRAY) ||
+      bt_field_array_get_length(field) < first + 8)
+    return 0;
+  std::uint64_t bytes = 0;
+  for (std::uint64_t i = first; i < first + 8; ++i)
+    bytes = bytes << 8 | (number_in(bt_field_array_borrow_element_field_by_index_const(field, i)) & 0xff);
+  return bytes;
+}
+
 constexpr std::uint64_t kNoField = ~std::uint64_t{0};
 
 /// The position of a member in a structure's class; kNoField: there is no such member.
@@ -226,6 +239,9 @@ class Reader {
       const bt_field* const field = member(payload, known.fields[i]);
       if (known.format->fields[i].type == FieldType::text) {
         *text++ = text_in(field);
+      } else if (known.format->fields[i].type == FieldType::gid) {
+        *number++ = bytes_in(field, 0);
+        *number++ = bytes_in(field, 8);
       } else {
         *number++ = number_in(field);
       }

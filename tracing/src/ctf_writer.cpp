@@ -2,6 +2,7 @@
 #include "hotpath/tracing/ctf_writer.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -152,6 +153,9 @@ class Source {
           break;
         case FieldType::text:
           bt_field_string_set_value(field, *text++);
+          break;
+        case FieldType::gid:
+          assert(false && "ids of endpoints are only read");
           break;
       }
     }

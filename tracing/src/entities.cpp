@@ -21,9 +21,25 @@ void Assembler::describe(const Event& e) {
       return;
     case K::node_init:
       return add_node(e);
-    case K::publisher_init:
-      publishers_[first] = topic_named(e.text[0]);
+    case K::rmw_publisher_init:
+      endpoint(e, Endpoint::Kind::publisher, e.number[0]).id = {e.number[1], e.number[2]};
       return;
+    case K::rmw_subscription_init:
+      endpoint(e, Endpoint::Kind::subscription, e.number[0]).id = {e.number[1], e.number[2]};
+      return;
+    case K::service_init:
+      endpoint(e, Endpoint::Kind::service, 0);
+      return;
+    case K::client_init:
+      endpoint(e, Endpoint::Kind::client, 0);
+      return;
+    case K::publisher_init: {
+      Endpoint& publisher = endpoint(e, Endpoint::Kind::publisher, e.number[2]);
+      publisher.topic = topic_named(e.text[0]);
+      publishers_[first] = static_cast<std::uint32_t>(&publisher - system_.endpoints.data());
+      endpoints_.erase({e.process, e.number[2]});
+      return;
+    }
     case K::subscription_init:
       return add_subscription(e);
     case K::rclcpp_subscription_init:
@@ -72,8 +88,24 @@ void Assembler::add_subscription(const Event& e) {
   callback.topic = topic_named(e.text[0]);
   callback.depth = static_cast<std::uint32_t>(std::min<std::uint64_t>(e.number[3], kKeepAll));
   system_.topics[callback.topic].subscriptions.push_back(index);
+  Endpoint& reader = endpoint(e, Endpoint::Kind::subscription, e.number[2]);
+  reader.topic = callback.topic;
+  reader.callback = index;
+  endpoints_.erase({e.process, e.number[2]});
   subscriptions_[{e.process, e.number[0]}] = index;
   rmw_subscriptions_[{e.process, e.number[2]}] = index;
+}
+
+Endpoint& Assembler::endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle) {
+  const auto index = static_cast<std::uint32_t>(system_.endpoints.size());
+  if (rmw_handle != 0) {
+    const auto [at, is_new] = endpoints_.try_emplace({e.process, rmw_handle}, index);
+    if (!is_new) return system_.endpoints[at->second];
+  }
+  Endpoint& added = system_.endpoints.emplace_back();
+  added.kind = kind;
+  added.process = e.process;
+  return added;
 }
 
 void Assembler::add_timer_callback(const Event& e) {

@@ -5,7 +5,7 @@ namespace hotpath::tracing {
 
 std::span<const EventFormat> formats() {
   using enum EventKind;
-  constexpr auto a = FieldType::address, i = FieldType::integer, t = FieldType::text;
+  constexpr auto a = FieldType::address, i = FieldType::integer, t = FieldType::text, g = FieldType::gid;
   static const std::vector<EventFormat> formats = {
       {rcl_init, "ros2:rcl_init", {{"context_handle", a}, {"version", t}}},
       {node_init,
@@ -25,6 +25,10 @@ std::span<const EventFormat> formats() {
         {"rmw_subscription_handle", a},
         {"topic_name", t},
         {"queue_depth", a}}},
+      {rmw_publisher_init, "ros2:rmw_publisher_init", {{"rmw_publisher_handle", a}, {"gid", g}}},
+      {rmw_subscription_init, "ros2:rmw_subscription_init", {{"rmw_subscription_handle", a}, {"gid", g}}},
+      {service_init, "ros2:rcl_service_init", {{"service_handle", a}, {"node_handle", a}}},
+      {client_init, "ros2:rcl_client_init", {{"client_handle", a}, {"node_handle", a}}},
       {rclcpp_subscription_init,
        "ros2:rclcpp_subscription_init",
        {{"subscription_handle", a}, {"subscription", a}}},

@@ -6,8 +6,9 @@
 namespace hotpath::tracing {
 
 void Assembler::publish(const Event& e, bool intra_process) {
-  const std::uint32_t topic = find(publishers_, {e.process, e.number[0]}, kNone);
-  if (topic == kNone) return;
+  const std::uint32_t publisher = find(publishers_, {e.process, e.number[0]}, kNone);
+  if (publisher == kNone) return;
+  const std::uint32_t topic = system_.endpoints[publisher].topic;
   ThreadState& thread = thread_of(e);
   // A call of publish() for both is one publication: first within the process, then between them.
   const bool continued = !intra_process && thread.intra_published && thread.publisher == e.number[0];
@@ -16,6 +17,7 @@ void Assembler::publish(const Event& e, bool intra_process) {
   if (!continued) {
     thread.publisher = e.number[0];
     thread.publication = ++publications_;
+    ++system_.endpoints[publisher].publications;
     thread.topic = topic;
     if (!thread.open.empty()) thread.open.back().published.push_back({topic, e.at, events_});
   }

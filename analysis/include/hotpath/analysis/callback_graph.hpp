@@ -32,6 +32,8 @@ struct CallbackGraph {
   /// If phases are unknown: a timer's first timestamp is at most one period after its creation, and
   /// all timers are created within this time.
   Duration creation_spread{};
+  /// Samples reach the subscriptions that a task feeds in the order of Task::feeds; otherwise in any order.
+  bool delivery_known = true;
   std::vector<Join> joins;  ///< No task is in two joins.
   /// By task: the subscriptions whose newest samples enter its messages at the end of its job, each
   /// once.

@@ -54,6 +54,7 @@ enum class Assumption : std::uint32_t {
   mixed_deadlines = 1U << 15,  ///< A job may run under another deadline than that of its sample.
   /// The end of a job returns its timer to the timer thread, which may have to wake up.
   woken_by_jobs = 1U << 16,
+  any_delivery = 1U << 17,  ///< Samples of a topic reach its subscriptions in any order.
 };
 
 /// The properties of the system, as bits of Assumption.

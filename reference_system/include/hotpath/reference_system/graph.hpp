@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -144,6 +145,15 @@ struct Chain {
   friend bool operator==(const Chain&, const Chain&) = default;
 };
 
+/// The order in which samples of a topic reach its subscribers, if it is not their order of creation.
+struct DeliveryOrder {
+  /// The subscribing nodes, each once, the first one reached first; empty: the order is unknown, and runs
+  /// use the order of creation.
+  std::vector<std::string> nodes;
+  [[nodiscard]] bool unknown() const { return nodes.empty(); }
+  friend bool operator==(const DeliveryOrder&, const DeliveryOrder&) = default;
+};
+
 /// A node graph, as described by its YAML file; nodes in creation order.
 struct Graph {
   std::string name;
@@ -152,6 +162,7 @@ struct Graph {
   std::vector<Chain> chains;
   WorkMode work = WorkMode::fixed;
   GraphPlatform platform;
+  std::map<std::string, DeliveryOrder> delivery;  ///< By topic; absent: the order of creation.
 
   /// The node with this name, or the node of the task with this name; nullptr for an unknown name.
   [[nodiscard]] const Node* find(const std::string& node_or_task) const;
@@ -170,7 +181,8 @@ struct TaskOrigin {
 /// The tasks of a graph: the callbacks of each node in creation order; no callback group spans two
 /// nodes. A task's `feeds` are the subscriptions of all topics to which its jobs may publish: both
 /// inputs of a fusion feed its output; a cyclic node's subscriptions feed nothing, and its timer
-/// feeds its output; each connection of an intersection feeds its own output.
+/// feeds its output; each connection of an intersection feeds its own output. The subscriptions of a
+/// topic are in the order in which its samples reach them.
 struct GraphTasks {
   TaskSet set;
   // Parallel to set.tasks:
@@ -183,9 +195,21 @@ struct GraphTasks {
   /// The next tasks that a task's data reaches: the tasks that it feeds, and tasks of its node
   /// whose messages contain its samples.
   [[nodiscard]] std::vector<TaskId> downstream(TaskId id) const;
+  /// All subscriptions in an order of creation such that each topic's are in the order of its delivery
+  /// and, where that allows it, each node's in the order of the graph.
+  [[nodiscard]] std::vector<TaskId> subscriptions_to_create() const;
 };
+/// The nodes that subscribe to a topic, in the order of creation.
+[[nodiscard]] std::vector<std::string> subscribers_of(const Graph& graph, const std::string& topic);
+/// The topics of several subscribers whose order of delivery is unknown.
+[[nodiscard]] std::vector<std::string> unknown_deliveries(const Graph& graph);
+/// The graph with a random order of delivery, equally likely, wherever it is unknown.
+[[nodiscard]] Graph with_drawn_deliveries(Graph graph, std::uint64_t seed);
+
 /// Expands a valid graph into its tasks.
 [[nodiscard]] GraphTasks make_tasks(const Graph& graph);
+/// Gives the tasks of the graph its order of delivery.
+void set_delivery(const Graph& graph, GraphTasks& tasks);
 
 /// Steady-state rate of working jobs of each task, per second: for a timer its own rate, for a
 /// subscription the rate of its input. If jobs wait for sets, it is the rate of the set's slowest

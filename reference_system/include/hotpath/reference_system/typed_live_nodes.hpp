@@ -77,11 +77,11 @@ class TypedLiveNodes final : public LiveNodes {
       }
       local_[id] = &locals_.back();
     }
-    // Readers created after their writer get samples in the order in which the readers were
-    // created.
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+    // Readers created after their writer get samples in the order in which the readers were created,
+    // within one process: with Fast DDS, also through rclcpp, and with the in-process transport.
+    for (const TaskId id : tasks_.subscriptions_to_create()) {
       const TaskOrigin origin = tasks_.origin[id];
-      if (!tasks_.set[id].local || !origin.input) continue;
+      if (!tasks_.set[id].local) continue;
       const Input& input = graph_.nodes[origin.node].inputs[*origin.input];
       transport_->add_reader(input.topic, id, input.depth, writers[input.topic], sink);
     }

@@ -83,6 +83,8 @@ class Assembler {
   void describe(const Event& e);
   void add_node(const Event& e);
   void add_subscription(const Event& e);
+  /// The endpoint behind the handle of the middleware (0: none), which is new or was created just before.
+  Endpoint& endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle);
   void add_timer_callback(const Event& e);
   std::uint32_t add_callback(CallbackKind kind);
   void set_handle(Handle callback, std::uint32_t index);
@@ -116,7 +118,8 @@ class Assembler {
   System system_;
   ByHandle<std::uint32_t> nodes_, subscriptions_, rmw_subscriptions_, rclcpp_subscriptions_, callbacks_;
   ByHandle<std::uint64_t> ipb_of_buffer_, subscription_of_ipb_;
-  ByHandle<std::uint32_t> publishers_;  // to topics
+  ByHandle<std::uint32_t> publishers_;  // to endpoints
+  ByHandle<std::uint32_t> endpoints_;   // by the middleware's handle; initialised by it, not yet by rcl
   ByHandle<Timer> timers_;
   std::unordered_map<std::string, std::uint32_t> topics_;
   ByHandle<std::uint32_t> thread_indices_;      // by process and id

@@ -21,6 +21,10 @@ enum class EventKind : std::uint8_t {
   node_init,
   publisher_init,
   subscription_init,
+  rmw_publisher_init,
+  rmw_subscription_init,
+  service_init,
+  client_init,
   rclcpp_subscription_init,
   subscription_callback_added,
   callback_register,
@@ -48,7 +52,8 @@ enum class EventKind : std::uint8_t {
   execute,
 };
 
-enum class FieldType : std::uint8_t { address, integer, text };
+/// A `gid` is sixteen bytes, which count as two numbers: eight bytes each, the first one highest.
+enum class FieldType : std::uint8_t { address, integer, text, gid };
 
 /// The name of an event and its fields. A trace may order them differently, and have more or fewer.
 struct EventFormat {
@@ -58,7 +63,7 @@ struct EventFormat {
   };
   EventKind kind;
   const char* name;
-  std::vector<Field> fields;  ///< At most four addresses and integers, and two texts.
+  std::vector<Field> fields;  ///< At most four addresses and integers, a gid counting twice, and two texts.
   bool assembled = true;      ///< False: only written; readers skip it.
 };
 

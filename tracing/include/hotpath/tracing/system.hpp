@@ -37,6 +37,29 @@ struct Topic {
   std::vector<std::uint32_t> subscriptions;  ///< Callbacks.
 };
 
+/// The id of an endpoint in the middleware (GUID): its participant, and its number there.
+struct EndpointId {
+  std::uint64_t first = 0, second = 0;  ///< Its 16 bytes, the first one highest; both 0: unknown.
+  [[nodiscard]] bool known() const { return first != 0; }
+  /// The vendor of the middleware (OMG's list): 0x010f is Fast DDS.
+  [[nodiscard]] std::uint32_t vendor() const { return static_cast<std::uint32_t>(first >> 48); }
+  /// The participant, as a number that differs between those of one trace.
+  [[nodiscard]] std::uint64_t participant() const { return first ^ (second >> 32); }
+  /// Three bytes: consecutive in the order of creation under Fast DDS.
+  [[nodiscard]] std::uint32_t number() const { return static_cast<std::uint32_t>(second & 0xffffffff) >> 8; }
+};
+
+/// An endpoint of the middleware.
+struct Endpoint {
+  enum class Kind : std::uint8_t { publisher, subscription, service, client };
+  Kind kind = Kind::publisher;
+  std::uint32_t process = 0;
+  EndpointId id;                   ///< Publishers and subscriptions, from Jazzy on (rcl 5 has some).
+  std::uint32_t topic = kNone;     ///< kNone also for endpoints of the middleware itself.
+  std::uint32_t callback = kNone;  ///< Subscriptions.
+  std::uint64_t publications = 0;  ///< Publishers.
+};
+
 struct Thread {
   std::uint32_t process = 0, id = 0;
   std::uint64_t jobs = 0, waits = 0;
@@ -52,6 +75,7 @@ struct System {
   std::vector<Callback> callbacks;
   std::vector<Topic> topics;
   std::vector<Thread> threads;
+  std::vector<Endpoint> endpoints;   ///< In the order of creation.
   std::uint64_t reused_handles = 0;  ///< Callbacks at the address of an earlier callback.
   std::uint64_t ends_without_start = 0;
 };
