@@ -1,0 +1,117 @@
+#!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
+# SPDX-License-Identifier: Apache-2.0
+"""Predicts, from the trace of a system under one executor, what traces under other executors recorded.
+
+Phases differ between launches of a system; each prediction has those of the trace that it is compared
+with. Outputs of the first second are left out: `PriorityExecutor` learns the graph there.
+"""
+
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evidence import ROOT, hotpath, parser, publish
+from hotpath_report.run import Run
+from hotpath_report.statistics import Samples
+
+RESULT = "import/across_executors.json"
+TRACES = ROOT / "reference_system/ros2_reference/ctf"
+CHAIN = "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator"
+WARM_UP_S = 1
+PERIOD_S = 0.1  # of the LiDARs, and so of the outputs
+
+
+@dataclass(frozen=True)
+class Case:
+    """A trace to predict."""
+
+    trace: str
+    executor: str
+    priorities: tuple[tuple[str, int], ...] = ()  # of timers, by node; given to the system as well
+
+
+FROM = "upstream_jazzy_quiet_default"
+CASES = (
+    Case("upstream_jazzy_quiet_rm-ro", "rm-ro"),
+    Case(
+        "upstream_jazzy_quiet_fp-given",
+        "fp-ro",
+        (("FrontLidarDriver", 1), ("RearLidarDriver", 1), ("BehaviorPlanner", 2)),
+    ),
+)
+
+
+def unpacked(folder: Path, name: str, into: Path) -> Path:
+    """The folder of the only trace in NAME.tar.xz."""
+    target = into / name
+    target.mkdir()
+    subprocess.run(["tar", "-xJf", folder / f"{name}.tar.xz", "-C", target], check=True)
+    (trace,) = target.iterdir()
+    return trace
+
+
+def with_priorities(graph: Path, priorities: tuple[tuple[str, int], ...]) -> Path:
+    """A copy of the imported graph in which the timers of these nodes have priorities."""
+    text = graph.read_text(encoding="utf-8")
+    for node, priority in priorities:
+        head, name, rest = text.partition(f"- name: {node}\n")
+        begin, timer, end = rest.partition("{timer: timer, ")
+        if not name or not timer or "- name: " in begin:
+            raise ValueError(f"{graph}: node {node} has no timer")
+        text = f"{head}{name}{begin}{timer}priority: {priority}, {end}"
+    copy = graph.with_name("graph_with_priorities.yaml")
+    copy.write_text(text, encoding="utf-8")
+    return copy
+
+
+def latencies(run: Path, without: int) -> Samples:
+    """Hot-path latencies of a run without its first outputs."""
+    return Samples([Run(run).latencies()["hot_path_ms"][without:]])
+
+
+def quantiles(samples: Samples) -> dict[str, float]:
+    """The published quantiles in ms."""
+    return {"outputs": len(samples), "p50": samples.quantile(0.5), "p99": samples.quantile(0.99)}
+
+
+def predicted(case: Case, graph: Path, folder: Path, work: Path) -> dict[str, Any]:
+    """Recorded and predicted latencies of one trace."""
+    recorded = work / f"{case.trace}-imported"
+    trace = unpacked(folder, case.trace, work)
+    hotpath("import", "ctf", trace, "--executor", case.executor, "--chain", CHAIN, "--output", recorded)
+    own = with_priorities(graph, case.priorities) if case.priorities else graph
+    duration = Run(recorded / "run").facts["duration_s"] - WARM_UP_S
+    run = work / f"{case.trace}-predicted"
+    words = ["simulate", "--graph", own, "--executors", case.executor, "--phases-of", recorded / "run"]
+    hotpath(*words, "--duration", f"{duration:.3f}", "--warm-up", WARM_UP_S, "--output", run)
+    true = quantiles(latencies(recorded / "run", round(WARM_UP_S / PERIOD_S)))
+    return {
+        "from": FROM,
+        "executor": case.executor,
+        "recorded_ms": true,
+        "predicted_ms": (made := quantiles(latencies(run, 0))),
+        "error_percent": {q: 100 * (made[q] / true[q] - 1) for q in ("p50", "p99")},
+    }
+
+
+def main() -> None:
+    """Prints and publishes the errors."""
+    options = parser(__doc__, RESULT)
+    options.add_argument("--traces", type=Path, default=TRACES, help="folder with the traces as *.tar.xz")
+    chosen = options.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        work = Path(name)
+        source = work / "source"
+        trace = unpacked(chosen.traces, FROM, work)
+        hotpath("import", "ctf", trace, "--chain", CHAIN, "--output", source)
+        for case in CASES:
+            facts = predicted(case, source / "graph.yaml", chosen.traces, work)
+            print(case.trace, facts)
+            if chosen.publish:
+                publish(RESULT, facts, case.trace)
+
+
+if __name__ == "__main__":
+    main()
