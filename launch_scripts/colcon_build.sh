@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 
 packages=()
-for folder in campaign tracing executor reference_system analysis bench ros1_bridge; do
+for folder in campaign sensor tracing executor reference_system analysis bench ros1_bridge; do
   [ -f "$folder/package.xml" ] && packages+=("$folder")
 done
 # colcon silently ignores the dependencies of a package.xml that it cannot read; type `ros.cmake`

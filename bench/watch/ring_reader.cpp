@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watch/ring_reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+
+namespace hotpath::watch {
+
+namespace {
+
+using K = tracing::EventKind;
+using sensor::Id;
+using sensor::Record;
+
+/// By Id; that of Id::text is not used.
+constexpr std::array<K, sensor::kIds> kKinds = {K::rcl_init,
+                                                K::rcl_init,
+                                                K::node_init,
+                                                K::publisher_init,
+                                                K::subscription_init,
+                                                K::rclcpp_subscription_init,
+                                                K::subscription_callback_added,
+                                                K::timer_init,
+                                                K::timer_callback_added,
+                                                K::timer_link_node,
+                                                K::service_callback_added,
+                                                K::callback_start,
+                                                K::callback_end,
+                                                K::rcl_publish,
+                                                K::rmw_publish,
+                                                K::intra_publish,
+                                                K::rmw_take,
+                                                K::buffer_to_ipb,
+                                                K::ipb_to_subscription,
+                                                K::ring_buffer_enqueue,
+                                                K::ring_buffer_dequeue,
+                                                K::wait_for_work};
+
+constexpr std::int16_t kMostProcessors = 8192;  // CONFIG_NR_CPUS of Linux is at most this
+
+/// The record at a position, copied because the program may change it at any time.
+Record copy_of(const sensor::Ring& ring, std::uint64_t position) {
+  Record record;
+  std::memcpy(&record, &ring.records[position % sensor::kCapacity], sizeof record);
+  return record;
+}
+
+}  // namespace
+
+tracing::EventKind kind_of(Id id) { return kKinds[static_cast<std::size_t>(id)]; }
+
+RingReader::RingReader(sensor::Ring& ring) : ring_(ring), process_(ring.process), thread_(ring.thread) {}
+
+void RingReader::read(tracing::Time now, Texts& texts, std::vector<tracing::Event>& events) {
+  const std::uint64_t head = ring_.head.load(std::memory_order_acquire);
+  if (head - tail_ > sensor::kCapacity) {
+    ++damaged_;
+    tail_ = head;
+  }
+  while (tail_ != head) {
+    tracing::Event event;
+    const std::uint64_t records = read_group(head - tail_, now, texts, event);
+    if (records > 0) {
+      events.push_back(event);
+    } else {
+      ++damaged_;
+    }
+    tail_ += std::max<std::uint64_t>(records, 1);
+  }
+  ring_.tail.store(tail_, std::memory_order_release);
+}
+
+std::uint64_t RingReader::read_group(std::uint64_t available, tracing::Time now, Texts& texts,
+                                     tracing::Event& event) const {
+  const Record record = copy_of(ring_, tail_);
+  const tracing::Time at{tracing::Duration(record.at_ns)};
+  if (record.id == Id::text || static_cast<std::uint16_t>(record.id) >= sensor::kIds ||
+      record.texts >= available || record.at_ns < 0 || at > now + std::chrono::seconds(1))
+    return 0;
+  event.kind = kind_of(record.id);
+  event.process = process_;
+  event.thread = thread_;
+  event.processor = record.processor < 0 || record.processor >= kMostProcessors ? -1 : record.processor;
+  event.at = at;
+  std::copy_n(record.number, event.number.size(), event.number.begin());
+  std::array<std::string, 2> parts;
+  for (std::uint64_t i = 1; i <= record.texts; ++i) {
+    const Record text = copy_of(ring_, tail_ + i);
+    if (text.id != Id::text || text.length > sensor::kTextBytes || text.which >= parts.size()) return 0;
+    parts[text.which].append(text.text, strnlen(text.text, text.length));
+  }
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    if (!parts[i].empty()) event.text[i] = texts.keep(std::move(parts[i]));
+  return 1U + record.texts;
+}
+
+}  // namespace hotpath::watch

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+/// The shared memory between a watched program (libhotpath_watch.so) and its watcher.
+///
+/// The watcher chooses a session, 32 hexadecimal digits, and passes it to the program in the
+/// environment. It creates the shared memory object `/hotpath_watch.SESSION`, the marker, and locks
+/// it exclusively (flock) while it lives. Each thread of the program that calls a tracepoint creates
+/// an object `/hotpath_watch.SESSION.RANDOM` (16 hexadecimal digits) with mode 0600, which holds one
+/// Ring. The watcher maps it and removes its name.
+///
+/// The thread alone writes `head`, `dropped` and records, the watcher alone writes `tail`. Neither
+/// trusts the other: both mask positions before they use them.
+namespace hotpath::sensor {
+
+inline constexpr const char* kSessionVariable = "HOTPATH_WATCH";
+inline constexpr const char* kNamePrefix = "/hotpath_watch.";
+inline constexpr std::size_t kSessionDigits = 32, kRandomDigits = 16;
+
+/// Identifies a ring, and the version of this layout.
+inline constexpr std::uint64_t kMagic = 0x31484354'41575048;  // "HPWATCH1"
+
+/// Recorded tracepoints: those from which nodes, callbacks, jobs and samples are assembled.
+/// `text` is not a tracepoint, but continues the record before it.
+enum class Id : std::uint16_t {
+  text,
+  rcl_init,
+  rcl_node_init,
+  rcl_publisher_init,
+  rcl_subscription_init,
+  rclcpp_subscription_init,
+  rclcpp_subscription_callback_added,
+  rcl_timer_init,
+  rclcpp_timer_callback_added,
+  rclcpp_timer_link_node,
+  rclcpp_service_callback_added,
+  callback_start,
+  callback_end,
+  rcl_publish,
+  rmw_publish,
+  rclcpp_intra_publish,
+  rmw_take,
+  rclcpp_buffer_to_ipb,
+  rclcpp_ipb_to_subscription,
+  rclcpp_ring_buffer_enqueue,
+  rclcpp_ring_buffer_dequeue,
+  rclcpp_executor_wait_for_work,
+};
+inline constexpr std::uint16_t kIds = static_cast<std::uint16_t>(Id::rclcpp_executor_wait_for_work) + 1;
+
+inline constexpr std::size_t kTextBytes = 48;   ///< Of a record.
+inline constexpr std::size_t kTextRecords = 6;  ///< Most records of one text; longer texts are cut.
+
+/// One cache line.
+struct alignas(64) Record {
+  std::int64_t at_ns;  ///< CLOCK_MONOTONIC.
+  Id id;
+  std::uint8_t texts;      ///< Tracepoints: text records that follow.
+  std::uint8_t length;     ///< Text records: bytes in use, 0 to kTextBytes.
+  std::uint16_t which;     ///< Text records: 0 for the first text of the tracepoint, 1 for the second.
+  std::int16_t processor;  ///< -1: unknown.
+  union {
+    std::uint64_t number[4];  ///< Tracepoints: handles and numbers, in the order of ros2_tracing's fields.
+    char text[kTextBytes];    ///< Text records: without a terminator.
+  };
+};
+static_assert(sizeof(Record) == 64);
+
+inline constexpr std::uint64_t kCapacity = 8192;  ///< Records of a ring; a power of two.
+
+struct Ring {
+  std::uint64_t magic;
+  std::uint32_t process, thread;     ///< Ids.
+  std::atomic<std::uint32_t> ended;  ///< 1: the thread writes no more.
+  /// Records written since the beginning. A tracepoint and its texts appear together.
+  alignas(64) std::atomic<std::uint64_t> head;
+  std::atomic<std::uint64_t> dropped;  ///< Tracepoints for which there was no room.
+  /// Records that the watcher has read.
+  alignas(64) std::atomic<std::uint64_t> tail;
+  Record records[kCapacity];
+};
+static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+
+}  // namespace hotpath::sensor

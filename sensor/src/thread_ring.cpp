@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "thread_ring.hpp"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/file.h>
+#include <sys/mman.h>
+#include <sys/random.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <new>
+
+namespace hotpath::sensor {
+
+namespace {
+
+struct ThreadState {
+  Ring* ring = nullptr;
+  std::uint64_t tail_seen = 0;  ///< The watcher's position when it was last read.
+  bool tried = false;           ///< Never try twice: the attempt costs system calls.
+  bool writing = false;         ///< A signal handler may interrupt a write and call a tracepoint.
+};
+thread_local constinit ThreadState this_thread;
+
+/// Room for `/hotpath_watch.SESSION.RANDOM`.
+using Name = char[96];
+
+pthread_key_t at_thread_end;
+bool has_key = false;  // zero is a key as well
+pthread_once_t prepared = PTHREAD_ONCE_INIT;
+
+void end_thread(void*) {
+  if (this_thread.ring == nullptr) return;
+  Ring* const ring = this_thread.ring;
+  this_thread.ring = nullptr;  // later destructors may call tracepoints
+  ring->ended.store(1, std::memory_order_release);
+  munmap(ring, sizeof(Ring));
+}
+
+/// A forked process inherits the mapping, but the ring belongs to its parent.
+void forget_ring() {
+  if (this_thread.ring != nullptr) munmap(this_thread.ring, sizeof(Ring));
+  this_thread = {};
+}
+
+void prepare() {
+  has_key = pthread_key_create(&at_thread_end, end_thread) == 0;
+  pthread_atfork(nullptr, nullptr, forget_ring);
+}
+
+/// Whether a living watcher holds the lock of the session's marker.
+bool watched(const char* session) {
+  Name marker;
+  std::snprintf(marker, sizeof marker, "%s%s", kNamePrefix, session);
+  const int file = shm_open(marker, O_RDONLY, 0);
+  if (file < 0) return false;
+  const bool locked = flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(file);
+  return locked;
+}
+
+/// A mapped object of the right size whose memory is reserved, so that no write can fail; nullptr
+/// if there is no room.
+void* reserve(const char* name) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur < sizeof(Ring)) return nullptr;  // SIGXFSZ
+  const int file = shm_open(name, O_RDWR | O_CREAT | O_EXCL, 0600);
+  if (file < 0) return nullptr;
+  void* memory = MAP_FAILED;
+  if (posix_fallocate(file, 0, sizeof(Ring)) == 0)
+    memory = mmap(nullptr, sizeof(Ring), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, file, 0);
+  close(file);
+  if (memory != MAP_FAILED) return memory;
+  shm_unlink(name);
+  return nullptr;
+}
+
+Ring* create_ring() {
+  const char* const session = std::getenv(kSessionVariable);
+  if (session == nullptr || std::strspn(session, "0123456789abcdef") != kSessionDigits ||
+      session[kSessionDigits] != '\0' || !watched(session))
+    return nullptr;
+  pthread_once(&prepared, prepare);
+  std::uint64_t random = 0;
+  if (getrandom(&random, sizeof random, GRND_NONBLOCK) != sizeof random) return nullptr;
+  Name name;
+  std::snprintf(name, sizeof name, "%s%s.%016llx", kNamePrefix, session,
+                static_cast<unsigned long long>(random));
+  void* const memory = reserve(name);
+  if (memory == nullptr) return nullptr;
+  Ring* const ring = new (memory) Ring;  // new objects are zero; the constructor touches nothing else
+  ring->process = static_cast<std::uint32_t>(getpid());
+  ring->thread = static_cast<std::uint32_t>(gettid());
+  std::atomic_ref(ring->magic).store(kMagic, std::memory_order_release);  // from now on it is valid
+  if (has_key) pthread_setspecific(at_thread_end, ring);
+  return ring;
+}
+
+void try_once() {
+  this_thread.tried = true;
+  const int error = errno;
+  int state = 0;
+  pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &state);
+  this_thread.ring = create_ring();
+  pthread_setcancelstate(state, nullptr);
+  errno = error;
+}
+
+/// Whether there is room for this number of records.
+bool has_room(const Ring& ring, std::uint64_t head, std::uint64_t records) {
+  if (head + records - this_thread.tail_seen <= kCapacity) return true;
+  this_thread.tail_seen = ring.tail.load(std::memory_order_acquire);
+  return head + records - this_thread.tail_seen <= kCapacity;
+}
+
+std::uint8_t text_records(const char* text) {
+  const std::size_t records = (strnlen(text, kTextRecords * kTextBytes) + kTextBytes - 1) / kTextBytes;
+  return static_cast<std::uint8_t>(records);
+}
+
+/// Writes a text into the ring from position `head` on.
+void write_text(Ring& ring, std::uint64_t head, std::uint16_t which, const char* text) {
+  std::size_t rest = strnlen(text, kTextRecords * kTextBytes);
+  for (; rest > 0; ++head) {
+    Record& record = ring.records[head % kCapacity];
+    const std::size_t length = rest < kTextBytes ? rest : kTextBytes;
+    record.id = Id::text;
+    record.length = static_cast<std::uint8_t>(length);
+    record.which = which;
+    std::memcpy(record.text, text, length);
+    text += length;
+    rest -= length;
+  }
+}
+
+void write(Ring& ring, Id id, std::initializer_list<std::uint64_t> numbers,
+           std::initializer_list<const char*> texts) {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  std::uint8_t following = 0;
+  for (const char* const text : texts)
+    following = static_cast<std::uint8_t>(following + (text != nullptr ? text_records(text) : 0));
+  const std::uint64_t head = ring.head.load(std::memory_order_relaxed);
+  if (!has_room(ring, head, 1U + following)) {
+    ring.dropped.store(ring.dropped.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    return;
+  }
+  Record& record = ring.records[head % kCapacity];
+  record.at_ns = now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
+  record.id = id;
+  record.texts = following;
+  record.processor = static_cast<std::int16_t>(sched_getcpu());
+  std::size_t n = 0;
+  for (const std::uint64_t number : numbers) record.number[n++] = number;
+  for (; n < 4; ++n) record.number[n] = 0;
+  std::uint64_t next = head + 1;
+  std::uint16_t which = 0;
+  for (const char* const text : texts) {
+    if (text != nullptr) {
+      write_text(ring, next, which, text);
+      next += text_records(text);
+    }
+    ++which;
+  }
+  ring.head.store(next, std::memory_order_release);
+}
+
+}  // namespace
+
+bool active() {
+  if (!this_thread.tried) try_once();
+  return this_thread.ring != nullptr;
+}
+
+void record(Id id, std::initializer_list<std::uint64_t> numbers, std::initializer_list<const char*> texts) {
+  if (this_thread.writing || !active()) return;
+  this_thread.writing = true;
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+  write(*this_thread.ring, id, numbers, texts);
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+  this_thread.writing = false;
+}
+
+}  // namespace hotpath::sensor
